@@ -1,0 +1,1 @@
+"""The judgement: one module per rule family, each a function from the prediction to findings."""

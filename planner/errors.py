@@ -1,0 +1,115 @@
+"""What can go wrong, as one tree; each class knows the exit code it ends in.
+
+::
+
+    MavjouleError                2
+    ├── InputError               2   a file that cannot be used, with its place
+    │   ├── MissionFileError     2
+    │   ├── VehicleFileError     2
+    │   ├── ParameterFileError   2
+    │   ├── TerrainFileError     2
+    │   └── LogFileError         2
+    ├── UsageError               2   options that make no sense together
+    ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
+    └── LinkError                3   the vehicle on the line
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from planner.findings import Place
+
+
+class ExitCode(IntEnum):
+    """Exit codes of the command, part of the contract with scripts."""
+
+    GO = 0
+    NO_GO = 1
+    UNUSABLE = 2
+    LINK = 3
+    INTERRUPTED = 130
+
+
+class MavjouleError(Exception):
+    """Root of every error a user can cause; its text is one clear sentence."""
+
+    exit_code: ClassVar[ExitCode] = ExitCode.UNUSABLE
+
+
+class InputError(MavjouleError):
+    """A file that cannot be used.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong and what to do, without the file's name.
+    source : str
+        The file (or ``-`` for standard input, or a URL).
+    place : Place, optional
+        Line and column, where they are known.
+    key : str, optional
+        Dotted key or item inside the file, where line and column are not known.
+    """
+
+    def __init__(
+        self, message: str, *, source: str, place: Place | None = None, key: str | None = None
+    ) -> None:
+        self.message = message
+        self.source = source
+        self.place = place
+        self.key = key
+        where = source
+        if place is not None:
+            where += f":{place.line}:{place.column}"
+        if key is not None:
+            where += f": {key}"
+        super().__init__(f"{where}: {message}")
+
+
+class MissionFileError(InputError):
+    """A mission file that is not one, or is broken."""
+
+
+class VehicleFileError(InputError):
+    """A vehicle model file with problems; ``problems`` holds every one of them."""
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        source: str,
+        place: Place | None = None,
+        key: str | None = None,
+        problems: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(message, source=source, place=place, key=key)
+        self.problems = problems
+
+
+class ParameterFileError(InputError):
+    """An autopilot parameter file that cannot be read."""
+
+
+class TerrainFileError(InputError):
+    """A terrain grid that cannot be read."""
+
+
+class LogFileError(InputError):
+    """A flight log that cannot be read."""
+
+
+class UsageError(MavjouleError):
+    """Options that make no sense, alone or together."""
+
+
+class ConfigurationError(MavjouleError):
+    """A configuration file with a wrong key or value."""
+
+
+class LinkError(MavjouleError):
+    """The vehicle did not answer, or broke off."""
+
+    exit_code: ClassVar[ExitCode] = ExitCode.LINK

@@ -1,0 +1,84 @@
+"""What the product has to say about a mission: rules and the findings they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Severity(IntEnum):
+    """How bad a finding is; ordered, so that ``ERROR > WARNING > INFO``."""
+
+    INFO = 0
+    WARNING = 1
+    ERROR = 2
+
+    @property
+    def label(self) -> str:
+        """The lower-case name used in every output format."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place in a text file, both counted from 1."""
+
+    line: int
+    column: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One thing a user has to know before flying."""
+
+    code: str
+    """Stable code such as ``E101``; never renumbered, never reused."""
+    name: str
+    """Stable kebab-case name of the rule."""
+    severity: Severity
+    message: str
+    """One sentence with the numbers that made the rule fire."""
+    fix: str = ""
+    """What to do about it; empty where nothing can be done."""
+    item: int | None = None
+    """Mission item from 1 in flown order, home not counted; ``None`` where none applies."""
+    place: Place | None = None
+    """Where in the mission file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """A rule of the catalogue: what is checked, why, and how to live with it."""
+
+    code: str
+    name: str
+    severity: Severity
+    summary: str
+    """One line: what the rule says."""
+    why: str
+    """Why it is bad to ignore, with the incident or source."""
+    how: str
+    """How it is computed: formula and inputs."""
+    example: str
+    fix: str
+    """How to make it go away honestly."""
+
+    def finding(
+        self,
+        message: str,
+        *,
+        fix: str | None = None,
+        item: int | None = None,
+        place: Place | None = None,
+        severity: Severity | None = None,
+    ) -> Finding:
+        """Return a finding of this rule; ``fix`` and ``severity`` default to the rule's own."""
+        return Finding(
+            code=self.code,
+            name=self.name,
+            severity=self.severity if severity is None else severity,
+            message=message,
+            fix=self.fix if fix is None else fix,
+            item=item,
+            place=place,
+        )

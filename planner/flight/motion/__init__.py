@@ -1,0 +1,1 @@
+"""How a vehicle moves along its route, one module per way of flying."""

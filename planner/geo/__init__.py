@@ -1,0 +1,1 @@
+"""Places on the Earth: local frames, geodesics, fences, terrain."""

@@ -1,0 +1,1 @@
+"""The mission: items as a vehicle would receive them, the files they come in, the route they ask for."""

@@ -1,0 +1,89 @@
+"""A mission as the vehicle would receive it: MISSION_ITEM_INT-like items, each with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
+    from planner.findings import Finding, Place
+
+
+class MissionFormat(StrEnum):
+    """The file formats a mission comes in."""
+
+    PLAN = "plan"
+    """QGroundControl's JSON, ``fileType`` "Plan"."""
+    WPL = "wpl"
+    """The text format with a ``QGC WPL`` header."""
+
+
+class VehicleKind(StrEnum):
+    """What kind of vehicle a mission was written for."""
+
+    MULTICOPTER = "multicopter"
+    FIXED_WING = "fixed-wing"
+    VTOL = "VTOL"
+    ROVER = "rover"
+    BOAT = "boat"
+    SUBMARINE = "submarine"
+    OTHER = "other"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionItem:
+    """One item, with the meaning MAVLink gives its seven parameters.
+
+    ``None`` stands where the file says ``null`` or ``nan``: not specified.
+    """
+
+    command: int
+    """MAV_CMD number."""
+    frame: int
+    """MAV_FRAME number."""
+    param1: float | None
+    param2: float | None
+    param3: float | None
+    param4: float | None
+    latitude_deg: float | None
+    """Fifth parameter; a latitude wherever the command has a position. [°]"""
+    longitude_deg: float | None
+    """Sixth parameter. [°]"""
+    altitude_m: float | None
+    """Seventh parameter, in the altitude reference of ``frame``. [m]"""
+    autocontinue: bool = True
+    jump_id: int | None = None
+    """The id that DO_JUMP refers to: ``doJumpId`` of a plan, the row number of a WPL file."""
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Home:
+    """The planned home; the vehicle's own home at arming is what really counts."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float | None
+    """``None`` where the file does not know it. [m AMSL]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mission:
+    """A mission read from a file, in flown order, home not counted."""
+
+    source: str
+    """File name as the user gave it."""
+    file_format: MissionFormat
+    items: tuple[MissionItem, ...]
+    """Item ``n`` of every report is ``items[n - 1]``."""
+    home: Home | None
+    autopilot: Autopilot | None
+    """Firmware the file was written for; ``None`` where it does not say."""
+    vehicle_kind: VehicleKind | None
+    """``None`` where the file does not say and the commands do not tell."""
+    findings: tuple[Finding, ...] = ()
+    """What reading it brought to light."""
+    document: Any = field(default=None, compare=False, repr=False)
+    """The file's own content, kept so that writing it back loses nothing."""

@@ -1,0 +1,1 @@
+"""Pure functions of physics: responses, atmosphere, wind, rotor, battery.  No I/O, no state."""

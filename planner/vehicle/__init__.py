@@ -1,0 +1,1 @@
+"""The vehicle: its identified model, the model file and the library of shipped models."""
