@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
     from planner.findings import Finding, Place
+    from planner.geo.fence import Fence, RallyPoint
 
 
 class MissionFormat(StrEnum):
@@ -83,6 +84,8 @@ class Mission:
     """Firmware the file was written for; ``None`` where it does not say."""
     vehicle_kind: VehicleKind | None
     """``None`` where the file does not say and the commands do not tell."""
+    fence: Fence | None = None
+    rally: tuple[RallyPoint, ...] = ()
     findings: tuple[Finding, ...] = ()
     """What reading it brought to light."""
     document: Any = field(default=None, compare=False, repr=False)
