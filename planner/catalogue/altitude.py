@@ -1,0 +1,38 @@
+"""Family A: altitudes and their references."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+FRAME_UNSUPPORTED = Rule(
+    code="A103",
+    name="frame-not-resolved",
+    severity=Severity.ERROR,
+    summary="An item's altitude reference cannot be resolved.",
+    why="Every ground station has lost a frame once; crashes followed (QGroundControl #10596).",
+    how="The item's frame is none of those resolved to a height above home.",
+    example="item 3 has frame 10 (terrain), and no terrain is known: taken as height above home",
+    fix="use altitudes relative to home or AMSL",
+)
+
+HOME_ALTITUDE_UNKNOWN = Rule(
+    code="A105",
+    name="home-altitude-unknown",
+    severity=Severity.WARNING,
+    summary="The altitude of home is not known but needed.",
+    why="AMSL altitudes mean nothing for a flight that starts at an unknown height.",
+    how="The file gives no home altitude and --home-amsl is not given; 0 m AMSL is assumed.",
+    example="home altitude unknown: 0 m AMSL assumed, 3 items have AMSL altitudes",
+    fix="give the altitude of the take-off place with --home-amsl",
+)
+
+ZERO_TAKEOFF = Rule(
+    code="A106",
+    name="zero-takeoff",
+    severity=Severity.ERROR,
+    summary="The take-off altitude is not above home.",
+    why="A take-off to zero is refused or flown to a height nobody chose (ArduPilot #33792).",
+    how="The take-off item's altitude, resolved to a height above home, is 0 m or less.",
+    example="item 1 takes off to 0.0 m above home",
+    fix="give the take-off item an altitude above home",
+)

@@ -1,0 +1,100 @@
+"""Family E: energy, battery, and how far the prediction can be trusted."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+BATTERY_UNKNOWN = Rule(
+    code="E100",
+    name="battery-unknown",
+    severity=Severity.ERROR,
+    summary="No battery is known, so nothing can be said about the margin.",
+    why="A mission without a known battery cannot be judged; a silent guess would be a wrong 'go'.",
+    how="Neither --battery nor the vehicle model's [battery] section gives a capacity.",
+    example="no battery: the flight needs 24.1 Wh, but the capacity is unknown",
+    fix='say what flies, for example --battery "5.2Ah@14.8V" or --battery 77Wh',
+)
+
+RESERVE_BELOW_MINIMUM = Rule(
+    code="E101",
+    name="reserve-below-minimum",
+    severity=Severity.ERROR,
+    summary="The flight would land with less than the reserve in the battery.",
+    why=(
+        "Autopilots learn in the air that they cannot get home: low-battery returns that trigger too "
+        "late, or far too early, are among the most reported failures (PX4 #17007, ArduPilot #2390)."
+    ),
+    how=(
+        "margin = capacity x charge - capacity x reserve - energy of the whole flight, from the start "
+        "of the take-off to disarmed; fires where the margin is negative.  The finding names the item "
+        "at which the reserve is first touched."
+    ),
+    example="needs 71.3 Wh, 61.6 Wh are there above the reserve of 20 %: short by 9.7 Wh",
+    fix="fly less, split the mission, or take a larger or fuller battery",
+)
+
+MODEL_OUTSIDE_ENVELOPE = Rule(
+    code="E105",
+    name="model-outside-envelope",
+    severity=Severity.WARNING,
+    summary="The mission asks for flight outside the range in which the model was identified.",
+    why=(
+        "A model says nothing about flight it was not identified on.  A longer climb is made of "
+        "manoeuvres inside the range and only marked; a speed beyond the range cannot be, and is an "
+        "error."
+    ),
+    how=(
+        "Commanded speeds, altitude steps and heights are compared with [valid_for] and the "
+        "identified steps of the vehicle model."
+    ),
+    example="15.0 m/s is commanded, the model was identified up to 10.0 m/s",
+    fix="keep the mission inside the identified range, or identify the vehicle on such flights",
+)
+
+RETURN_BELOW_RESERVE = Rule(
+    code="E102",
+    name="no-return-point",
+    severity=Severity.ERROR,
+    summary="From some point of the flight, going home at once would eat into the reserve.",
+    why=(
+        "A mission may end within its reserve and still pass points from which the vehicle cannot get "
+        "home with it: a point of no return (QGroundControl #11262, ArduPilot #2390)."
+    ),
+    how=(
+        "margin = energy left at the point - reserve - energy to fly home and land from there; fires "
+        "where the least margin is negative."
+    ),
+    example="from item 7 the way home takes 18.2 Wh, 15.0 Wh are left above the reserve",
+    fix="bring the far end of the mission nearer, or take a larger or fuller battery",
+)
+
+CRUISE_POWER_ASSUMED = Rule(
+    code="E107",
+    name="cruise-power-assumed",
+    severity=Severity.INFO,
+    summary="The model has no cruise power; hover power at the same height is used.",
+    why=(
+        "Cruise power is not hover power: recorded vehicles spend from 16 % less at 8 m/s to 37 % more "
+        "at 15 m/s.  The article behind the shipped model gives no figure, and none is invented."
+    ),
+    how="Cruise power = hover power at the actual height, wherever the model has no [cruise] table.",
+    example="cruise power is taken as hover power over 4.1 km: the model gives none",
+    fix="identify the vehicle from its own logs, or add a cruise table to the model file",
+)
+
+CONDITION_NOT_MODELLED = Rule(
+    code="E108",
+    name="condition-not-modelled",
+    severity=Severity.WARNING,
+    summary="A condition was given that this vehicle model cannot take into account.",
+    why=(
+        "Users test an estimator by changing payload or wind and watching the answer (bluerobotics "
+        "cockpit #2159).  Where the answer cannot change, it has to be said."
+    ),
+    how=(
+        "Wind needs a model whose power depends on airspeed, payload needs a mass, temperature needs "
+        "a hover law over air density."
+    ),
+    example="the payload of 0.5 kg is not counted: the model does not know the vehicle's mass",
+    fix="use a vehicle model that carries the missing quantity",
+)

@@ -1,0 +1,49 @@
+"""Family M: the structure of a mission."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+TAKEOFF_MISSING = Rule(
+    code="M101",
+    name="takeoff-missing",
+    severity=Severity.WARNING,
+    summary="The mission does not begin with a take-off.",
+    why="The vehicle will not leave the ground by itself, or will do so in a way nobody planned.",
+    how="The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.",
+    example="the first flown item is NAV_WAYPOINT (item 1): a vertical take-off to 50.0 m is assumed",
+    fix="add a take-off item at the start",
+)
+
+LANDING_MISSING = Rule(
+    code="M102",
+    name="land-missing",
+    severity=Severity.WARNING,
+    summary="The mission does not end on the ground.",
+    why="What happens behind the last item, a hover until the battery is empty or a return, is not in the plan.",
+    how="No LAND or RETURN_TO_LAUNCH is reached; the prediction ends at the last item, in the air.",
+    example="the mission ends in the air at item 12: the flight home and the landing are not counted",
+    fix="end the mission with a return or a landing",
+)
+
+NOTHING_TO_FLY = Rule(
+    code="M108",
+    name="nothing-to-fly",
+    severity=Severity.ERROR,
+    summary="The mission holds no flight.",
+    why="An empty mission is not a 'go'; most likely the wrong file was given.",
+    how="No item makes the vehicle move.",
+    example="the mission has 0 items",
+    fix="check that this is the file you meant to fly",
+)
+
+HOME_UNKNOWN = Rule(
+    code="M107",
+    name="home-unknown",
+    severity=Severity.WARNING,
+    summary="The file does not say where home is.",
+    why="The way to the first item and the way home depend on it.",
+    how="No planned home; the first item with a position is taken as the take-off place.",
+    example="home unknown: the flight is taken to start at item 1",
+    fix="set the planned home position in the mission",
+)

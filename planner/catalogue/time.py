@@ -1,0 +1,52 @@
+"""Family T: time, and items whose effect is not or not exactly known."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+ENDLESS_JUMP = Rule(
+    code="T101",
+    name="endless",
+    severity=Severity.ERROR,
+    summary="The mission never ends: an endless jump or an unlimited loiter.",
+    why="Time and energy of an endless mission have no value; only those of one lap have.",
+    how="A DO_JUMP with an endless count, or LOITER_UNLIM, is reached in flown order.",
+    example="item 9 jumps to item 4 for ever: one lap takes 3 min 10 s and 7.2 Wh",
+    fix="give the jump a count, or end the mission with a return or a landing",
+)
+
+ITEM_NOT_MODELLED = Rule(
+    code="T102",
+    name="item-not-modelled",
+    severity=Severity.WARNING,
+    summary="An item's effect on time and energy is not predicted.",
+    why=(
+        "Planners that count such items as nothing do so in silence (QGroundControl #6445 asks at "
+        "least for a warning)."
+    ),
+    how="The command is not among those whose flight is predicted; the message says what is assumed.",
+    example="item 7 NAV_PAYLOAD_PLACE is not modelled: 0 s and 0 Wh are assumed",
+    fix="allow for the item yourself, or replace it by one that is modelled",
+)
+
+ITEMS_NOT_FLOWN = Rule(
+    code="T104",
+    name="items-not-flown",
+    severity=Severity.INFO,
+    summary="Items after the landing or return are not flown.",
+    why="What stands behind the end of a mission is reached by a jump or a failsafe only, or never.",
+    how="Items behind the first LAND or RETURN_TO_LAUNCH in flown order are left out.",
+    example="items 9 to 12 stand behind the landing at item 8 and are not flown",
+    fix="move the items before the landing, or delete them",
+)
+
+RETURN_ASSUMED = Rule(
+    code="T105",
+    name="return-height-assumed",
+    severity=Severity.INFO,
+    summary="The height of the flight home is assumed.",
+    why="How high a vehicle returns is set in the vehicle, not in the mission.",
+    how="Without autopilot parameters the return is flown at the height of the last item.",
+    example="item 8 returns at 50.0 m above home: no return height is known",
+    fix="give the vehicle's parameters with --params",
+)

@@ -1,0 +1,27 @@
+"""Family X: what the tool itself could not do."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+FILE_UNREADABLE = Rule(
+    code="X901",
+    name="file-unreadable",
+    severity=Severity.ERROR,
+    summary="The mission file could not be read.",
+    why="A mission that cannot be read cannot be judged; it is never a 'go'.",
+    how="The reader refused the file; the message says where and why.  The exit code is 2.",
+    example="survey.plan:41:9: 'frame' must be a number",
+    fix="mend the file, or save it again from the program that wrote it",
+)
+
+NO_TERRAIN_DATA = Rule(
+    code="X902",
+    name="no-terrain-data",
+    severity=Severity.INFO,
+    summary="No terrain is known: the ground is taken to be level with home.",
+    why="Heights over ground and landing heights away from home depend on it.",
+    how="No terrain grid was given.",
+    example="no terrain data: the ground is assumed level with home (488.0 m AMSL)",
+    fix="check heights over ground by other means",
+)
