@@ -11,6 +11,7 @@
     │   └── LogFileError         2
     ├── UsageError               2   options that make no sense together
     ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
+    ├── OutputError              2   a report that cannot be written
     └── LinkError                3   the vehicle on the line
 """
 
@@ -107,6 +108,10 @@ class UsageError(MavjouleError):
 
 class ConfigurationError(MavjouleError):
     """A configuration file with a wrong key or value."""
+
+
+class OutputError(MavjouleError):
+    """A report that cannot be written."""
 
 
 class LinkError(MavjouleError):
