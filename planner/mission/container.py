@@ -1,0 +1,175 @@
+"""Getting at the bytes of a mission file: bounded reading, unpacking, decoding."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import io
+import stat
+import sys
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
+from planner.errors import MissionFileError
+from planner.findings import Finding
+from planner.mission.foreign import describe_binary
+
+LARGEST_FILE_BYTES = 64 * 2**20
+"""No mission of 65,535 items comes near it, in any format."""
+STANDARD_INPUT = "-"
+MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
+
+_UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, ValueError)
+"""What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FileText:
+    """The text of a file and what getting at it brought to light."""
+
+    text: str
+    findings: tuple[Finding, ...]
+    inner_name: str | None
+    """The name inside an archive, ``None`` where there is no archive."""
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Return the content of a file, or of standard input for ``-``, up to the largest size.
+
+    Raises
+    ------
+    MissionFileError
+        If it cannot be read, is no ordinary file or is too large.
+    """
+    source = str(path)
+    try:
+        if source == STANDARD_INPUT:
+            return sys.stdin.buffer.read(LARGEST_FILE_BYTES + 1)
+        mode = Path(path).stat().st_mode
+        if stat.S_ISDIR(mode):
+            msg = "this is a folder: give the mission files in it"
+            raise MissionFileError(msg, source=source)
+        # A FIFO is how a shell hands over the output of another program.
+        if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
+            msg = "this is a device, not a file"
+            raise MissionFileError(msg, source=source)
+        with Path(path).open("rb") as stream:
+            return stream.read(LARGEST_FILE_BYTES + 1)
+    except FileNotFoundError:
+        msg = "there is no such file"
+        raise MissionFileError(msg, source=source) from None
+    except PermissionError:
+        msg = "no permission to read this file"
+        raise MissionFileError(msg, source=source) from None
+    except (OSError, ValueError) as error:
+        # ValueError: a NUL character in the name.
+        reason = getattr(error, "strerror", None) or str(error)
+        msg = f"the file cannot be read: {reason}"
+        raise MissionFileError(msg, source=source) from None
+
+
+def read_text(data: bytes, *, source: str) -> FileText:
+    """Return the text in the bytes of a mission file, unpacked and decoded.
+
+    Raises
+    ------
+    MissionFileError
+        If they are too many, empty, not text, or an archive without exactly one mission.
+    """
+    _refuse_large(data, source=source)
+    findings: list[Finding] = []
+    inner_name: str | None = None
+    if data.startswith(b"\x1f\x8b"):
+        data = _unpack_gzip(data, source=source)
+        findings.append(FILE_PACKED.finding("read from a gzip file"))
+    elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
+        data, inner_name = _unpack_zip(data, source=source)
+        findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
+    text, odd = _decode(data, source=source)
+    if odd:
+        findings.append(FILE_ENCODING.finding(odd))
+    if not text.strip():
+        msg = "the file is empty"
+        raise MissionFileError(msg, source=source)
+    return FileText(text=text, findings=tuple(findings), inner_name=inner_name)
+
+
+def _refuse_large(data: bytes, *, source: str) -> None:
+    if len(data) > LARGEST_FILE_BYTES:
+        size = LARGEST_FILE_BYTES // 2**20
+        msg = f"more than {size} MiB: no mission is that large"
+        raise MissionFileError(msg, source=source)
+
+
+def _unpack_gzip(data: bytes, *, source: str) -> bytes:
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
+            unpacked = stream.read(LARGEST_FILE_BYTES + 1)
+    except _UNPACK_ERRORS:
+        msg = "a gzip file that is broken: make it anew"
+        raise MissionFileError(msg, source=source) from None
+    _refuse_large(unpacked, source=source)
+    return unpacked
+
+
+def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            names = [
+                name
+                for name in archive.namelist()
+                if PurePosixPath(name).suffix.lower() in MISSION_SUFFIXES
+                and not name.startswith("__MACOSX/")
+            ]
+            if len(names) != 1:
+                held = f"{len(names)} missions" if names else "no mission"
+                if "doc.kml" in archive.namelist():
+                    held = "a Google Earth document (KMZ), no mission"
+                msg = f"a zip archive that holds {held}: unpack it and give one mission file"
+                raise MissionFileError(msg, source=source)
+            with archive.open(names[0]) as stream:
+                unpacked = stream.read(LARGEST_FILE_BYTES + 1)
+    except _UNPACK_ERRORS:
+        msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
+        raise MissionFileError(msg, source=source) from None
+    _refuse_large(unpacked, source=source)
+    return unpacked, names[0]
+
+
+def _decode(data: bytes, *, source: str) -> tuple[str, str]:
+    """Return the text, and what is odd about its encoding (``""`` for plain UTF-8)."""
+    binary = describe_binary(data)
+    if binary is not None:
+        raise MissionFileError(binary, source=source)
+    if data.startswith(codecs.BOM_UTF8):
+        return data.decode("utf-8-sig", errors="replace"), (
+            "the file begins with a byte order mark: pymavlink and QGroundControl refuse it as text"
+        )
+    utf_16 = _utf_16_variant(data)
+    if utf_16:
+        text = data.decode(utf_16, errors="replace").removeprefix("\ufeff")
+        return text, "the file is UTF-16: other loaders refuse it"
+    if b"\0" in data:
+        msg = "the file is binary, no mission: give a .plan or .waypoints file"
+        raise MissionFileError(msg, source=source)
+    try:
+        return data.decode("utf-8"), ""
+    except UnicodeDecodeError:
+        return data.decode("latin-1"), "the file is not UTF-8: read as Latin-1"
+
+
+def _utf_16_variant(data: bytes) -> str | None:
+    """Return the codec of UTF-16 text, told by its mark or by every second byte being zero."""
+    if data.startswith(codecs.BOM_UTF16_LE):
+        return "utf-16-le"
+    if data.startswith(codecs.BOM_UTF16_BE):
+        return "utf-16-be"
+    head = data[:64]
+    if len(head) >= 4 and not any(head[1::2]) and all(head[0::2]):
+        return "utf-16-le"
+    if len(head) >= 4 and not any(head[0::2]) and all(head[1::2]):
+        return "utf-16-be"
+    return None

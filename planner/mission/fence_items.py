@@ -1,0 +1,172 @@
+"""Fence areas and rally points that come as mission items (commands 5000 to 5004 and 5100)."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, RALLY_ALTITUDE_REFERENCE
+from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
+from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.findings import Finding
+    from planner.mission.items import MissionItem
+
+_POLYGONS = {
+    Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
+    Command.NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
+}
+_CIRCLES = {
+    Command.NAV_FENCE_CIRCLE_INCLUSION: True,
+    Command.NAV_FENCE_CIRCLE_EXCLUSION: False,
+}
+FENCE_COMMANDS = frozenset({Command.NAV_FENCE_RETURN_POINT, *_POLYGONS, *_CIRCLES})
+
+
+def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Finding, ...]]:
+    """Return the fence that fence items describe, and what is wrong with it.
+
+    Parameters
+    ----------
+    items : sequence of MissionItem
+        Items in their order; those that are no fence items are passed over, but end a polygon.
+
+    Returns
+    -------
+    tuple of Fence or None, and of Finding
+        ``None`` if no item is a fence item.
+    """
+    polygons: list[FencePolygon] = []
+    circles: list[FenceCircle] = []
+    findings: list[Finding] = []
+    breach_return: tuple[float, float, float | None] | None = None
+    for command, group in groupby(items, key=lambda item: item.command):
+        if command in _POLYGONS:
+            made, found = _make_polygons(tuple(group), inclusion=_POLYGONS[Command(command)])
+            polygons += made
+            findings += found
+        elif command in _CIRCLES:
+            for item in group:
+                circle = _make_circle(item, inclusion=_CIRCLES[Command(command)])
+                if circle is None:
+                    message = (
+                        f"the fence circle {_where(item)} has no centre or no radius: left out"
+                    )
+                    findings.append(FENCE_ITEM_BROKEN.finding(message, place=item.place))
+                else:
+                    circles.append(circle)
+        elif command == Command.NAV_FENCE_RETURN_POINT:
+            for item in group:
+                if item.latitude_deg is not None and item.longitude_deg is not None:
+                    breach_return = (item.latitude_deg, item.longitude_deg, item.altitude_m)
+    if not any(item.command in FENCE_COMMANDS for item in items):
+        return None, ()
+    fence = Fence(
+        polygons=tuple(polygons), circles=tuple(circles), breach_return_deg_m=breach_return
+    )
+    return fence, tuple(findings)
+
+
+def _make_polygons(
+    items: tuple[MissionItem, ...], *, inclusion: bool
+) -> tuple[list[FencePolygon], list[Finding]]:
+    """Cut a run of vertices into polygons by the vertex count each vertex carries."""
+    polygons: list[FencePolygon] = []
+    findings: list[Finding] = []
+    start = 0
+    while start < len(items):
+        first = items[start]
+        said = int(first.param1) if first.param1 is not None and first.param1 >= 1.0 else None
+        # A vertex that says another count begins another polygon, whatever was announced.
+        run = next(
+            (n for n in range(start, len(items)) if items[n].param1 != first.param1), len(items)
+        )
+        end = run if said is None else min(start + said, run)
+        vertices = tuple(
+            (item.latitude_deg, item.longitude_deg)
+            for item in items[start:end]
+            if item.latitude_deg is not None and item.longitude_deg is not None
+        )
+        if len(vertices) != said:
+            says = "does not say how many" if said is None else f"says {said}"
+            message = f"the fence polygon {_where(first)} {says} vertices and has {len(vertices)}"
+            findings.append(FENCE_ITEM_BROKEN.finding(message, place=first.place))
+        if len(vertices) >= 3:
+            polygons.append(
+                FencePolygon(inclusion=inclusion, vertices_deg=vertices, place=first.place)
+            )
+        else:
+            message = f"the fence polygon {_where(first)} has {len(vertices)} vertices: left out"
+            findings.append(FENCE_ITEM_BROKEN.finding(message, place=first.place))
+        start = end
+    return polygons, findings
+
+
+def _make_circle(item: MissionItem, *, inclusion: bool) -> FenceCircle | None:
+    if (
+        item.latitude_deg is None
+        or item.longitude_deg is None
+        or item.param1 is None
+        or item.param1 <= 0.0
+    ):
+        return None
+    return FenceCircle(
+        inclusion=inclusion,
+        latitude_deg=item.latitude_deg,
+        longitude_deg=item.longitude_deg,
+        radius_m=item.param1,
+        place=item.place,
+    )
+
+
+def make_rally_points(
+    items: Sequence[MissionItem], *, home_altitude_amsl_m: float | None
+) -> tuple[tuple[RallyPoint, ...], tuple[Finding, ...]]:
+    """Return the rally points among items, and what had to be assumed about their altitude.
+
+    Parameters
+    ----------
+    items : sequence of MissionItem
+        Items that are no rally points are passed over.
+    home_altitude_amsl_m : float or None
+        Altitude of home, by which AMSL altitudes are reduced. [m AMSL]
+
+    Returns
+    -------
+    tuple of tuple of RallyPoint, and of Finding
+    """
+    points: list[RallyPoint] = []
+    findings: list[Finding] = []
+    for item in items:
+        if item.command != Command.NAV_RALLY_POINT:
+            continue
+        number = len(points) + 1
+        if item.latitude_deg is None or item.longitude_deg is None or item.altitude_m is None:
+            message = f"rally point {number} has no place or altitude: left out"
+            findings.append(FENCE_ITEM_BROKEN.finding(message, place=item.place))
+            continue
+        height_m = item.altitude_m
+        if item.frame in AMSL_FRAMES and home_altitude_amsl_m is not None:
+            height_m -= home_altitude_amsl_m
+        elif item.frame not in RELATIVE_FRAMES:
+            message = (
+                f"rally point {number} is not relative to home (frame {item.frame}): "
+                f"{height_m:g} m above home assumed"
+            )
+            findings.append(RALLY_ALTITUDE_REFERENCE.finding(message, place=item.place))
+        points.append(
+            RallyPoint(
+                latitude_deg=item.latitude_deg,
+                longitude_deg=item.longitude_deg,
+                height_above_home_m=height_m,
+                place=item.place,
+            )
+        )
+    return tuple(points), tuple(findings)
+
+
+def _where(item: MissionItem) -> str:
+    return "without a place" if item.place is None else f"from line {item.place.line}"

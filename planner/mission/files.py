@@ -1,0 +1,121 @@
+"""Mission files of every format, told apart by their content and never by their suffix."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
+
+from planner.catalogue.loader_text import FILE_SUFFIX
+from planner.errors import MissionFileError
+from planner.mission.area_text import (
+    is_fence_line,
+    is_rally_line,
+    read_fence_list,
+    read_rally_list,
+)
+from planner.mission.container import read_bytes, read_text
+from planner.mission.foreign import describe_text, describe_xml
+from planner.mission.items import MissionFormat
+from planner.mission.wpl import has_wpl_header, read_wpl
+from planner.mission.wpl_rows import is_row, read_lines
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+
+_SUFFIXES = {
+    MissionFormat.PLAN: frozenset({".plan", ".mission", ".json"}),
+    MissionFormat.WPL: frozenset({".waypoints", ".txt", ".wpl"}),
+}
+"""Where QGroundControl and Mission Planner look for each format."""
+
+
+def read_mission(path: str | Path) -> Mission:
+    """Return the mission in a file, or in standard input for ``-``.
+
+    Parameters
+    ----------
+    path : str or Path
+        A plan, a ``QGC WPL`` text, one of their older forms, or either of them compressed; what
+        it is is told by its content.
+
+    Returns
+    -------
+    Mission
+        With what reading it brought to light as findings.
+
+    Raises
+    ------
+    MissionFileError
+        If it cannot be read, is no mission or is broken.
+    """
+    return read_mission_bytes(read_bytes(path), source=str(path))
+
+
+def read_mission_bytes(data: bytes, *, source: str) -> Mission:
+    """Return the mission in the bytes of a file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    source : str
+        Its name, for messages; ``-`` for standard input.
+
+    Returns
+    -------
+    Mission
+        With what reading it brought to light as findings.
+
+    Raises
+    ------
+    MissionFileError
+        If it is no mission or is broken.
+    """
+    content = read_text(data, source=source)
+    mission = _read_content(content.text, source=source)
+    findings = [*content.findings, *_check_suffix(mission, content.inner_name or source)]
+    return replace(mission, findings=(*findings, *mission.findings)) if findings else mission
+
+
+def _read_content(text: str, *, source: str) -> Mission:
+    """Return the mission in a text by its first telling line."""
+    if text.lstrip().startswith(("{", "[")):
+        return _read_json(text, source=source)
+    if text.lstrip().startswith("<"):
+        raise MissionFileError(describe_xml(text), source=source)
+    for _, line in read_lines(text, source=source):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        if has_wpl_header(line) or is_row(line):
+            return read_wpl(text, source=source)
+        if is_rally_line(line):
+            return read_rally_list(text, source=source)
+        if is_fence_line(line):
+            return read_fence_list(text, source=source)
+        break
+    raise MissionFileError(describe_text(text), source=source)
+
+
+def _read_json(text: str, *, source: str) -> Mission:
+    """Return the mission in a JSON text: a plan, or what came before plans."""
+    from planner.mission import json_document, legacy_json, plan
+
+    document = json_document.parse_json(text, source=source)
+    if legacy_json.is_legacy(document):
+        return legacy_json.read_legacy(document, source)
+    return plan.read_plan(document, source)
+
+
+def _check_suffix(mission: Mission, name: str) -> list[Finding]:
+    """Return the finding about a suffix that belongs to another format."""
+    suffix = PurePath(name).suffix.lower()
+    wrong = any(
+        suffix in suffixes and file_format != mission.file_format
+        for file_format, suffixes in _SUFFIXES.items()
+    )
+    if not wrong:
+        return []
+    what = "JSON" if mission.file_format is MissionFormat.PLAN else "QGC WPL text"
+    return [FILE_SUFFIX.finding(f"{what} in a file named {suffix}: QGroundControl refuses it")]
