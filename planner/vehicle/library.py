@@ -1,0 +1,61 @@
+"""The library of shipped models: in the wheel and in a checkout alike."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner.errors import VehicleFileError
+from planner.vehicle.keys import nearest_hint, shortened
+from planner.vehicle.reader import read_vehicle, vehicle_from_toml
+
+if TYPE_CHECKING:
+    from planner.vehicle.model import VehicleModel
+
+DEFAULT_MODEL = "falkowski-2023-quadrotor"
+"""The article's quadrotor, used where no vehicle is named."""
+
+
+def models_root() -> Path:
+    """Return the folder of the shipped models."""
+    packaged = Path(str(files("planner"))) / "_data" / "models"  # in a wheel
+    return packaged if packaged.is_dir() else Path(__file__).resolve().parents[2] / "models"
+
+
+def model_names() -> tuple[str, ...]:
+    """Return the names of the shipped models, sorted."""
+    return tuple(sorted(path.stem for path in models_root().glob("*.toml")))
+
+
+def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
+    """Load a shipped model by its name, or a model file by its path.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        Text that ends in ``.toml`` or contains a path separator is a path; other text is a name.
+
+    Returns
+    -------
+    VehicleModel
+        The model; the ``source`` of a shipped one is ``models/<name>.toml`` on every machine.
+
+    Raises
+    ------
+    VehicleFileError
+        If there is no such model, or anything in its file is wrong.
+    """
+    text = str(name_or_path)
+    if isinstance(name_or_path, Path) or text.endswith(".toml") or Path(text).name != text:
+        return read_vehicle(name_or_path)
+    names = model_names()
+    if text not in names:
+        msg = (
+            f"is no shipped model{nearest_hint(text, names)}; shipped are: {', '.join(names)} "
+            "(the path of a model file ends in .toml)"
+        )
+        source = f"vehicle {shortened(text)}"
+        raise VehicleFileError(msg, source=source, problems=(f"{source}: {msg}",))
+    data = (models_root() / f"{text}.toml").read_bytes()
+    return vehicle_from_toml(data, name=text, source=f"models/{text}.toml")

@@ -1,0 +1,198 @@
+"""A vehicle model: what was identified about one vehicle, as a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planner.vehicle.consistency import mass_problems, reference_problems
+from planner.vehicle.hover_law import DensityLaw
+from planner.vehicle.schema import (
+    CRUISE,
+    PROVENANCE,
+    RESPONSE_TABLES,
+    TOP,
+    VALID_FOR,
+    VERTICAL,
+)
+
+if TYPE_CHECKING:
+    import datetime as dt
+
+    from planner.autopilot import Autopilot
+    from planner.physics.transfer_function import TransferFunction
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.hover_law import HoverLaw
+    from planner.vehicle.keys import Interval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManoeuvreResponse:
+    """How the vehicle, or its power, answers a step of one reference."""
+
+    transfer_function: TransferFunction
+    """From the scaled reference to the answer, with its delay."""
+    input_gain: float
+    """The reference is multiplied by this before it enters the transfer function. [-]"""
+    window_s: float | None = None
+    """Time from the command over which a power response is used; ``None`` for motion. [s]"""
+    identified_step_m: float | None = None
+    """Altitude step it was identified on; ``None`` for answers to a speed. [m]"""
+    identified_speed_m_s: float | None = None
+    """Speed command it was identified on; ``None`` for answers to an altitude. [m/s]"""
+
+    @property
+    def numerator(self) -> tuple[float, ...]:
+        """Coefficients of the numerator, highest power of s first."""
+        return self.transfer_function.numerator
+
+    @property
+    def denominator(self) -> tuple[float, ...]:
+        """Coefficients of the denominator, highest power of s first."""
+        return self.transfer_function.denominator
+
+    @property
+    def delay_s(self) -> float:
+        """Dead time [s]."""
+        return self.transfer_function.delay_s
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Responses:
+    """The identified responses, each ``None`` where the model does not have it.
+
+    A model of step references has at least altitude and speed.  Powers are above hover power.
+    """
+
+    altitude: ManoeuvreResponse | None = None
+    """Altitude reference [m] to altitude [m]; G1 of the article."""
+    climb_power: ManoeuvreResponse | None = None
+    """Altitude reference [m] to power [W], climbing; G2."""
+    descent_power: ManoeuvreResponse | None = None
+    """Altitude reference [m] to power [W], descending; G3."""
+    speed: ManoeuvreResponse | None = None
+    """Speed reference [m/s] to airspeed [m/s]; G4."""
+    brake_power: ManoeuvreResponse | None = None
+    """Speed reference [m/s] to power [W], stopping; G5."""
+
+    def __post_init__(self) -> None:
+        for name, table in RESPONSE_TABLES.items():
+            if (response := getattr(self, name)) is not None:
+                table.refuse(response)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CruisePower:
+    """Steady power in level flight above hover power, over airspeed."""
+
+    speed_m_s: tuple[float, ...]
+    """Airspeeds, rising. [m/s]"""
+    power_above_hover_w: tuple[float, ...]
+    """Power minus hover power at each speed. [W]"""
+
+    def __post_init__(self) -> None:
+        CRUISE.refuse(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerticalPower:
+    """Steady power in vertical flight above hover power, over climb rate."""
+
+    climb_rate_m_s: tuple[float, ...]
+    """Climb rates, rising, descent negative. [m/s]"""
+    power_above_hover_w: tuple[float, ...]
+    """Power minus hover power at each climb rate. [W]"""
+
+    def __post_init__(self) -> None:
+        VERTICAL.refuse(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValidFor:
+    """The box in which a model holds; ``None`` where the model does not say."""
+
+    speed_m_s: Interval | None = None
+    """Airspeed. [m/s]"""
+    height_above_home_m: Interval | None = None
+    """Height above home. [m]"""
+    hover_height_above_home_m: Interval | None = None
+    """Heights above home at which hover power was measured. [m]"""
+    altitude_step_m: Interval | None = None
+    """Altitude change commanded at once. [m]"""
+    climb_rate_m_s: Interval | None = None
+    """Climb rate, descent negative. [m/s]"""
+    mass_kg: Interval | None = None
+    """Mass with payload. [kg]"""
+    air_density_kg_m3: Interval | None = None
+    """Air density. [kg m⁻³]"""
+
+    def __post_init__(self) -> None:
+        VALID_FOR.refuse(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """Where the numbers of a model come from."""
+
+    source: str
+    method: str
+    date: dt.date
+    """Day the model file was made."""
+    readings: tuple[str, ...] = ()
+    """Decisions taken where the source can be read in more than one way."""
+    logs: tuple[str, ...] = ()
+    """Names of the flight logs used."""
+    logs_sha256: tuple[str, ...] = ()
+    """SHA-256 of each log, in hexadecimal."""
+    fit: tuple[tuple[str, float], ...] = ()
+    """Figures of the fit by name, in the order of the file."""
+
+    def __post_init__(self) -> None:
+        PROVENANCE.refuse(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleModel:
+    """What was identified about one vehicle."""
+
+    name: str
+    """Also the stem of the model's file."""
+    source: str
+    """Where the model was read from, as it is shown to users."""
+    kind: str
+    """Kind of vehicle: ``multicopter``."""
+    reference: Autopilot
+    """Who shapes the references the model answers."""
+    description: str
+    hover: HoverLaw
+    responses: Responses
+    valid_for: ValidFor
+    provenance: Provenance
+    cruise: CruisePower | None = None
+    """``None`` where the source of the model gives no cruise power."""
+    vertical: VerticalPower | None = None
+    battery: Battery | None = None
+    mass_kg: float | None = None
+    """Take-off mass with battery, without payload. [kg]"""
+    default_speed_m_s: float | None = None
+    """Speed where a mission commands none; ``None`` where it is an autopilot parameter. [m/s]"""
+    parameters: tuple[tuple[str, float], ...] = ()
+    """Autopilot parameters by their own names and in their own units."""
+
+    def __post_init__(self) -> None:
+        TOP.refuse(self)
+        problems = [
+            *reference_problems(
+                self.reference,
+                has_altitude_response=self.responses.altitude is not None,
+                has_speed_response=self.responses.speed is not None,
+                has_default_speed=self.default_speed_m_s is not None,
+                has_parameters=bool(self.parameters),
+            ),
+            *mass_problems(
+                has_density_law=isinstance(self.hover, DensityLaw),
+                has_mass=self.mass_kg is not None,
+            ),
+        ]
+        if problems:
+            raise ValueError("; ".join(f"{key} {problem}" for key, problem in problems))

@@ -1,0 +1,324 @@
+"""Reader of model files: strict, and with every problem of a file in one error."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planner.autopilot import Autopilot
+from planner.errors import VehicleFileError
+from planner.findings import Place
+from planner.physics.transfer_function import TransferFunction
+from planner.vehicle.battery import Battery
+from planner.vehicle.consistency import mass_problems, reference_problems
+from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
+from planner.vehicle.keys import described, nearest_hint, shortened
+from planner.vehicle.model import (
+    CruisePower,
+    ManoeuvreResponse,
+    Provenance,
+    Responses,
+    ValidFor,
+    VehicleModel,
+    VerticalPower,
+)
+from planner.vehicle.schema import (
+    ALTITUDE_LAW,
+    BATTERY,
+    CRUISE,
+    DENSITY_LAW,
+    FIT,
+    PARAMETERS,
+    PROVENANCE,
+    RESPONSE_TABLES,
+    SCHEMA,
+    SCHEMA_VERSION,
+    SPEED,
+    TOP,
+    VALID_FOR,
+    VERSION,
+    VERTICAL,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.vehicle.keys import Table
+
+MOST_BYTES = 1 << 18
+"""A model file is a few kilobytes; anything larger is another kind of file."""
+
+
+def read_vehicle(path: str | Path) -> VehicleModel:
+    """Read a model file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, ``<name>.toml``.
+
+    Returns
+    -------
+    VehicleModel
+        The model; its ``source`` is the path.
+
+    Raises
+    ------
+    VehicleFileError
+        If the file cannot be read or anything in it is wrong; ``problems`` holds all of it.
+    """
+    path = Path(path)
+    source = str(path)
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
+        reason = getattr(error, "strerror", None) or str(error)
+        msg = f"cannot be read: {reason}"
+        raise _single_problem(msg, source=source) from error
+    return vehicle_from_toml(data, name=path.stem, source=source)
+
+
+def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
+    """Return the model that the bytes of a model file describe.
+
+    Parameters
+    ----------
+    data : bytes
+        TOML in UTF-8.
+    name : str
+        The name the file must give its model: the stem of the file.
+    source : str
+        What errors and the model call the file.
+
+    Returns
+    -------
+    VehicleModel
+        The model.
+
+    Raises
+    ------
+    VehicleFileError
+        If anything is wrong; ``problems`` holds all of it.
+    """
+    document = _document(data, source=source)
+    _refuse_version(document.pop(VERSION.name, None), source=source)
+    content = _Content(document)
+    content.check(name)
+    if content.problems:
+        raise _file_error(content.problems, source=source)
+    try:
+        return content.model(source)
+    except ValueError as error:  # what only the values themselves can know
+        raise _single_problem(str(error), source=source) from error
+
+
+def _document(data: bytes, *, source: str) -> dict[str, Any]:
+    if len(data) > MOST_BYTES:
+        msg = f"is larger than {MOST_BYTES // 1024} KiB: this is no model file"
+        raise _single_problem(msg, source=source)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        msg = f"is not UTF-8 text (line {line}): this is no model file"
+        raise _single_problem(msg, source=source) from error
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        msg = "is nested too deeply for a model file"
+        raise _single_problem(msg, source=source) from error
+    except ValueError as error:  # TOMLDecodeError, or a number with thousands of digits
+        raise _syntax_error(str(error), text, source=source) from error
+
+
+def _syntax_error(message: str, text: str, *, source: str) -> VehicleFileError:
+    where = re.search(r" \((?:at line (\d+), column (\d+)|at end of document)\)$", message)
+    if where is None:
+        return _single_problem(f"is not TOML: {message}", source=source)
+    if where[1] is None:
+        lines = text.split("\n")
+        place = Place(line=len(lines), column=len(lines[-1]) + 1)
+    else:
+        place = Place(line=int(where[1]), column=int(where[2]))
+    message = f"is not TOML: {message[: where.start()]}"
+    return VehicleFileError(
+        message,
+        source=source,
+        place=place,
+        problems=(f"{source}:{place.line}:{place.column}: {message}",),
+    )
+
+
+def _refuse_version(version: object, *, source: str) -> None:
+    """Raise before anything else is judged: another version may mean everything differently."""
+    if version == SCHEMA_VERSION and VERSION.kind.holds(version):
+        return
+    if version is None:
+        problem = f"is missing: write schema = {SCHEMA_VERSION} at the top of the file"
+    elif VERSION.kind.holds(version) and isinstance(version, int) and version > SCHEMA_VERSION:
+        problem = (
+            f"{shortened(str(version))} is newer than this program, which reads schema "
+            f"{SCHEMA_VERSION}: update mavjoule"
+        )
+    else:
+        problem = (
+            f"must be {SCHEMA_VERSION}, got {described(version)}: there is no such version; "
+            "write the file again after models/README.md"
+        )
+    raise _file_error([(VERSION.name, problem)], source=source)
+
+
+class _Content:
+    """The document of a model file, its problems, and the values made of it."""
+
+    def __init__(self, document: dict[str, Any]) -> None:
+        self.document = document
+        self.problems: list[tuple[str, str]] = []
+        self._cleaned: dict[str, dict[str, Any]] = {}
+        self._chosen: dict[str, Table] = {}
+
+    def check(self, name: str) -> None:
+        """Collect every problem of the document, and the cleaned tables."""
+        for table_name in dict.fromkeys(table.name for table in SCHEMA):
+            self._check_table(table_name)
+        given_name = self.document.get("name")
+        if isinstance(given_name, str) and given_name != name:
+            problem = (
+                f"is {described(given_name)}, but the file is called {shortened(name)}.toml: "
+                "they must be the same"
+            )
+            self.problems.append(("name", problem))
+        self._check_together()
+
+    def _check_table(self, name: str) -> None:
+        variants = [table for table in SCHEMA if table.name == name]
+        raw = self._raw(name)
+        if raw is None:
+            if variants[0].required:
+                self.problems.append((name, f"is missing: the file needs a table [{name}]"))
+            return
+        if not isinstance(raw, dict):
+            self.problems.append((name, f"must be a table [{name}], got {described(raw)}"))
+            return
+        table = self._variant(variants, raw)
+        if table is None:
+            return
+        if table.selector is not None:
+            raw = {key: value for key, value in raw.items() if key != table.selector[0]}
+        problems = table.problems(raw, tables_inside=_tables_inside(name))
+        self.problems += [(_dotted(name, key), problem) for key, problem in problems]
+        if not problems:
+            self._cleaned[name] = table.cleaned(raw)
+            self._chosen[name] = table
+
+    def _variant(self, variants: list[Table], raw: Mapping[str, Any]) -> Table | None:
+        """Return the table the file selects; collect the problem where it selects none."""
+        selectors = [table.selector for table in variants if table.selector is not None]
+        if not selectors:
+            return variants[0]
+        key = selectors[0][0]
+        values = [value for _, value in selectors]
+        chosen = raw.get(key)
+        for table, value in zip(variants, values, strict=True):
+            if chosen == value:
+                return table
+        hint = nearest_hint(chosen, values) if isinstance(chosen, str) else ""
+        got = f", got {described(chosen)}" if key in raw else ""
+        problem = f"must be one of {', '.join(values)}{got}{hint}"
+        self.problems.append((_dotted(variants[0].name, key), problem))
+        return None
+
+    def _check_together(self) -> None:
+        reference = self._cleaned.get(TOP.name, {}).get("reference")
+        if reference is not None:
+            self.problems += reference_problems(
+                Autopilot(reference),
+                has_altitude_response=self._raw("responses.altitude") is not None,
+                has_speed_response=self._raw("responses.speed") is not None,
+                has_default_speed=self._raw(SPEED.name) is not None,
+                has_parameters=self._raw(PARAMETERS.name) is not None,
+            )
+        self.problems += mass_problems(
+            has_density_law=self._chosen.get("hover") is DENSITY_LAW,
+            has_mass="mass_kg" in self.document,
+        )
+
+    def _raw(self, dotted: str) -> object:
+        """Return what the document holds under a dotted name, ``None`` where there is nothing."""
+        found: object = self.document
+        for part in dotted.split(".") if dotted else ():
+            found = found.get(part) if isinstance(found, dict) else None
+        return found
+
+    def model(self, source: str) -> VehicleModel:
+        """Return the model of a document without problems."""
+        top = self._cleaned[TOP.name]
+        reference = Autopilot(top.pop("reference"))
+        cruise = self._cleaned["cruise"] if self._chosen["cruise"] is CRUISE else None
+        vertical = self._cleaned.get(VERTICAL.name)
+        battery = self._cleaned.get(BATTERY.name)
+        return VehicleModel(
+            **top,
+            source=source,
+            reference=reference,
+            hover=self._hover_law(),
+            responses=self._responses(),
+            cruise=None if cruise is None else CruisePower(**cruise),
+            vertical=None if vertical is None else VerticalPower(**vertical),
+            battery=None if battery is None else Battery(**battery),
+            default_speed_m_s=self._cleaned.get(SPEED.name, {}).get("default_m_s"),
+            parameters=tuple(self._cleaned.get(PARAMETERS.name, {}).items()),
+            valid_for=ValidFor(**self._cleaned[VALID_FOR.name]),
+            provenance=Provenance(
+                **self._cleaned[PROVENANCE.name],
+                fit=tuple(self._cleaned.get(FIT.name, {}).items()),
+            ),
+        )
+
+    def _hover_law(self) -> AltitudeLaw | DensityLaw:
+        values = self._cleaned["hover"]
+        return (
+            AltitudeLaw(**values) if self._chosen["hover"] is ALTITUDE_LAW else DensityLaw(**values)
+        )
+
+    def _responses(self) -> Responses:
+        responses = {}
+        for name, table in RESPONSE_TABLES.items():
+            if (values := self._cleaned.get(table.name)) is not None:
+                transfer_function = TransferFunction(
+                    numerator=values.pop("numerator"),
+                    denominator=values.pop("denominator"),
+                    delay_s=values.pop("delay_s"),
+                )
+                responses[name] = ManoeuvreResponse(transfer_function=transfer_function, **values)
+        return Responses(**responses)
+
+
+def _tables_inside(name: str) -> set[str]:
+    """Return the names of the tables directly inside a table."""
+    prefix = f"{name}." if name else ""
+    inside = {table.name.removeprefix(prefix) for table in SCHEMA if table.name.startswith(prefix)}
+    return {part.split(".")[0] for part in inside if part}
+
+
+def _dotted(table: str, key: str) -> str:
+    shown = key if key.isprintable() else repr(key)
+    return f"{table}.{shortened(shown)}" if table else shortened(shown)
+
+
+def _single_problem(message: str, *, source: str) -> VehicleFileError:
+    return VehicleFileError(message, source=source, problems=(f"{source}: {message}",))
+
+
+def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
+    key, message = problems[0]
+    more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
+    return VehicleFileError(
+        message + more,
+        source=source,
+        key=key,
+        problems=tuple(f"{source}: {key}: {problem}" for key, problem in problems),
+    )
