@@ -2,20 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
+from planner.autopilot import Autopilot
+from planner.catalogue.tool import FILE_UNREADABLE
+from planner.checks.case import Case
+from planner.checks.registry import check_case
+from planner.errors import MissionFileError, UsageError
 from planner.findings import Severity
+from planner.flight.budget import (
+    NOTHING_FLOWN,
+    battery_budget,
+    flight_totals,
+    item_arrivals,
+    way_home,
+)
 from planner.flight.conditions import Conditions
+from planner.flight.prediction import predict_flight
+from planner.mission.files import read_mission
+from planner.mission.route import make_route
+from planner.physics.atmosphere import standard_temperature_c
+from planner.physics.wind import Wind
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.autopilot import Autopilot
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival, Segment
+    from planner.mission.items import Mission
     from planner.vehicle.battery import Battery
+    from planner.vehicle.model import VehicleModel
 
 Verdict = Literal["go", "no-go"]
 
@@ -74,3 +94,172 @@ class UnreadableMission:
     findings: tuple[Finding, ...]
     """X901 file-unreadable."""
     verdict: Literal["no-go"] = "no-go"
+
+
+def check(
+    mission: Mission,
+    vehicle: VehicleModel,
+    *,
+    battery: Battery | None = None,
+    charge: float = 1.0,
+    reserve: float = 0.2,
+    wind: Wind | None = None,
+    payload_kg: float = 0.0,
+    temperature_c: float | None = None,
+    home_amsl_m: float | None = None,
+    autopilot: Autopilot | None = None,
+    select: tuple[str, ...] = (),
+    ignore: tuple[str, ...] = (),
+    fail_on: Severity = Severity.ERROR,
+) -> CheckResult:
+    """Predict a mission and judge it: the main job.
+
+    Parameters
+    ----------
+    mission : Mission
+        As `planner.read_mission` returns it.
+    vehicle : VehicleModel
+        As `planner.load_vehicle` returns it.
+    battery : Battery, optional
+        Default the model's own.
+    charge : float
+        State of charge at the start, 0 to 1. [-]
+    reserve : float
+        Share of the capacity that must stay in the battery, 0 to 1. [-]
+    wind : Wind, optional
+        Default calm.
+    payload_kg : float
+        Mass carried beyond the model's own. [kg]
+    temperature_c : float, optional
+        Air temperature at home; default standard for its altitude. [°C]
+    home_amsl_m : float, optional
+        Altitude of the take-off place; default the mission's own. [m AMSL]
+    autopilot : Autopilot, optional
+        Who shapes the references; default the model's own way.
+    select, ignore : tuple of str
+        Codes, or beginnings of codes, of the findings to report and not to report.
+    fail_on : Severity
+        From which severity on a finding makes the mission a no-go.
+
+    Returns
+    -------
+    CheckResult
+        Verdict, totals, segments and findings.
+
+    Raises
+    ------
+    MissionFileError
+        If an item holds a number no vehicle can fly.
+    UsageError
+        If the model cannot be flown as asked, or a value is out of its range.
+    """
+    for name, fraction in (("charge", charge), ("reserve", reserve)):
+        if not 0.0 <= fraction <= 1.0:
+            msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
+            raise UsageError(msg)
+    flown_by = vehicle.reference if autopilot is None else autopilot
+    if flown_by is not Autopilot.STEP or vehicle.reference is not Autopilot.STEP:
+        msg = (
+            f"{vehicle.name} answers {vehicle.reference.title}; "
+            f"it cannot be flown as {flown_by.title}"
+        )
+        raise UsageError(msg)
+    route = make_route(mission, home_amsl_m=home_amsl_m)
+    conditions = Conditions(
+        wind=wind or Wind(),
+        home_amsl_m=route.home_amsl_m,
+        temperature_c=temperature_c,
+        payload_kg=payload_kg,
+    )
+    known = vehicle.battery if battery is None else battery
+    flight: Flight | None = None
+    totals, items, budget, home = NOTHING_FLOWN, (), None, None
+    findings = [*mission.findings, *route.findings]
+    if route.stages:
+        flight = predict_flight(route, vehicle, conditions)
+        totals = flight_totals(flight, known)
+        items = item_arrivals(mission, route, flight)
+        if known is not None:
+            budget = battery_budget(totals, known, charge=charge, reserve=reserve)
+        home = way_home(route, flight, vehicle, budget)
+        findings += check_case(
+            Case(
+                mission=mission,
+                route=route,
+                vehicle=vehicle,
+                autopilot=flown_by,
+                conditions=conditions,
+                flight=flight,
+                totals=totals,
+                items=items,
+                battery=budget,
+                way_home=home,
+            )
+        )
+    reported = chosen(findings, select=select, ignore=ignore)
+    return CheckResult(
+        file=mission.source,
+        verdict=verdict(reported, fail_on),
+        vehicle_name=vehicle.name,
+        vehicle_source=vehicle.source,
+        conditions=replace(
+            conditions,
+            temperature_c=standard_temperature_c(route.home_amsl_m)
+            if temperature_c is None
+            else temperature_c,
+        ),
+        totals=totals,
+        battery=budget,
+        way_home=home,
+        segments=() if flight is None else flight.segments,
+        items=items,
+        findings=reported,
+    )
+
+
+def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:
+    """Read a mission and check it; one that cannot be read is a result too.
+
+    Raises
+    ------
+    VehicleFileError, UsageError
+        If the vehicle or the request is unusable: no mission could be checked with it.
+    """
+    vehicle = load_vehicle(request.vehicle)
+    try:
+        mission = read_mission(path)
+        return check(
+            mission,
+            vehicle,
+            battery=request.battery,
+            charge=request.charge,
+            reserve=request.reserve,
+            wind=request.conditions.wind,
+            payload_kg=request.conditions.payload_kg,
+            temperature_c=request.conditions.temperature_c,
+            home_amsl_m=request.conditions.home_amsl_m,
+            autopilot=request.autopilot,
+            select=request.select,
+            ignore=request.ignore,
+            fail_on=request.fail_on,
+        )
+    except MissionFileError as error:
+        finding = FILE_UNREADABLE.finding(str(error), place=error.place)
+        return UnreadableMission(file=str(path), findings=(finding,))
+
+
+def chosen(
+    findings: list[Finding], *, select: tuple[str, ...], ignore: tuple[str, ...]
+) -> tuple[Finding, ...]:
+    """Return the findings asked for, worst first, then by item."""
+    kept = [
+        finding
+        for finding in findings
+        if (not select or finding.code.startswith(select)) and not finding.code.startswith(ignore)
+    ]
+    return tuple(sorted(kept, key=lambda f: (-f.severity, f.item or 0, f.code)))
+
+
+def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:
+    """Return no-go where a finding is as bad as ``fail_on``, or worse."""
+    return "no-go" if any(finding.severity >= fail_on for finding in findings) else "go"

@@ -5,21 +5,26 @@ SI inside: metres, seconds, kilograms, watts, joules, radians.  Reports speak Wh
 
 from __future__ import annotations
 
-import math
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+Quantity = TypeVar("Quantity", float, "npt.NDArray[np.float64]")
 
 GRAVITY_M_S2 = 9.80665
 """Standard gravity: 3rd CGPM (1901), resolution 2. [m s⁻²]"""
+
+ZERO_CELSIUS_K = 273.15
+"""0 °C on the thermodynamic scale: 13th CGPM (1967), resolution 3. [K]"""
 
 JOULES_PER_WATT_HOUR = 3600.0
 SECONDS_PER_HOUR = 3600.0
 MILLIAMPERE_HOURS_PER_AMPERE_HOUR = 1000.0
 
 
-def wh_from_j(energy_j: float) -> float:
+def wh_from_j(energy_j: Quantity) -> Quantity:
     """Energy in watt-hours from joules."""
     return energy_j / JOULES_PER_WATT_HOUR
 
-
-def rad_from_deg(angle_deg: float) -> float:
-    """Angle in radians from degrees."""
-    return math.radians(angle_deg)

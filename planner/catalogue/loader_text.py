@@ -38,13 +38,13 @@ TEXT_NO_HOME_ROW = Rule(
     severity=Severity.WARNING,
     summary="The first row is not a home position, but most loaders take it for one.",
     why=(
-        "Version 110 files begin with home.  Where a script wrote the take-off there, QGroundControl "
-        "takes it as home and ArduPilot overwrites it: the take-off is never flown.  MAVSDK uploads "
-        "it to PX4 and puts a copy of it in front for ArduPilot."
+        "Version 110 files begin with home.  Where a script wrote the take-off there, "
+        "QGroundControl takes it as home and ArduPilot overwrites it: the take-off is never flown.  "
+        "MAVSDK uploads it to PX4, and for ArduPilot puts a copy of it in front."
     ),
     how=(
-        "The first row is home if it is a NAV_WAYPOINT (or command 0) with sequence number 0, whose "
-        "altitude is AMSL or zero or which stands before a take-off; anything else is flown."
+        "The first row is home if it is a NAV_WAYPOINT (or command 0) with sequence number 0 whose "
+        "altitude is AMSL or zero, or which stands before a take-off; anything else is flown."
     ),
     example="the first row is NAV_TAKEOFF and is flown here as item 1; QGroundControl swallows it",
     fix="put a home row before it: sequence 0, frame 0, command 16, altitude AMSL",
@@ -56,8 +56,8 @@ TEXT_SEQUENCE = Rule(
     severity=Severity.WARNING,
     summary="Sequence numbers are repeated or missing.",
     why=(
-        "Every loader renumbers the rows in the order of the file, so a DO_JUMP goes to another row "
-        "than its author meant."
+        "Every loader renumbers the rows in the order of the file, so a DO_JUMP goes to another "
+        "row than its author meant."
     ),
     how="Each row's number is compared with its place in the file; a warning only with a DO_JUMP.",
     example="row 4 has sequence number 2, its place is 3: rows are numbered by their order",
@@ -70,8 +70,8 @@ TEXT_UNSET_VALUE = Rule(
     severity=Severity.INFO,
     summary="Values are written as 'nan' or 'null'.",
     why=(
-        "They are read as 'not specified'.  pymavlink refuses 'null', QGroundControl reads it as 0, "
-        "and ArduPilot refuses most parameters that are not a number at upload."
+        "They are read as 'not specified'.  pymavlink refuses 'null', QGroundControl reads it as "
+        "0, and ArduPilot refuses most parameters that are not a number at upload."
     ),
     how="Counts the fields that hold such a word.",
     example="17 values are 'nan' or 'null' (first in line 3): read as not specified",
@@ -95,8 +95,8 @@ TEXT_FENCE_ROWS = Rule(
     severity=Severity.WARNING,
     summary="Fence or rally rows stand among the items of a mission.",
     why=(
-        "They belong to lists of their own: an autopilot refuses them inside a mission, and with them "
-        "the whole upload, or flies without the fence."
+        "They belong to lists of their own: an autopilot refuses them inside a mission, and with "
+        "them the whole upload, or flies without the fence."
     ),
     how="Counts rows with commands 5000 to 5004 and 5100 in a file that also holds mission items.",
     example="126 fence rows inside the mission: checked as a fence, refused by ArduPilot as items",
@@ -120,7 +120,7 @@ FENCE_ITEM_BROKEN = Rule(
     severity=Severity.WARNING,
     summary="A fence area or rally point is incomplete, or has other vertices than it says.",
     why="An autopilot refuses such a fence, and the vehicle then flies without one.",
-    how="The first parameter of each polygon vertex is the polygon's number of vertices, at least 3.",
+    how="The first parameter of each vertex is its polygon's number of vertices, at least 3.",
     example="the fence polygon from line 4 says 5 vertices and has 4",
     fix="save the fence anew from a ground station",
 )
@@ -142,8 +142,8 @@ TEXT_TERRAIN_ROWS = Rule(
     severity=Severity.WARNING,
     summary="Text rows have altitudes above terrain, which loaders get wrong.",
     why=(
-        "QGroundControl shows them as AMSL when it imports text (#10596), and MAVSDK's import leaves "
-        "their positions unscaled."
+        "QGroundControl shows them as AMSL when it imports text (#10596), and MAVSDK's import "
+        "leaves their positions unscaled."
     ),
     how="Counts rows in frames 10 and 11.",
     example="4 rows are above terrain (first in line 3): upload with Mission Planner or MAVProxy",
@@ -166,7 +166,7 @@ FILE_ENCODING = Rule(
     name="file-encoding",
     severity=Severity.INFO,
     summary="The file is not plain UTF-8.",
-    why="Loaders compare the first bytes literally: with a byte order mark or UTF-16 they refuse it.",
+    why="Loaders compare the first bytes: with a byte order mark or in UTF-16 they refuse it.",
     how="Looks for byte order marks, UTF-16 and bytes that are not UTF-8.",
     example="the file begins with a byte order mark: pymavlink refuses it",
     fix="save the file as UTF-8 without a byte order mark",

@@ -47,3 +47,14 @@ HOME_UNKNOWN = Rule(
     example="home unknown: the flight is taken to start at item 1",
     fix="set the planned home position in the mission",
 )
+
+AUTOPILOT_DIFFERS = Rule(
+    code="M109",
+    name="autopilot-differs",
+    severity=Severity.INFO,
+    summary="The mission was written for another autopilot than the model flies.",
+    why="PX4 and ArduPilot fly the same items differently; so does a vehicle of step references.",
+    how="The file's firmware type is compared with the way of commanding of the prediction.",
+    example="the file was written for PX4; the prediction is flown as ArduPilot would",
+    fix="choose the model of the vehicle that will fly, or say --autopilot",
+)

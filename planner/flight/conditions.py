@@ -15,8 +15,8 @@ class Conditions:
     wind: Wind = field(default_factory=Wind)
     home_amsl_m: float | None = None
     """Altitude of the take-off place; ``None``: the mission's own. [m AMSL]"""
-    temperature_c: float = 15.0
-    """Air temperature at home. [°C]"""
+    temperature_c: float | None = None
+    """Air temperature at home; ``None``: standard for its altitude. [°C]"""
     payload_kg: float = 0.0
     """Mass carried beyond the model's own. [kg]"""
 
@@ -24,7 +24,7 @@ class Conditions:
         if self.home_amsl_m is not None and not -500.0 <= self.home_amsl_m <= 9000.0:
             msg = f"home_amsl_m must be a place on Earth (−500 to 9000 m), got {self.home_amsl_m}"
             raise ValueError(msg)
-        if not -90.0 <= self.temperature_c <= 60.0:
+        if self.temperature_c is not None and not -90.0 <= self.temperature_c <= 60.0:
             msg = f"temperature_c must be −90 to 60 °C, got {self.temperature_c}"
             raise ValueError(msg)
         if not (math.isfinite(self.payload_kg) and self.payload_kg >= 0.0):

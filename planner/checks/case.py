@@ -1,0 +1,33 @@
+"""The case: everything a rule may look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
+    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.conditions import Conditions
+    from planner.flight.prediction import Flight
+    from planner.flight.segment import ItemArrival
+    from planner.mission.items import Mission
+    from planner.mission.stage import Route
+    from planner.vehicle.model import VehicleModel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """One mission, flown by one vehicle on one day, as predicted."""
+
+    mission: Mission
+    route: Route
+    vehicle: VehicleModel
+    autopilot: Autopilot
+    """Who shapes the references in this prediction."""
+    conditions: Conditions
+    flight: Flight
+    totals: Totals
+    items: tuple[ItemArrival, ...]
+    battery: BatteryBudget | None
+    way_home: ReturnBudget | None

@@ -1,0 +1,146 @@
+"""Rules on the model: flight it was not identified on, conditions it does not know."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.autopilot import Autopilot
+from planner.catalogue.energy import (
+    CONDITION_NOT_MODELLED,
+    CRUISE_POWER_ASSUMED,
+    MODEL_OUTSIDE_ENVELOPE,
+)
+from planner.catalogue.mission import AUTOPILOT_DIFFERS
+from planner.findings import Severity
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.vehicle.hover_law import AltitudeLaw
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+
+_HEIGHT_SLACK_M = 0.5
+"""A height this little outside the identified ones is inside: rounding of files. [m]"""
+
+
+def check_speed(case: Case) -> Iterator[Finding]:
+    """Yield a finding where a speed is commanded that the model was not identified up to."""
+    limit = case.vehicle.valid_for.speed_m_s
+    if limit is None:
+        return
+    beyond = [s for s in case.route.stages if s.speed_m_s is not None and s.speed_m_s not in limit]
+    if not beyond:
+        return
+    fastest = max(beyond, key=lambda stage: stage.speed_m_s or 0.0)
+    yield MODEL_OUTSIDE_ENVELOPE.finding(
+        f"{fastest.speed_m_s:.1f} m/s is commanded, the model was identified from {limit.low:.1f} "
+        f"to {limit.high:.1f} m/s: time and energy of {_items(len(beyond))} cannot be trusted",
+        severity=Severity.ERROR,
+        item=beyond[0].item,
+        place=case.mission.items[beyond[0].item - 1].place,
+        fix=f"command {limit.high:.1f} m/s or less, or identify the vehicle on such flights",
+    )
+
+
+def check_climbs(case: Case) -> Iterator[Finding]:
+    """Yield a finding where a climb or descent is longer than the identified step."""
+    response = case.vehicle.responses.altitude
+    if response is None or response.identified_step_m is None:
+        return
+    columns = case.flight.motion.segments
+    beyond = np.flatnonzero(np.abs(columns.climb_m) > response.identified_step_m + _HEIGHT_SLACK_M)
+    if not len(beyond):
+        return
+    item = int(columns.item[beyond[0]])
+    longest = float(np.abs(columns.climb_m[beyond]).max())
+    yield MODEL_OUTSIDE_ENVELOPE.finding(
+        f"{len(beyond)} climbs or descents of up to {longest:.0f} m are longer than the identified "
+        f"{response.identified_step_m:.0f} m: flown at the peak rate of the identified step",
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
+
+
+def check_heights(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the flight is higher than the model knows, or hovers lower."""
+    heights = np.array([stage.height_m for stage in case.route.stages])
+    box = case.vehicle.valid_for
+    limit = box.height_above_home_m
+    outside = np.zeros(len(heights), dtype=bool)
+    if limit is not None:
+        outside = (heights > limit.high + _HEIGHT_SLACK_M) | (heights < limit.low - _HEIGHT_SLACK_M)
+        if outside.any():
+            worst = int(np.argmax(np.where(outside, np.abs(heights), -1.0)))
+            yield MODEL_OUTSIDE_ENVELOPE.finding(
+                f"{_items(int(outside.sum()))} at heights of up to {heights[worst]:.0f} m above "
+                f"home: the model was identified from {limit.low:.0f} to {limit.high:.0f} m",
+                item=case.route.stages[worst].item,
+                place=case.mission.items[case.route.stages[worst].item - 1].place,
+            )
+    measured = box.hover_height_above_home_m
+    if measured is not None and not outside.any():
+        low = float(heights.max())
+        if low < measured.low:
+            yield MODEL_OUTSIDE_ENVELOPE.finding(
+                f"the flight stays below {low:.0f} m, hover power was measured from "
+                f"{measured.low:.0f} m up: the hover law is used below its data",
+                severity=Severity.INFO,
+                fix="",
+            )
+
+
+def check_cruise_power(case: Case) -> Iterator[Finding]:
+    """Yield a finding where hover power stands in for a cruise power the model does not give."""
+    if case.vehicle.cruise is not None:
+        return
+    columns = case.flight.motion.segments
+    cruising = columns.state == STATE_INDEX[FlightState.CRUISE]
+    if cruising.any():
+        yield CRUISE_POWER_ASSUMED.finding(
+            f"cruise power is taken as hover power over {columns.distance_m[cruising].sum() / 1e3:.2f} "
+            "km: the model gives none"
+        )
+
+
+def check_conditions(case: Case) -> Iterator[Finding]:
+    """Yield a finding for each condition the model cannot take into account."""
+    conditions, vehicle = case.conditions, case.vehicle
+    if conditions.wind.speed_m_s > 0.0:
+        yield CONDITION_NOT_MODELLED.finding(
+            f"the wind of {conditions.wind.speed_m_s:.1f} m/s is not counted: "
+            "the model gives no power over airspeed"
+        )
+    if isinstance(vehicle.hover, AltitudeLaw):
+        if conditions.payload_kg > 0.0:
+            yield CONDITION_NOT_MODELLED.finding(
+                f"the payload of {conditions.payload_kg:.2f} kg is not counted: "
+                "the model's hover law knows no mass"
+            )
+        if conditions.temperature_c is not None:
+            yield CONDITION_NOT_MODELLED.finding(
+                f"the temperature of {conditions.temperature_c:.1f} °C is not counted: "
+                "the model's hover law knows no air density"
+            )
+
+
+def check_autopilot(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the file was written for another way of commanding."""
+    written_for = case.mission.autopilot
+    if written_for is None or written_for is case.autopilot:
+        return
+    flown = (
+        "flown in reference steps, stopping at every waypoint"
+        if case.autopilot is Autopilot.STEP
+        else f"flown as {case.autopilot.title} would"
+    )
+    yield AUTOPILOT_DIFFERS.finding(
+        f"the file was written for {written_for.title}; the prediction is {flown}"
+    )
+
+
+def _items(count: int) -> str:
+    return "1 leg" if count == 1 else f"{count} legs"

@@ -1,0 +1,37 @@
+"""Every rule that judges a case, in the order they are asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.checks.energy import check_battery, check_way_home
+from planner.checks.envelope import (
+    check_autopilot,
+    check_climbs,
+    check_conditions,
+    check_cruise_power,
+    check_heights,
+    check_speed,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+
+CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+    check_battery,
+    check_way_home,
+    check_speed,
+    check_climbs,
+    check_heights,
+    check_cruise_power,
+    check_conditions,
+    check_autopilot,
+)
+
+
+def check_case(case: Case) -> tuple[Finding, ...]:
+    """Return what every rule has to say about a case."""
+    return tuple(finding for check in CHECKS for finding in check(case))

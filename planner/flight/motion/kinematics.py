@@ -1,0 +1,159 @@
+"""Motion as pieces in closed form: where the vehicle is, how fast, at any time.
+
+A flight is a row of pieces, each following one law of motion over its own time.  Laws are kept as
+columns (one array per parameter), so that 10,000 pieces cost array arithmetic; they are evaluated at
+the nodes of a quadrature for energy, and sampled only for plots and traces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+IntArray: TypeAlias = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KinematicState:
+    """Where a vehicle is and how it moves, in the frame of its home; all of one shape."""
+
+    east_m: FloatArray
+    north_m: FloatArray
+    height_m: FloatArray
+    """Height above home. [m]"""
+    east_m_s: FloatArray
+    north_m_s: FloatArray
+    climb_m_s: FloatArray
+
+    @property
+    def ground_speed_m_s(self) -> FloatArray:
+        """Horizontal speed over ground. [m s⁻¹]"""
+        return np.hypot(self.east_m_s, self.north_m_s)
+
+
+class MotionLaw(Protocol):
+    """One law of motion, for many pieces at once."""
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of piece ``row`` at its own time; both broadcast together."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SegmentColumns:
+    """The segments of a flight as columns, all of length n, in flown order."""
+
+    item: IntArray
+    state: IntArray
+    """Positions in ``planner.flight.state.STATES``."""
+    duration_s: FloatArray
+    distance_m: FloatArray
+    climb_m: FloatArray
+    speed_m_s: FloatArray
+    stopping_distance_m: FloatArray
+    """NaN where a segment has none. [m]"""
+
+    @property
+    def end_s(self) -> FloatArray:
+        """End of each segment; each begins where the one before ends. [s]"""
+        return np.cumsum(self.duration_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Motion:
+    """How a vehicle flies a route: segments, and the pieces they are made of."""
+
+    segments: SegmentColumns
+    laws: tuple[MotionLaw, ...]
+    piece_segment: IntArray
+    """Segment each piece belongs to, not falling. (p,)"""
+    piece_law: IntArray
+    """Position in ``laws``. (p,)"""
+    piece_row: IntArray
+    """Row of the piece in its law. (p,)"""
+    piece_offset_s: FloatArray
+    """The law's own time at which the piece begins. (p,) [s]"""
+    piece_duration_s: FloatArray
+    arrival_segment: IntArray
+    """For each stage of the route the segment whose end is the arrival; −1 for none. (stages,)"""
+    done_segment: IntArray
+    """For each stage the last segment that serves it; −1 for none. (stages,)"""
+    findings: tuple[Finding, ...] = ()
+
+    def piece_start_s(self) -> FloatArray:
+        """Return when each piece begins. (p,) [s]"""
+        return np.concatenate(([0.0], np.cumsum(self.piece_duration_s)[:-1]))
+
+    def state_at(self, piece: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state at times counted from the beginning of each piece.
+
+        Parameters
+        ----------
+        piece : ndarray of int
+            Pieces, broadcasting against ``time_s``.
+        time_s : ndarray
+            Time since the beginning of the piece. [s]
+        """
+        piece, time_s = np.broadcast_arrays(piece, time_s)
+        columns = np.empty((6, *piece.shape))
+        law_of = self.piece_law[piece]
+        for index, law in enumerate(self.laws):
+            chosen = law_of == index
+            if not chosen.any():
+                continue
+            rows = piece[chosen]
+            state = law.state_at(self.piece_row[rows], self.piece_offset_s[rows] + time_s[chosen])
+            columns[:, chosen] = (
+                state.east_m,
+                state.north_m,
+                state.height_m,
+                state.east_m_s,
+                state.north_m_s,
+                state.climb_m_s,
+            )
+        return KinematicState(
+            east_m=columns[0],
+            north_m=columns[1],
+            height_m=columns[2],
+            east_m_s=columns[3],
+            north_m_s=columns[4],
+            climb_m_s=columns[5],
+        )
+
+    def state_at_time(self, time_s: FloatArray) -> KinematicState:
+        """Return the state at times since the start of the flight, clamped to its length."""
+        starts = self.piece_start_s()
+        piece = np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, len(starts) - 1)
+        local = np.clip(time_s - starts[piece], 0.0, self.piece_duration_s[piece])
+        return self.state_at(piece, local)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PolynomialLaw:
+    """Position as a cubic of time on each axis: holding, constant speed, or constant jerk."""
+
+    coefficients: FloatArray
+    """Rising powers of time for east, north, height above home. (rows, 3, 4) [m, m s⁻¹, …]"""
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        c = self.coefficients[row]
+        t = time_s[..., None]
+        position = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+        velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3])
+        return KinematicState(
+            east_m=position[..., 0],
+            north_m=position[..., 1],
+            height_m=position[..., 2],
+            east_m_s=velocity[..., 0],
+            north_m_s=velocity[..., 1],
+            climb_m_s=velocity[..., 2],
+        )

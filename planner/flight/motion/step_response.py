@@ -1,0 +1,464 @@
+"""Motion of a vehicle that answers reference steps: the article's way of flying.
+
+Every reference is a step and every leg stops at its waypoint.  A stage is flown as up to four
+manoeuvres, one after the other: climb, level leg, descent, hold; climbing comes before and descending
+after the level leg, so that the leg is flown at the greater height (clear of the ground, and never too
+cheap).
+
+Vertical manoeuvres follow the altitude response (G1) until the height stays within one metre of its
+target.  A step longer than the identified one pauses at its peak climb rate for the extra metres.
+
+A level leg of length L at commanded speed v is a pulse of the speed reference lasting L over the steady
+speed, so that the response (G4) covers exactly L.  It accelerates until 98 % of the commanded speed,
+cruises until the reference drops, and brakes until the speed stays within 2 % of the commanded one; what
+then is left of the way, a few hundredths of the speed, is counted with the brake.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from planner.flight.motion.kinematics import (
+    KinematicState,
+    Motion,
+    PolynomialLaw,
+    SegmentColumns,
+)
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.transients import Transients
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.mission.stage import Stage
+    from planner.physics.response import StepResponse
+    from planner.vehicle.model import ManoeuvreResponse, Responses
+
+T = TypeVar("T")
+
+VERTICAL_TOLERANCE_M = 1.0
+"""A vertical manoeuvre is over when the height stays this near to its target. [m]"""
+REACHED_FRACTION = 0.98
+"""Fraction of the commanded speed at which accelerating becomes cruising. [-]"""
+STOPPED_FRACTION = 0.02
+"""Fraction of the commanded speed below which a stop is over. [-]"""
+
+_CLIMB_POWER, _DESCENT_POWER, _BRAKE_POWER = range(3)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VerticalStepLaw:
+    """Answer of the altitude response to steps, pausing at the peak rate where a step is long."""
+
+    response: StepResponse
+    """Unit step of the altitude reference. [m/m]"""
+    east_m: FloatArray
+    north_m: FloatArray
+    height_m: FloatArray
+    """Height above home before the step. (rows,) [m]"""
+    step_m: FloatArray
+    """Size of the step as the response sees it, negative downwards. (rows,) [m]"""
+    peak_s: float
+    """Time of the peak rate. [s]"""
+    pause_s: FloatArray
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        paused = np.clip(time_s - self.peak_s, 0.0, self.pause_s[row])
+        own = time_s - paused
+        rate = self.step_m[row] * self.response.slope(own)
+        zero = np.zeros(row.shape)
+        return KinematicState(
+            east_m=self.east_m[row],
+            north_m=self.north_m[row],
+            height_m=self.height_m[row]
+            + self.step_m[row] * self.response.value(own)
+            + self.step_m[row] * float(self.response.slope(self.peak_s)) * paused,
+            east_m_s=zero,
+            north_m_s=zero,
+            climb_m_s=rate,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SpeedPulseLaw:
+    """Answer of the speed response to pulses of the speed reference, along straight level legs."""
+
+    response: StepResponse
+    """Unit step of the speed reference, input gain included. [(m/s)/(m/s)]"""
+    east_m: FloatArray
+    north_m: FloatArray
+    height_m: FloatArray
+    east: FloatArray
+    """Eastward part of the direction. (rows,) [-]"""
+    north: FloatArray
+    speed_m_s: FloatArray
+    """Commanded speed. (rows,) [m s⁻¹]"""
+    pulse_s: FloatArray
+    """Length of the pulse. (rows,) [s]"""
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        after = time_s - self.pulse_s[row]
+        speed = self.speed_m_s[row]
+        rate = speed * (self.response.value(time_s) - self.response.value(after))
+        way = speed * (self.response.integral(time_s) - self.response.integral(after))
+        return KinematicState(
+            east_m=self.east_m[row] + way * self.east[row],
+            north_m=self.north_m[row] + way * self.north[row],
+            height_m=self.height_m[row],
+            east_m_s=rate * self.east[row],
+            north_m_s=rate * self.north[row],
+            climb_m_s=np.zeros(row.shape),
+        )
+
+
+_CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _DESCEND, _HOLD, _SLOTS = range(7)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Legs:
+    """Stages as columns, one row per stage; each begins and ends standing still."""
+
+    item: IntArray
+    """What the segments of each stage are counted under. (n,)"""
+    start_m: FloatArray
+    """East, north, height above home. (n, 3) [m]"""
+    end_m: FloatArray
+    speed_m_s: FloatArray
+    hold_s: FloatArray
+    climb_state: IntArray
+    descent_state: IntArray
+
+    @classmethod
+    def of(cls, stages: Sequence[Stage], *, default_speed_m_s: float) -> Legs:
+        """Return the stages of a route, each beginning where the one before ends."""
+        end = np.array([(s.east_m, s.north_m, s.height_m) for s in stages])
+        landing = np.array([s.kind in {StageKind.LAND, StageKind.RETURN} for s in stages])
+        takeoff = np.array([s.kind is StageKind.TAKEOFF for s in stages])
+        return cls(
+            item=np.array([s.item for s in stages]),
+            start_m=np.vstack((np.zeros((1, 3)), end[:-1])),
+            end_m=end,
+            speed_m_s=np.array(
+                [default_speed_m_s if s.speed_m_s is None else s.speed_m_s for s in stages]
+            ),
+            hold_s=np.array([s.hold_s for s in stages]),
+            climb_state=np.where(
+                takeoff, STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.CLIMB]
+            ),
+            descent_state=np.where(
+                landing, STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND]
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Part:
+    """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
+
+    law: VerticalStepLaw | SpeedPulseLaw | PolynomialLaw
+    order: IntArray
+    state: IntArray
+    duration_s: FloatArray
+    distance_m: FloatArray
+    climb_m: FloatArray
+    speed_m_s: FloatArray
+    stopping_distance_m: FloatArray
+    piece_segment: IntArray
+    piece_row: IntArray
+    piece_offset_s: FloatArray
+    piece_duration_s: FloatArray
+    step: FloatArray
+    """Input step of the segment's power response. [m or m s⁻¹]"""
+    pause_s: FloatArray
+
+
+def _pieces_between(
+    breaks_s: FloatArray, segment: IntArray, row: IntArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return segment, row, offset and duration of the pieces between rising breaks (n, k)."""
+    duration = np.diff(breaks_s, axis=1)
+    kept = duration > 0.0
+    # A segment of no duration keeps one empty piece, so that every segment has a place.
+    kept[:, 0] |= ~kept.any(axis=1)
+    shape = duration.shape
+    return (
+        np.broadcast_to(segment[:, None], shape)[kept],
+        np.broadcast_to(row[:, None], shape)[kept],
+        breaks_s[:, :-1][kept],
+        duration[kept],
+    )
+
+
+def _fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> _Part:
+    """Return the climbs and descents of all stages."""
+    change = legs.end_m[:, 2] - legs.start_m[:, 2]
+    stage = np.flatnonzero(change)
+    rise = change[stage]
+    size = np.abs(rise)
+    unit = altitude.unit_step
+    identified_m = altitude.identified_step_m
+    step = size if identified_m is None else np.minimum(size, identified_m)
+    peak_s, peak_rate = unit.peak_slope()
+    pause = (size - step) / (peak_rate * step)
+
+    # Settling depends on the size alone; a survey has few different ones.
+    sizes, which = np.unique(step, return_inverse=True)
+    settled = np.array([unit.settling_time_s(min(VERTICAL_TOLERANCE_M / s, 1.0)) for s in sizes])
+    end = settled[which] + pause
+    upward = rise > 0.0
+    # The level leg is flown between the climb and the descent, at the start's or the end's place.
+    place = np.where(upward[:, None], legs.start_m[stage, :2], legs.end_m[stage, :2])
+    count = np.arange(len(stage))
+    peak = np.full(len(stage), peak_s)
+    breaks = np.column_stack(
+        (np.zeros(len(stage)), np.full(len(stage), unit.delay_s), peak, peak + pause, end)
+    )
+    segment, row, offset, duration = _pieces_between(
+        np.minimum(breaks, end[:, None]), count, count
+    )
+    return _Part(
+        law=VerticalStepLaw(
+            response=unit,
+            east_m=place[:, 0],
+            north_m=place[:, 1],
+            height_m=legs.start_m[stage, 2],
+            step_m=np.sign(rise) * step,
+            peak_s=peak_s,
+            pause_s=pause,
+        ),
+        order=stage * _SLOTS + np.where(upward, _CLIMB, _DESCEND),
+        state=np.where(upward, legs.climb_state[stage], legs.descent_state[stage]),
+        duration_s=end,
+        distance_m=np.zeros(len(stage)),
+        climb_m=rise,
+        speed_m_s=step * unit.slope(np.minimum(end, peak_s)),
+        stopping_distance_m=np.full(len(stage), np.nan),
+        piece_segment=segment,
+        piece_row=row,
+        piece_offset_s=offset,
+        piece_duration_s=duration,
+        step=np.sign(rise) * step,
+        pause_s=pause,
+    )
+
+
+def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
+    """Return the level legs of all stages: accelerate, cruise where there is time for it, brake."""
+    way = legs.end_m[:, :2] - legs.start_m[:, :2]
+    length = np.hypot(way[:, 0], way[:, 1])
+    stage = np.flatnonzero(length > 0.0)
+    way, length = way[stage], length[stage]
+    speed = legs.speed_m_s[stage]
+    unit = speed_response.unit_step
+    pulse = length / (speed * unit.final_value)
+    reached_s = unit.first_crossing_s(REACHED_FRACTION)
+    stop_s = unit.settling_time_s(STOPPED_FRACTION)
+    cruising = pulse > reached_s
+    end = pulse + stop_s
+
+    climbing = legs.end_m[stage, 2] > legs.start_m[stage, 2]
+    law = SpeedPulseLaw(
+        response=unit,
+        east_m=legs.start_m[stage, 0],
+        north_m=legs.start_m[stage, 1],
+        height_m=np.where(climbing, legs.end_m[stage, 2], legs.start_m[stage, 2]),
+        east=way[:, 0] / length,
+        north=way[:, 1] / length,
+        speed_m_s=speed,
+        pulse_s=pulse,
+    )
+    rows = np.arange(len(stage))
+    reached = np.where(cruising, reached_s, pulse)
+    reached_m = speed * unit.integral(reached)
+    pulse_m = speed * unit.integral(pulse)
+    peak = _peak_speed_m_s(law, cruising, stop_s)
+
+    only = np.flatnonzero(cruising)
+    row_of = np.concatenate((rows, rows[only], rows))
+    slot = np.repeat([_ACCELERATE, _CRUISE, _BRAKE], [len(rows), len(only), len(rows)])
+    start = np.concatenate((np.zeros(len(rows)), reached[only], pulse))
+    stop = np.concatenate((reached, pulse[only], end))
+    breaks = np.column_stack((start, np.minimum(start + unit.delay_s, stop), stop))
+    segment, row, offset, duration = _pieces_between(breaks, np.arange(len(slot)), row_of)
+    return _Part(
+        law=law,
+        order=stage[row_of] * _SLOTS + slot,
+        state=np.choose(
+            slot - _ACCELERATE,
+            [STATE_INDEX[s] for s in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)],
+        ),
+        duration_s=stop - start,
+        distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
+        climb_m=np.zeros(len(slot)),
+        speed_m_s=np.concatenate(
+            (speed * unit.value(reached), (speed * unit.final_value)[only], peak)
+        ),
+        stopping_distance_m=np.concatenate(
+            (
+                np.full(len(rows), np.nan),
+                (speed * unit.final_value)[only] * unit.mean_residence_time_s,
+                length - pulse_m,
+            )
+        ),
+        piece_segment=segment,
+        piece_row=row,
+        piece_offset_s=offset,
+        piece_duration_s=duration,
+        step=-np.where(
+            slot == _BRAKE, speed[row_of] * (peak / (speed * unit.final_value))[row_of], 0.0
+        ),
+        pause_s=np.zeros(len(slot)),
+    )
+
+
+def _peak_speed_m_s(law: SpeedPulseLaw, cruising: BoolArray, stop_s: float) -> FloatArray:
+    """Return the highest speed while braking: steady after a cruise, else the pulse's peak."""
+    peak = law.speed_m_s * law.response.final_value
+    short = np.flatnonzero(~cruising)
+    if len(short):
+        # The peak is flat: 64 samples with a parabola through the best three place it to 1e-5.
+        time = law.pulse_s[short, None] + np.linspace(0.0, stop_s, 64)
+        speed = law.state_at(short[:, None] + np.zeros(time.shape, np.intp), time).ground_speed_m_s
+        best = np.clip(np.argmax(speed, axis=1), 1, 62)
+        left, top, right = (speed[np.arange(len(short)), best + k] for k in (-1, 0, 1))
+        bend = left - 2.0 * top + right
+        lift = np.divide((left - right) ** 2, -8.0 * bend, out=np.zeros_like(bend), where=bend < 0)
+        peak[short] = top + lift
+    return peak
+
+
+def _hold(legs: Legs) -> _Part:
+    """Return the holds of all stages."""
+    stage = np.flatnonzero(legs.hold_s > 0.0)
+    count = len(stage)
+    coefficients = np.zeros((count, 3, 4))
+    coefficients[:, :, 0] = legs.end_m[stage]
+    rows = np.arange(count)
+    zero = np.zeros(count)
+    return _Part(
+        law=PolynomialLaw(coefficients=coefficients),
+        order=stage * _SLOTS + _HOLD,
+        state=np.full(count, STATE_INDEX[FlightState.HOVER]),
+        duration_s=legs.hold_s[stage],
+        distance_m=zero,
+        climb_m=zero,
+        speed_m_s=zero,
+        stopping_distance_m=np.full(count, np.nan),
+        piece_segment=rows,
+        piece_row=rows,
+        piece_offset_s=zero,
+        piece_duration_s=legs.hold_s[stage],
+        step=zero,
+        pause_s=zero,
+    )
+
+
+def fly_step_references(legs: Legs, responses: Responses) -> tuple[Motion, Transients]:
+    """Return how a vehicle that answers reference steps flies, and its power transients.
+
+    Parameters
+    ----------
+    legs : Legs
+        At least one stage.
+    responses : Responses
+        The identified responses, of altitude and speed at least; a power response that is not
+        there adds nothing.
+
+    Returns
+    -------
+    motion : Motion
+        Segments and pieces in closed form.
+    transients : Transients
+        Windows of climb, descent and brake power.
+
+    Notes
+    -----
+    Segments are ordered by stage and slot: climb, accelerate, cruise, brake, descend, hold.
+    """
+    vertical = _fly_vertical(legs, _given(responses.altitude))
+    level = _fly_level(legs, _given(responses.speed))
+    hold = _hold(legs)
+    parts = (vertical, level, hold)
+
+    order = np.concatenate([part.order for part in parts])
+    flown = np.argsort(order, kind="stable")
+    place = np.empty_like(flown)
+    place[flown] = np.arange(len(flown))
+    offsets = np.cumsum([0, *(len(part.order) for part in parts)])
+
+    def joined(name: str) -> FloatArray:
+        column: FloatArray = np.concatenate([getattr(part, name) for part in parts])[flown]
+        return column
+
+    segments = SegmentColumns(
+        item=legs.item[order[flown] // _SLOTS],
+        state=joined("state"),
+        duration_s=joined("duration_s"),
+        distance_m=joined("distance_m"),
+        climb_m=joined("climb_m"),
+        speed_m_s=joined("speed_m_s"),
+        stopping_distance_m=joined("stopping_distance_m"),
+    )
+    piece_segment = np.concatenate(
+        [place[part.piece_segment + offset] for part, offset in zip(parts, offsets, strict=False)]
+    )
+    by_segment = np.argsort(piece_segment, kind="stable")
+
+    def pieces(name: str) -> FloatArray:
+        column: FloatArray = np.concatenate([getattr(part, name) for part in parts])[by_segment]
+        return column
+
+    stage = np.arange(len(legs.item))
+    ordered = order[flown]
+    motion = Motion(
+        segments=segments,
+        laws=(vertical.law, level.law, hold.law),
+        piece_segment=piece_segment[by_segment],
+        piece_law=np.repeat(np.arange(3), [len(part.piece_segment) for part in parts])[by_segment],
+        piece_row=pieces("piece_row").astype(np.intp),
+        piece_offset_s=pieces("piece_offset_s"),
+        piece_duration_s=pieces("piece_duration_s"),
+        arrival_segment=np.searchsorted(ordered, stage * _SLOTS + _HOLD) - 1,
+        done_segment=np.searchsorted(ordered, (stage + 1) * _SLOTS) - 1,
+    )
+    return motion, _transients(segments, joined("step"), joined("pause_s"), responses)
+
+
+def _transients(
+    segments: SegmentColumns, step: FloatArray, pause_s: FloatArray, responses: Responses
+) -> Transients:
+    """Return the power windows of every climb, descent and brake, in the order of their start."""
+    state = segments.state
+    climbing = (state == STATE_INDEX[FlightState.TAKEOFF]) | (
+        state == STATE_INDEX[FlightState.CLIMB]
+    )
+    braking = state == STATE_INDEX[FlightState.BRAKE]
+    models = (responses.climb_power, responses.descent_power, responses.brake_power)
+    kind = np.select([climbing, braking], [_CLIMB_POWER, _BRAKE_POWER], _DESCENT_POWER)
+    begun = np.flatnonzero((step != 0.0) & np.array([m is not None for m in models])[kind])
+    peak_s, _ = _given(responses.altitude).unit_step.peak_slope()
+    return Transients(
+        responses=tuple(None if model is None else model.unit_step for model in models),
+        window_s=tuple(0.0 if model is None else _given(model.window_s) for model in models),
+        segment=begun,
+        response=kind[begun],
+        amplitude=step[begun],
+        start_s=segments.end_s[begun] - segments.duration_s[begun],
+        pause_at_s=np.full(len(begun), peak_s),
+        pause_s=pause_s[begun],
+    )
+
+
+def _given(value: T | None) -> T:
+    """Return what a model of step references is known to have."""
+    if value is None:
+        msg = "a model of step references has responses of altitude and speed"
+        raise ValueError(msg)
+    return value

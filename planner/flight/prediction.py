@@ -1,0 +1,185 @@
+"""A flight predicted: route and vehicle in, segments with their energy out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.step_response import Legs, fly_step_references
+from planner.flight.power import SteadyPower
+from planner.flight.segment import Segment
+from planner.flight.state import STATES
+from planner.physics.atmosphere import standard_temperature_c
+from planner.units import wh_from_j
+
+if TYPE_CHECKING:
+    from planner.flight.conditions import Conditions
+    from planner.flight.motion.kinematics import FloatArray, Motion
+    from planner.flight.transients import Transients
+    from planner.mission.stage import Route
+    from planner.vehicle.model import VehicleModel
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+# Gauss-Legendre on [0, 1]: exact to degree 15, so that a piece of smooth power needs no more.
+QUADRATURE_NODES = 0.5 * (_NODES + 1.0)
+QUADRATURE_WEIGHTS = 0.5 * _WEIGHTS
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Flight:
+    """A predicted flight, as columns."""
+
+    motion: Motion
+    transients: Transients
+    power: SteadyPower
+    segment_energy_j: FloatArray
+    """Energy of each segment, windows counted with the segment that begins them. (n,) [J]"""
+    steady_peak_w: float
+    """Highest power at the nodes of the quadrature. [W]"""
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """The segments one by one."""
+        columns = self.motion.segments
+        start = columns.end_s - columns.duration_s
+        stopping = columns.stopping_distance_m
+        return tuple(
+            Segment(
+                index=index,
+                item=item,
+                state=STATES[state],
+                start_s=start_s,
+                duration_s=duration_s,
+                distance_m=distance_m,
+                climb_m=climb_m,
+                speed_m_s=speed_m_s,
+                energy_wh=energy_wh,
+                stopping_distance_m=None if np.isnan(stop_m) else stop_m,
+            )
+            for index, (
+                item,
+                state,
+                start_s,
+                duration_s,
+                distance_m,
+                climb_m,
+                speed_m_s,
+                energy_wh,
+                stop_m,
+            ) in enumerate(
+                zip(
+                    columns.item.tolist(),
+                    columns.state.tolist(),
+                    start.tolist(),
+                    columns.duration_s.tolist(),
+                    columns.distance_m.tolist(),
+                    columns.climb_m.tolist(),
+                    columns.speed_m_s.tolist(),
+                    wh_from_j(self.segment_energy_j).tolist(),
+                    stopping.tolist(),
+                    strict=True,
+                )
+            )
+        )
+
+    @cached_property
+    def peak_power_w(self) -> float:
+        """Highest power, at the nodes of the quadrature or the peak of a transient. [W]"""
+        peaks = self.power_w(np.minimum(self.transients.peak_times_s(), self.time_s))
+        return max(self.steady_peak_w, float(np.max(peaks, initial=0.0)))
+
+    @property
+    def time_s(self) -> float:
+        """Duration of the flight. [s]"""
+        return float(self.motion.segments.duration_s.sum())
+
+    @property
+    def energy_j(self) -> float:
+        """Energy of the flight. [J]"""
+        return float(self.segment_energy_j.sum())
+
+    def power_w(self, time_s: FloatArray) -> FloatArray:
+        """Return the electrical power at times since the start of the flight. [W]"""
+        motion = self.motion
+        starts = motion.piece_start_s()
+        piece = np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, len(starts) - 1)
+        segment = motion.piece_segment[piece]
+        steady = self.power.power_w(
+            motion.state_at_time(time_s),
+            motion.segments.state[segment],
+            motion.segments.speed_m_s[segment],
+        )
+        return steady + self.transients.total_power_w(time_s)
+
+
+def predict_flight(route: Route, vehicle: VehicleModel, conditions: Conditions) -> Flight:
+    """Return the flight of a vehicle along a route.
+
+    Parameters
+    ----------
+    route : Route
+        At least one stage.
+    vehicle : VehicleModel
+        A model of step references.
+    conditions : Conditions
+        Air and load.
+
+    Returns
+    -------
+    Flight
+        Energy by Gauss-Legendre quadrature of the steady power over each piece of motion in closed
+        form, plus the exact integrals of the transients.
+    """
+    legs = Legs.of(route.stages, default_speed_m_s=default_speed_m_s(vehicle))
+    motion, transients = fly_step_references(legs, vehicle.responses)
+    power = SteadyPower(
+        vehicle=vehicle,
+        mass_kg=None if vehicle.mass_kg is None else vehicle.mass_kg + conditions.payload_kg,
+        home_amsl_m=route.home_amsl_m,
+        home_temperature_c=(
+            standard_temperature_c(route.home_amsl_m)
+            if conditions.temperature_c is None
+            else conditions.temperature_c
+        ),
+    )
+    return make_flight(motion, transients, power)
+
+
+def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:
+    """Return a motion with its power and energy."""
+    segments = motion.segments
+    count = len(segments.item)
+    pieces = np.arange(len(motion.piece_segment))[:, None]
+    local_s = QUADRATURE_NODES * motion.piece_duration_s[:, None]
+    segment = np.broadcast_to(motion.piece_segment[:, None], local_s.shape)
+    steady_w = power.power_w(
+        motion.state_at(pieces, local_s), segments.state[segment], segments.speed_m_s[segment]
+    )
+    steady_j = steady_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
+    energy_j = np.bincount(motion.piece_segment, weights=steady_j, minlength=count) + np.bincount(
+        transients.segment, weights=transients.energy_j(), minlength=count
+    )
+    flight = Flight(
+        motion=motion,
+        transients=transients,
+        power=power,
+        segment_energy_j=energy_j,
+        steady_peak_w=float(
+            np.max(
+                steady_w + transients.total_power_w(motion.piece_start_s()[:, None] + local_s),
+                initial=0.0,
+            )
+        ),
+    )
+    return flight
+
+
+def default_speed_m_s(vehicle: VehicleModel) -> float:
+    """Return the speed a model of step references flies at where nothing is commanded. [m s⁻¹]"""
+    if vehicle.default_speed_m_s is None:
+        msg = f"{vehicle.name} does not answer step references"
+        raise ValueError(msg)
+    return vehicle.default_speed_m_s

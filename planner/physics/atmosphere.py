@@ -1,0 +1,68 @@
+r"""The International Standard Atmosphere up to 11 km, with the temperature of the day.
+
+.. math::
+   p(h) = p_0 \left(1 - \frac{L h}{T_0}\right)^{g / (R L)}, \qquad \rho = \frac{p}{R T},
+
+ISO 2533:1975; :math:`T` is the measured or standard temperature at home, falling by the standard
+lapse rate above it.  Pressure is the standard one: a day of high or low pressure is not known.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.units import GRAVITY_M_S2, ZERO_CELSIUS_K
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+SEA_LEVEL_PRESSURE_PA = 101_325.0
+"""ISO 2533:1975, table 1. [Pa]"""
+SEA_LEVEL_TEMPERATURE_K = 288.15
+"""ISO 2533:1975, table 1. [K]"""
+LAPSE_RATE_K_M = 0.0065
+"""Fall of temperature with height in the troposphere, ISO 2533:1975, table 4. [K m⁻¹]"""
+GAS_CONSTANT_J_KG_K = 287.05287
+"""Specific gas constant of dry air, ISO 2533:1975, table 1. [J kg⁻¹ K⁻¹]"""
+
+
+def standard_temperature_c(altitude_amsl_m: float) -> float:
+    """Return the standard temperature at an altitude. [°C]"""
+    return SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude_amsl_m - ZERO_CELSIUS_K
+
+
+def air_density_kg_m3(
+    altitude_amsl_m: npt.ArrayLike, *, home_amsl_m: float, home_temperature_c: float
+) -> npt.NDArray[np.float64]:
+    """Air density at altitudes, with the temperature at home given.
+
+    Parameters
+    ----------
+    altitude_amsl_m : array_like
+        Altitudes, below 11 000 m. [m AMSL]
+    home_amsl_m : float
+        Where the temperature was measured. [m AMSL]
+    home_temperature_c : float
+        Air temperature there. [°C]
+
+    Returns
+    -------
+    ndarray
+        Density, in the shape of the altitudes. [kg m⁻³]
+
+    Examples
+    --------
+    >>> f"{float(air_density_kg_m3(0.0, home_amsl_m=0.0, home_temperature_c=15.0)):.4f}"
+    '1.2250'
+    """
+    altitude = np.asarray(altitude_amsl_m, dtype=np.float64)
+    exponent = GRAVITY_M_S2 / (GAS_CONSTANT_J_KG_K * LAPSE_RATE_K_M)
+    standard_k = SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude
+    pressure_pa = SEA_LEVEL_PRESSURE_PA * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
+    temperature_k = (
+        home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
+    )
+    density: npt.NDArray[np.float64] = pressure_pa / (GAS_CONSTANT_J_KG_K * temperature_k)
+    return density
