@@ -1,0 +1,147 @@
+"""Settings from ``mavjoule.toml`` or ``[tool.mavjoule]`` of a ``pyproject.toml``.
+
+The nearest folder of a mission upward that has one wins, and alone: nothing is merged.  A key is
+the long option with underscores and the unit where it has one; a path is relative to the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planner.cli.settings import SETTINGS, Kind, Setting
+from planner.errors import ConfigurationError
+from planner.vehicle.keys import described, is_number, nearest_hint
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+OWN_FILE = "mavjoule.toml"
+SHARED_FILE = "pyproject.toml"
+_SHARED_TABLE = "tool.mavjoule"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Configuration:
+    """What one file sets."""
+
+    values: Mapping[str, object]
+    """Values by the key of their setting."""
+    path: Path | None = None
+    """``None`` where there is no file."""
+
+
+def find_configuration(folder: Path) -> Configuration:
+    """Return the configuration that holds in a folder; an empty one where there is none.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the mission.
+
+    Returns
+    -------
+    Configuration
+        Of the nearest folder upward that has one.
+
+    Raises
+    ------
+    ConfigurationError
+        If the nearest file is broken or holds a wrong key or value.
+    """
+    start = folder.resolve()
+    for place in (start, *start.parents):
+        for name in (OWN_FILE, SHARED_FILE):
+            if (place / name).is_file():
+                found = read_configuration(place / name)
+                if found is not None:
+                    return found
+    return Configuration(values={})
+
+
+def read_configuration(path: Path) -> Configuration | None:
+    """Return the configuration in a file, ``None`` for a ``pyproject.toml`` that has none.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file is broken or holds a wrong key or value.
+    """
+    document = _document(path)
+    prefix = ""
+    if path.name == SHARED_FILE:
+        tools = document.get("tool", {})
+        if not isinstance(tools, dict) or "mavjoule" not in tools:
+            return None
+        document, prefix = tools["mavjoule"], f"{_SHARED_TABLE}."
+        if not isinstance(document, dict):
+            msg = f"{path}: {_SHARED_TABLE} must be a table, got {described(document)}"
+            raise ConfigurationError(msg)
+    values = {}
+    for key, raw in document.items():
+        setting = SETTINGS.get(key)
+        if setting is None:
+            shown = key if key.isprintable() else repr(key)
+            msg = f"{path}: {prefix}{shown} is no setting{nearest_hint(key, SETTINGS)}"
+            raise ConfigurationError(msg)
+        try:
+            values[key] = _value(setting, raw, folder=path.parent)
+        except ValueError as error:
+            msg = f"{path}: {prefix}{key}: {error}"
+            raise ConfigurationError(msg) from error
+    return Configuration(values=values, path=path)
+
+
+def _document(path: Path) -> dict[str, Any]:
+    import tomllib  # noqa: PLC0415 - most missions have no configuration
+
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error.strerror or error}"
+        raise ConfigurationError(msg) from error
+    if path.name == SHARED_FILE and b"mavjoule" not in data:
+        return {}  # someone else's file, broken or not
+    try:
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        msg = f"{path}: is not UTF-8 text (line {line})"
+        raise ConfigurationError(msg) from error
+    except (ValueError, RecursionError) as error:
+        msg = f"{path}: is not TOML: {error}"
+        raise ConfigurationError(msg) from error
+
+
+def _value(setting: Setting, raw: object, *, folder: Path) -> object:
+    """Return the value of a setting from what TOML holds, by the reader of its option."""
+    match setting.kind:
+        case Kind.NUMBER | Kind.QUANTITY if is_number(raw):
+            return setting.read(repr(raw))
+        case Kind.SWITCH if isinstance(raw, bool):
+            return raw
+        case Kind.TEXTS if isinstance(raw, list) and all(isinstance(one, str) for one in raw):
+            return setting.read(",".join(raw))
+        case Kind.PATH if isinstance(raw, str):
+            return folder / raw
+        case Kind.MODEL if isinstance(raw, str):
+            is_path = raw.endswith(".toml") or Path(raw).name != raw
+            return str(folder / raw) if is_path else raw
+        case Kind.TEXT | Kind.QUANTITY | Kind.TEXTS if isinstance(raw, str):
+            return setting.read(raw)
+    msg = f"must be {setting.kind.value}, got {described(raw)}"
+    raise ValueError(msg)
+
+
+def mission_settings(mission: str, given: Mapping[str, object]) -> dict[str, object]:
+    """Return the settings of one mission by key: the command line's over its configuration's.
+
+    Parameters
+    ----------
+    mission : str
+        Path of the mission, ``-`` for standard input, whose folder is the current one.
+    given : mapping of str to value
+        What the command line sets.
+    """
+    return {**find_configuration(Path(mission).parent).values, **given}

@@ -1,0 +1,44 @@
+"""``mavjoule explain``: one rule in full."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import __version__, catalogue
+from planner.cli.options import format_option
+from planner.cli.output import standard_medium, write_data
+from planner.errors import UsageError
+from planner.report.json_report import rule_json
+from planner.report.rule_text import rule_text
+from planner.vehicle.keys import nearest_hint
+
+if TYPE_CHECKING:
+    from planner.findings import Rule
+
+
+@click.command("explain")
+@click.argument("code")
+@format_option("text", "json")
+def command(code: str, *, file_format: str) -> None:
+    """Explain a rule: what it says, why, how it is computed, what to do.
+
+    CODE is the rule's code, such as E101, or its name.
+    """
+    rule = _rule(code)
+    write_data(
+        rule_json(rule, version=__version__)
+        if file_format == "json"
+        else rule_text(rule, medium=standard_medium())
+    )
+
+
+def _rule(code: str) -> Rule:
+    rules = catalogue.rules()
+    names = {rule.name: rule for rule in rules.values()}
+    rule = rules.get(code.upper()) or names.get(code.lower())
+    if rule is None:
+        msg = f"there is no rule {code!r}{nearest_hint(code, [*rules, *names])} (mavjoule rules)"
+        raise UsageError(msg)
+    return rule

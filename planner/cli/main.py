@@ -1,0 +1,116 @@
+"""The ``mavjoule`` command: its sub-commands, and what every way to fail ends in."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import __version__
+from planner.cli.output import narrate
+from planner.errors import ExitCode, MavjouleError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+COMMANDS = {
+    "check": "planner.cli.check",
+    "segments": "planner.cli.segments",
+    "models": "planner.cli.models",
+    "rules": "planner.cli.rules",
+    "explain": "planner.cli.explain",
+}
+"""Sub-commands in the order of the help, and the modules that hold them as ``command``."""
+
+TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are imported when they are asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - given by click
+        """Return the names of the commands, the main one first."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - given by click
+        """Return a command by its name."""
+        home = COMMANDS.get(cmd_name)
+        if home is None:
+            return None
+        command: click.Command = import_module(home).command
+        return command
+
+
+@click.command(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 go, 1 no-go, 2 unusable input, usage or configuration, 3 link failed, "
+    "130 interrupted.",
+)
+@click.version_option(__version__, prog_name="mavjoule", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Plan the energy of a drone mission and check it before anyone arms."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code; nothing ends in a traceback.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Without the program's name; the process's own where absent.
+
+    Returns
+    -------
+    int
+        A value of `planner.errors.ExitCode`.
+    """
+    _tolerate_any_character()
+    try:
+        done = cli.main(
+            args=None if arguments is None else list(arguments),
+            prog_name="mavjoule",
+            standalone_mode=False,
+        )
+    except MavjouleError as error:
+        narrate(str(error))
+        return error.exit_code
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        return ExitCode.UNUSABLE
+    except click.ClickException as error:
+        narrate(f"{error.format_message()}{_where_help_is(error)}")
+        return ExitCode.UNUSABLE
+    except (click.Abort, KeyboardInterrupt):
+        return ExitCode.INTERRUPTED
+    except Exception as error:  # noqa: BLE001 - a pilot is told in a sentence, not in a traceback
+        _tell_bug(error)
+        return ExitCode.UNUSABLE
+    return ExitCode(done or ExitCode.GO)
+
+
+def _where_help_is(error: click.ClickException) -> str:
+    context = getattr(error, "ctx", None)
+    return "" if context is None else f" (see {context.command_path} --help)"
+
+
+def _tell_bug(error: Exception) -> None:
+    if os.environ.get(TRACEBACK_VARIABLE):
+        import traceback  # noqa: PLC0415 - only where it is asked for
+
+        traceback.print_exception(error)
+    narrate(
+        f"this is a bug in mavjoule, not in your files: {type(error).__name__}: {error}; "
+        f"set {TRACEBACK_VARIABLE}=1 to see where, and please report it"
+    )
+
+
+def _tolerate_any_character() -> None:
+    # A console that lacks a sign such as ° shows a substitute, instead of breaking the report.
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")

@@ -1,0 +1,82 @@
+"""Settings as options of click commands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from planner.cli.settings import Kind, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    Command = Callable[..., Any]
+
+
+class SettingType(click.ParamType[object]):
+    """The text of an option, read as its setting reads it."""
+
+    name = "setting"
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> object:
+        """Return the value of the text; fail with the reader's sentence."""
+        if not isinstance(value, str):
+            return value
+        try:
+            return self.setting.read(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def setting_options(settings: Sequence[Setting]) -> Callable[[Command], Command]:
+    """Return a decorator that adds an option for each setting, none of them with a default."""
+
+    def decorate(command: Command) -> Command:
+        for setting in reversed(settings):
+            command = _option(setting)(command)
+        return command
+
+    return decorate
+
+
+def format_option(*formats: str) -> Callable[[Command], Command]:
+    """Return a decorator that adds ``--format``, the first of the formats being the default."""
+    return click.option(
+        "--format",
+        "file_format",
+        type=click.Choice(formats),
+        default=formats[0],
+        metavar="|".join(formats),
+        help=f"format of the output [default: {formats[0]}]",
+    )
+
+
+def given_settings(options: Mapping[str, object]) -> dict[str, object]:
+    """Return what the command line sets, by key: what is absent leaves room for a configuration."""
+    given: dict[str, object] = {}
+    for key, value in options.items():
+        if isinstance(value, tuple):  # a repeatable option: one tuple for each time
+            if value:
+                given[key] = tuple(code for codes in value for code in codes)
+        elif value is not None:
+            given[key] = value
+    return given
+
+
+def _option(setting: Setting) -> Callable[[Command], Command]:
+    if setting.kind is Kind.SWITCH:
+        return click.option(setting.option, setting.key, default=None, help=setting.meaning)
+    return click.option(
+        setting.option,
+        setting.key,
+        type=SettingType(setting),
+        metavar=setting.metavar,
+        multiple=setting.kind is Kind.TEXTS,
+        help=setting.meaning,
+    )

@@ -1,0 +1,78 @@
+"""Where the command line writes: data to standard output or a file, narration to standard error."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner.errors import OutputError, UsageError
+from planner.report.medium import Medium
+from planner.report.plain_text import printable
+from planner.report.report_file import write_report_file
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_WIDEST = 100
+"""Lines of text longer than this are hard to read, however wide the terminal."""
+
+
+def standard_medium(output: Path | None = None) -> Medium:
+    """Return what a text report is written on: standard output, or a plain file."""
+    if output is not None or sys.stdout is None or not sys.stdout.isatty():
+        return Medium()
+    return Medium(
+        width=min(shutil.get_terminal_size().columns, _WIDEST),
+        is_coloured=not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb",
+    )
+
+
+def write_data(text: str, *, output: Path | None = None) -> None:
+    """Write a report to a file, or to standard output.
+
+    A reader that has gone away, as ``head`` does, is no error: the verdict stands.
+
+    Raises
+    ------
+    OutputError
+        If the report cannot be written.
+    """
+    if output is not None:
+        write_report_file(output, text)
+        return
+    if sys.stdout is None:  # closed by the caller, who then wants only the exit code
+        return
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _silence_standard_output()
+    except OSError as error:
+        _silence_standard_output()
+        msg = f"standard output: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error
+
+
+def refuse_overwriting(output: Path | None, missions: Sequence[str]) -> None:
+    """Raise ``UsageError`` where a report would take the place of a mission."""
+    if output is None or not output.exists():
+        return
+    for mission in missions:
+        if Path(mission).exists() and output.samefile(mission):
+            msg = f"{output} is a mission of this call: give another file to write to"
+            raise UsageError(msg)
+
+
+def narrate(text: str) -> None:
+    """Say something on standard error, on one line, as long as someone listens."""
+    with suppress(OSError):
+        print(f"mavjoule: {printable(text)}", file=sys.stderr)  # noqa: T201 - the only print
+
+
+def _silence_standard_output() -> None:
+    # The interpreter flushes standard output at exit and would complain once more.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,115 @@
+"""Quantities as people write them on a command line: ``5.2Ah@14.8V``, ``20%``, ``5@270``.
+
+Each function returns a value, or raises ``ValueError`` with one sentence that says what to write.
+"""
+
+from __future__ import annotations
+
+import re
+
+from planner.flight.conditions import Conditions
+from planner.physics.wind import Wind
+from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+from planner.vehicle.battery import Battery
+
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)"
+_CHARGE_AND_VOLTAGE = re.compile(rf"{_NUMBER}\s*(m?)Ah\s*@\s*{_NUMBER}\s*V", re.IGNORECASE)
+_ENERGY = re.compile(rf"{_NUMBER}\s*Wh", re.IGNORECASE)
+_PERCENT = re.compile(rf"{_NUMBER}\s*%", re.IGNORECASE)
+_PLAIN = re.compile(_NUMBER, re.IGNORECASE)
+_WIND = re.compile(rf"{_NUMBER}\s*(?:m/s)?\s*@\s*{_NUMBER}\s*°?", re.IGNORECASE)
+
+_MOST_CHARGE_AH = 1000.0
+"""No multicopter carries more; whoever writes 5200Ah means mAh, and would be told 'go'."""
+
+
+def battery(text: str) -> Battery:
+    """Return the battery of ``5.2Ah@14.8V``, ``5200mAh@14.8V`` or ``77Wh``."""
+    if found := _CHARGE_AND_VOLTAGE.fullmatch(text.strip()):
+        charge_ah, voltage_v = float(found[1]), float(found[3])
+        if found[2]:
+            charge_ah /= MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+        if charge_ah > _MOST_CHARGE_AH:
+            msg = f"{text!r} is more charge than any multicopter carries: is it mAh?"
+            raise ValueError(msg)
+        _refuse_not_positive(text, charge_ah, voltage_v)
+        return Battery(capacity_ah=charge_ah, nominal_voltage_v=voltage_v)
+    if found := _ENERGY.fullmatch(text.strip()):
+        _refuse_not_positive(text, float(found[1]))
+        return Battery(capacity_wh=float(found[1]))
+    msg = f"{text!r} is no battery: write charge and voltage, 5.2Ah@14.8V, or energy, 77Wh"
+    raise ValueError(msg)
+
+
+def fraction(text: str) -> float:
+    """Return the fraction of ``20%`` or ``0.2``.
+
+    A bare ``1`` is refused: it may mean 1 % or all of it.
+    """
+    if found := _PERCENT.fullmatch(text.strip()):
+        value = float(found[1]) / 100.0
+    elif _PLAIN.fullmatch(text.strip()):
+        value = float(text)
+        if value >= 1.0 and text.strip() != "1.0":
+            msg = f"{text!r} is ambiguous: write {text.strip()}%, or a fraction below 1 such as 0.2"
+            raise ValueError(msg)
+    else:
+        msg = f"{text!r} is no share: write 20% or 0.2"
+        raise ValueError(msg)
+    if not 0.0 <= value <= 1.0:
+        msg = f"{text!r} is out of range: 0% to 100%"
+        raise ValueError(msg)
+    return value
+
+
+def wind(text: str) -> Wind:
+    """Return the wind of ``5@270``: 5 m/s from west."""
+    found = _WIND.fullmatch(text.strip())
+    if found is None:
+        if _PLAIN.fullmatch(text.strip()) and float(text) == 0.0:
+            return Wind()
+        msg = f"{text!r} is no wind: write speed in m/s and the direction it blows from, 5@270"
+        raise ValueError(msg)
+    speed_m_s, from_deg = float(found[1]), float(found[2])
+    if not 0.0 <= speed_m_s <= 100.0:
+        msg = f"{text!r} is out of range: the speed of the wind is 0 to 100 m/s"
+        raise ValueError(msg)
+    if not 0.0 <= from_deg <= 360.0:
+        msg = f"{text!r} is out of range: the wind blows from 0 to 360°"
+        raise ValueError(msg)
+    return Wind(speed_m_s=speed_m_s, from_deg=from_deg)
+
+
+def payload_kg(text: str) -> float:
+    """Return the mass of ``0.5`` or ``0.5kg``."""
+    mass_kg = _number(text, unit="kg")
+    Conditions(payload_kg=mass_kg)  # refuses what no vehicle carries
+    return mass_kg
+
+
+def home_amsl_m(text: str) -> float:
+    """Return the altitude of ``488`` or ``488m``."""
+    altitude_amsl_m = _number(text, unit="m")
+    Conditions(home_amsl_m=altitude_amsl_m)  # refuses what is no place on Earth
+    return altitude_amsl_m
+
+
+def temperature_c(text: str) -> float:
+    """Return the temperature of ``-5`` or ``-5C``."""
+    air_c = _number(text, unit="C")
+    Conditions(temperature_c=air_c)  # refuses what is no weather on Earth
+    return air_c
+
+
+def _number(text: str, *, unit: str) -> float:
+    found = re.fullmatch(rf"{_NUMBER}\s*(?:°?{unit})?", text.strip(), re.IGNORECASE)
+    if found is None:
+        msg = f"{text!r} is no number of {unit}"
+        raise ValueError(msg)
+    return float(found[1])
+
+
+def _refuse_not_positive(text: str, *values: float) -> None:
+    if not all(0.0 < value < float("inf") for value in values):
+        msg = f"{text!r} is out of range: a battery has more than nothing"
+        raise ValueError(msg)

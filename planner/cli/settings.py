@@ -1,0 +1,271 @@
+"""The settings of a check: each is an option of the command line and a key of the configuration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planner import catalogue
+from planner.autopilot import Autopilot
+from planner.cli import quantities
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.flight.conditions import Conditions
+from planner.service import CheckRequest
+from planner.vehicle.keys import nearest_hint
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+
+class Kind(Enum):
+    """What a setting holds in a TOML file, in the words of the documentation."""
+
+    TEXT = "text"
+    NUMBER = "number"
+    QUANTITY = "text or number"
+    PATH = "path"
+    MODEL = "name of a vehicle model or path of its file"
+    TEXTS = "text or list of texts"
+    SWITCH = "true or false"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """One thing a user can set."""
+
+    key: str
+    """Key of the configuration, with its unit."""
+    option: str
+    """Name on the command line."""
+    metavar: str
+    meaning: str
+    read: Callable[[str], Any]
+    """From text to value; raises ``ValueError`` with a sentence."""
+    kind: Kind = Kind.TEXT
+
+
+def _autopilot(text: str) -> Autopilot | str:
+    return text if text == "auto" else Autopilot(_one_of(text, ("auto", *Autopilot)))
+
+
+def _severity(text: str) -> Severity:
+    return Severity[_one_of(text, ("error", "warning")).upper()]
+
+
+def _format(text: str) -> str:
+    return _one_of(text, ("text", "json", "json-lines"))
+
+
+def _one_of(text: str, choices: tuple[str, ...]) -> str:
+    if text not in choices:
+        msg = f"{text!r} is none of {', '.join(choices)}"
+        raise ValueError(msg)
+    return text
+
+
+def _codes(text: str) -> tuple[str, ...]:
+    codes = tuple(code.strip().upper() for code in text.split(",") if code.strip())
+    known = catalogue.rules()
+    for code in codes:
+        if not any(rule.startswith(code) for rule in known):
+            msg = f"{code!r} begins no code of a rule{nearest_hint(code, known)} (mavjoule rules)"
+            raise ValueError(msg)
+    return codes
+
+
+FLIGHT_SETTINGS = (
+    Setting(
+        key="vehicle",
+        option="--vehicle",
+        metavar="NAME|FILE.toml",
+        meaning="vehicle model: a shipped one by name, or a model file "
+        "[default: the article's quadrotor]",
+        read=str,
+        kind=Kind.MODEL,
+    ),
+    Setting(
+        key="params",
+        option="--params",
+        metavar="FILE",
+        meaning="autopilot parameters: ArduPilot .param or QGroundControl .params",
+        read=Path,
+        kind=Kind.PATH,
+    ),
+    Setting(
+        key="autopilot",
+        option="--autopilot",
+        metavar="auto|px4|ardupilot|step",
+        meaning="who flies the mission [default: auto, the model's own]",
+        read=_autopilot,
+    ),
+    Setting(
+        key="payload_kg",
+        option="--payload",
+        metavar="KG",
+        meaning="mass carried beyond the model's own [default: 0]",
+        read=quantities.payload_kg,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="wind",
+        option="--wind",
+        metavar="SPEED@FROM_DEG",
+        meaning="wind in m/s and where it blows from, such as 5@270 [default: none]",
+        read=quantities.wind,
+        kind=Kind.QUANTITY,
+    ),
+    Setting(
+        key="home_amsl_m",
+        option="--home-amsl",
+        metavar="M",
+        meaning="altitude of the take-off place [default: the mission's own]",
+        read=quantities.home_amsl_m,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="temperature_c",
+        option="--temperature",
+        metavar="C",
+        meaning="air temperature at home [default: standard for its altitude]",
+        read=quantities.temperature_c,
+        kind=Kind.NUMBER,
+    ),
+)
+"""What decides how a mission is flown."""
+
+BUDGET_SETTINGS = (
+    Setting(
+        key="battery",
+        option="--battery",
+        metavar="CHARGE@VOLTAGE|ENERGY",
+        meaning="battery, such as 5.2Ah@14.8V or 77Wh [default: the model's own]",
+        read=quantities.battery,
+    ),
+    Setting(
+        key="charge",
+        option="--charge",
+        metavar="SHARE",
+        meaning="how full the battery is at the start [default: 100%]",
+        read=quantities.fraction,
+        kind=Kind.QUANTITY,
+    ),
+    Setting(
+        key="reserve",
+        option="--reserve",
+        metavar="SHARE",
+        meaning="share of the capacity that stays in the battery [default: 20%]",
+        read=quantities.fraction,
+        kind=Kind.QUANTITY,
+    ),
+    Setting(
+        key="select",
+        option="--select",
+        metavar="CODES",
+        meaning="report only these codes, or codes that begin so; commas, repeatable",
+        read=_codes,
+        kind=Kind.TEXTS,
+    ),
+    Setting(
+        key="ignore",
+        option="--ignore",
+        metavar="CODES",
+        meaning="do not report these codes, or codes that begin so; commas, repeatable",
+        read=_codes,
+        kind=Kind.TEXTS,
+    ),
+    Setting(
+        key="fail_on",
+        option="--fail-on",
+        metavar="error|warning",
+        meaning="how bad a finding makes a no-go [default: error]",
+        read=_severity,
+    ),
+)
+"""What decides whether a mission is a go."""
+
+REPORT_SETTINGS = (
+    Setting(
+        key="format",
+        option="--format",
+        metavar="text|json|json-lines",
+        meaning="format of the report [default: text]",
+        read=_format,
+    ),
+    Setting(
+        key="output",
+        option="--output",
+        metavar="FILE",
+        meaning="write the report to a file instead of standard output",
+        read=Path,
+        kind=Kind.PATH,
+    ),
+    Setting(
+        key="exit_zero",
+        option="--exit-zero/--no-exit-zero",
+        metavar="",
+        meaning="exit with 0 even where a mission is a no-go [default: no]",
+        read=bool,
+        kind=Kind.SWITCH,
+    ),
+)
+"""What holds for a whole call: where its report goes, and how."""
+
+SETTINGS = {
+    setting.key: setting for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS)
+}
+
+
+def check_request(values: Mapping[str, Any]) -> CheckRequest:
+    """Return the request that settings by key make; the defaults are the request's own."""
+    conditions = {
+        key: values[key]
+        for key in ("wind", "home_amsl_m", "temperature_c", "payload_kg")
+        if key in values
+    }
+    own = {
+        key: values[key]
+        for key in ("vehicle", "battery", "charge", "reserve", "select", "ignore", "fail_on")
+        if key in values
+    }
+    autopilot = values.get("autopilot", "auto")
+    return CheckRequest(
+        **own,
+        autopilot=None if autopilot == "auto" else autopilot,
+        parameters=values.get("params"),
+        conditions=Conditions(**conditions),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportRequest:
+    """Where the report of a call goes, and how."""
+
+    format: str = "text"
+    output: Path | None = None
+    """``None``: standard output."""
+    exit_zero: bool = False
+
+
+def report_request(missions: Sequence[Mapping[str, Any]]) -> ReportRequest:
+    """Return what holds for a whole call, from the settings of each of its missions.
+
+    Raises
+    ------
+    UsageError
+        If the configurations of two missions see it differently.
+    """
+    common: dict[str, Any] = {}
+    for setting in REPORT_SETTINGS:
+        values = {values.get(setting.key) for values in missions}
+        if len(values) > 1:
+            msg = (
+                f"the configurations of these missions disagree about {setting.key}: "
+                f"give {setting.option}, or check them one by one"
+            )
+            raise UsageError(msg)
+        if (value := values.pop()) is not None:
+            common[setting.key] = value
+    return ReportRequest(**common)

@@ -1,0 +1,195 @@
+"""The report of a check as a pilot reads it: the verdict first, then why, then the figures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.findings import Severity
+from planner.flight.state import STATES
+from planner.report import numbers
+from planner.report.finding_text import finding_lines, note_lines, tally_line
+from planner.report.plain_text import printable
+from planner.report.table import table_lines
+from planner.service import CheckResult
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.report.medium import Medium
+    from planner.service import UnreadableMission
+
+_LABEL_WIDTH = 12
+
+
+def check_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
+    """Return the report of all missions of a call; several end in a summary, a line each."""
+    blocks = [_mission_lines(result, medium=medium) for result in results]
+    if len(results) > 1:
+        blocks.append(_summary_lines(results, medium=medium))
+    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
+
+
+def headline(result: CheckResult | UnreadableMission) -> str:
+    """Return what a flight takes and leaves, in one line without the verdict."""
+    if not isinstance(result, CheckResult):
+        return "the file cannot be read"
+    totals, battery = result.totals, result.battery
+    flown = (
+        f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}, "
+        f"{numbers.energy(totals.energy_wh)}"
+    )
+    if battery is None:
+        return f"{flown}; no battery is known"
+    return f"{flown}: {numbers.percent(battery.used_fraction)} of the battery, {_left(battery)}"
+
+
+def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
+    """Return how many missions go, in a line: ``2 missions: 1 GO, 1 NO-GO``."""
+    going = sum(result.verdict == "go" for result in results)
+    missions = numbers.count(len(results), "mission")
+    return f"{missions}: {going} GO, {len(results) - going} NO-GO"
+
+
+def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -> list[str]:
+    lines = [f"{_verdict(result, medium)}  {printable(result.file)}"]
+    lines += medium.wrapped(headline(result))
+    findings = [finding for finding in result.findings if finding.severity > Severity.INFO]
+    notes = [finding for finding in result.findings if finding.severity is Severity.INFO]
+    if findings:
+        lines.append("")
+    for finding in findings:
+        lines += finding_lines(finding, file=result.file, medium=medium)
+    if isinstance(result, CheckResult):
+        lines += ["", *_figure_lines(result, medium=medium), "", *_phase_lines(result)]
+    if notes:
+        lines += ["", "Assumed"]
+    for note in notes:
+        lines += note_lines(note, medium=medium)
+    lines += ["", tally_line(result.findings)]
+    if result.findings:
+        lines.append(f"More about a code: mavjoule explain {result.findings[0].code}")
+    return lines
+
+
+def _verdict(result: CheckResult | UnreadableMission, medium: Medium) -> str:
+    return medium.paint(result.verdict.upper(), "green" if result.verdict == "go" else "red")
+
+
+def _left(battery: BatteryBudget) -> str:
+    reserve = f"the {numbers.percent(battery.reserve_fraction)} reserve"
+    return _against(battery.margin_wh, reserve)
+
+
+def _against(margin_wh: float, reserve: str) -> str:
+    if margin_wh < 0.0:
+        return f"{numbers.energy(-margin_wh)} short of {reserve}"
+    return f"{numbers.energy(margin_wh)} above {reserve}"
+
+
+def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
+    figures = [("Flight", _flight(result.totals)), ("Energy", _energy(result.totals))]
+    if result.battery is not None:
+        figures += [("Battery", _battery(result.battery)), ("Margin", _left(result.battery))]
+    if result.way_home is not None:
+        figures.append(("Way home", _way_home(result.way_home)))
+    figures += [
+        ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
+        ("Conditions", _conditions(result)),
+    ]
+    return [
+        line
+        for label, text in figures
+        for line in medium.wrapped(f"{label:<{_LABEL_WIDTH}}{text}", indent=_LABEL_WIDTH)
+    ]
+
+
+def _flight(totals: Totals) -> str:
+    return (
+        f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}, "
+        f"climb {numbers.height(totals.climb_m)}, descent {numbers.height(totals.descent_m)}"
+    )
+
+
+def _energy(totals: Totals) -> str:
+    text = numbers.energy(totals.energy_wh)
+    if totals.energy_wh_p10 is not None and totals.energy_wh_p90 is not None:
+        low, high = numbers.energy(totals.energy_wh_p10), numbers.energy(totals.energy_wh_p90)
+        text += f" (8 of 10 flights: {low} to {high})"
+    if totals.charge_mah is not None:
+        text += f", {numbers.charge(totals.charge_mah)}"
+    return (
+        f"{text}, mean {numbers.power(totals.mean_power_w)}, "
+        f"peak {numbers.power(totals.peak_power_w)}"
+    )
+
+
+def _battery(battery: BatteryBudget) -> str:
+    return (
+        f"{numbers.energy(battery.capacity_wh)} full, "
+        f"{numbers.energy(battery.usable_wh)} at the start, "
+        f"{numbers.percent(battery.used_fraction)} used"
+    )
+
+
+def _way_home(way_home: ReturnBudget) -> str:
+    text = (
+        f"tightest from item {way_home.tightest_item}: "
+        f"{numbers.energy(way_home.energy_home_wh)} to get home"
+    )
+    if way_home.margin_wh is None:
+        return text
+    return f"{text}, {_against(way_home.margin_wh, 'the reserve')}"
+
+
+def _conditions(result: CheckResult) -> str:
+    conditions = result.conditions
+    wind, payload_kg = conditions.wind, conditions.payload_kg
+    return ", ".join(
+        (
+            f"wind {numbers.speed(wind.speed_m_s)} from {numbers.bearing(wind.from_deg)}"
+            if wind.speed_m_s
+            else "no wind",
+            numbers.temperature(conditions.temperature_c),
+            f"home {numbers.height(conditions.home_amsl_m)} AMSL",
+            f"payload {numbers.mass(payload_kg)}" if payload_kg else "no payload",
+        )
+    )
+
+
+def _phase_lines(result: CheckResult) -> list[str]:
+    totals = result.totals
+    phases: list[tuple[str, int, float, float, float]] = []
+    for state in STATES:
+        segments = [segment for segment in result.segments if segment.state is state]
+        if segments:
+            time_s = sum(segment.duration_s for segment in segments)
+            distance_m = sum(segment.distance_m for segment in segments)
+            energy_wh = sum(segment.energy_wh for segment in segments)
+            phases.append((state, len(segments), time_s, distance_m, energy_wh))
+    whole = ("total", len(result.segments), totals.time_s, totals.distance_m, totals.energy_wh)
+    rows = [
+        (
+            phase,
+            str(number),
+            numbers.duration(time_s),
+            numbers.distance(distance_m),
+            numbers.energy(energy_wh),
+            numbers.percent(energy_wh / totals.energy_wh if totals.energy_wh else None),
+        )
+        for phase, number, time_s, distance_m, energy_wh in (*phases, whole)
+    ]
+    heads = ("Phase", "count", "time", "distance", "energy", "share")
+    return table_lines([heads, *rows], alignment="<>>>>>")
+
+
+def _summary_lines(
+    results: Sequence[CheckResult | UnreadableMission], *, medium: Medium
+) -> list[str]:
+    lines = [tally(results)]
+    width = max(len(result.verdict) for result in results)
+    for result in results:
+        padding = " " * (width - len(result.verdict))
+        verdict = f"{_verdict(result, medium)}{padding}"
+        lines.append(f"  {verdict}  {printable(result.file)}: {headline(result)}")
+    return lines
