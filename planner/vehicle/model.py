@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.physics.response import StepResponse
-from planner.physics.response import StepResponse
 from planner.vehicle.consistency import mass_problems, reference_problems
 from planner.vehicle.hover_law import DensityLaw
 from planner.vehicle.schema import (
@@ -42,16 +41,6 @@ class ManoeuvreResponse:
     """Altitude step it was identified on; ``None`` for answers to a speed. [m]"""
     identified_speed_m_s: float | None = None
     """Speed command it was identified on; ``None`` for answers to an altitude. [m/s]"""
-
-    @property
-    def unit_step(self) -> StepResponse:
-        """Answer to a reference step of one metre or one metre per second, input gain included."""
-        return StepResponse(system=self.transfer_function, amplitude=self.input_gain)
-
-    @property
-    def unit_step(self) -> StepResponse:
-        """Answer to a step of 1 of the reference."""
-        return StepResponse(system=self.transfer_function, amplitude=self.input_gain)
 
     @property
     def numerator(self) -> tuple[float, ...]:
