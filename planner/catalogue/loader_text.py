@@ -39,8 +39,8 @@ TEXT_NO_HOME_ROW = Rule(
     summary="The first row is not a home position, but most loaders take it for one.",
     why=(
         "Version 110 files begin with home.  Where a script wrote the take-off there, "
-        "QGroundControl takes it as home and ArduPilot overwrites it: the take-off is never flown.  "
-        "MAVSDK uploads it to PX4, and for ArduPilot puts a copy of it in front."
+        "QGroundControl takes it as home and ArduPilot overwrites it: the take-off is never "
+        "flown.  MAVSDK uploads it to PX4, and for ArduPilot puts a copy of it in front."
     ),
     how=(
         "The first row is home if it is a NAV_WAYPOINT (or command 0) with sequence number 0 whose "

@@ -45,10 +45,12 @@ class Command(IntEnum):
     DO_SET_HOME = 179
     DO_RETURN_PATH_START = 188
     DO_LAND_START = 189
+    DO_GO_AROUND = 191
     DO_SET_REVERSE = 194
     DO_SET_ROI_LOCATION = 195
     DO_SET_ROI = 201
     DO_SET_CAM_TRIGG_DIST = 206
+    DO_INVERTED_FLIGHT = 210
     NAV_SET_YAW_SPEED = 213
     JUMP_TAG = 600
     DO_JUMP_TAG = 601
@@ -81,6 +83,8 @@ RELATIVE_FRAMES = frozenset({Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_AL
 """Height above home."""
 TERRAIN_FRAMES = frozenset({Frame.GLOBAL_TERRAIN_ALT, Frame.GLOBAL_TERRAIN_ALT_INT})
 """Height above the terrain."""
+GLOBAL_FRAMES = AMSL_FRAMES | RELATIVE_FRAMES | TERRAIN_FRAMES
+"""Positions in degrees."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,11 +11,14 @@ import zipfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
 
 from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
 from planner.errors import MissionFileError
-from planner.findings import Finding
 from planner.mission.foreign import describe_binary
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
 
 LARGEST_FILE_BYTES = 64 * 2**20
 """No mission of 65,535 items comes near it, in any format."""

@@ -36,10 +36,10 @@ _XML: dict[str, str] = {
     "html": "this is a web page, no mission: the download may have gone wrong",
 }
 _PYTHON = re.compile(
-    r"^(?:import \w|from \w+(?:\.\w+)* import |def \w+\(|class \w+|#!.*python)", re.M
+    r"^(?:import \w|from \w+(?:\.\w+)* import |def \w+\(|class \w+|#!.*python)", re.MULTILINE
 )
 _PARAMETERS = re.compile(
-    r"^(?:\d+\s+\d+\s+)?[A-Z][A-Z0-9_]{2,15}[\s,]+[-+.\deE]+(?:\s+\d+)?\s*$", re.M
+    r"^(?:\d+\s+\d+\s+)?[A-Z][A-Z0-9_]{2,15}[\s,]+[-+.\deE]+(?:\s+\d+)?\s*$", re.MULTILINE
 )
 
 
@@ -60,6 +60,16 @@ def describe_xml(text: str) -> str:
     match = _XML_ROOT.search(_XML_SKIP.sub("", text[:20_000]))
     root = "" if match is None else match[2]
     return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), no mission: {_GIVE_A_MISSION}")
+
+
+def describe_json(root: object) -> str:
+    """Return the sentence about a JSON value that is no mission."""
+    if not isinstance(root, dict):
+        return f"this is a JSON list, not a mission: {_GIVE_A_MISSION}"
+    if root.get("type") in {"FeatureCollection", "Feature"}:
+        return f"this is GeoJSON, no mission: {_GIVE_A_MISSION}"
+    keys = ", ".join(f"'{str(key)[:20]}'" for key in list(root)[:4]) or "nothing"
+    return f"this is JSON but no mission, it holds {keys}: {_GIVE_A_MISSION}"
 
 
 def describe_text(text: str) -> str:

@@ -7,7 +7,7 @@ their order, as every loader does; DO_JUMP refers to those numbers.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from planner.catalogue.loader_text import (
     TEXT_DIALECT,
@@ -31,6 +31,7 @@ from planner.mission.commands import (
 )
 from planner.mission.fence_items import FENCE_COMMANDS, make_fence, make_rally_points
 from planner.mission.items import Home, Mission, MissionFormat, MissionItem
+from planner.mission.vehicle_kind import tell_vehicle
 from planner.mission.wpl_rows import is_row, read_lines, read_rows
 
 if TYPE_CHECKING:
@@ -91,9 +92,9 @@ def read_wpl(text: str, *, source: str) -> Mission:
     listed = [_make_item(row, jump_id=base + index) for index, row in enumerate(rows)][first_item:]
     items = tuple(item for item in listed if item.command not in _AREA_COMMANDS)
     fence, fence_findings = make_fence(listed)
-    rally, rally_findings = make_rally_points(
-        listed, home_altitude_amsl_m=None if home is None else home.altitude_amsl_m
-    )
+    home_altitude_amsl_m = None if home is None else home.altitude_amsl_m
+    rally, rally_findings = make_rally_points(listed, home_altitude_amsl_m=home_altitude_amsl_m)
+    vehicle = tell_vehicle(items, home_altitude_amsl_m=home_altitude_amsl_m)
     findings += _check_dialect(content, has_header=version is not None)
     findings += _check_rows(rows, base=base)
     findings += [*fence_findings, *rally_findings]
@@ -106,7 +107,7 @@ def read_wpl(text: str, *, source: str) -> Mission:
         items=items,
         home=home,
         autopilot=None,
-        vehicle_kind=None,
+        vehicle_kind=vehicle.kind if vehicle is not None and vehicle.is_certain else None,
         fence=fence,
         rally=rally,
         findings=tuple(findings),
@@ -147,12 +148,12 @@ def _read_header(text: str, *, source: str) -> tuple[str | None, list[Finding]]:
     raise MissionFileError(msg, source=source)
 
 
-def _refuse_version(version: str, *, source: str, place: Place) -> None:
+def _refuse_version(version: str, *, source: str, place: Place) -> NoReturn:
     """Refuse a version of the header that is not read here."""
     if version.upper().startswith("PB"):
-        msg = "QGC WPL PB is pymavlink's protobuf form: load it in MAVProxy and save it as QGC WPL 110"
+        msg = "QGC WPL PB is pymavlink's protobuf form: save it as QGC WPL 110 with MAVProxy"
     elif version.startswith("100"):
-        msg = "QGC WPL 100 has other columns: load it in MAVProxy and save it as QGC WPL 110"
+        msg = "QGC WPL 100 has other columns: save it as QGC WPL 110 with MAVProxy"
     else:
         msg = f"the version is '{version[:20]}', expected QGC WPL 110 or 120"
     raise MissionFileError(msg, source=source, place=place)
@@ -190,7 +191,7 @@ def _missing_home(row: Row) -> Finding:
     if row.sequence > 0:
         swallowed += ", Mission Planner puts a blank home before it"
     message = (
-        f"the first row is {name}, sequence {row.sequence}, no home position: flown here as item 1; "
+        f"the first row is {name}, sequence {row.sequence}, and not home: flown here as item 1; "
         + swallowed
     )
     return TEXT_NO_HOME_ROW.finding(message, item=1, place=row.place)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from io import StringIO
@@ -9,7 +10,12 @@ from typing import TYPE_CHECKING, NoReturn
 
 from planner.errors import MissionFileError
 from planner.findings import Place
-from planner.mission.commands import Command, frame_name, has_location, load_command_table
+from planner.mission.commands import (
+    GLOBAL_FRAMES,
+    frame_name,
+    has_location,
+    load_command_table,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -34,6 +40,8 @@ MOST_LINES = 1_000_000
 LONGEST_LINE = 10_000
 UNSET = frozenset({"nan", "+nan", "-nan", "null", "none", "undefined"})
 
+_LARGEST_FLOAT32 = 3.4e38
+"""MAVLink sends parameters as 32-bit numbers."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _TOKEN = re.compile(r"[^\s,]+")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
@@ -118,86 +126,121 @@ def read_rows(lines: Iterator[tuple[int, str]], *, source: str) -> RowText:
     return RowText(rows=tuple(rows), comment_lines=comments, blank_lines=blanks)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fields:
+    """The fields of one line, each with its column."""
+
+    texts: tuple[str, ...]
+    columns: tuple[int, ...]
+    line: int
+    source: str
+
+    @classmethod
+    def cut(cls, content: str, *, line: int, source: str) -> _Fields:
+        """Return the fields of a line without its comment."""
+        matches = list(_TOKEN.finditer(content))
+        return cls(
+            texts=tuple(match.group() for match in matches),
+            columns=tuple(match.start() + 1 for match in matches),
+            line=line,
+            source=source,
+        )
+
+    def place(self, index: int) -> Place:
+        """Return where a field stands."""
+        return Place(self.line, self.columns[index])
+
+    def refuse(self, index: int, expected: str) -> NoReturn:
+        """Raise the error about a field."""
+        msg = f"the {FIELDS[index]} is '{self.texts[index][:40]}': expected {expected}"
+        raise MissionFileError(msg, source=self.source, place=self.place(index))
+
+    def whole(self, index: int, most: int) -> int:
+        """Return a field as a whole number; some programs write it as ``3.0``."""
+        text = self.texts[index]
+        value = float(text) if _NUMBER.fullmatch(text) else math.nan
+        # Also refuses NaN.
+        if not (0.0 <= value <= most and value.is_integer()):
+            self.refuse(index, f"a whole number from 0 to {most}")
+        return int(value)
+
+    def real(self, index: int) -> float | None:
+        """Return a field as a number, ``None`` where it says that there is none."""
+        text = self.texts[index]
+        if text.lower() in UNSET:
+            return None
+        value = float(text) if _NUMBER.fullmatch(text) else math.nan
+        if not abs(value) <= _LARGEST_FLOAT32:
+            self.refuse(index, "a number")
+        return value
+
+    def degrees(self, index: int, most: float) -> None:
+        """Refuse a field that is no angle of at most so many degrees."""
+        value = self.real(index)
+        if value is not None and abs(value) > most:
+            hint = " (this looks like degrees × 10⁷)" if abs(value) > 1e5 else ""
+            self.refuse(index, f"degrees from −{most:g} to {most:g}{hint}")
+
+
 def _read_row(number: int, line: str, *, source: str) -> tuple[Row, bool]:
     """Return the row of one line, and whether a comment follows it."""
     content, mark, _ = line.partition("#")
     tabbed = [field.strip() for field in content.split("\t")]
-    is_tabbed = not mark and len(tabbed) == len(FIELDS) and all(tabbed)
-    if len(tabbed) == len(FIELDS):
-        for field, name in zip(tabbed, FIELDS, strict=True):
-            if _DECIMAL_COMMA.fullmatch(field):
-                column = content.index(field) + 1
-                msg = f"the {name} is '{field}': write a decimal point, not a comma"
-                raise MissionFileError(msg, source=source, place=Place(number, column))
-
-    matches = list(_TOKEN.finditer(content))
-    tokens = [match.group() for match in matches]
-    columns = [match.start() + 1 for match in matches]
-    place = Place(number, columns[0] if columns else 1)
-    if len(tokens) < len(FIELDS):
-        _refuse_short_row(tokens, place=place, source=source)
-
-    def fail(index: int, expected: str) -> NoReturn:
-        msg = f"the {FIELDS[index]} is '{tokens[index][:40]}': expected {expected}"
-        raise MissionFileError(msg, source=source, place=Place(number, columns[index]))
-
-    def whole(index: int, most: int) -> int:
-        if not _NUMBER.fullmatch(tokens[index]):
-            fail(index, f"a whole number from 0 to {most}")
-        value = float(tokens[index])
-        if not (0 <= value <= most and value.is_integer()):
-            fail(index, f"a whole number from 0 to {most}")
-        return int(value)
-
-    def real(index: int) -> float | None:
-        if tokens[index].lower() in UNSET:
-            return None
-        if not _NUMBER.fullmatch(tokens[index]):
-            fail(index, "a number")
-        value = float(tokens[index])
-        # MAVLink sends these as 32-bit numbers.
-        if abs(value) > 3.4e38:
-            fail(index, "a number that MAVLink can send")
-        return value
-
-    command = whole(3, 65_535)
+    _refuse_decimal_comma(tabbed, content, line=number, source=source)
+    fields = _Fields.cut(content, line=number, source=source)
+    if len(fields.texts) < len(FIELDS):
+        _refuse_short_row(fields)
+    fields.whole(1, 2**31 - 1)
     row = Row(
-        sequence=whole(0, 2**31 - 1),
-        frame=whole(2, 255),
-        command=command,
-        values=tuple(real(index) for index in range(4, 11)),
-        autocontinue=whole(11, 255) != 0,
-        place=place,
-        extra_fields=len(tokens) - len(FIELDS),
-        is_tabbed=is_tabbed,
+        sequence=fields.whole(0, 2**31 - 1),
+        frame=fields.whole(2, 255),
+        command=fields.whole(3, 65_535),
+        values=tuple(fields.real(index) for index in range(4, 11)),
+        autocontinue=fields.whole(11, 255) != 0,
+        place=fields.place(0),
+        extra_fields=len(fields.texts) - len(FIELDS),
+        is_tabbed=not mark and len(tabbed) == len(FIELDS) and all(tabbed),
     )
-    whole(1, 2**31 - 1)
     if row.extra_fields:
-        _refuse_shifted_row(row, tokens, source=source)
-    if has_location(command) or command == 0:
-        for index, value, most in ((8, row.values[4], 90.0), (9, row.values[5], 180.0)):
-            if value is not None and abs(value) > most:
-                hint = " (it looks like degrees × 10⁷)" if abs(value) > 1e5 else ""
-                fail(index, f"degrees from −{most:g} to {most:g}{hint}")
+        _refuse_shifted_row(row, fields)
+    if row.frame in GLOBAL_FRAMES and (has_location(row.command) or row.command == 0):
+        fields.degrees(8, 90.0)
+        fields.degrees(9, 180.0)
     return row, bool(mark)
 
 
-def _refuse_short_row(tokens: Sequence[str], *, place: Place, source: str) -> NoReturn:
-    if len(tokens) == 1:
-        msg = f"'{tokens[0][:40]}' is no mission row: expected 12 values"
+def _refuse_decimal_comma(tabbed: Sequence[str], content: str, *, line: int, source: str) -> None:
+    """Refuse a row between whose tabs a number is written with a comma."""
+    if len(tabbed) != len(FIELDS):
+        return
+    for field, name in zip(tabbed, FIELDS, strict=True):
+        if _DECIMAL_COMMA.fullmatch(field):
+            msg = f"the {name} is '{field}': write a decimal point, not a comma"
+            raise MissionFileError(msg, source=source, place=Place(line, content.index(field) + 1))
+
+
+def _refuse_short_row(fields: _Fields) -> NoReturn:
+    if len(fields.texts) == 1:
+        msg = f"'{fields.texts[0][:40]}' is no mission row: expected 12 values"
     else:
-        msg = f"the row has {len(tokens)} values, expected 12: {', '.join(FIELDS)}"
-    raise MissionFileError(msg, source=source, place=place)
+        msg = f"the row has {len(fields.texts)} values, expected 12: {', '.join(FIELDS)}"
+    raise MissionFileError(
+        msg,
+        source=fields.source,
+        place=fields.place(0) if fields.columns else Place(fields.line, 1),
+    )
 
 
-def _refuse_shifted_row(row: Row, tokens: Sequence[str], *, source: str) -> None:
+def _refuse_shifted_row(row: Row, fields: _Fields) -> None:
     """Refuse a row with extra fields whose first twelve make no sense: columns are shifted."""
-    commands = load_command_table().commands
-    known = row.command in commands or row.command >= Command.NAV_WAYPOINT
     sane_frame = not frame_name(row.frame).startswith(("RESERVED", "MAV_FRAME"))
-    if not (known and sane_frame and tokens[11] in {"0", "1"}):
+    if not (
+        row.command in load_command_table().commands
+        and sane_frame
+        and fields.texts[11] in {"0", "1"}
+    ):
         msg = (
-            f"the row has {len(tokens)} values, expected 12 ({', '.join(FIELDS)}), "
+            f"the row has {len(fields.texts)} values, expected 12 ({', '.join(FIELDS)}), "
             "and its first 12 make no sense"
         )
-        raise MissionFileError(msg, source=source, place=row.place)
+        raise MissionFileError(msg, source=fields.source, place=row.place)
