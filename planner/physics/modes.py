@@ -1,0 +1,320 @@
+r"""Impulse responses of rational systems, integrated any number of times, in closed form.
+
+Everything the planner asks of a linear model is one function of time,
+
+.. math:: I_k(t) = \mathcal{L}^{-1}\{ H(s) / s^k \}(t),
+
+the impulse response :math:`h = I_0` integrated k times (differentiated for k < 0): the answer to a
+unit step is :math:`I_1`, its slope :math:`I_0`, its integral and the answer to a unit ramp
+:math:`I_2`.  With :math:`H(s) = d + N(s) / (s^z \tilde D(s))`, :math:`\tilde D(0) \ne 0`:
+
+Separated poles
+    Partial fractions, residues by products of pole differences,
+
+    .. math:: I_k(t) = \sum_i r_i p_i^{-k} e^{p_i t}
+              + \sum_{j < z + k} m_j \frac{t^{z+k-1-j}}{(z+k-1-j)!},
+              \qquad N / \tilde D = \sum_j m_j s^j .
+
+Early times, t below a quarter of the fastest time constant, k > 0
+    The Taylor series :math:`\sum_j M_j t^{j+k} / (j+k)!` of the Markov parameters
+    :math:`M_j = h^{(j)}(0)`; the sum above would lose its digits to cancellation there.
+Clustered poles
+    Repeated, nearly repeated and close poles, and poles much slower than the others, are summed
+    by `planner.physics.clusters` without dividing by their differences.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from planner.physics.clusters import ClusteredModes, DecayTerms, is_clustered
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+
+MAX_INTEGRATIONS = 5
+"""Highest k: the integral of the answer to an input that grows with the cube of time."""
+
+EARLY = 0.25
+"""Below this multiple of the fastest time constant the Taylor series is used."""
+
+_EARLY_TERMS = 14  # 0.25^14 / 14! is 4e-20; the order of the system is added
+
+
+def roots(coefficients: FloatArray) -> ComplexArray:
+    """Roots of real polynomials, each conjugate pair exactly conjugate.
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (…, n + 1)
+        Descending powers, leading and trailing coefficient not zero.
+
+    Returns
+    -------
+    ndarray, shape (…, n)
+        Roots, imaginary parts descending.
+    """
+    order = coefficients.shape[-1] - 1
+    batch = coefficients.shape[:-1]
+    if order == 0:
+        return np.zeros((*batch, 0), dtype=np.complex128)
+    monic = coefficients[..., 1:] / coefficients[..., :1]
+    if order == 1:
+        return -monic.astype(np.complex128)
+    if order == 2:
+        half = -0.5 * monic[..., 0]
+        product = monic[..., 1]
+        discriminant = half * half - product
+        distance = np.sqrt(np.abs(discriminant))
+        # the root of larger modulus first, the other from the product: no cancellation
+        large = half + np.copysign(distance, half)
+        small = product / np.where(large == 0.0, 1.0, large)
+        complex_pair = discriminant < 0.0
+        first = np.where(complex_pair, half + 1j * distance, large)
+        second = np.where(complex_pair, half - 1j * distance, small)
+        return np.stack([first, second], axis=-1)
+    companion = np.zeros((*batch, order, order))
+    companion[..., 0, :] = -monic
+    rows = np.arange(1, order)
+    companion[..., rows, rows - 1] = 1.0
+    found = np.linalg.eigvals(companion).astype(np.complex128)
+    ranking = np.argsort(-found.imag, axis=-1, kind="stable")
+    return np.take_along_axis(found, ranking, axis=-1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Modes:
+    """The poles of one system or of a stack of systems, ready to be summed over time.
+
+    Arrays carry the batch shape B of the stack (empty for one system) behind their own axis.
+    """
+
+    shape: tuple[int, ...]
+    """Batch shape B."""
+
+    feedthrough: FloatArray
+    """Direct term d. [output/input], shape B"""
+
+    integrators: int
+    """Poles at the origin z, the same for all systems."""
+
+    poles: tuple[npt.NDArray[np.inexact], ...]
+    """Poles other than the origin, one of each conjugate pair. [rad s⁻¹], each of shape B"""
+
+    residues: tuple[npt.NDArray[np.inexact], ...]
+    """Residues, twice for a conjugate pair, each of shape B."""
+
+    origin_series: tuple[FloatArray, ...]
+    """Taylor coefficients m_j of N/D̃ about s = 0, each of shape B."""
+
+    markov: tuple[FloatArray, ...]
+    """Markov parameters M_j, each of shape B."""
+
+    fastest_rad_s: FloatArray
+    """Largest modulus of a pole. [rad s⁻¹], shape B"""
+
+    clusters: tuple[tuple[int, ClusteredModes], ...]
+    """Systems with clustered poles by their flat index in B."""
+
+    def impulse_integral(self, t_s: npt.ArrayLike, k: int) -> FloatArray:
+        """Impulse response integrated k times, :math:`I_k`.
+
+        Parameters
+        ----------
+        t_s : array_like
+            Time since the impulse, broadcast against B; before it the result is 0. [s]
+        k : int
+            Number of integrations, at most `MAX_INTEGRATIONS`; negative for derivatives, from
+            which impulses at t = 0 are left out.
+
+        Returns
+        -------
+        ndarray
+            :math:`I_k(t)`, right-continuous at 0, in the broadcast shape. [output/input · s^(k-1)]
+        """
+        if k > MAX_INTEGRATIONS:
+            msg = f"an impulse response is integrated {MAX_INTEGRATIONS} times at most, not {k}"
+            raise ValueError(msg)
+        t = np.asarray(t_s, dtype=np.float64)
+        since = np.maximum(t, 0.0)
+        total = self._mode_sum(since, k)
+        if k > 0:
+            total = self._with_early_times(total, since, k)
+            if np.any(self.feedthrough):
+                total = total + self.feedthrough * since ** (k - 1) / math.factorial(k - 1)
+        result: FloatArray = np.where(t < 0.0, 0.0, total)
+        return result
+
+    def decay_terms(self, k: int) -> DecayTerms:
+        """Bound of the exponential part of the k-fold integral; one system only."""
+        if self.clusters:
+            return self.clusters[0][1].decay_terms(k)
+        return DecayTerms(
+            rates=np.array([np.real(pole) for pole in self.poles]),
+            degrees=np.zeros(len(self.poles), dtype=np.int64),
+            magnitudes=np.array(
+                [np.abs(r / p**k) for p, r in zip(self.poles, self.residues, strict=True)]
+            ),
+        )
+
+    def polynomial_part(self, k: int) -> tuple[float, ...]:
+        """Coefficients c_j of the part sum of c_j t^j / j! of the k-fold integral; one system."""
+        powers = max(self.integrators + k, 0)
+        coefficients = [float(m) for m in self.origin_series[:powers][::-1]]
+        if k > 0:
+            coefficients[k - 1] += float(self.feedthrough)
+        return tuple(coefficients)
+
+    def _mode_sum(self, t: FloatArray, k: int) -> FloatArray:
+        if self.clusters and not self.shape:
+            return self.clusters[0][1].impulse_integral(t, k)
+        total = np.zeros(np.broadcast_shapes(t.shape, self.shape))
+        for pole, residue in zip(self.poles, self.residues, strict=True):
+            weight = residue / pole**k
+            if np.iscomplexobj(weight):
+                turn = pole.imag * t
+                wave = weight.real * np.cos(turn) - weight.imag * np.sin(turn)
+                total += np.exp(pole.real * t) * wave
+            else:
+                total += weight * np.exp(pole * t)
+        powers = self.integrators + k
+        if powers > 0:
+            total += _polynomial(self.origin_series[:powers][::-1], t)
+        if self.clusters:
+            systems = np.arange(math.prod(self.shape)).reshape(self.shape)
+            systems = np.broadcast_to(systems, total.shape)
+            times = np.broadcast_to(t, total.shape)
+            for index, modes in self.clusters:
+                mine = systems == index
+                total[mine] = modes.impulse_integral(times[mine], k)
+        return total
+
+    def _with_early_times(self, total: FloatArray, t: FloatArray, k: int) -> FloatArray:
+        early = np.broadcast_to(t * self.fastest_rad_s < EARLY, total.shape)
+        if not np.any(early):
+            return total
+        times = np.broadcast_to(t, total.shape)[early]
+        markov = self.markov
+        if self.shape:
+            markov = tuple(np.broadcast_to(m, total.shape)[early] for m in markov)
+        total[early] = times**k * _polynomial(markov, times, offset=k)
+        return total
+
+
+def make_modes(numerators: FloatArray, denominators: FloatArray) -> Modes:
+    """Modes of one system or of a stack of systems of the same order.
+
+    Parameters
+    ----------
+    numerators, denominators : ndarray, shapes (…, m + 1) and (…, n + 1)
+        Coefficients in descending powers of s, m ≤ n, leading denominator coefficient not zero,
+        the same number of poles at the origin in every system.
+
+    Returns
+    -------
+    Modes
+        Poles, residues and series of shape (…).
+    """
+    shape = denominators.shape[:-1]
+    order = denominators.shape[-1] - 1
+    leading = denominators[..., :1]
+    monic = denominators / leading
+    padded = np.zeros((*shape, order + 1))
+    padded[..., order + 1 - numerators.shape[-1] :] = numerators / leading
+    feedthrough = padded[..., 0]
+    proper = padded[..., 1:] - feedthrough[..., None] * monic[..., 1:]
+
+    integrators = 0
+    while integrators < order and not np.any(monic[..., order - integrators]):
+        integrators += 1
+    rest = monic[..., : order + 1 - integrators]
+    poles = roots(rest)
+    clustered = is_clustered(poles)
+    columns = _separated_modes(poles, proper, integrators, clustered)
+    flat_poles = poles.reshape(-1, poles.shape[-1])
+    flat_proper = proper.reshape(-1, order)
+    return Modes(
+        shape=shape,
+        feedthrough=feedthrough,
+        integrators=integrators,
+        poles=tuple(pole for pole, _ in columns),
+        residues=tuple(residue for _, residue in columns),
+        # about s = 0 the coefficients ascend
+        origin_series=_quotient_series(
+            proper[..., ::-1], rest[..., ::-1], integrators + MAX_INTEGRATIONS
+        ),
+        # about infinity, in powers of 1/s, they descend
+        markov=_quotient_series(proper, monic, order + _EARLY_TERMS),
+        fastest_rad_s=np.abs(poles).max(axis=-1, initial=0.0),
+        clusters=tuple(
+            (
+                int(index),
+                ClusteredModes(
+                    numerator=flat_proper[index], poles=flat_poles[index], integrators=integrators
+                ),
+            )
+            for index in np.flatnonzero(clustered)
+        ),
+    )
+
+
+def _separated_modes(
+    poles: ComplexArray,
+    proper: FloatArray,
+    integrators: int,
+    clustered: npt.NDArray[np.bool_],
+) -> list[tuple[npt.NDArray[np.inexact], npt.NDArray[np.inexact]]]:
+    """Pole and residue columns; those of lower conjugates only where a real pole shares them."""
+    columns = []
+    for i in range(poles.shape[-1]):
+        pole = poles[..., i]
+        # 2 for the upper pole of a pair, which stands for both, 0 for the lower
+        weight = 1.0 + np.sign(pole.imag)
+        weight = np.where(clustered, 0.0, weight)
+        if not np.any(weight):
+            continue
+        residue = np.zeros(pole.shape, dtype=np.complex128)
+        for b in range(proper.shape[-1]):
+            residue = residue * pole + proper[..., b]
+        divisor = pole**integrators
+        for j in range(poles.shape[-1]):
+            if j != i:
+                divisor = divisor * np.where(clustered, 1.0, pole - poles[..., j])
+        residue = weight * residue / divisor
+        pole = np.where(clustered, -1.0, pole)
+        if np.any(pole.imag):
+            columns.append((pole, residue))
+        else:
+            columns.append((pole.real.copy(), residue.real.copy()))
+    return columns
+
+
+def _quotient_series(
+    numerator: FloatArray, denominator: FloatArray, length: int
+) -> tuple[FloatArray, ...]:
+    """First terms of the power series numerator / denominator, coefficients ascending."""
+    terms: list[FloatArray] = []
+    for j in range(length):
+        term = numerator[..., j] if j < numerator.shape[-1] else np.zeros(numerator.shape[:-1])
+        for i in range(1, min(j, denominator.shape[-1] - 1) + 1):
+            term = term - denominator[..., i] * terms[j - i]
+        terms.append(term / denominator[..., 0])
+    return tuple(terms)
+
+
+def _polynomial(
+    coefficients: Sequence[FloatArray], t: FloatArray, *, offset: int = 0
+) -> FloatArray:
+    """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
+    total = np.zeros(())
+    for j in range(len(coefficients) - 1, -1, -1):
+        total = total * t + coefficients[j] / math.factorial(j + offset)
+    return total
