@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from planner.physics.response import StepResponse
+from planner.autopilot import Autopilot
 from planner.vehicle.consistency import mass_problems, reference_problems
 from planner.vehicle.hover_law import DensityLaw
+from planner.vehicle.parameters import parameter_problems
 from planner.vehicle.schema import (
     CRUISE,
     PROVENANCE,
@@ -20,7 +21,6 @@ from planner.vehicle.schema import (
 if TYPE_CHECKING:
     import datetime as dt
 
-    from planner.autopilot import Autopilot
     from planner.physics.transfer_function import TransferFunction
     from planner.vehicle.battery import Battery
     from planner.vehicle.hover_law import HoverLaw
@@ -195,5 +195,7 @@ class VehicleModel:
                 has_mass=self.mass_kg is not None,
             ),
         ]
+        if self.reference is not Autopilot.STEP:
+            problems += parameter_problems(self.reference, dict(self.parameters))
         if problems:
             raise ValueError("; ".join(f"{key} {problem}" for key, problem in problems))

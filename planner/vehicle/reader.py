@@ -24,6 +24,7 @@ from planner.vehicle.model import (
     VehicleModel,
     VerticalPower,
 )
+from planner.vehicle.parameters import parameter_problems
 from planner.vehicle.schema import (
     ALTITUDE_LAW,
     BATTERY,
@@ -241,6 +242,12 @@ class _Content:
                 has_default_speed=self._raw(SPEED.name) is not None,
                 has_parameters=self._raw(PARAMETERS.name) is not None,
             )
+            parameters = self._cleaned.get(PARAMETERS.name, {})
+            if reference != Autopilot.STEP:
+                self.problems += [
+                    (_dotted(PARAMETERS.name, key), problem)
+                    for key, problem in parameter_problems(Autopilot(reference), parameters)
+                ]
         self.problems += mass_problems(
             has_density_law=self._chosen.get("hover") is DENSITY_LAW,
             has_mass="mass_kg" in self.document,

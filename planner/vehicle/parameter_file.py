@@ -1,0 +1,230 @@
+"""Reader of parameter files: QGroundControl, Mission Planner, MAVProxy.
+
+======================  =========================================================
+written by              a line
+======================  =========================================================
+QGroundControl          vehicle, component, name, value, type, separated by tabs
+Mission Planner         name and value, separated by a comma
+MAVProxy, SITL          name and value, separated by blanks; ``@READONLY`` may follow
+======================  =========================================================
+
+All of them know empty lines and comments that begin with ``#``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.catalogue.parameter import PARAMETER_REPEATED
+from planner.errors import ParameterFileError
+from planner.findings import Place
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameter_table import parameter_table
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from planner.findings import Finding
+    from planner.vehicle.parameter_table import Version
+
+MOST_BYTES = 1 << 22
+"""A vehicle has some thousand parameters, some 100 KB; anything larger is another kind of file."""
+
+_AUTOPILOT_COMPONENT = "1"
+"""MAV_COMP_ID_AUTOPILOT1; gimbals and cameras have parameters of their own."""
+_NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
+_NUMBER = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)|0[xX][0-9a-fA-F]{1,16}",
+    re.ASCII | re.IGNORECASE,
+)
+_FORMS = "a line is NAME,value or NAME value, or QGroundControl's five columns"
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterValue:
+    """A value as a vehicle holds it, in the unit of its parameter."""
+
+    value: float | None
+    """``None`` where the vehicle holds no number."""
+    line: int | None = None
+    """Line of the file; ``None`` where there is no file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterSet:
+    """The parameters of one vehicle, by their own names."""
+
+    source: str
+    """The file, or the link they were fetched from."""
+    values: Mapping[str, ParameterValue]
+    stack: Autopilot | None
+    """Whose they are; ``None`` where neither a header nor the names say."""
+    version: Version | None = None
+    """Major and minor version of the firmware, where it is known."""
+    findings: tuple[Finding, ...] = ()
+    """What is odd about the file."""
+
+
+def read_parameters(path: str | Path) -> ParameterSet:
+    """Read a parameter file of any of the known forms.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its form is recognised from its lines.
+
+    Returns
+    -------
+    ParameterSet
+        Every parameter of the autopilot in it.
+
+    Raises
+    ------
+    ParameterFileError
+        If the file cannot be read, or a line is no parameter.
+    """
+    path = Path(path)
+    source = str(path)
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
+        msg = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise ParameterFileError(msg, source=source) from error
+    return parameters_from_text(data, source=source)
+
+
+def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
+    """Return the parameters that the bytes of a parameter file hold.
+
+    Parameters
+    ----------
+    data : bytes
+        Text in UTF-8.
+    source : str
+        What errors and findings call the file.
+
+    Returns
+    -------
+    ParameterSet
+        Every parameter of the autopilot in it.
+
+    Raises
+    ------
+    ParameterFileError
+        If a line is no parameter, or none is there.
+    """
+    if len(data) > MOST_BYTES:
+        msg = f"is larger than {MOST_BYTES >> 20} MiB: this is no parameter file"
+        raise ParameterFileError(msg, source=source)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        place = Place(line=data.count(b"\n", 0, error.start) + 1, column=1)
+        msg = "is not UTF-8 text: this is no parameter file"
+        raise ParameterFileError(msg, source=source, place=place) from error
+    lines = [line.rstrip("\r") for line in text.split("\n")]
+    values: dict[str, ParameterValue] = {}
+    repeated: list[str] = []
+    for number, line in enumerate(lines, start=1):
+        row = _parameter_row(line, Place(line=number, column=1), source=source)
+        if row is None:
+            continue
+        name, value = row
+        before = values.get(name)
+        if before is not None and before.value != value:
+            repeated.append(
+                f"{name} is {_shown(before.value)} in line {before.line} and {_shown(value)} in "
+                f"line {number}"
+            )
+        values[name] = ParameterValue(value, number)
+    if not values:
+        msg = f"holds no parameter: {_FORMS}"
+        raise ParameterFileError(msg, source=source)
+    header = [line for line in lines if line.lstrip().startswith("#")]
+    return ParameterSet(
+        source=source,
+        values=values,
+        stack=_header_stack(header) or stack_of_names(values),
+        version=_header_version(header),
+        findings=_repetitions(repeated, source=source),
+    )
+
+
+def stack_of_names(names: Iterable[str]) -> Autopilot | None:
+    """Return the autopilot that knows most of the names; ``None`` where it is not one of them."""
+    present = set(names)
+    counts = {
+        autopilot: sum(
+            spelling.name in present
+            for row in parameter_table(parameters).values()
+            for spelling in row.spellings
+        )
+        for autopilot, parameters in (
+            (Autopilot.PX4, Px4Parameters),
+            (Autopilot.ARDUPILOT, ArduPilotParameters),
+        )
+    }
+    if counts[Autopilot.PX4] == counts[Autopilot.ARDUPILOT]:
+        return None
+    return max(counts, key=lambda autopilot: counts[autopilot])
+
+
+def _parameter_row(line: str, place: Place, *, source: str) -> tuple[str, float | None] | None:
+    """Return name and value of a line; ``None`` for comments and other components."""
+    line = line.split("#", 1)[0]
+    columns = line.replace(",", " ").split()
+    if not columns:
+        return None
+    if len(columns) == 5 and columns[0].isdigit() and columns[1].isdigit():
+        if columns[1] != _AUTOPILOT_COMPONENT:
+            return None
+        columns = columns[2:4]
+    elif len(columns) == 3 and columns[2] == "@READONLY":
+        columns = columns[:2]
+    if len(columns) != 2 or not _NAME.fullmatch(columns[0]):
+        msg = f"is no parameter: {_FORMS}"
+        raise ParameterFileError(msg, source=source, place=place)
+    if not _NUMBER.fullmatch(columns[1]):
+        shown = columns[1] if len(columns[1]) <= 40 else f"{columns[1][:37]}..."
+        msg = f"the value of {columns[0]} must be a number, got {shown!r}"
+        raise ParameterFileError(msg, source=source, place=place)
+    return columns[0], _number(columns[1])
+
+
+def _number(text: str) -> float | None:
+    value = float(int(text, 16)) if text[:2].lower() == "0x" else float(text)
+    return value if math.isfinite(value) else None
+
+
+def _shown(value: float | None) -> str:
+    return "no number" if value is None else f"{value:g}"
+
+
+def _repetitions(repeated: list[str], *, source: str) -> tuple[Finding, ...]:
+    if not repeated:
+        return ()
+    more = f", and {len(repeated) - 1} more parameters are repeated" if len(repeated) > 1 else ""
+    return (PARAMETER_REPEATED.finding(f"{source}: {repeated[0]}: the last value is used{more}"),)
+
+
+def _header_stack(header: list[str]) -> Autopilot | None:
+    """Return whose file it is by QGroundControl's ``# Stack: PX4 Pro``."""
+    for line in header:
+        if match := re.match(r"\s*#\s*Stack:\s*(\S+)", line):
+            return {"px4": Autopilot.PX4, "ardupilot": Autopilot.ARDUPILOT}.get(match[1].lower())
+    return None
+
+
+def _header_version(header: list[str]) -> Version | None:
+    """Return the firmware's version by QGroundControl's ``# Version: 1.17.0 dev``."""
+    for line in header:
+        if match := re.match(r"\s*#\s*Version:\s*v?(\d{1,4})\.(\d{1,4})", line):
+            return int(match[1]), int(match[2])
+    return None

@@ -1,0 +1,239 @@
+"""The parameters a flight is predicted with: from the file, the model, or the defaults."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from planner.autopilot import Autopilot
+from planner.catalogue.parameter import (
+    PARAMETER_IMPOSSIBLE,
+    PARAMETER_OVERRULED,
+    PARAMETER_RENAMED,
+    PARAMETERS_ASSUMED,
+    PARAMETERS_OF_ANOTHER_AUTOPILOT,
+)
+from planner.findings import Severity
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.keys import nearest_hint
+from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameter_table import Origin, OriginKind, parameter_table
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from planner.findings import Finding, Rule
+    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.parameter_table import Parameter, Spelling
+
+FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
+
+PARAMETERS_OF: Mapping[Autopilot, type[Px4Parameters] | type[ArduPilotParameters]] = {
+    Autopilot.PX4: Px4Parameters,
+    Autopilot.ARDUPILOT: ArduPilotParameters,
+}
+"""The parameters each autopilot flies missions with."""
+
+_NAMED = 3
+"""Parameters named in one finding; the others are counted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResolvedParameters:
+    """The parameters a flight is predicted with, and what has to be known about them."""
+
+    values: FlightParameters
+    """In SI, each with its origin."""
+    findings: tuple[Finding, ...]
+
+
+def resolve_parameters(
+    autopilot: Autopilot,
+    *,
+    file: ParameterSet | None = None,
+    model: VehicleModel | None = None,
+) -> ResolvedParameters:
+    """Return the value of every parameter a flight depends on, and where it comes from.
+
+    Parameters
+    ----------
+    autopilot : Autopilot
+        PX4 or ArduPilot.
+    file : ParameterSet, optional
+        The vehicle's own parameters; they come first.
+    model : VehicleModel, optional
+        Its ``[parameters]`` come second, if it was identified under this autopilot.
+
+    Returns
+    -------
+    ResolvedParameters
+        Parameters in SI with their origins; what is in neither has the autopilot's default.
+
+    Raises
+    ------
+    ValueError
+        If the autopilot is neither PX4 nor ArduPilot.
+    """
+    if autopilot not in PARAMETERS_OF:
+        msg = f"{autopilot} has no parameters"
+        raise ValueError(msg)
+    resolution = _Resolution(autopilot)
+    if file is not None:
+        if file.stack is None or file.stack is autopilot:
+            resolution.take(file, OriginKind.FILE)
+        else:
+            resolution.refuse(file, file.stack)
+    if model is not None and model.reference is autopilot:
+        values = {name: ParameterValue(value) for name, value in model.parameters}
+        resolution.take(
+            ParameterSet(source=model.source, values=values, stack=autopilot), OriginKind.MODEL
+        )
+    return resolution.resolved(() if file is None else file.findings)
+
+
+def parameter_problems(
+    autopilot: Autopilot, values: Mapping[str, float]
+) -> Iterator[tuple[str, str]]:
+    """Yield (name, problem) for parameters of a model that an autopilot cannot fly with."""
+    rows = {
+        spelling.name: (row, spelling)
+        for row in parameter_table(PARAMETERS_OF[autopilot]).values()
+        for spelling in row.spellings
+    }
+    for name, value in values.items():
+        if name not in rows:
+            yield name, f"is no parameter of a mission flight{nearest_hint(name, rows)}"
+            continue
+        row, spelling = rows[name]
+        if not row.is_possible(spelling.si(value)):
+            yield name, f"cannot be {_with_unit(value, spelling)}"
+        if spelling is not row.now and row.now.name in values:
+            yield name, f"is the old name of {row.now.name}: give one of them"
+
+
+class _Resolution:
+    """Values found so far, and the sentences about them by rule."""
+
+    def __init__(self, autopilot: Autopilot) -> None:
+        self.autopilot = autopilot
+        self.table = parameter_table(PARAMETERS_OF[autopilot])
+        self.values_si: dict[str, float] = {}
+        self.origins: dict[str, Origin] = {}
+        self.impossible: list[str] = []
+        self.disagreeing: list[str] = []
+        self.agreeing: list[str] = []
+        self.findings: list[Finding] = []
+
+    def refuse(self, given: ParameterSet, stack: Autopilot) -> None:
+        """Note that a file belongs to another autopilot."""
+        self.findings.append(
+            PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(
+                f"{given.source} holds parameters of {stack.title}, but the flight is predicted for "
+                f"{self.autopilot.title}"
+            )
+        )
+
+    def take(self, given: ParameterSet, kind: OriginKind) -> None:
+        """Take every quantity that is not known yet from one set."""
+        for quantity, row in self.table.items():
+            present = [spelling for spelling in row.spellings if spelling.name in given.values]
+            if quantity in self.origins or not present:
+                continue
+            spelling = present[0]
+            if len(present) > 1:
+                spelling = self._chosen(row, given)
+            entry = given.values[spelling.name]
+            value_si = math.nan if entry.value is None else spelling.si(entry.value)
+            if row.is_possible(value_si):
+                self.values_si[quantity] = round(value_si) if row.is_choice else value_si
+                self.origins[quantity] = Origin(
+                    kind=kind, name=spelling.name, source=given.source, line=entry.line
+                )
+            else:
+                self.origins[quantity] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
+                self.impossible.append(
+                    f"{_described(given, spelling)} cannot be meant: "
+                    f"{_with_unit(row.default, row.now)}, the default, is assumed"
+                )
+
+    def _chosen(self, row: Parameter, given: ParameterSet) -> Spelling:
+        """Return the spelling to use where both are present, and note that they are."""
+        now, formerly = row.spellings
+        is_old = given.version is not None and now.since is not None and given.version < now.since
+        chosen = formerly if is_old else now
+        values_si = [
+            math.nan if value is None else spelling.si(value)
+            for spelling in row.spellings
+            for value in (given.values[spelling.name].value,)
+        ]
+        agree = math.isclose(*values_si, rel_tol=1e-6)  # files hold 7 digits
+        (self.agreeing if agree else self.disagreeing).append(
+            f"{_described(given, formerly)} and {_described(given, now)} "
+            f"{'mean the same' if agree else 'disagree'}: {chosen.name} is used"
+        )
+        return chosen
+
+    def resolved(self, file_findings: tuple[Finding, ...]) -> ResolvedParameters:
+        """Return the parameters, with the defaults of what was found nowhere."""
+        assumed = [
+            row.now.name for quantity, row in self.table.items() if quantity not in self.origins
+        ]
+        origins = dict(self.origins)
+        for quantity, row in self.table.items():
+            origins.setdefault(quantity, Origin(kind=OriginKind.DEFAULT, name=row.now.name))
+        fields: dict[str, Any] = {**self.values_si, "origins": origins}
+        values: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
+        findings = [
+            *file_findings,
+            *self.findings,
+            *_joined(PARAMETER_RENAMED, self.disagreeing + self.agreeing, self._renamed_severity),
+            *_joined(PARAMETER_IMPOSSIBLE, self.impossible),
+            *_joined(PARAMETER_OVERRULED, list(self._overruled(values))),
+        ]
+        if assumed:
+            findings.append(PARAMETERS_ASSUMED.finding(self._assumed_sentence(assumed)))
+        return ResolvedParameters(values=values, findings=tuple(findings))
+
+    @property
+    def _renamed_severity(self) -> Severity:
+        return Severity.ERROR if self.disagreeing else Severity.WARNING
+
+    def _overruled(self, values: FlightParameters) -> Iterator[str]:
+        """Yield a sentence for every given value the vehicle will not fly at."""
+        for quantity, given_si in self.values_si.items():
+            row, flown_si = self.table[quantity], getattr(values, quantity)
+            stands_for_another = row.zero_means is not None and given_si == 0.0
+            # files hold single precision, PX4 writes what it overwrites with into them
+            if not stands_for_another and not math.isclose(given_si, flown_si, rel_tol=1e-5):
+                given, flown = given_si / row.now.si(1.0), flown_si / row.now.si(1.0)
+                yield (
+                    f"{self.origins[quantity]}: {row.now.name} = {_with_unit(given, row.now)} is "
+                    f"overruled, {_with_unit(flown, row.now)} is flown"
+                )
+
+    def _assumed_sentence(self, assumed: list[str]) -> str:
+        names = ", ".join(assumed[:_NAMED])
+        more = len(assumed) - _NAMED
+        rest = f" and {more} more parameters" if more > 0 else ""
+        return f"{self.autopilot.title}'s defaults are assumed for {names}{rest}"
+
+
+def _joined(
+    rule: Rule, sentences: list[str], severity: Severity | None = None
+) -> Iterator[Finding]:
+    """Yield one finding for all sentences of a rule, none where there is none."""
+    if sentences:
+        more = f", and {len(sentences) - 1} more parameters" if len(sentences) > 1 else ""
+        yield rule.finding(sentences[0] + more, severity=severity)
+
+
+def _described(given: ParameterSet, spelling: Spelling) -> str:
+    entry = given.values[spelling.name]
+    value = "no number" if entry.value is None else _with_unit(entry.value, spelling)
+    return f"{spelling.name} = {value}" + ("" if entry.line is None else f" (line {entry.line})")
+
+
+def _with_unit(value: float, spelling: Spelling) -> str:
+    return f"{value:.6g} {spelling.unit}".rstrip()
