@@ -11,7 +11,7 @@ from planner.vehicle.schema import BATTERY
 class Battery:
     """A battery as its label, or its identification, describes it.
 
-    At least one capacity is given; of charge, energy and nominal voltage at least two are.
+    Its energy is given, or its charge and nominal voltage.
     """
 
     capacity_ah: float | None = None
@@ -38,24 +38,14 @@ class Battery:
         """Energy of the full battery [Wh]."""
         if self.capacity_wh is not None:
             return self.capacity_wh
-        return _given(self.capacity_ah) * _given(self.nominal_voltage_v)
+        # __post_init__ has refused a battery in which these are missing as well
+        assert self.capacity_ah is not None
+        assert self.nominal_voltage_v is not None
+        return self.capacity_ah * self.nominal_voltage_v
 
     @property
-    def charge_ah(self) -> float:
-        """Charge of the full battery [Ah]."""
-        if self.capacity_ah is not None:
-            return self.capacity_ah
-        return _given(self.capacity_wh) / _given(self.nominal_voltage_v)
-
-    @property
-    def voltage_v(self) -> float:
-        """Nominal voltage [V]."""
-        if self.nominal_voltage_v is not None:
-            return self.nominal_voltage_v
-        return _given(self.capacity_wh) / _given(self.capacity_ah)
-
-
-def _given(value: float | None) -> float:
-    # __post_init__ has refused a battery in which this is missing
-    assert value is not None
-    return value
+    def voltage_v(self) -> float | None:
+        """Nominal voltage; ``None`` where only the energy is known [V]."""
+        if self.nominal_voltage_v is None and self.capacity_ah is not None:
+            return self.energy_wh / self.capacity_ah
+        return self.nominal_voltage_v

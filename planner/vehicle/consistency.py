@@ -87,8 +87,8 @@ def battery_problems(raw: Mapping[str, Any]) -> Problems:
     given = {"capacity_ah", "capacity_wh", "nominal_voltage_v"} & set(raw)
     if not given & {"capacity_ah", "capacity_wh"}:
         yield "capacity_ah", "is missing, and capacity_wh as well: give at least one"
-    elif len(given) == 1:
-        yield "nominal_voltage_v", "is missing: it ties capacity_ah to capacity_wh"
+    elif given == {"capacity_ah"}:
+        yield "nominal_voltage_v", "is missing: capacity_ah alone is no energy"
     elif len(given) == 3:
         product_wh = raw["capacity_ah"] * raw["nominal_voltage_v"]
         if not math.isclose(raw["capacity_wh"], product_wh, rel_tol=_CAPACITY_TOLERANCE):

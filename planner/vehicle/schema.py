@@ -280,8 +280,8 @@ VERTICAL = Table(
 BATTERY = Table(
     name="battery",
     meaning=(
-        "The battery the vehicle flies with; optional, --battery replaces it.  Give a capacity, "
-        "and the nominal voltage unless both capacities are given."
+        "The battery the vehicle flies with; optional, --battery replaces it.  Give an energy, "
+        "or a charge and the nominal voltage; an energy alone leaves the charge unknown."
     ),
     keys=(
         Key(
