@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
+from planner.physics.response import StepResponse
 from planner.vehicle.consistency import mass_problems, reference_problems
 from planner.vehicle.hover_law import DensityLaw
 from planner.vehicle.parameters import parameter_problems
@@ -41,6 +42,11 @@ class ManoeuvreResponse:
     """Altitude step it was identified on; ``None`` for answers to a speed. [m]"""
     identified_speed_m_s: float | None = None
     """Speed command it was identified on; ``None`` for answers to an altitude. [m/s]"""
+
+    @property
+    def unit_step(self) -> StepResponse:
+        """Answer to a step of the reference by one unit, input gain included."""
+        return StepResponse(system=self.transfer_function, amplitude=self.input_gain)
 
     @property
     def numerator(self) -> tuple[float, ...]:
