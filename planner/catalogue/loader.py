@@ -1,0 +1,218 @@
+"""Family L, from L101: what loaders make of JSON missions."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+REQUIRED_KEY = Rule(
+    code="L101",
+    name="plan-key-missing",
+    severity=Severity.WARNING,
+    summary="A key that QGroundControl requires is missing from the plan.",
+    why=(
+        "QGroundControl refuses the whole file at the first key it misses, MAVSDK too where a "
+        "section is missing; nothing in the missing part is checked, a fence for instance."
+    ),
+    how="Looks for the keys that QGroundControl's loader requires and that can be done without.",
+    example="'geoFence' is missing: QGroundControl and MAVSDK refuse the file, no fence is checked",
+    fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
+)
+
+MISSION_VERSION = Rule(
+    code="L102",
+    name="mission-version",
+    severity=Severity.WARNING,
+    summary="The mission section is not version 2.",
+    why="MAVSDK refuses it; QGroundControl does not look, and may misread what another version means.",
+    how="Compares mission.version with 2.",
+    example="mission version 7, read as version 2: MAVSDK refuses it",
+    fix="save the plan anew from QGroundControl",
+)
+
+ALTITUDE_COPY = Rule(
+    code="L103",
+    name="altitude-copy",
+    severity=Severity.WARNING,
+    summary="QGroundControl shows another altitude than the vehicle flies.",
+    why=(
+        "The vehicle gets 'frame' and the seventh parameter; 'Altitude' is a copy for display.  Where "
+        "a script changed one of them, the pilot sees an altitude that is not flown, and editing the "
+        "item overwrites the one that was meant."
+    ),
+    how=(
+        "Compares 'Altitude' (or 'AMSLAltAboveTerrain', where the altitude was computed from terrain) "
+        "with the seventh parameter, to 0.01 m.  The prediction uses the seventh parameter."
+    ),
+    example="item 7 is shown at 2 m and flown at 14 m",
+    fix="edit the altitude in QGroundControl and save, or write both numbers",
+)
+
+ALTITUDE_MODE = Rule(
+    code="L104",
+    name="altitude-mode",
+    severity=Severity.WARNING,
+    summary="QGroundControl shows another altitude reference than the vehicle flies.",
+    why=(
+        "The numbers of 'AltitudeMode' were changed three times without a new file version (2018, "
+        "2019, 2021): a file of one era shows as AMSL in another what is flown above home.  The "
+        "vehicle goes by 'frame' alone."
+    ),
+    how=(
+        "Compares 'AltitudeMode', as QGroundControl reads it since 4.2, with 'frame'; mode 0 with a "
+        "frame above home, as in 2018, is no more than a note."
+    ),
+    example="item 3 is shown as AMSL (mode 2) and flown above home (frame 3)",
+    fix="open the plan in a current QGroundControl, set the altitude reference and save",
+)
+
+JUMP_IDS = Rule(
+    code="L106",
+    name="jump-ids",
+    severity=Severity.WARNING,
+    summary="Items share a doJumpId, or have none, in a mission with a DO_JUMP.",
+    why=(
+        "DO_JUMP names its target by doJumpId.  QGroundControl takes the first item with it, other "
+        "programs count items: the vehicle may repeat another part of the mission than was meant."
+    ),
+    how="Looks for repeated and missing ids; told only where a DO_JUMP makes them matter.",
+    example="items 4 and 7 both have doJumpId 3",
+    fix="save the plan anew from QGroundControl, and look where the jump goes",
+)
+
+FENCE_VERSION = Rule(
+    code="L107",
+    name="fence-version",
+    severity=Severity.WARNING,
+    summary="The fence or the rally points are of version 1, which every loader passes over.",
+    why="The file looks fenced and the vehicle flies without a fence; no program says so.",
+    how="Section version 1 or none, and something in it besides empty lists.",
+    example="the fence is of version 1: QGroundControl ignores it, and so does this check",
+    fix="draw the fence anew in QGroundControl and save",
+)
+
+AUTOCONTINUE_TYPE = Rule(
+    code="L109",
+    name="autocontinue-type",
+    severity=Severity.WARNING,
+    summary="'autoContinue' is missing or no truth value.",
+    why="QGroundControl refuses the file for it.",
+    how="true, false, 0 and 1 are understood; missing is taken as true.",
+    example="'autoContinue' of item 1 is 1, read as true: QGroundControl refuses the file",
+    fix="write true or false",
+)
+
+OLDER_ITEM = Rule(
+    code="L110",
+    name="older-item",
+    severity=Severity.INFO,
+    summary="An item is written in the form that older plans had.",
+    why="QGroundControl converts it, MAVSDK and scripts that read 'params' do not.",
+    how="param1 to param4, or four params, and 'coordinate'; or the type 'missionItem'.",
+    example="item 1 has 4 params and a coordinate: read as 7 params",
+    fix="open the file in QGroundControl and save it as a plan",
+)
+
+COORDINATE_KEY = Rule(
+    code="L111",
+    name="coordinate-and-params",
+    severity=Severity.WARNING,
+    summary="An item has seven params and a 'coordinate' as well.",
+    why="QGroundControl joins them to ten values and refuses the file.",
+    how=(
+        "They must say the same, or params 5 to 7 must be zero or null; then 'coordinate' is the place "
+        "flown to.  Otherwise the file is refused here, too."
+    ),
+    example="item 2 has 7 params and a coordinate; its place is taken from 'coordinate'",
+    fix="write the place into params 5 to 7 and delete 'coordinate'",
+)
+
+COMPLEX_ITEM_UNKNOWN = Rule(
+    code="L112",
+    name="complex-item-unknown",
+    severity=Severity.ERROR,
+    summary="A complex item is of a kind or version that cannot be expanded: it is not in the prediction.",
+    why="QGroundControl goes on loading without it: part of the mission is silently not flown.",
+    how="complexItemType and version are compared with those that QGroundControl has written.",
+    example="complex item 3 is of type 'spiral': none of its items are in this prediction",
+    fix="upload the plan and fetch it back from the vehicle: then it holds plain items",
+)
+
+COMPLEX_ITEM_VERSION = Rule(
+    code="L113",
+    name="complex-item-version",
+    severity=Severity.WARNING,
+    summary="A complex item is of a version that loaders refuse, but holds the items to fly.",
+    why="QGroundControl refuses the whole plan, and MAVSDK any survey but version 5.",
+    how="The version is compared with those QGroundControl accepts; the embedded items are used.",
+    example="survey version 9: its 57 embedded items are used, QGroundControl refuses the file",
+    fix="save the plan anew from QGroundControl",
+)
+
+SURVEY_REBUILT = Rule(
+    code="L114",
+    name="survey-rebuilt",
+    severity=Severity.WARNING,
+    summary="A survey holds no items: they are computed from its area as QGroundControl does.",
+    why=(
+        "What is uploaded is computed anew by QGroundControl, and its versions differ in where they "
+        "begin and turn; MAVSDK refuses the file."
+    ),
+    how=(
+        "The saved path is used where there is one; otherwise parallel lines at the grid's angle and "
+        "spacing are cut with the area, entered at the chosen corner and lengthened to turn around."
+    ),
+    example="survey of version 3 without items: 24 items computed, 11 lines 25 m apart",
+    fix="open the plan in a current QGroundControl and save it: then it holds the items",
+)
+
+STRUCTURE_SCAN_EXPANDED = Rule(
+    code="L115",
+    name="structure-scan-expanded",
+    severity=Severity.INFO,
+    summary="A structure scan is expanded as QGroundControl does on upload.",
+    why=(
+        "The file holds the structure, not the items: the vertex where the scan begins is not saved, "
+        "and QGroundControl counts the layers anew when it loads the file.  Some of its versions also "
+        "read the entrance altitude wrongly, as 0 or 1 m."
+    ),
+    how=(
+        "The outline is moved outward by the distance to the surface; one lap per layer, from the "
+        "first vertex, the first half a layer from the top or bottom.  4 + layers (n + 3) items.  A "
+        "warning where the layers in the file are not those QGroundControl will count."
+    ),
+    example="structure scan: 42 items computed, 2 laps of 16 vertices from the first vertex",
+    fix="look at the altitudes after loading the plan in QGroundControl, before the upload",
+)
+
+LANDING_PATTERN_EXPANDED = Rule(
+    code="L116",
+    name="landing-pattern-expanded",
+    severity=Severity.INFO,
+    summary="A landing pattern is expanded as QGroundControl does on upload.",
+    why="The file holds where to approach and land, not the items; MAVSDK refuses the file.",
+    how="DO_LAND_START, what stops the camera, the approach and the landing.",
+    example="fwLandingPattern: 3 items computed",
+    fix="check the landing in QGroundControl before the upload",
+)
+
+LEGACY_FORMAT = Rule(
+    code="L117",
+    name="legacy-format",
+    severity=Severity.WARNING,
+    summary="The file is written in a JSON format from before plans.",
+    why="QGroundControl since 3.3 opens plans only; other programs never read it.",
+    how="The file has items at its top, or the file type 'Mission'.",
+    example="a mission file of version 1.0: QGroundControl no longer opens it",
+    fix="open it in an old QGroundControl and save it as a plan",
+)
+
+ITEM_TYPE = Rule(
+    code="L118",
+    name="item-type",
+    severity=Severity.WARNING,
+    summary="An item does not say that it is a SimpleItem, but reads like one.",
+    why="QGroundControl refuses the file.",
+    how="The item has a command; 'type' is missing, null or another text.",
+    example="'type' of item 1 is null: read as SimpleItem",
+    fix='write "type": "SimpleItem"',
+)

@@ -1,0 +1,198 @@
+"""QGroundControl's plans: a JSON file with mission, fence and rally points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.catalogue.loader import MISSION_VERSION, REQUIRED_KEY
+from planner.errors import MissionFileError
+from planner.mission.items import Home, Mission, MissionFormat, VehicleKind
+from planner.mission.json_document import JsonDocument, describe, parse_json
+from planner.mission.json_fields import JsonFields
+from planner.mission.plan_areas import read_fence, read_rally_points
+from planner.mission.plan_items import read_items
+from planner.mission.remarks import Remarks
+
+if TYPE_CHECKING:
+    from planner.geo.fence import Fence, RallyPoint
+
+FILE_VERSION = 1
+SECTION_VERSION = 2
+
+AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
+"""By MAV_AUTOPILOT."""
+VEHICLE_KINDS = {
+    1: VehicleKind.FIXED_WING,
+    **dict.fromkeys((2, 13, 14, 15, 29, 35), VehicleKind.MULTICOPTER),
+    10: VehicleKind.ROVER,
+    11: VehicleKind.BOAT,
+    12: VehicleKind.SUBMARINE,
+    **dict.fromkeys(range(19, 26), VehicleKind.VTOL),
+}
+"""By MAV_TYPE."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlanDocument:
+    """What a JSON mission was read from: enough to write it back without losing anything."""
+
+    json: JsonDocument
+    """The whole file as parsed: unknown keys, complex items, fence and rally points as they were;
+    ``json.text`` is the file itself."""
+    origins: tuple[int, ...]
+    """For each mission item the index of the element of the file's ``items`` it comes from; the
+    items of one complex item share theirs."""
+
+
+def read_plan_text(text: str, *, source: str) -> Mission:
+    """Return the mission in the text of a plan.
+
+    Parameters
+    ----------
+    text : str
+        The whole text.
+    source : str
+        Its file name, for messages.
+
+    Raises
+    ------
+    MissionFileError
+        If it is no plan or cannot be understood, with line and column.
+    """
+    return read_plan(parse_json(text, source=source), source)
+
+
+def read_plan(document: JsonDocument, source: str) -> Mission:
+    """Return the mission in a parsed plan.
+
+    Parameters
+    ----------
+    document : JsonDocument
+        The parsed text.
+    source : str
+        Its file name.
+
+    Returns
+    -------
+    Mission
+        Its ``document`` is a `PlanDocument`.
+
+    Raises
+    ------
+    MissionFileError
+        If it is no plan or cannot be understood, with line and column.
+    """
+    remarks = Remarks()
+    plan = _plan_fields(document)
+    missing = _check_head(plan)
+    section = plan.fields("mission", "the mission")
+    missing += [
+        f"mission.{key}"
+        for key in ("plannedHomePosition", "firmwareType")
+        if key not in section.value
+    ]
+    if missing:
+        keys = ", ".join(f"'{key}'" for key in missing)
+        unchecked = [
+            what
+            for key, what in (("geoFence", "no fence"), ("rallyPoints", "no rally points"))
+            if key in missing
+        ]
+        message = f"{keys} missing: QGroundControl refuses the file" + (
+            f", MAVSDK too, and {' and '.join(unchecked)} can be checked" if unchecked else ""
+        )
+        remarks.add(REQUIRED_KEY, message, place=document.place(plan.value))
+    _check_mission_version(section, remarks)
+    read = read_items(section, remarks)
+    fence: Fence | None = None
+    rally: tuple[RallyPoint, ...] = ()
+    if "geoFence" in plan.value:
+        fence = read_fence(plan.fields("geoFence", "the fence"), remarks)
+    if "rallyPoints" in plan.value:
+        rally = read_rally_points(plan.fields("rallyPoints", "the rally points"), remarks)
+    return Mission(
+        source=source,
+        file_format=MissionFormat.PLAN,
+        items=read.items,
+        home=read_home(section),
+        autopilot=read_autopilot(section, "firmwareType"),
+        vehicle_kind=read_vehicle_kind(section),
+        fence=fence,
+        rally=rally,
+        findings=(*document.findings, *remarks.findings()),
+        document=PlanDocument(json=document, origins=read.origins),
+    )
+
+
+def read_autopilot(section: JsonFields, key: str) -> Autopilot | None:
+    """Return the firmware a key names by MAV_AUTOPILOT, ``None`` where it is none of ours."""
+    return AUTOPILOTS.get(section.whole(key, most=255, default=0))
+
+
+def _plan_fields(document: JsonDocument) -> JsonFields:
+    """Return the top of a plan; refuse anything else."""
+    root = document.root
+    if not isinstance(root, dict):
+        msg = f"this is JSON but no plan: its value is {describe(root)}"
+        raise MissionFileError(msg, source=document.source)
+    if "fileType" in root:
+        if root["fileType"] != "Plan":
+            document.refuse(
+                f"the file type is {describe(root['fileType'])}, expected 'Plan'", root, "fileType"
+            )
+        if "mission" not in root:
+            document.refuse("the plan has no section 'mission': there is nothing to fly", root)
+    elif not isinstance(root.get("mission"), dict):
+        keys = ", ".join(f"'{key[:20]}'" for key in list(root)[:4]) or "nothing"
+        document.refuse(
+            f"this is JSON but no plan: 'fileType' and 'mission' are missing, it holds {keys}", root
+        )
+    return JsonFields(document=document, value=root, title="the plan")
+
+
+def _check_head(plan: JsonFields) -> list[str]:
+    """Refuse versions nobody can read; return the keys that are missing at the top."""
+    if plan.value.get("version", FILE_VERSION) != FILE_VERSION:
+        plan.refuse(
+            f"its version is {describe(plan.value['version'])}, expected {FILE_VERSION}: "
+            "it was written by a program from another time",
+            "version",
+        )
+    required = ("fileType", "version", "groundStation", "geoFence", "rallyPoints")
+    return [key for key in required if key not in plan.value]
+
+
+def _check_mission_version(section: JsonFields, remarks: Remarks) -> None:
+    version = section.value.get("version")
+    if version == SECTION_VERSION:
+        return
+    is_written = "version" in section.value
+    message = (
+        f"the mission is {f'of version {describe(version)}' if is_written else 'without a version'}"
+        f", read as version {SECTION_VERSION}: MAVSDK refuses it"
+    )
+    place = section.document.place(section.value, "version")
+    remarks.add(MISSION_VERSION, message, place=place)
+
+
+def read_home(section: JsonFields) -> Home | None:
+    """Return the planned home; ``None`` where its place is null or missing."""
+    key = "plannedHomePosition"
+    if key not in section.value:
+        return None
+    values = section.listed(key)
+    if len(values) != 3:
+        section.refuse(f"'{key}' must be [latitude, longitude, altitude]", key)
+    altitude_m = section.altitude(key, 2)
+    if values[0] is None or values[1] is None:
+        return None
+    latitude_deg, longitude_deg = section.position(key)
+    return Home(latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_amsl_m=altitude_m)
+
+
+def read_vehicle_kind(section: JsonFields) -> VehicleKind | None:
+    """Return the kind of vehicle, ``None`` where the file does not say."""
+    vehicle_type = section.whole("vehicleType", most=255, default=0)
+    return VEHICLE_KINDS.get(vehicle_type, VehicleKind.OTHER) if vehicle_type else None

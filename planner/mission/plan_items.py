@@ -1,0 +1,93 @@
+"""The list of items of a plan, complex items expanded: what the vehicle would receive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planner.catalogue.loader import JUMP_IDS
+from planner.mission.commands import Command
+from planner.mission.complex_items import expand_complex_item
+from planner.mission.json_document import describe
+from planner.mission.json_fields import JsonFields
+from planner.mission.simple_item import SimpleItemReader
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+    from planner.mission.remarks import Remarks
+
+MOST_ITEMS = 65_535
+"""MISSION_COUNT is a 16-bit number."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanItems:
+    """Mission items in flown order, and where in the file's list each comes from."""
+
+    items: tuple[MissionItem, ...]
+    origins: tuple[int, ...]
+    """For each item the index of the element of the file's list that it comes from."""
+
+
+def read_items(section: JsonFields, remarks: Remarks, *, is_legacy: bool = False) -> PlanItems:
+    """Return the items of a section that has a list of them.
+
+    Parameters
+    ----------
+    section : JsonFields
+        The section ``mission``, or a mission file of the old kind.
+    remarks : Remarks
+        Where findings go.
+    is_legacy : bool
+        Whether the file is from before plans, where older forms of items are nothing to tell.
+
+    Raises
+    ------
+    MissionFileError
+        If an item cannot be understood, or there are more than MAVLink can send.
+    """
+    document = section.document
+    elements = section.listed("items")
+    for index, raw in enumerate(elements):
+        if type(raw) is not dict:
+            section.refuse(f"element {index + 1} of 'items' is {describe(raw)}", "items", index)
+    places = document.places(elements)
+    reader = SimpleItemReader(document, remarks, is_legacy=is_legacy)
+    items: list[MissionItem] = []
+    origins: list[int] = []
+    for index, (raw, place) in enumerate(zip(elements, places, strict=True)):
+        number = len(items) + 1
+        if raw.get("type") == "SimpleItem" or reader.is_simple(raw, number, place):
+            items.append(reader.read(raw, number, place))
+            origins.append(index)
+        else:
+            fields = JsonFields(
+                document=document, value=raw, title=f"complex item (element {index + 1} of 'items')"
+            )
+            items += expand_complex_item(
+                fields, place, first_number=number, reader=reader, remarks=remarks
+            )
+            origins += [index] * (len(items) - len(origins))
+        if len(items) > MOST_ITEMS:
+            section.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "items")
+    _compare_jump_ids(items, remarks)
+    return PlanItems(items=tuple(items), origins=tuple(origins))
+
+
+def _compare_jump_ids(items: list[MissionItem], remarks: Remarks) -> None:
+    """Tell about ids that leave open where a DO_JUMP goes."""
+    if not any(item.command == Command.DO_JUMP for item in items):
+        return
+    first_with: dict[int, int] = {}
+    for number, item in enumerate(items, start=1):
+        if item.jump_id is None:
+            message = f"item {number} has no doJumpId, in a mission with a DO_JUMP"
+        elif item.jump_id in first_with:
+            message = (
+                f"items {first_with[item.jump_id]} and {number} both have doJumpId {item.jump_id}, "
+                "in a mission with a DO_JUMP"
+            )
+        else:
+            first_with[item.jump_id] = number
+            continue
+        remarks.add(JUMP_IDS, message, item=number, place=item.place)

@@ -1,0 +1,258 @@
+"""A ``SimpleItem`` of a plan: one MAVLink mission item with copies for display beside it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from planner.catalogue.loader import (
+    ALTITUDE_COPY,
+    ALTITUDE_MODE,
+    AUTOCONTINUE_TYPE,
+    COORDINATE_KEY,
+    ITEM_TYPE,
+    OLDER_ITEM,
+)
+from planner.findings import Severity
+from planner.mission.commands import GLOBAL_FRAMES, Frame, load_command_table
+from planner.mission.items import MissionItem
+from planner.mission.json_document import describe
+from planner.mission.json_fields import HIGHEST_ALTITUDE_M, LARGEST_NUMBER, JsonFields
+
+if TYPE_CHECKING:
+    from planner.findings import Place
+    from planner.mission.json_document import JsonDocument
+    from planner.mission.remarks import Remarks
+
+_NUMBER_TYPES = frozenset({int, float})
+_PARAMETERS = tuple(f"parameter {n}" for n in range(1, 5)) + ("latitude", "longitude", "altitude")
+_COPY_TOLERANCE_M = 0.01
+"""Ground stations show altitudes to the centimetre. [m]"""
+
+_MIXED, _RELATIVE, _AMSL, _CALCULATED, _TERRAIN = range(5)
+_MODE_NAMES = ("mixed", "above home", "AMSL", "AMSL from terrain", "above terrain")
+"""QGroundControl's AltitudeMode since version 4.2 (May 2021)."""
+_MODE_OF_FRAME: dict[int, int] = {
+    Frame.GLOBAL_RELATIVE_ALT: _RELATIVE,
+    Frame.GLOBAL_RELATIVE_ALT_INT: _RELATIVE,
+    Frame.GLOBAL: _AMSL,
+    Frame.GLOBAL_INT: _AMSL,
+    Frame.GLOBAL_TERRAIN_ALT: _TERRAIN,
+    Frame.GLOBAL_TERRAIN_ALT_INT: _TERRAIN,
+}
+
+
+class SimpleItemReader:
+    """Reads the items of one document; what is odd about them goes to its remarks.
+
+    Parameters
+    ----------
+    document : JsonDocument
+        The document the items stand in.
+    remarks : Remarks
+        Where findings go.
+    is_legacy : bool
+        Whether the file is from before plans: its jump ids have another key, and items in an
+        older form are nothing to tell.
+    """
+
+    def __init__(
+        self, document: JsonDocument, remarks: Remarks, *, is_legacy: bool = False
+    ) -> None:
+        self._document = document
+        self._remarks = remarks
+        self._is_legacy = is_legacy
+        self._jump_key = "id" if is_legacy else "doJumpId"
+        self._located = frozenset(
+            number
+            for number, definition in load_command_table().commands.items()
+            if definition.has_location
+        )
+
+    def read(self, raw: dict[str, Any], number: int, place: Place) -> MissionItem:
+        """Return the mission item of a JSON object.
+
+        Parameters
+        ----------
+        raw : dict
+            An object of the document.
+        number : int
+            Its number in flown order, from 1.
+        place : Place
+            Where it stands.
+
+        Raises
+        ------
+        MissionFileError
+            If it lacks a key without which it means nothing, or a value is of the wrong type or
+            beyond what its meaning allows.
+        """
+        command = raw.get("command")
+        if type(command) is not int or not 0 <= command <= 65_535:
+            command = self._fields(raw, number).whole("command", most=65_535)
+        frame = raw.get("frame")
+        if type(frame) is not int or not 0 <= frame <= 255:
+            frame = self._fields(raw, number).whole("frame", most=255)
+        if "coordinate" in raw or "param1" in raw:
+            params = self._older_shape(raw, number, place)
+        else:
+            params = raw.get("params")
+        if type(params) is not list or len(params) != 7:
+            self._fields(raw, number).refuse("'params' must be a list of 7 values", "params")
+        values: list[float | None] = []
+        for value in params:
+            if value is None:
+                values.append(None)
+            elif type(value) in _NUMBER_TYPES and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+                values.append(float(value))
+            else:
+                self._refuse_parameter(raw, number, len(values), params)
+        latitude, longitude, altitude = values[4:]
+        if command in self._located and frame in GLOBAL_FRAMES:
+            if latitude is not None and not -90.0 <= latitude <= 90.0:
+                self._refuse_parameter(raw, number, 4, params)
+            if longitude is not None and not -180.0 <= longitude <= 180.0:
+                self._refuse_parameter(raw, number, 5, params)
+            if altitude is not None and abs(altitude) > HIGHEST_ALTITUDE_M:
+                self._refuse_parameter(raw, number, 6, params)
+            if "Altitude" in raw and (
+                raw["Altitude"] != altitude or raw.get("AltitudeMode") != _MODE_OF_FRAME[frame]
+            ):
+                self._compare_copies(raw, number, place, altitude, frame)
+        autocontinue = raw.get("autoContinue")
+        if autocontinue is not True and autocontinue is not False:
+            autocontinue = self._autocontinue(raw, number, place)
+        jump_id = raw.get(self._jump_key)
+        if jump_id is not None and type(jump_id) is not int:
+            jump_id = self._fields(raw, number).whole(self._jump_key, least=-1, most=2**31 - 1)
+        return MissionItem(
+            command=command,
+            frame=frame,
+            param1=values[0],
+            param2=values[1],
+            param3=values[2],
+            param4=values[3],
+            latitude_deg=latitude,
+            longitude_deg=longitude,
+            altitude_m=altitude,
+            autocontinue=autocontinue,
+            jump_id=jump_id,
+            place=place,
+        )
+
+    def is_simple(self, raw: dict[str, Any], number: int, place: Place) -> bool:
+        """Return whether an object whose type is not "SimpleItem" is one all the same.
+
+        Raises
+        ------
+        MissionFileError
+            If it is neither a simple nor a complex item.
+        """
+        kind = raw.get("type")
+        if kind in ("ComplexItem", "survey") or "complexItemType" in raw:
+            return False
+        if "command" not in raw:
+            self._fields(raw, number).refuse(
+                f"its type is {describe(kind)} and it has no command: "
+                "expected a SimpleItem or a ComplexItem"
+            )
+        if kind == "missionItem":
+            if not self._is_legacy:
+                message = f"item {number} is of the type 'missionItem', from before plans"
+                self._remarks.add(OLDER_ITEM, message, item=number, place=place)
+        else:
+            what = describe(kind) if "type" in raw else "missing"
+            message = (
+                f"'type' of item {number} is {what}, read as SimpleItem: "
+                "QGroundControl refuses the file"
+            )
+            self._remarks.add(ITEM_TYPE, message, item=number, place=place)
+        return True
+
+    def _fields(self, raw: dict[str, Any], number: int) -> JsonFields:
+        return JsonFields(document=self._document, value=raw, title=f"item {number}")
+
+    def _refuse_parameter(
+        self, raw: dict[str, Any], number: int, index: int, params: list[Any]
+    ) -> NoReturn:
+        """Raise the error about one of the seven parameters."""
+        expected = "a number or null"
+        value = params[index]
+        if type(value) in _NUMBER_TYPES and index >= 4:
+            expected = ("from −90 to 90°", "from −180 to 180°", "within 100 km")[index - 4]
+            if index < 6 and abs(value) > 1e5:
+                expected += " (this looks like degrees × 10⁷)"
+        place_of = "coordinate" if "coordinate" in raw and index >= 4 else "params"
+        self._fields(raw, number).refuse(
+            f"its {_PARAMETERS[index]} is {describe(value)}, expected {expected}",
+            place_of,
+            index - 4 if place_of == "coordinate" else index,
+        )
+
+    def _older_shape(self, raw: dict[str, Any], number: int, place: Place) -> list[Any]:
+        """Return the seven parameters of an item in one of the forms before the present one."""
+        fields = self._fields(raw, number)
+        if "params" in raw:
+            params = fields.listed("params")
+        else:
+            params = [fields.required(f"param{n}") for n in range(1, 5)]
+        if "coordinate" not in raw:
+            return params
+        coordinate = fields.listed("coordinate")
+        if len(coordinate) != 3:
+            fields.refuse("'coordinate' must be [latitude, longitude, altitude]", "coordinate")
+        if len(params) != 7:
+            if not self._is_legacy:
+                message = f"item {number} has its place in 'coordinate', as before plans"
+                self._remarks.add(OLDER_ITEM, message, item=number, place=place)
+            return [*params, *coordinate]
+        if params[4:] != coordinate and any(params[4:]):
+            fields.refuse("'params' and 'coordinate' give two different places", "coordinate")
+        message = (
+            f"item {number} has 7 params and a coordinate: its place is taken from 'coordinate', "
+            "QGroundControl refuses the file"
+        )
+        self._remarks.add(COORDINATE_KEY, message, item=number, place=place)
+        return [*params[:4], *coordinate]
+
+    def _autocontinue(self, raw: dict[str, Any], number: int, place: Place) -> bool:
+        value = raw.get("autoContinue", 1)
+        if value != 0 and value != 1:
+            self._fields(raw, number).truth("autoContinue")
+        what = describe(value) if "autoContinue" in raw else "missing"
+        message = (
+            f"'autoContinue' of item {number} is {what}, read as {describe(bool(value))}: "
+            "QGroundControl refuses the file"
+        )
+        self._remarks.add(AUTOCONTINUE_TYPE, message, item=number, place=place)
+        return bool(value)
+
+    def _compare_copies(
+        self, raw: dict[str, Any], number: int, place: Place, altitude: float | None, frame: int
+    ) -> None:
+        """Tell where the copies for display say something else than is flown."""
+        mode, shown = raw.get("AltitudeMode"), raw["Altitude"]
+        if mode == _CALCULATED and type(raw.get("AMSLAltAboveTerrain")) in _NUMBER_TYPES:
+            shown = raw["AMSLAltAboveTerrain"]
+        if (
+            altitude is not None
+            and type(shown) in _NUMBER_TYPES
+            and not abs(shown - altitude) <= _COPY_TOLERANCE_M
+        ):
+            message = f"item {number} is shown at {describe(shown)} m and flown at {altitude:g} m"
+            self._remarks.add(ALTITUDE_COPY, message, item=number, place=place)
+        flown = _MODE_OF_FRAME[frame]
+        if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
+            return
+        if mode != flown and (mode, flown) != (_CALCULATED, _AMSL):
+            message = (
+                f"item {number} is shown as {_MODE_NAMES[mode]} (mode {mode}) and flown "
+                f"{_MODE_NAMES[flown]} (frame {frame})"
+            )
+            harmless = (mode, flown) == (_MIXED, _RELATIVE)  # as QGroundControl wrote it in 2018
+            self._remarks.add(
+                ALTITUDE_MODE,
+                message,
+                item=number,
+                place=place,
+                severity=Severity.INFO if harmless else None,
+            )
