@@ -17,6 +17,7 @@ then is left of the way, a few hundredths of the speed, is counted with the brak
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -30,12 +31,14 @@ from planner.flight.motion.kinematics import (
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.flight.transients import Transients
 from planner.mission.stage import StageKind
+from planner.physics.settling import settling_times_s
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.mission.stage import Stage
+    from planner.physics.extrema import Extremum
     from planner.physics.response import StepResponse
     from planner.vehicle.model import ManoeuvreResponse, Responses
 
@@ -43,10 +46,8 @@ T = TypeVar("T")
 
 VERTICAL_TOLERANCE_M = 1.0
 """A vertical manoeuvre is over when the height stays this near to its target. [m]"""
-REACHED_FRACTION = 0.98
-"""Fraction of the commanded speed at which accelerating becomes cruising. [-]"""
-STOPPED_FRACTION = 0.02
-"""Fraction of the commanded speed below which a stop is over. [-]"""
+SPEED_TOLERANCE = 0.02
+"""A speed is reached, or lost, to within this fraction of the steady one. [-]"""
 
 _CLIMB_POWER, _DESCENT_POWER, _BRAKE_POWER = range(3)
 
@@ -196,6 +197,36 @@ def _pieces_between(
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Pace:
+    """What a speed response says of every leg, whatever its speed."""
+
+    steady: float
+    """Steady speed over commanded speed. [-]"""
+    reached_s: float
+    """Time to reach the steady speed, to within the tolerance. [s]"""
+    stop_s: float
+    """Time to lose it. [s]"""
+
+
+# The same few responses are asked for every mission: these questions need root finding.
+@lru_cache(maxsize=64)
+def _pace(speed_response: ManoeuvreResponse) -> _Pace:
+    unit = speed_response.unit_step
+    steady = _given(unit.final_value)
+    return _Pace(
+        steady=steady,
+        reached_s=_given(unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)),
+        stop_s=_given(unit.settling_time_s(SPEED_TOLERANCE * steady)),
+    )
+
+
+@lru_cache(maxsize=64)
+def _steepest(altitude: ManoeuvreResponse) -> Extremum:
+    """Return the highest rate of the answer to a unit step, and when."""
+    return altitude.unit_step.peak_slope()
+
+
 def _fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> _Part:
     """Return the climbs and descents of all stages."""
     change = legs.end_m[:, 2] - legs.start_m[:, 2]
@@ -205,20 +236,18 @@ def _fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> _Part:
     unit = altitude.unit_step
     identified_m = altitude.identified_step_m
     step = size if identified_m is None else np.minimum(size, identified_m)
-    peak_s, peak_rate = unit.peak_slope()
-    pause = (size - step) / (peak_rate * step)
+    steepest = _steepest(altitude)
+    peak_s = steepest.time_s
+    pause = (size - step) / (steepest.value * step)
 
-    # Settling depends on the size alone; a survey has few different ones.
-    sizes, which = np.unique(step, return_inverse=True)
-    settled = np.array([unit.settling_time_s(min(VERTICAL_TOLERANCE_M / s, 1.0)) for s in sizes])
-    end = settled[which] + pause
+    end = settling_times_s(unit, np.minimum(VERTICAL_TOLERANCE_M / step, 1.0)) + pause
     upward = rise > 0.0
     # The level leg is flown between the climb and the descent, at the start's or the end's place.
     place = np.where(upward[:, None], legs.start_m[stage, :2], legs.end_m[stage, :2])
     count = np.arange(len(stage))
     peak = np.full(len(stage), peak_s)
     breaks = np.column_stack(
-        (np.zeros(len(stage)), np.full(len(stage), unit.delay_s), peak, peak + pause, end)
+        (np.zeros(len(stage)), np.full(len(stage), unit.system.delay_s), peak, peak + pause, end)
     )
     segment, row, offset, duration = _pieces_between(
         np.minimum(breaks, end[:, None]), count, count
@@ -257,10 +286,10 @@ def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
     way, length = way[stage], length[stage]
     speed = legs.speed_m_s[stage]
     unit = speed_response.unit_step
-    pulse = length / (speed * unit.final_value)
-    reached_s = unit.first_crossing_s(REACHED_FRACTION)
-    stop_s = unit.settling_time_s(STOPPED_FRACTION)
-    cruising = pulse > reached_s
+    pace = _pace(speed_response)
+    steady, stop_s = pace.steady, pace.stop_s
+    pulse = length / (speed * steady)
+    cruising = pulse > pace.reached_s
     end = pulse + stop_s
 
     climbing = legs.end_m[stage, 2] > legs.start_m[stage, 2]
@@ -275,17 +304,17 @@ def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
         pulse_s=pulse,
     )
     rows = np.arange(len(stage))
-    reached = np.where(cruising, reached_s, pulse)
+    reached = np.where(cruising, pace.reached_s, pulse)
     reached_m = speed * unit.integral(reached)
     pulse_m = speed * unit.integral(pulse)
-    peak = _peak_speed_m_s(law, cruising, stop_s)
+    peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)
 
     only = np.flatnonzero(cruising)
     row_of = np.concatenate((rows, rows[only], rows))
     slot = np.repeat([_ACCELERATE, _CRUISE, _BRAKE], [len(rows), len(only), len(rows)])
     start = np.concatenate((np.zeros(len(rows)), reached[only], pulse))
     stop = np.concatenate((reached, pulse[only], end))
-    breaks = np.column_stack((start, np.minimum(start + unit.delay_s, stop), stop))
+    breaks = np.column_stack((start, np.minimum(start + unit.system.delay_s, stop), stop))
     segment, row, offset, duration = _pieces_between(breaks, np.arange(len(slot)), row_of)
     return _Part(
         law=law,
@@ -298,12 +327,12 @@ def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
         distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
         climb_m=np.zeros(len(slot)),
         speed_m_s=np.concatenate(
-            (speed * unit.value(reached), (speed * unit.final_value)[only], peak)
+            (speed * unit.value(reached), (speed * steady)[only], peak)
         ),
         stopping_distance_m=np.concatenate(
             (
                 np.full(len(rows), np.nan),
-                (speed * unit.final_value)[only] * unit.mean_residence_time_s,
+                (speed * steady)[only] * unit.system.mean_residence_time_s,
                 length - pulse_m,
             )
         ),
@@ -312,15 +341,17 @@ def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
         piece_offset_s=offset,
         piece_duration_s=duration,
         step=-np.where(
-            slot == _BRAKE, speed[row_of] * (peak / (speed * unit.final_value))[row_of], 0.0
+            slot == _BRAKE, speed[row_of] * (peak / (speed * steady))[row_of], 0.0
         ),
         pause_s=np.zeros(len(slot)),
     )
 
 
-def _peak_speed_m_s(law: SpeedPulseLaw, cruising: BoolArray, stop_s: float) -> FloatArray:
+def _peak_speed_m_s(
+    law: SpeedPulseLaw, cruising: BoolArray, *, steady: float, stop_s: float
+) -> FloatArray:
     """Return the highest speed while braking: steady after a cruise, else the pulse's peak."""
-    peak = law.speed_m_s * law.response.final_value
+    peak = law.speed_m_s * steady
     short = np.flatnonzero(~cruising)
     if len(short):
         # The peak is flat: 64 samples with a parabola through the best three place it to 1e-5.
@@ -443,7 +474,7 @@ def _transients(
     models = (responses.climb_power, responses.descent_power, responses.brake_power)
     kind = np.select([climbing, braking], [_CLIMB_POWER, _BRAKE_POWER], _DESCENT_POWER)
     begun = np.flatnonzero((step != 0.0) & np.array([m is not None for m in models])[kind])
-    peak_s, _ = _given(responses.altitude).unit_step.peak_slope()
+    peak_s = _steepest(_given(responses.altitude)).time_s
     return Transients(
         responses=tuple(None if model is None else model.unit_step for model in models),
         window_s=tuple(0.0 if model is None else _given(model.window_s) for model in models),
