@@ -70,7 +70,7 @@ PARAMETERS_OF_ANOTHER_AUTOPILOT = Rule(
     summary="The parameter file belongs to another autopilot than the one predicted.",
     why="None of its names means anything to the other: the prediction would rest on defaults.",
     how="The file's header, or else the names in it, say whose it is.",
-    example="vehicle.params holds parameters of PX4, but the flight is predicted for ArduPilot",
+    example="vehicle.params holds parameters of PX4, the flight is predicted for ArduPilot",
     fix="give the file of this vehicle, or choose the autopilot with --autopilot",
 )
 

@@ -10,10 +10,10 @@ from planner.physics.response import StepResponse
 from planner.vehicle.consistency import mass_problems, reference_problems
 from planner.vehicle.hover_law import DensityLaw
 from planner.vehicle.parameters import parameter_problems
+from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
     CRUISE,
     PROVENANCE,
-    RESPONSE_TABLES,
     TOP,
     VALID_FOR,
     VERTICAL,

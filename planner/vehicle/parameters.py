@@ -130,7 +130,7 @@ class _Resolution:
         """Note that a file belongs to another autopilot."""
         self.findings.append(
             PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(
-                f"{given.source} holds parameters of {stack.title}, but the flight is predicted for "
+                f"{given.source} holds parameters of {stack.title}, the flight is predicted for "
                 f"{self.autopilot.title}"
             )
         )
@@ -147,7 +147,8 @@ class _Resolution:
             entry = given.values[spelling.name]
             value_si = math.nan if entry.value is None else spelling.si(entry.value)
             if row.is_possible(value_si):
-                self.values_si[quantity] = round(value_si) if row.is_choice else value_si
+                value_si = round(value_si) if row.is_choice else value_si
+                self.values_si[quantity] = value_si
                 self.origins[quantity] = Origin(
                     kind=kind, name=spelling.name, source=given.source, line=entry.line
                 )

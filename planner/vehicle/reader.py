@@ -25,6 +25,7 @@ from planner.vehicle.model import (
     VerticalPower,
 )
 from planner.vehicle.parameters import parameter_problems
+from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
     ALTITUDE_LAW,
     BATTERY,
@@ -33,7 +34,6 @@ from planner.vehicle.schema import (
     FIT,
     PARAMETERS,
     PROVENANCE,
-    RESPONSE_TABLES,
     SCHEMA,
     SCHEMA_VERSION,
     SPEED,
