@@ -39,7 +39,7 @@ def height(height_m: float | None) -> str:
     """Return a height or a change of height in m: ``120 m``, ``2.5 m``."""
     if height_m is None or not math.isfinite(height_m):
         return ABSENT
-    return f"{decimals(height_m, 1 if abs(height_m) < 9.95 else 0)} m"
+    return f"{decimals(height_m, 1 if 0.0 < abs(height_m) < 9.95 else 0)} m"
 
 
 def speed(speed_m_s: float | None) -> str:

@@ -72,8 +72,9 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
     return lines
 
 
-def _verdict(result: CheckResult | UnreadableMission, medium: Medium) -> str:
-    return medium.paint(result.verdict.upper(), "green" if result.verdict == "go" else "red")
+def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int = 0) -> str:
+    text = f"{result.verdict.upper():<{width}}"
+    return medium.paint(text, "green" if result.verdict == "go" else "red")
 
 
 def _left(battery: BatteryBudget) -> str:
@@ -90,7 +91,7 @@ def _against(margin_wh: float, reserve: str) -> str:
 def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
     figures = [("Flight", _flight(result.totals)), ("Energy", _energy(result.totals))]
     if result.battery is not None:
-        figures += [("Battery", _battery(result.battery)), ("Margin", _left(result.battery))]
+        figures.append(("Battery", _battery(result.battery)))
     if result.way_home is not None:
         figures.append(("Way home", _way_home(result.way_home)))
     figures += [
@@ -189,7 +190,8 @@ def _summary_lines(
     lines = [tally(results)]
     width = max(len(result.verdict) for result in results)
     for result in results:
-        padding = " " * (width - len(result.verdict))
-        verdict = f"{_verdict(result, medium)}{padding}"
-        lines.append(f"  {verdict}  {printable(result.file)}: {headline(result)}")
+        verdict = f"  {result.verdict.upper():<{width}}"
+        text = f"{verdict}  {printable(result.file)}: {headline(result)}"
+        first, *rest = medium.wrapped(text, indent=width + 4)
+        lines += [first.replace(verdict, f"  {_verdict(result, medium, width)}", 1), *rest]
     return lines

@@ -1,0 +1,166 @@
+"""Settings from files: where they are found, and how wrong ones are refused."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from planner.autopilot import Autopilot
+from planner.cli.configuration import find_configuration, mission_settings, read_configuration
+from planner.cli.settings import SETTINGS, check_request, report_request
+from planner.errors import ConfigurationError, UsageError
+from planner.findings import Severity
+from planner.physics.wind import Wind
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def _own(folder: Path, text: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "mavjoule.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
+    path = _own(
+        tmp_path,
+        """
+        vehicle = "models/mine.toml"
+        params = "mine.param"
+        autopilot = "px4"
+        battery = "5.2Ah@14.8V"
+        charge = "95%"
+        reserve = 0.25
+        payload_kg = 0.5
+        wind = "5@270"
+        home_amsl_m = 488
+        temperature_c = -5.5
+        select = ["E", "F"]
+        ignore = "E107, T"
+        fail_on = "warning"
+        format = "json"
+        output = "out/report.json"
+        exit_zero = true
+        """,
+    )
+    values = find_configuration(tmp_path).values
+    assert set(values) == set(SETTINGS), "this test names every setting"
+    request = check_request(values)
+    assert request.vehicle == str(tmp_path / "models/mine.toml")
+    assert request.parameters == tmp_path / "mine.param"
+    assert request.autopilot is Autopilot.PX4
+    assert request.battery is not None
+    assert request.battery.energy_wh == pytest.approx(76.96)
+    assert (request.charge, request.reserve) == (0.95, 0.25)
+    assert request.conditions.wind == Wind(speed_m_s=5.0, from_deg=270.0)
+    assert request.conditions.payload_kg == 0.5
+    assert request.conditions.home_amsl_m == 488.0
+    assert request.conditions.temperature_c == -5.5
+    assert request.select == ("E", "F")
+    assert request.ignore == ("E107", "T")
+    assert request.fail_on is Severity.WARNING
+    report = report_request([values])
+    assert (report.format, report.exit_zero) == ("json", True)
+    assert report.output == path.parent / "out/report.json"
+
+
+def test_the_nearest_folder_wins_alone(tmp_path: Path) -> None:
+    _own(tmp_path, 'reserve = "30%"\ncharge = "90%"\n')
+    _own(tmp_path / "near", 'reserve = "40%"\n')
+    (tmp_path / "near" / "deep").mkdir()
+    assert find_configuration(tmp_path / "near" / "deep").values == {"reserve": 0.4}
+    assert find_configuration(tmp_path).values == {"reserve": 0.3, "charge": 0.9}
+
+
+def test_a_table_of_pyproject_serves_as_well_and_one_without_is_passed_over(
+    tmp_path: Path,
+) -> None:
+    shared = tmp_path / "pyproject.toml"
+    shared.write_text('[tool.mavjoule]\nreserve = "35%"\n', encoding="utf-8")
+    near = tmp_path / "near"
+    near.mkdir()
+    (near / "pyproject.toml").write_text("[tool.other]\nbroken = ", encoding="utf-8")
+    assert find_configuration(near).values == {"reserve": 0.35}
+    _own(tmp_path, 'reserve = "15%"\n')
+    assert find_configuration(near).values == {"reserve": 0.15}
+
+
+def test_a_folder_without_any_has_no_settings(tmp_path: Path) -> None:
+    assert find_configuration(tmp_path).values == {}
+
+
+def test_the_command_line_beats_the_file(tmp_path: Path) -> None:
+    _own(tmp_path, 'reserve = "30%"\nautopilot = "px4"\nvehicle = "shipped"\n')
+    settings = mission_settings(str(tmp_path / "a.plan"), {"reserve": 0.1, "autopilot": "auto"})
+    assert settings["reserve"] == 0.1
+    request = check_request(settings)
+    assert request.autopilot is None
+    assert request.vehicle == "shipped"
+
+
+def test_standard_input_takes_the_configuration_of_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _own(tmp_path, 'reserve = "30%"\n')
+    monkeypatch.chdir(tmp_path)
+    assert mission_settings("-", {}) == {"reserve": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('reserv = "20%"', "reserv is no setting; did you mean reserve?"),
+        ("payload = 1.0", "payload is no setting; did you mean payload_kg?"),
+        ("reserve = 20", "reserve: '20' is ambiguous"),
+        ("reserve = true", "reserve: must be text or number, got true"),
+        ("payload_kg = '0.5'", "payload_kg: must be number, got '0.5'"),
+        ("payload_kg = nan", "payload_kg: must be number, got nan"),
+        ("payload_kg = -1", "payload_kg: payload_kg must be zero or more"),
+        ("vehicle = 1", "vehicle: must be name of a vehicle model or path of its file, got 1"),
+        ("exit_zero = 1", "exit_zero: must be true or false, got 1"),
+        ("select = [1]", "select: must be text or list of texts, got [1]"),
+        ("ignore = 'Q999'", "ignore: 'Q999' begins no code of a rule"),
+        ("format = 'xml'", "format: 'xml' is none of text, json, json-lines"),
+        ("fail_on = 'info'", "fail_on: 'info' is none of error, warning"),
+        ("autopilot = 'apm'", "autopilot: 'apm' is none of auto, step, px4, ardupilot"),
+        ("battery = '5Ah'", "battery: '5Ah' is no battery"),
+        ("wind = 5", "wind: '5' is no wind"),
+        ("params = []", "params: must be path, got []"),
+        ("reserve = [", "is not TOML: "),
+        ("a = 1\na = 2", "is not TOML: Cannot overwrite a value"),
+        ("[tool.mavjoule]\nreserve = 0.2", "tool is no setting"),
+    ],
+)
+def test_a_wrong_file_is_one_sentence_with_file_and_key(
+    tmp_path: Path, text: str, sentence: str
+) -> None:
+    path = _own(tmp_path, text)
+    with pytest.raises(ConfigurationError) as caught:
+        find_configuration(tmp_path)
+    assert str(caught.value).startswith(f"{path}: {sentence}")
+    assert "\n" not in str(caught.value)
+
+
+def test_the_key_of_a_shared_file_is_named_with_its_table(tmp_path: Path) -> None:
+    path = tmp_path / "pyproject.toml"
+    path.write_text("[tool.mavjoule]\nwinds = 1\n", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=r"tool\.mavjoule\.winds is no setting"):
+        read_configuration(path)
+    path.write_text("[tool]\nmavjoule = 1\n", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=r"tool\.mavjoule must be a table, got 1"):
+        read_configuration(path)
+
+
+def test_a_file_that_is_no_text_is_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "mavjoule.toml").write_bytes(b"reserve = 0.2\n# \xff\n")
+    with pytest.raises(ConfigurationError, match=r"not UTF-8 text \(line 2\)"):
+        find_configuration(tmp_path)
+
+
+def test_configurations_that_disagree_about_the_whole_call_are_refused() -> None:
+    with pytest.raises(UsageError, match="disagree about format: give --format"):
+        report_request([{"format": "json"}, {}])
+    assert report_request([{"format": "json"}, {"format": "json"}]).format == "json"

@@ -1,0 +1,138 @@
+"""Quantities as text, against what a pilot would write by hand."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.report import numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@pytest.mark.parametrize(
+    ("duration_s", "text"),
+    [
+        (0.0, "0.0 s"),
+        (4.24, "4.2 s"),
+        (9.96, "10 s"),
+        (32.4, "32 s"),
+        (59.6, "1 min 00 s"),
+        (692.4, "11 min 32 s"),
+        (3599.7, "1 h 00 min 00 s"),
+        (3932.0, "1 h 05 min 32 s"),
+        (-32.4, "-32 s"),
+    ],
+)
+def test_durations_read_as_a_clock_would_say_them(duration_s: float, text: str) -> None:
+    assert numbers.duration(duration_s) == text
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "text"),
+    [
+        (0.0, "0 m"),
+        (2.46, "2.5 m"),
+        (431.6, "432 m"),
+        (999.4, "999 m"),
+        (999.6, "1.00 km"),
+        (4321.0, "4.32 km"),
+        (12_345.0, "12.3 km"),
+        (123_456.0, "123 km"),
+    ],
+)
+def test_distances_change_to_kilometres_at_one(distance_m: float, text: str) -> None:
+    assert numbers.distance(distance_m) == text
+
+
+@pytest.mark.parametrize(
+    ("energy_wh", "text"),
+    [
+        (0.0, "0.00 Wh"),
+        (24.06, "24.1 Wh"),
+        (9.994, "9.99 Wh"),
+        (9.996, "10.0 Wh"),
+        (99.96, "100 Wh"),
+        (-9.7, "-9.70 Wh"),
+        (0.004, "< 0.01 Wh"),
+        (-0.004, "> -0.01 Wh"),
+    ],
+)
+def test_energies_have_three_digits_and_never_lose_their_sign(energy_wh: float, text: str) -> None:
+    assert numbers.energy(energy_wh) == text
+
+
+@pytest.mark.parametrize(
+    ("fraction", "text"),
+    [
+        (0.0, "0 %"),
+        (0.0004, "< 0.1 %"),
+        (0.042, "4.2 %"),
+        (0.2, "20 %"),
+        (0.3125, "31 %"),
+        (1.43, "143 %"),
+    ],
+)
+def test_shares_read_as_percent(fraction: float, text: str) -> None:
+    assert numbers.percent(fraction) == text
+
+
+def test_bearings_have_three_digits_and_wrap_at_north() -> None:
+    assert [numbers.bearing(value) for value in (0.0, 7.4, 270.0, 359.7, 360.0)] == [
+        "000°",
+        "007°",
+        "270°",
+        "000°",
+        "000°",
+    ]
+
+
+def test_nothing_counts_as_minus_zero() -> None:
+    assert numbers.decimals(-0.04, 1) == "0.0"
+
+
+def test_a_count_agrees_with_its_noun() -> None:
+    assert [numbers.count(n, "error") for n in (0, 1, 2)] == ["0 errors", "1 error", "2 errors"]
+
+
+FORMATTERS: tuple[Callable[[float | None], str], ...] = (
+    numbers.energy,
+    numbers.charge,
+    numbers.power,
+    numbers.distance,
+    numbers.height,
+    numbers.speed,
+    numbers.bearing,
+    numbers.temperature,
+    numbers.mass,
+    numbers.percent,
+    numbers.duration,
+)
+
+
+@pytest.mark.parametrize("formatter", FORMATTERS, ids=lambda formatter: formatter.__name__)
+def test_what_is_absent_or_no_number_is_a_dash(formatter: Callable[[float | None], str]) -> None:
+    assert formatter(None).startswith("—")
+    assert formatter(math.nan).startswith("—")
+    assert formatter(math.inf).startswith("—")
+
+
+@settings(deadline=None, max_examples=200)
+@given(energy_wh=st.floats(min_value=-1e5, max_value=1e5).filter(lambda value: value != 0.0))
+def test_an_energy_that_is_not_zero_is_not_written_as_zero(energy_wh: float) -> None:
+    text = numbers.energy(energy_wh)
+    assert any(digit in text for digit in "123456789")
+    assert ("-" in text) == (energy_wh < 0.0)
+
+
+@settings(deadline=None, max_examples=200)
+@given(energy_wh=st.floats(min_value=0.1, max_value=1e5))
+def test_an_energy_is_rounded_by_less_than_half_a_percent(energy_wh: float) -> None:
+    # three digits: at most half a unit of the third; below 1 Wh half a hundredth of a Wh
+    written = float(numbers.energy(energy_wh).removesuffix(" Wh"))
+    assert abs(written - energy_wh) <= max(0.005 * energy_wh, 0.005) * (1.0 + 1e-9)

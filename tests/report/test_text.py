@@ -1,0 +1,173 @@
+"""The report a pilot reads."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+
+from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
+from planner.report import numbers
+from planner.report.json_report import check_json
+from planner.report.medium import Medium
+from planner.report.text import check_text, headline, tally
+
+if TYPE_CHECKING:
+    from planner.service import CheckResult, UnreadableMission
+
+TERMINAL = Medium(width=80, is_coloured=True)
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
+
+
+@pytest.fixture
+def grounded(flown: CheckResult) -> CheckResult:
+    """The same flight with a battery that is too small."""
+    assert flown.battery is not None
+    message = "needs 24.1 Wh, 15.4 Wh are there above the reserve of 20 %: short by 8.7 Wh"
+    return replace(
+        flown,
+        verdict="no-go",
+        battery=replace(flown.battery, capacity_wh=19.25, usable_wh=19.25, margin_wh=-8.66),
+        findings=(RESERVE_BELOW_MINIMUM.finding(message, item=2), *flown.findings),
+    )
+
+
+def test_the_verdict_stands_first_and_does_not_need_colour(
+    flown: CheckResult, grounded: CheckResult, unreadable: UnreadableMission
+) -> None:
+    def first(result: CheckResult | UnreadableMission) -> str:
+        return check_text([result], medium=Medium()).splitlines()[0]
+
+    assert first(flown) == "GO  site.plan"
+    assert first(grounded) == "NO-GO  site.plan"
+    assert first(unreadable) == "NO-GO  broken.plan"
+
+
+def test_the_headline_says_time_distance_energy_share_and_margin(
+    flown: CheckResult, grounded: CheckResult
+) -> None:
+    # 69.3 Wh at the start, less 15.4 Wh of reserve, less 24.06 Wh flown: 29.84 Wh
+    assert headline(flown) == (
+        "11 min 32 s, 4.32 km, 24.1 Wh: 31 % of the battery, 29.8 Wh above the 20 % reserve"
+    )
+    assert headline(grounded).endswith("8.66 Wh short of the 20 % reserve")
+
+
+def test_without_a_battery_the_headline_says_so(flown: CheckResult) -> None:
+    assert headline(replace(flown, battery=None)) == (
+        "11 min 32 s, 4.32 km, 24.1 Wh; no battery is known"
+    )
+
+
+def test_a_finding_is_one_line_for_other_programs_with_its_fix_below(flown: CheckResult) -> None:
+    lines = check_text([flown], medium=Medium()).splitlines()
+    at = lines.index(
+        "site.plan:41:9: E105 model-outside-envelope [warning] item 2: "
+        "12.0 m/s is commanded, the model was identified up to 10.0 m/s"
+    )
+    assert lines[at + 1] == f"    fix: {flown.findings[0].fix}"
+
+
+def test_findings_come_before_figures_and_assumptions_after(grounded: CheckResult) -> None:
+    text = check_text([grounded], medium=Medium())
+    order = [text.index(mark) for mark in ("E101", "E105", "Flight ", "Phase ", "Assumed", "E107")]
+    assert order == sorted(order)
+    assert "Found 1 error, 1 warning, 1 assumption." in text
+
+
+def test_a_clean_check_says_that_all_passed(flown: CheckResult) -> None:
+    text = check_text([replace(flown, findings=())], medium=Medium())
+    assert text.endswith("All checks passed.\n")
+    with_note = replace(flown, findings=flown.findings[1:])
+    assert "All checks passed, with 1 assumption." in check_text([with_note], medium=Medium())
+
+
+def test_the_numbers_are_those_of_json_after_formatting(flown: CheckResult) -> None:
+    text = check_text([flown], medium=Medium())
+    [mission] = json.loads(check_json([flown], version="1"))["missions"]
+    totals, battery, home = mission["totals"], mission["battery"], mission["return"]
+    for written in (
+        numbers.duration(totals["time_s"]),
+        numbers.distance(totals["distance_m"]),
+        numbers.energy(totals["energy_wh"]),
+        numbers.charge(totals["charge_mah"]),
+        numbers.power(totals["mean_power_w"]),
+        numbers.power(totals["peak_power_w"]),
+        f"climb {numbers.height(totals['climb_m'])}",
+        f"descent {numbers.height(totals['descent_m'])}",
+        f"{numbers.energy(battery['capacity_wh'])} full",
+        f"{numbers.energy(battery['usable_wh'])} at the start",
+        f"{numbers.percent(battery['used_fraction'])} used",
+        f"{numbers.energy(battery['margin_wh'])} above the 20 % reserve",
+        f"{numbers.energy(home['energy_home_wh'])} to get home",
+        f"from item {home['tightest_item']}",
+        numbers.energy(home["margin_wh"]),
+    ):
+        assert written in text
+
+
+def test_phases_add_up_to_the_total_of_the_flight(flown: CheckResult) -> None:
+    lines = check_text([flown], medium=Medium()).splitlines()
+    start = lines.index(next(line for line in lines if line.startswith("Phase")))
+    rows = {line.split()[0]: line.split() for line in lines[start + 1 : start + 5]}
+    assert list(rows) == ["takeoff", "cruise", "land", "total"]
+    assert [rows[phase][1] for phase in rows] == ["1", "1", "1", "3"]
+    # 1.56 / 24.06, 20 / 24.06 and 2.5 / 24.06
+    assert [" ".join(rows[phase][-2:]) for phase in rows] == ["6.5 %", "83 %", "10 %", "100 %"]
+
+
+def test_no_line_is_wider_than_the_terminal(grounded: CheckResult) -> None:
+    long = replace(grounded, vehicle_source="/home/pilot/a folder/" * 6)
+    for line in _plain(check_text([long, grounded], medium=TERMINAL)).splitlines():
+        assert len(line) <= 80, line
+
+
+def test_colour_changes_no_character(grounded: CheckResult) -> None:
+    coloured = check_text([grounded], medium=TERMINAL)
+    assert "\x1b[" in coloured
+    assert _plain(coloured) == check_text([grounded], medium=Medium(width=80))
+    assert "\x1b" not in check_text([grounded], medium=Medium())
+
+
+def test_several_missions_end_in_a_summary(
+    flown: CheckResult, grounded: CheckResult, unreadable: UnreadableMission
+) -> None:
+    results = (flown, grounded, unreadable)
+    assert tally(results) == "3 missions: 1 GO, 2 NO-GO"
+    lines = check_text(results, medium=Medium()).splitlines()
+    assert lines[-4] == tally(results)
+    assert lines[-3].startswith("  GO     site.plan: 11 min 32 s")
+    assert lines[-2].startswith("  NO-GO  site.plan: 11 min 32 s")
+    assert lines[-1] == "  NO-GO  broken.plan: the file cannot be read"
+
+
+def test_an_unreadable_mission_says_why_and_invents_no_figures(
+    unreadable: UnreadableMission,
+) -> None:
+    text = check_text([unreadable], medium=Medium())
+    assert "X901 file-unreadable [error] broken.plan:3:7: this is not JSON" in text
+    assert "Wh" not in text
+
+
+def test_a_file_cannot_steer_the_terminal(flown: CheckResult) -> None:
+    evil = replace(
+        flown,
+        file="a\x1b[2Jb\n.plan",
+        findings=(replace(flown.findings[0], message="\x1b]0;owned\x07\r\nGO"),),
+    )
+    text = check_text([evil], medium=Medium())
+    assert "\x1b" not in text
+    assert "\x07" not in text
+    assert text.splitlines()[0] == r"GO  a\x1b[2Jb\n.plan"
+
+
+def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
+    spread = replace(flown.totals, energy_wh_p10=22.0, energy_wh_p90=26.0)
+    text = check_text([replace(flown, totals=spread)], medium=Medium())
+    assert "8 of 10 flights: 22.0 Wh to 26.0 Wh" in text
