@@ -1,0 +1,306 @@
+"""Geodesics on the WGS 84 ellipsoid, for arrays of points.
+
+The inverse and the direct problem after T. Vincenty, "Direct and inverse solutions of geodesics
+on the ellipsoid with application of nested equations", Survey Review XXIII (176), 1975,
+pp. 88–93: right to well under a millimetre wherever a vehicle flies.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+SEMI_MAJOR_AXIS_M = 6_378_137.0
+"""WGS 84 semi-major axis: NGA.STND.0036 version 1.0.0 (2014), table 3.1. [m]"""
+FLATTENING = 1.0 / 298.257223563
+"""WGS 84 flattening: NGA.STND.0036 version 1.0.0 (2014), table 3.1. [-]"""
+SEMI_MINOR_AXIS_M = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING)
+"""b = a (1 − f). [m]"""
+
+_SECOND_ECCENTRICITY_SQUARED = (SEMI_MAJOR_AXIS_M / SEMI_MINOR_AXIS_M) ** 2 - 1.0
+# 1e-13 rad are 0.6 µm; 20 km legs need 4 rounds, half the globe about 10.
+_TOLERANCE_RAD = 1e-13
+_MOST_ROUNDS = 40
+
+
+def distance_m_and_azimuth_deg(
+    from_latitude_deg: npt.ArrayLike,
+    from_longitude_deg: npt.ArrayLike,
+    to_latitude_deg: npt.ArrayLike,
+    to_longitude_deg: npt.ArrayLike,
+) -> tuple[FloatArray, FloatArray]:
+    r"""Length of the geodesic between points, and its direction where it starts.
+
+    Vincenty's inverse problem.  Pairs so nearly antipodal that the iteration does not converge
+    (within some 70 km of the antipode) get the auxiliary sphere's great circle instead, which
+    is within 0.6 % of the distance; nothing flies that far.
+
+    Parameters
+    ----------
+    from_latitude_deg, from_longitude_deg : array_like
+        Where the geodesics start. [°]
+    to_latitude_deg, to_longitude_deg : array_like
+        Where they end; all four broadcast. [°]
+
+    Returns
+    -------
+    distance_m : ndarray
+        Distance. [m]
+    azimuth_deg : ndarray
+        Direction at the start, clockwise from north, in [0, 360); 0 where both points are one.
+        At a pole, "north" is the direction of the given meridian carried over the pole. [°]
+    """
+    sin_u1, cos_u1 = _reduced_latitude_sin_cos(from_latitude_deg)
+    sin_u2, cos_u2 = _reduced_latitude_sin_cos(to_latitude_deg)
+    difference_deg = np.asarray(to_longitude_deg, np.float64) - np.asarray(
+        from_longitude_deg, np.float64
+    )
+    # The short way round; subtracting a whole number of turns keeps small differences exact.
+    difference = np.radians(difference_deg - 360.0 * np.round(difference_deg / 360.0))
+
+    longitude = difference
+    for _ in range(_MOST_ROUNDS):
+        arc = _auxiliary_arc(sin_u1, cos_u1, sin_u2, cos_u2, longitude)
+        # Vincenty's equations 10 and 11.
+        c = FLATTENING / 16.0 * arc.cos2_alpha * (4.0 + FLATTENING * (4.0 - 3.0 * arc.cos2_alpha))
+        refined = difference + (1.0 - c) * FLATTENING * arc.sin_alpha * (
+            arc.sigma
+            + c * arc.sin_sigma * (arc.cos_2m + c * arc.cos_sigma * (2.0 * arc.cos_2m**2 - 1.0))
+        )
+        unsettled = np.abs(refined - longitude) > _TOLERANCE_RAD
+        longitude = refined
+        if not np.any(unsettled):
+            break
+    else:
+        longitude = np.where(unsettled, difference, longitude)
+        arc = _auxiliary_arc(sin_u1, cos_u1, sin_u2, cos_u2, longitude)
+
+    a, b = _series_a_b(arc.cos2_alpha)
+    # Vincenty's equation 19.
+    distance = (
+        SEMI_MINOR_AXIS_M
+        * a
+        * (arc.sigma - _sigma_correction(b, arc.sin_sigma, arc.cos_sigma, arc.cos_2m))
+    )
+    azimuth_deg = _whole_turns_off(np.degrees(np.arctan2(arc.across, arc.ahead)))
+    return np.asarray(distance, np.float64), azimuth_deg
+
+
+def distance_m(
+    from_latitude_deg: npt.ArrayLike,
+    from_longitude_deg: npt.ArrayLike,
+    to_latitude_deg: npt.ArrayLike,
+    to_longitude_deg: npt.ArrayLike,
+) -> FloatArray:
+    """Length of the geodesic between points, as :func:`distance_m_and_azimuth_deg`.
+
+    Parameters
+    ----------
+    from_latitude_deg, from_longitude_deg : array_like
+        Where the geodesics start. [°]
+    to_latitude_deg, to_longitude_deg : array_like
+        Where they end; all four broadcast. [°]
+
+    Returns
+    -------
+    ndarray
+        Distance. [m]
+
+    Examples
+    --------
+    One minute of latitude at 45°, by definition about a nautical mile:
+
+    >>> print(f"{distance_m(45.0, 7.0, 45.0 + 1 / 60, 7.0):.1f} m")
+    1852.2 m
+    """
+    return distance_m_and_azimuth_deg(
+        from_latitude_deg, from_longitude_deg, to_latitude_deg, to_longitude_deg
+    )[0]
+
+
+def leg_length_m(latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike) -> FloatArray:
+    """Length of each leg between consecutive points, whatever any frame's origin.
+
+    Parameters
+    ----------
+    latitude_deg, longitude_deg : array_like, shape (n,)
+        The points in order. [°]
+
+    Returns
+    -------
+    ndarray, shape (n − 1,)
+        Geodesic lengths. [m]
+    """
+    latitude = np.asarray(latitude_deg, np.float64)
+    longitude = np.asarray(longitude_deg, np.float64)
+    return distance_m(latitude[:-1], longitude[:-1], latitude[1:], longitude[1:])
+
+
+def path_length_m(latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike) -> float:
+    """Length of the path through the points, the sum of :func:`leg_length_m`.
+
+    Parameters
+    ----------
+    latitude_deg, longitude_deg : array_like, shape (n,)
+        The points in order. [°]
+
+    Returns
+    -------
+    float
+        Length. [m]
+    """
+    return float(np.sum(leg_length_m(latitude_deg, longitude_deg)))
+
+
+def latitude_longitude_deg(
+    from_latitude_deg: npt.ArrayLike,
+    from_longitude_deg: npt.ArrayLike,
+    distance_m: npt.ArrayLike,
+    azimuth_deg: npt.ArrayLike,
+) -> tuple[FloatArray, FloatArray]:
+    """Where a geodesic ends: Vincenty's direct problem.
+
+    Parameters
+    ----------
+    from_latitude_deg, from_longitude_deg : array_like
+        Where the geodesics start. [°]
+    distance_m : array_like
+        Their lengths. [m]
+    azimuth_deg : array_like
+        Their directions at the start, clockwise from north; all four broadcast. [°]
+
+    Returns
+    -------
+    latitude_deg : ndarray
+        Latitudes of the ends. [°]
+    longitude_deg : ndarray
+        Longitudes of the ends, in [−180, 180). [°]
+    """
+    sin_u1, cos_u1 = _reduced_latitude_sin_cos(from_latitude_deg)
+    azimuth = np.radians(np.asarray(azimuth_deg, np.float64))
+    sin_azimuth, cos_azimuth = np.sin(azimuth), np.cos(azimuth)
+    sin_alpha = cos_u1 * sin_azimuth
+    cos2_alpha = 1.0 - sin_alpha**2
+    sigma_1 = np.arctan2(sin_u1, cos_u1 * cos_azimuth)
+    a, b = _series_a_b(cos2_alpha)
+    spherical = np.asarray(distance_m, np.float64) / (SEMI_MINOR_AXIS_M * a)
+
+    sigma = spherical
+    for _ in range(_MOST_ROUNDS):
+        # Vincenty's equations 5 to 7.
+        refined = spherical + _sigma_correction(
+            b, np.sin(sigma), np.cos(sigma), np.cos(2.0 * sigma_1 + sigma)
+        )
+        settled = not np.any(np.abs(refined - sigma) > _TOLERANCE_RAD)
+        sigma = refined
+        if settled:
+            break
+
+    sin_sigma, cos_sigma = np.sin(sigma), np.cos(sigma)
+    cos_2m = np.cos(2.0 * sigma_1 + sigma)
+    # Vincenty's equations 8 to 11.
+    latitude = np.arctan2(
+        sin_u1 * cos_sigma + cos_u1 * sin_sigma * cos_azimuth,
+        (1.0 - FLATTENING)
+        * np.hypot(sin_alpha, sin_u1 * sin_sigma - cos_u1 * cos_sigma * cos_azimuth),
+    )
+    on_sphere = np.arctan2(
+        sin_sigma * sin_azimuth, cos_u1 * cos_sigma - sin_u1 * sin_sigma * cos_azimuth
+    )
+    c = FLATTENING / 16.0 * cos2_alpha * (4.0 + FLATTENING * (4.0 - 3.0 * cos2_alpha))
+    difference = on_sphere - (1.0 - c) * FLATTENING * sin_alpha * (
+        sigma + c * sin_sigma * (cos_2m + c * cos_sigma * (2.0 * cos_2m**2 - 1.0))
+    )
+    longitude_deg = np.asarray(from_longitude_deg, np.float64) + np.degrees(difference)
+    return (
+        np.asarray(np.degrees(latitude), np.float64),
+        _whole_turns_off(longitude_deg + 180.0) - 180.0,
+    )
+
+
+def _whole_turns_off(angle_deg: FloatArray) -> FloatArray:
+    """Bring angles into [0, 360); the second remainder because −1e-15 % 360.0 is 360.0."""
+    return np.asarray(angle_deg % 360.0 % 360.0, np.float64)
+
+
+class _AuxiliaryArc(NamedTuple):
+    """The great circle on Vincenty's auxiliary sphere for one guess of the longitude."""
+
+    across: FloatArray
+    ahead: FloatArray
+    sigma: FloatArray
+    sin_sigma: FloatArray
+    cos_sigma: FloatArray
+    sin_alpha: FloatArray
+    cos2_alpha: FloatArray
+    cos_2m: FloatArray
+
+
+def _auxiliary_arc(
+    sin_u1: FloatArray,
+    cos_u1: FloatArray,
+    sin_u2: FloatArray,
+    cos_u2: FloatArray,
+    longitude: FloatArray,
+) -> _AuxiliaryArc:
+    """Vincenty's equations 14 to 18."""
+    sin_longitude, cos_longitude = np.sin(longitude), np.cos(longitude)
+    across = cos_u2 * sin_longitude
+    ahead = cos_u1 * sin_u2 - sin_u1 * cos_u2 * cos_longitude
+    sin_sigma = np.hypot(across, ahead)
+    cos_sigma = sin_u1 * sin_u2 + cos_u1 * cos_u2 * cos_longitude
+    # One point twice has no direction (sin σ = 0), the equator no σm (cos² α = 0); what is put
+    # in their places is multiplied by zero later.
+    sin_alpha = cos_u1 * across / np.where(sin_sigma == 0.0, 1.0, sin_sigma)
+    cos2_alpha = 1.0 - sin_alpha**2
+    cos_2m = cos_sigma - 2.0 * sin_u1 * sin_u2 / np.where(cos2_alpha == 0.0, 1.0, cos2_alpha)
+    return _AuxiliaryArc(
+        across=across,
+        ahead=ahead,
+        sigma=np.arctan2(sin_sigma, cos_sigma),
+        sin_sigma=sin_sigma,
+        cos_sigma=cos_sigma,
+        sin_alpha=sin_alpha,
+        cos2_alpha=cos2_alpha,
+        cos_2m=np.clip(cos_2m, -1.0, 1.0),
+    )
+
+
+def _reduced_latitude_sin_cos(latitude_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Sine and cosine of the reduced latitude U, tan U = (1 − f) tan φ."""
+    latitude = np.radians(np.asarray(latitude_deg, np.float64))
+    sine, cosine = (1.0 - FLATTENING) * np.sin(latitude), np.cos(latitude)
+    length = np.hypot(sine, cosine)
+    return sine / length, cosine / length
+
+
+def _series_a_b(cos2_alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vincenty's A and B, equations 3 and 4."""
+    u2 = cos2_alpha * _SECOND_ECCENTRICITY_SQUARED
+    a = 1.0 + u2 / 16384.0 * (4096.0 + u2 * (-768.0 + u2 * (320.0 - 175.0 * u2)))
+    b = u2 / 1024.0 * (256.0 + u2 * (-128.0 + u2 * (74.0 - 47.0 * u2)))
+    return a, b
+
+
+def _sigma_correction(
+    b: FloatArray, sin_sigma: FloatArray, cos_sigma: FloatArray, cos_2m: FloatArray
+) -> FloatArray:
+    """Vincenty's Δσ, equation 6."""
+    correction: FloatArray = (
+        b
+        * sin_sigma
+        * (
+            cos_2m
+            + b
+            / 4.0
+            * (
+                cos_sigma * (2.0 * cos_2m**2 - 1.0)
+                - b / 6.0 * cos_2m * (4.0 * sin_sigma**2 - 3.0) * (4.0 * cos_2m**2 - 3.0)
+            )
+        )
+    )
+    return correction

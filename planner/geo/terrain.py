@@ -1,0 +1,327 @@
+"""The height of the ground, read from terrain files."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from planner.errors import TerrainFileError
+from planner.geo.geodesy import distance_m
+from planner.geo.path_legs import path_legs
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from planner.geo.geodesy import FloatArray
+    from planner.geo.local_frame import LocalFrame
+
+MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"
+
+_WGS84 = "EPSG:4326"
+# No ground lies outside: the Dead Sea's shore is at −440 m, Everest's top at 8849 m.  Beyond are
+# −9999, −32768 and the like, in files that do not declare what stands for "no data".
+_LOWEST_GROUND_M, _HIGHEST_GROUND_M = -500.0, 9000.0
+_METRES = frozenset({"", "m", "metre", "metres", "meter", "meters"})
+_MOST_CELLS = 250_000_000  # 1 GB in memory; a tile of 1° at 1″ has 13 million
+_MOST_SAMPLES = 1_000_000
+_LEAST_WEIGHT = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TerrainTile:
+    """One raster of ground heights; cells are known by their centres."""
+
+    source: str
+    """The file."""
+    heights_amsl_m: npt.NDArray[np.float32] = field(repr=False)
+    """Heights, shape (rows, columns); NaN where the file has none. [m]"""
+    transform: tuple[float, float, float, float, float, float]
+    """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f, from the outer
+    corner of the first cell, in degrees east and north or the projection's own units."""
+    projection_wkt: str | None
+    """How x and y come from WGS 84; ``None`` where they are its longitude and latitude."""
+    bounds_deg: tuple[float, float, float, float]
+    """(south, west, north, east); west > east across the antimeridian. [°]"""
+    cell_m: float
+    """The shorter side of the cell in the middle. [m]"""
+
+    def height_amsl_m(
+        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
+    ) -> FloatArray:
+        """Return the bilinearly interpolated height; NaN where the tile does not know it.
+
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : array_like
+            The places; both broadcast. [°]
+
+        Returns
+        -------
+        ndarray
+            Height. Within half a cell of the tile's edge that of the outermost cells. [m]
+        """
+        x, y = self._x_y(
+            *np.broadcast_arrays(
+                np.asarray(latitude_deg, np.float64), np.asarray(longitude_deg, np.float64)
+            )
+        )
+        a, b, c, d, e, f = self.transform
+        determinant = a * e - b * d
+        column = (e * (x - c) - b * (y - f)) / determinant - 0.5
+        row = (a * (y - f) - d * (x - c)) / determinant - 0.5
+        rows, columns = self.heights_amsl_m.shape
+        known = (row >= -0.5) & (row <= rows - 0.5) & (column >= -0.5) & (column <= columns - 0.5)
+        row = np.clip(np.where(known, row, 0.0), 0.0, rows - 1.0)
+        column = np.clip(np.where(known, column, 0.0), 0.0, columns - 1.0)
+        top, left = np.floor(row).astype(np.intp), np.floor(column).astype(np.intp)
+        down, right = row - top, column - left
+        height = np.where(known, 0.0, np.nan)
+        for i, j, weight in (
+            (top, left, (1.0 - down) * (1.0 - right)),
+            (top, np.minimum(left + 1, columns - 1), (1.0 - down) * right),
+            (np.minimum(top + 1, rows - 1), left, down * (1.0 - right)),
+            (np.minimum(top + 1, rows - 1), np.minimum(left + 1, columns - 1), down * right),
+        ):
+            # A cell of no weight must not spread its NaN; less is the rounding of degrees.
+            counts = weight > _LEAST_WEIGHT
+            height += np.where(counts, weight * self.heights_amsl_m[i, j], 0.0)
+        return height
+
+    def _x_y(self, latitude: FloatArray, longitude: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates in the tile's own system, NaN for places that are not near it."""
+        south, west, north, east = self.bounds_deg
+        # Longitudes are counted from the tile's western edge, whole turns taken off.
+        eastward = (longitude - west) % 360.0
+        if self.projection_wkt is None:
+            return west + eastward, latitude
+        from rasterio.warp import transform  # noqa: PLC0415 - heavy, for projected grids only
+
+        near = (latitude >= south) & (latitude <= north) & (eastward <= (east - west) % 360.0)
+        x, y = np.full(latitude.shape, np.nan), np.full(latitude.shape, np.nan)
+        if np.any(near):
+            x[near], y[near] = transform(
+                _WGS84, self.projection_wkt, longitude[near], latitude[near]
+            )
+        return x, y
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TerrainProfile:
+    """The ground under a path."""
+
+    along_m: FloatArray
+    """Where, from the start of the path, rising; every corner of the path is there. [m]"""
+    height_amsl_m: MaskedHeights
+    """The ground, masked where it is not known. [m]"""
+    spacing_m: float
+    """The greatest distance between neighbours. [m]"""
+
+    @property
+    def lowest_amsl_m(self) -> float | None:
+        """The lowest known ground in metres; ``None`` where none is known."""
+        known = self.height_amsl_m.compressed()
+        return float(known.min()) if known.size else None
+
+    @property
+    def highest_amsl_m(self) -> float | None:
+        """The highest known ground in metres; ``None`` where none is known."""
+        known = self.height_amsl_m.compressed()
+        return float(known.max()) if known.size else None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the ground is known everywhere under the path."""
+        return not np.ma.getmaskarray(self.height_amsl_m).any()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TerrainGrid:
+    """Ground heights above mean sea level from one tile or several."""
+
+    tiles: tuple[TerrainTile, ...]
+    """Where tiles overlap the first that knows the height tells it."""
+
+    def height_amsl_m(
+        self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
+    ) -> MaskedHeights:
+        """Return the height of the ground, interpolated bilinearly.
+
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : array_like
+            The places; both broadcast. [°]
+
+        Returns
+        -------
+        masked array
+            Height, masked (and NaN beneath the mask) outside of every tile and where one of the
+            cells around has no data. [m]
+        """
+        latitude, longitude = np.broadcast_arrays(
+            np.asarray(latitude_deg, np.float64), np.asarray(longitude_deg, np.float64)
+        )
+        height = np.full(latitude.shape, np.nan)
+        for tile in self.tiles:
+            missing = np.isnan(height)
+            if not missing.any():
+                break
+            height[missing] = tile.height_amsl_m(latitude[missing], longitude[missing])
+        masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
+        return masked
+
+    def path_profile(
+        self, frame: LocalFrame, east_m: npt.ArrayLike, north_m: npt.ArrayLike
+    ) -> TerrainProfile:
+        """Return the ground under a path, a place in every cell or more.
+
+        Parameters
+        ----------
+        frame : LocalFrame
+            The frame of the path.
+        east_m, north_m : array_like, shape (n,)
+            The path: straight from point to point. [m]
+
+        Returns
+        -------
+        TerrainProfile
+            Spaced by at most the finest tile's cell, but never more than a million places.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than two points, or one is not finite.
+        """
+        legs = path_legs(east_m, north_m)
+        total = float(legs.length_m.sum())
+        spacing = max(min(tile.cell_m for tile in self.tiles), total / _MOST_SAMPLES)
+        count = np.maximum(np.ceil(legs.length_m / spacing).astype(np.intp), 1)
+        leg = np.repeat(np.arange(len(count)), count)
+        begin = np.cumsum(count) - count
+        along = legs.length_m[leg] * (np.arange(len(leg)) - begin[leg]) / count[leg]
+        points = np.concatenate([legs.point_m(along, leg), legs.end_m[-1:]])
+        offset = np.cumsum(legs.length_m) - legs.length_m
+        return TerrainProfile(
+            along_m=np.append(offset[leg] + along, total),
+            height_amsl_m=self.height_amsl_m(
+                *frame.latitude_longitude_deg(points[:, 0], points[:, 1])
+            ),
+            spacing_m=spacing,
+        )
+
+
+def read_terrain(*paths: str | PathLike[str]) -> TerrainGrid:
+    """Read terrain files: GeoTIFF of any georeferenced kind, or SRTM ``.hgt``.
+
+    Heights are taken as above mean sea level, as SRTM (EGM96) and Copernicus (EGM2008) give them.
+
+    Parameters
+    ----------
+    *paths : path
+        One file or more; where they overlap, the best first.
+
+    Raises
+    ------
+    TerrainFileError
+        If a file cannot be read, does not say where or in what it measures, or rasterio, which
+        reads it, is not installed.
+    """
+    if not paths:
+        msg = "at least one terrain file is needed"
+        raise ValueError(msg)
+    return TerrainGrid(tiles=tuple(_read_tile(Path(path)) for path in paths))
+
+
+def _read_tile(path: Path) -> TerrainTile:
+    source = str(path)
+    try:
+        import rasterio  # noqa: PLC0415 - heavy, and an optional extra
+        from rasterio.errors import (  # noqa: PLC0415 - as above
+            NotGeoreferencedWarning,
+            RasterioError,
+        )
+        from rasterio.warp import transform, transform_bounds  # noqa: PLC0415 - as above
+    except ImportError as error:
+        msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
+        raise TerrainFileError(msg, source=source) from error
+    if not path.is_file():
+        msg = "there is no such file"
+        raise TerrainFileError(msg, source=source)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # an error of ours below
+            # One driver by name: others would follow references to further files and hosts.
+            driver = "SRTMHGT" if path.suffix.lower() == ".hgt" else "GTiff"
+            raster = rasterio.open(path, driver=driver)
+        with raster:
+            problem = _raster_problem(raster)
+            if problem is not None:
+                raise TerrainFileError(problem, source=source)
+            heights = raster.read(1, masked=True).astype(np.float32)
+            heights = heights.filled(np.nan) * raster.scales[0] + raster.offsets[0]
+            crs, affine = raster.crs, tuple(raster.transform)[:6]
+            west, south, east, north = transform_bounds(crs, _WGS84, *raster.bounds)
+    except RasterioError as error:
+        msg = (
+            "this is no readable GeoTIFF or .hgt file (a .hgt file must be complete and named "
+            "after its place, such as N47E008.hgt)"
+        )
+        raise TerrainFileError(msg, source=source) from error
+    heights[~((heights > _LOWEST_GROUND_M) & (heights < _HIGHEST_GROUND_M))] = np.nan
+    heights = heights.astype(np.float32)
+    heights.flags.writeable = False
+
+    # The cell in the middle and its neighbours to the right and below.
+    row, column = (size / 2.0 for size in heights.shape)
+    a, b, c, d, e, f = affine
+    xs = [a * j + b * i + c for i, j in ((row, column), (row, column + 1), (row + 1, column))]
+    ys = [d * j + e * i + f for i, j in ((row, column), (row, column + 1), (row + 1, column))]
+    longitude, latitude = transform(crs, _WGS84, xs, ys)
+    sides = distance_m(latitude[0], longitude[0], latitude[1:], longitude[1:])
+    return TerrainTile(
+        source=source,
+        heights_amsl_m=heights,
+        transform=affine,
+        projection_wkt=None if crs.to_epsg() == 4326 else crs.to_wkt(),
+        bounds_deg=(south, west, north, east),
+        cell_m=float(sides.min()),
+    )
+
+
+def _raster_problem(raster: Any) -> str | None:  # noqa: ANN401 - rasterio has no types
+    """Return what keeps a raster from being taken for ground heights in metres, if anything."""
+    crs = raster.crs
+    if crs is None or tuple(raster.transform)[:6] == (1.0, 0.0, 0.0, 0.0, 1.0, 0.0):
+        return "the file does not say where on the Earth it is; georeference it"
+    unit = (raster.units[0] or "").lower()
+    problems = (
+        (
+            not (crs.is_geographic or crs.is_projected),
+            "the file's coordinates are not tied to the Earth; georeference it",
+        ),
+        (
+            crs.to_epsg() == 4979,
+            "the heights are above the ellipsoid; convert them to heights above sea level",
+        ),
+        (
+            raster.count != 1,
+            f"the file has {raster.count} bands, where a height grid has one",
+        ),
+        (
+            raster.dtypes[0] in {"uint8", "int8"},
+            "the file has 8-bit values: a picture of the terrain, not its heights",
+        ),
+        (
+            unit not in _METRES,
+            f"the heights are in {unit!r}; convert them to metres",
+        ),
+        (
+            raster.width * raster.height > _MOST_CELLS,
+            f"the file has {raster.width} × {raster.height} cells; cut out the mission's area",
+        ),
+    )
+    return next((message for is_so, message in problems if is_so), None)

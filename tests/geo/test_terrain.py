@@ -1,0 +1,329 @@
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+import rasterio
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyproj import Geod, Transformer
+
+from planner.errors import ExitCode, TerrainFileError
+from planner.geo.local_frame import LocalFrame
+from planner.geo.terrain import TerrainGrid, TerrainTile, read_terrain
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+NODATA = -9999.0
+
+
+def write_tiff(
+    path: Path,
+    heights: Any,  # noqa: ANN401 - an array of any type, or nested lists
+    *,
+    west: float = 8.0,
+    north: float = 47.0,
+    cell: float = 0.1,
+    crs: str | None = "EPSG:4326",
+    unit: str | None = None,
+    nodata: float | None = NODATA,
+    south_up: bool = False,
+) -> Path:
+    values = np.atleast_3d(np.asarray(heights))
+    values = np.moveaxis(values, 2, 0)  # bands first
+    if values.dtype.kind == "f":
+        values = values.astype(np.float32)
+    rows = values.shape[1]
+    transform = rasterio.Affine(cell, 0.0, west, 0.0, -cell, north)
+    if south_up:
+        transform = rasterio.Affine(cell, 0.0, west, 0.0, cell, north - rows * cell)
+        values = values[:, ::-1]
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        height=rows,
+        width=values.shape[2],
+        count=values.shape[0],
+        dtype=values.dtype,
+        crs=crs,
+        transform=transform,
+        nodata=nodata,
+    ) as raster:
+        raster.write(values)
+        if unit is not None:
+            raster.units = (unit,)
+    return path
+
+
+def write_hgt(path: Path, heights: np.ndarray[Any, np.dtype[np.int16]]) -> Path:
+    heights.astype(">i2").tofile(path)
+    return path
+
+
+def height(grid: TerrainGrid, latitude: float, longitude: float) -> float | None:
+    found = grid.height_amsl_m(latitude, longitude)
+    return None if bool(np.ma.getmaskarray(found)) else float(found)
+
+
+def test_cells_know_their_centres_and_are_bilinear_between(tmp_path: Path) -> None:
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", [[100.0, 200.0], [300.0, 500.0]]))
+    # Cells of 0.1° from 8° E, 47° N: centres at 8.05, 8.15 and 46.95, 46.85.
+    assert height(grid, 46.95, 8.05) == pytest.approx(100.0, abs=1e-3)
+    assert height(grid, 46.85, 8.15) == pytest.approx(500.0, abs=1e-3)
+    assert height(grid, 46.95, 8.10) == pytest.approx(150.0, abs=1e-3)
+    assert height(grid, 46.90, 8.10) == pytest.approx((100 + 200 + 300 + 500) / 4, abs=1e-3)
+    # A quarter right, three quarters down: ¾·¼·100 + ¼·¼·200 + ¾·¾·300 + ¼·¾·500.
+    assert height(grid, 46.875, 8.075) == pytest.approx(293.75, abs=1e-3)
+
+
+@given(st.floats(46.05, 46.95), st.floats(8.05, 8.95))
+@settings(max_examples=50, deadline=None)
+def test_a_plane_is_reproduced_exactly(latitude: float, longitude: float) -> None:
+    centres = np.arange(10) * 0.1 + 0.05
+    tile = TerrainTile(
+        source="plane",
+        heights_amsl_m=(
+            500.0 + 1000.0 * (-centres[:, None]) + 300.0 * centres[None, :] + 1000.0
+        ).astype(np.float32),
+        transform=(0.1, 0.0, 8.0, 0.0, -0.1, 47.0),
+        projection_wkt=None,
+        bounds_deg=(46.0, 8.0, 47.0, 9.0),
+        cell_m=7600.0,
+    )
+    expected = 1500.0 + 1000.0 * (latitude - 47.0) + 300.0 * (longitude - 8.0)
+    # Heights are kept as 32-bit floats: 1e-4 m at 1500 m.
+    assert height(TerrainGrid(tiles=(tile,)), latitude, longitude) == pytest.approx(
+        expected, abs=1e-3
+    )
+
+
+def test_the_edge_reaches_half_a_cell_beyond_the_last_centre_and_no_farther(
+    tmp_path: Path,
+) -> None:
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", [[100.0, 200.0], [300.0, 500.0]]))
+    assert height(grid, 46.999, 8.001) == pytest.approx(100.0)
+    assert height(grid, 46.801, 8.199) == pytest.approx(500.0)
+    for latitude, longitude in ((47.001, 8.1), (46.799, 8.1), (46.9, 7.999), (46.9, 8.201)):
+        assert height(grid, latitude, longitude) is None
+    assert grid.tiles[0].bounds_deg == pytest.approx((46.8, 8.0, 47.0, 8.2))
+
+
+def test_what_is_not_known_is_masked_and_never_zero(tmp_path: Path) -> None:
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", [[100.0, NODATA], [300.0, 500.0]]))
+    found = grid.height_amsl_m([46.95, 46.95, 46.93, 0.0], [8.05, 8.15, 8.08, 0.0])
+    # On a cell's centre its neighbours have no say; between centres all four must be known.
+    assert np.ma.getmaskarray(found).tolist() == [False, True, True, True]
+    assert np.isnan(found.data[1:]).all()
+
+
+@pytest.mark.parametrize("void", [-32768.0, -9999.0, 3.4e38, np.nan])
+def test_undeclared_voids_are_no_heights(tmp_path: Path, void: float) -> None:
+    path = write_tiff(tmp_path / "a.tif", [[100.0, void], [100.0, 100.0]], nodata=None)
+    assert height(read_terrain(path), 46.95, 8.15) is None
+    assert height(read_terrain(path), 46.95, 8.05) == pytest.approx(100.0)
+
+
+def test_shapes_broadcast(tmp_path: Path) -> None:
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", np.full((2, 2), 7.0)))
+    assert grid.height_amsl_m(np.full((3, 1), 46.9), np.full(4, 8.1)).shape == (3, 4)
+
+
+def test_a_south_up_file_gives_the_same_heights(tmp_path: Path) -> None:
+    values = [[100.0, 200.0], [300.0, 500.0]]
+    one = read_terrain(write_tiff(tmp_path / "a.tif", values))
+    other = read_terrain(write_tiff(tmp_path / "b.tif", values, south_up=True))
+    assert height(one, 46.875, 8.075) == pytest.approx(height(other, 46.875, 8.075), abs=1e-3)
+
+
+def test_an_srtm_file_reaches_over_its_whole_degree(tmp_path: Path) -> None:
+    values = np.full((1201, 1201), 50, np.int16)
+    values[0, 0], values[1200, 1200], values[600, 600] = 1000, 2000, -32768
+    grid = read_terrain(write_hgt(tmp_path / "S01W001.hgt", values))
+    # Its samples lie on the edges of the degree: the first on the north-western corner.
+    assert height(grid, 0.0, -1.0) == pytest.approx(1000.0)
+    assert height(grid, -1.0, 0.0) == pytest.approx(2000.0)
+    assert height(grid, -0.5, -0.5) is None
+    assert height(grid, -0.25, -0.25) == pytest.approx(50.0)
+    # 3″ of the equator: 30.87 m each second.
+    assert grid.tiles[0].cell_m == pytest.approx(92.1, abs=0.8)
+
+
+def test_tiles_side_by_side_leave_no_gap(tmp_path: Path) -> None:
+    west = write_tiff(tmp_path / "west.tif", np.full((4, 4), 100.0), west=8.0)
+    east = write_tiff(tmp_path / "east.tif", np.full((4, 4), 200.0), west=8.4)
+    grid = read_terrain(west, east)
+    longitude = np.linspace(8.0, 8.8, 401)[1:-1]
+    found = grid.height_amsl_m(46.8, longitude)
+    assert not np.ma.getmaskarray(found).any()
+    assert found[longitude < 8.399].max() == pytest.approx(100.0)
+    assert found[longitude > 8.401].min() == pytest.approx(200.0)
+
+
+def test_the_first_tile_that_knows_the_height_tells_it(tmp_path: Path) -> None:
+    fine = write_tiff(tmp_path / "fine.tif", [[100.0, NODATA], [100.0, NODATA]])
+    coarse = write_tiff(tmp_path / "coarse.tif", np.full((2, 2), 150.0))
+    grid = read_terrain(fine, coarse)
+    assert height(grid, 46.95, 8.05) == pytest.approx(100.0)
+    assert height(grid, 46.95, 8.15) == pytest.approx(150.0)
+
+
+@pytest.mark.parametrize("west", [179.8, -180.2])
+def test_a_tile_across_the_antimeridian_is_found_from_both_sides(
+    tmp_path: Path, west: float
+) -> None:
+    grid = read_terrain(
+        write_tiff(tmp_path / "a.tif", [[10.0, 20.0, 30.0, 40.0]] * 2, west=west, north=0.1)
+    )
+    assert height(grid, 0.0, 179.95) == pytest.approx(20.0)
+    assert height(grid, 0.0, -179.95) == pytest.approx(30.0)
+    assert height(grid, 0.0, 180.0) == pytest.approx(25.0)
+    assert height(grid, 0.0, -180.0) == pytest.approx(25.0)
+
+
+def test_a_projected_grid_is_asked_in_its_own_coordinates(tmp_path: Path) -> None:
+    # UTM 32: 100 m cells, heights rising by 1 m per 100 m east and 2 m per 100 m south.
+    values = 500.0 + np.arange(20)[None, :] + 2.0 * np.arange(10)[:, None]
+    path = write_tiff(
+        tmp_path / "utm.tif",
+        values,
+        west=430_000.0,
+        north=5_205_000.0,
+        cell=100.0,
+        crs="EPSG:32632",
+    )
+    grid = read_terrain(path)
+    longitude, latitude = Transformer.from_crs("EPSG:32632", "EPSG:4326", always_xy=True).transform(
+        431_000.0, 5_204_500.0
+    )
+    # 9.5 columns and 4.5 rows from the first centre.
+    assert height(grid, latitude, longitude) == pytest.approx(500.0 + 9.5 + 9.0, abs=1e-2)
+    assert height(grid, latitude + 1.0, longitude) is None
+    assert height(grid, -80.0, -100.0) is None
+    # 1 / 0.9997 on the ground at this distance from the central meridian.
+    assert grid.tiles[0].cell_m == pytest.approx(100.0, abs=0.1)
+
+
+def test_a_profile_has_a_place_in_every_cell_and_at_every_corner(tmp_path: Path) -> None:
+    frame = LocalFrame(latitude_deg=46.5, longitude_deg=8.5)
+    values = np.full((100, 100), 400.0)
+    values[40, 60] = 900.0  # one cell: its centre is 46.595 N, 8.605 E
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", values, cell=0.01))
+    east, north = frame.east_north_m([46.595, 46.595, 46.505], [8.505, 8.7, 8.7])
+    profile = grid.path_profile(frame, east, north)
+    first = Geod(ellps="WGS84").inv(8.505, 46.595, 8.7, 46.595)[2]
+    second = Geod(ellps="WGS84").inv(8.7, 46.595, 8.7, 46.505)[2]
+    assert profile.along_m[0] == 0.0
+    assert profile.along_m[-1] == pytest.approx(first + second, abs=0.1)
+    assert np.min(np.abs(profile.along_m - first)) < 0.1
+    # The narrower side of a cell: 0.01° of longitude at 46.5°, 768 m.
+    assert profile.spacing_m == pytest.approx(768.0, abs=1.0)
+    assert np.diff(profile.along_m).min() > 0.0
+    assert np.diff(profile.along_m).max() <= profile.spacing_m
+    assert profile.is_complete
+    assert profile.lowest_amsl_m == pytest.approx(400.0)
+    highest = profile.highest_amsl_m
+    assert highest is not None
+    # The path crosses a tent two cells wide: half a cell beside its top it is 650 m high.
+    assert 640.0 <= highest <= 900.0
+    summit = profile.along_m[int(np.argmax(profile.height_amsl_m))]
+    assert summit == pytest.approx(
+        Geod(ellps="WGS84").inv(8.505, 46.595, 8.605, 46.595)[2], abs=400
+    )
+
+
+def test_a_profile_over_unknown_ground_says_so(tmp_path: Path) -> None:
+    frame = LocalFrame(latitude_deg=46.9, longitude_deg=8.1)
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", np.full((2, 2), 400.0)))
+    half = grid.path_profile(frame, [0.0, 20_000.0], [0.0, 0.0])
+    assert not half.is_complete
+    assert half.highest_amsl_m == pytest.approx(400.0)
+    beyond = grid.path_profile(frame, [50_000.0, 60_000.0], [0.0, 0.0])
+    assert beyond.lowest_amsl_m is None
+    assert beyond.highest_amsl_m is None
+    standing = grid.path_profile(frame, [0.0, 0.0], [0.0, 0.0])
+    assert standing.highest_amsl_m == pytest.approx(400.0)
+
+
+def test_a_profile_to_the_far_side_of_the_earth_stays_affordable(tmp_path: Path) -> None:
+    frame = LocalFrame(latitude_deg=46.9, longitude_deg=8.1)
+    grid = read_terrain(write_tiff(tmp_path / "a.tif", np.full((2, 2), 400.0), cell=1e-6))
+    profile = grid.path_profile(frame, [0.0, 12_000_000.0], [0.0, 0.0])
+    assert len(profile.along_m) <= 1_000_001
+    assert profile.spacing_m == pytest.approx(12.0)
+
+
+def _no_file(folder: Path) -> Path:
+    return folder / "missing.tif"
+
+
+def _text_file(folder: Path) -> Path:
+    path = folder / "notes.tif"
+    path.write_text("not a raster", encoding="utf-8")
+    return path
+
+
+def _short_hgt(folder: Path) -> Path:
+    return write_hgt(folder / "N47E008.hgt", np.zeros((11, 11), np.int16))
+
+
+def _cut_off_tiff(folder: Path) -> Path:
+    path = write_tiff(folder / "cut.tif", np.full((50, 50), 1.0))
+    path.write_bytes(path.read_bytes()[:-5000])
+    return path
+
+
+@pytest.mark.parametrize("make", [_text_file, _short_hgt, _cut_off_tiff])
+def test_a_file_that_is_no_raster_is_refused(tmp_path: Path, make: Any) -> None:  # noqa: ANN401 - any of the functions above
+    path = make(tmp_path)
+    with pytest.raises(TerrainFileError, match="no readable GeoTIFF") as caught:
+        read_terrain(path)
+    assert caught.value.source == str(path)
+    assert caught.value.exit_code is ExitCode.UNUSABLE
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(TerrainFileError, match=r"missing\.tif: there is no such file"):
+        read_terrain(_no_file(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("heights", "options", "message"),
+    [
+        (np.ones((2, 2)), {"crs": None}, "where on the Earth"),
+        (np.ones((2, 2, 3)), {}, "has 3 bands"),
+        (np.ones((2, 2), np.uint8), {"nodata": 0}, "a picture of the terrain"),
+        (np.ones((2, 2)), {"unit": "ft"}, "heights are in 'ft'"),
+        (np.ones((2, 2)), {"crs": "EPSG:4979"}, "above the ellipsoid"),
+    ],
+)
+def test_a_raster_that_does_not_say_where_and_what_it_is_is_refused(
+    tmp_path: Path,
+    heights: Any,  # noqa: ANN401 - an array of any type
+    options: dict[str, Any],
+    message: str,
+) -> None:
+    path = write_tiff(tmp_path / "a.tif", heights, **options)
+    with pytest.raises(TerrainFileError, match=message):
+        read_terrain(path)
+
+
+def test_metres_may_be_named(tmp_path: Path) -> None:
+    path = write_tiff(tmp_path / "a.tif", np.full((2, 2), 7.0), unit="metre")
+    assert height(read_terrain(path), 46.9, 8.1) == pytest.approx(7.0)
+
+
+def test_without_rasterio_the_error_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rasterio", None)
+    with pytest.raises(TerrainFileError, match=r"pip install 'mavjoule\[terrain\]'"):
+        read_terrain(tmp_path / "a.tif")
+
+
+def test_no_file_at_all_is_a_mistake_of_the_caller() -> None:
+    with pytest.raises(ValueError, match="at least one terrain file"):
+        read_terrain()
