@@ -12,32 +12,49 @@ if TYPE_CHECKING:
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
+    from planner.mission.files import read_mission
+    from planner.mission.items import Mission
     from planner.physics.wind import Wind
-    from planner.service import CheckResult
+    from planner.service import CheckResult, check
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.library import load_vehicle
+    from planner.vehicle.model import VehicleModel
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Autopilot",
+    "Battery",
     "CheckResult",
     "Conditions",
     "Finding",
     "MavjouleError",
+    "Mission",
     "Place",
     "Severity",
+    "VehicleModel",
     "Wind",
     "__version__",
+    "check",
+    "load_vehicle",
+    "read_mission",
 ]
 
 _HOMES = {
     "Autopilot": "planner.autopilot",
+    "Battery": "planner.vehicle.battery",
     "CheckResult": "planner.service",
     "Conditions": "planner.flight.conditions",
     "Finding": "planner.findings",
     "MavjouleError": "planner.errors",
+    "Mission": "planner.mission.items",
     "Place": "planner.findings",
     "Severity": "planner.findings",
+    "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",
+    "check": "planner.service",
+    "load_vehicle": "planner.vehicle.library",
+    "read_mission": "planner.mission.files",
 }
 
 

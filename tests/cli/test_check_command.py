@@ -1,0 +1,190 @@
+"""``mavjoule check`` and its neighbours from end to end."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import planner
+from planner.cli.main import main
+
+RUN = (sys.executable, "-c", "import sys; from planner.cli.main import main; sys.exit(main())")
+
+
+def _json(capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
+    document = json.loads(capsys.readouterr().out)
+    assert isinstance(document, dict)
+    return document
+
+
+def _missions(document: dict[str, object]) -> list[dict[str, dict[str, float]]]:
+    missions = document["missions"]
+    assert isinstance(missions, list)
+    return missions
+
+
+def test_json_comes_out_as_one_document_with_nothing_else(
+    mission: str, broken: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", mission, broken, "--battery", "77Wh", "--format", "json"]) == 2
+    said = capsys.readouterr()
+    document = json.loads(said.out)
+    assert [one["verdict"] for one in document["missions"]] == ["go", "no-go"]
+    assert document["tool"]["version"] == planner.__version__
+    assert said.err == ""
+
+
+def test_the_command_line_and_the_library_get_the_same_numbers(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["check", mission, "--battery", "77Wh", "--reserve", "25%", "--format", "json"])
+    [told] = _missions(_json(capsys))
+    result = planner.check(
+        planner.read_mission(mission),
+        planner.load_vehicle("falkowski-2023-quadrotor"),
+        battery=planner.Battery(capacity_wh=77.0),
+        reserve=0.25,
+    )
+    assert result.battery is not None
+    assert told["totals"]["energy_wh"] == result.totals.energy_wh
+    assert told["battery"]["margin_wh"] == result.battery.margin_wh
+    assert len(told["segments"]) == len(result.segments)
+
+
+def test_a_mission_comes_from_standard_input(mission: str) -> None:
+    done = subprocess.run(
+        [*RUN, "check", "-", "--battery", "77Wh"],
+        input=Path(mission).read_bytes(),
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.decode().splitlines()[0] == "GO  -"
+
+
+def test_a_report_goes_to_a_file_and_the_verdict_to_standard_error(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["check", mission, "--battery", "77Wh", "--format", "json", "--output", "a.json"]
+    assert main(arguments) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == "mavjoule: 1 mission: 1 GO, 0 NO-GO; the report is in a.json\n"
+    assert json.loads(Path("a.json").read_text(encoding="utf-8"))["schema"] == 1
+
+
+def test_the_configuration_of_each_mission_holds_for_it_alone(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path(mission).read_text(encoding="utf-8")
+    for folder, battery in (("small", "5Wh"), ("large", "77Wh")):
+        Path(folder).mkdir()
+        Path(folder, "a.waypoints").write_text(text, encoding="utf-8")
+        Path(folder, "mavjoule.toml").write_text(f'battery = "{battery}"', encoding="utf-8")
+    assert main(["check", "small/a.waypoints", "large/a.waypoints", "--format", "json"]) == 1
+    small, large = _missions(_json(capsys))
+    assert small["battery"]["capacity_wh"] == 5.0
+    assert large["battery"]["capacity_wh"] == 77.0
+
+
+def test_an_ignored_finding_is_not_reported(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["check", mission, "--battery", "77Wh", "--ignore", "x9, e1"])
+    out = capsys.readouterr().out
+    assert "X902" not in out
+    assert "E107" not in out
+
+
+def test_segments_are_told_as_text_json_and_csv_alike(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["segments", mission, "--format", "json"])
+    segments = _json(capsys)["segments"]
+    assert isinstance(segments, list)
+    main(["segments", mission, "--format", "csv"])
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    main(["segments", mission])
+    lines = capsys.readouterr().out.splitlines()
+    assert [row["state"] for row in rows] == [segment["state"] for segment in segments]
+    assert [float(row["energy_wh"]) for row in rows] == [one["energy_wh"] for one in segments]
+    assert len(lines) == len(segments) + 2
+    assert segments[0]["state"] == "takeoff"
+    assert segments[-1]["state"] == "land"
+
+
+def test_models_rules_and_explanations_are_told_as_json_too(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    main(["models", "--format", "json"])
+    models = _json(capsys)["models"]
+    assert isinstance(models, list)
+    assert "falkowski-2023-quadrotor" in [model["name"] for model in models]
+    main(["rules", "--format", "json"])
+    rules = _json(capsys)["rules"]
+    assert isinstance(rules, list)
+    [listed] = [rule for rule in rules if rule["code"] == "E101"]
+    main(["explain", "e101", "--format", "json"])
+    explained = _json(capsys)
+    assert {key: explained[key] for key in listed} == listed
+    assert explained["severity"] == "error"
+
+
+def test_every_model_that_is_listed_can_be_flown(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["models", "--format", "json"])
+    models = _json(capsys)["models"]
+    assert isinstance(models, list)
+    for model in models:
+        assert main(["check", mission, "--vehicle", model["name"], "--battery", "1000Wh"]) == 0
+
+
+def test_a_reader_that_leaves_changes_neither_verdict_nor_quiet(mission: str) -> None:
+    process = subprocess.Popen(
+        [*RUN, "check", *[mission] * 20, "--battery", "5Wh", "--format", "json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    process.stdout.close()  # gone before anything is written
+    _, said = process.communicate()
+    assert (process.returncode, said) == (1, b"")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the device that is always full")
+def test_a_full_disk_is_a_sentence_and_no_verdict(mission: str) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            [*RUN, "check", mission, "--battery", "77Wh"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr.decode() == (
+        "mavjoule: standard output: cannot be written: No space left on device\n"
+    )
+
+
+def test_a_console_without_the_signs_we_use_gets_substitutes(mission: str) -> None:
+    done = subprocess.run(
+        [*RUN, "check", mission, "--battery", "77Wh", "--wind", "1@0"],
+        env={**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"},
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode in {0, 1}, done.stderr
+    assert b"from 000?" in done.stdout  # the degree sign
+
+
+def test_the_version_is_the_package_s(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"mavjoule {planner.__version__}\n"
