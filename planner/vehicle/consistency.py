@@ -13,7 +13,7 @@ import numpy as np
 from planner.autopilot import Autopilot
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     Problems = Iterator[tuple[str, str]]
 
@@ -34,16 +34,25 @@ def _response_problems(raw: Mapping[str, Any]) -> Problems:
     if len(np.trim_zeros(numerator, "f")) > len(denominator):
         yield "numerator", "has a higher power of s than the denominator: improper"
         return
-    with np.errstate(all="ignore"):  # what overflows here is refused as not finite
-        scaled = np.asarray(denominator, dtype=np.float64) / denominator[0]
-        poles = np.roots(scaled) if np.isfinite(scaled).all() else np.array([np.inf])
-    damping = -poles.real / np.maximum(np.abs(poles), np.finfo(np.float64).tiny)
+    damping = _least_damping(denominator)
+    if damping is None:
+        yield "denominator", "has coefficients too far apart to find its roots"
     # a power model is used over its window only, so it may ring; a motion model may not
-    least_damping = -_UNDAMPED_TOLERANCE if "window_s" in raw else _UNDAMPED_TOLERANCE
-    if not np.isfinite(poles).all() or damping.min(initial=1.0) < least_damping:
+    elif damping < (-_UNDAMPED_TOLERANCE if "window_s" in raw else _UNDAMPED_TOLERANCE):
         yield "denominator", "is unstable: a root of it is not left of the imaginary axis"
     if raw["input_gain"] == 0.0:
         yield "input_gain", "must not be 0"
+
+
+def _least_damping(denominator: Sequence[float]) -> float | None:
+    """Return the least -Re(p)/|p| of all poles; ``None`` where they overflow."""
+    with np.errstate(all="ignore"):  # what overflows is told by not being finite
+        scaled = np.asarray(denominator, dtype=np.float64) / denominator[0]
+        if not np.isfinite(scaled).all():
+            return None
+        poles = np.roots(scaled)
+        damping = -poles.real / np.maximum(np.abs(poles), np.finfo(np.float64).tiny)
+    return float(damping.min()) if np.isfinite(damping).all() else None
 
 
 def motion_problems(raw: Mapping[str, Any]) -> Problems:

@@ -1,0 +1,183 @@
+"""Where each parameter of a flight comes from, and what is said about it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import ParameterSet, parameters_from_text
+from planner.vehicle.parameter_table import OriginKind, parameter_table
+from planner.vehicle.parameters import ResolvedParameters, resolve_parameters
+from planner.vehicle.px4_parameters import Px4Parameters
+
+
+def file_of(text: str) -> ParameterSet:
+    return parameters_from_text(text.encode(), source="vehicle.param")
+
+
+def resolved(text: str, autopilot: Autopilot = Autopilot.ARDUPILOT) -> ResolvedParameters:
+    return resolve_parameters(autopilot, file=file_of(text))
+
+
+def messages(result: ResolvedParameters, code: str) -> list[tuple[Severity, str]]:
+    return [(found.severity, found.message) for found in result.findings if found.code == code]
+
+
+def test_the_file_comes_before_the_model_and_the_model_before_the_default() -> None:
+    step_model = load_vehicle()
+    model = replace(
+        step_model,
+        reference=Autopilot.ARDUPILOT,
+        default_speed_m_s=None,
+        parameters=(("WPNAV_SPEED", 800.0), ("WP_ACC", 1.5)),
+    )
+    values = resolve_parameters(
+        Autopilot.ARDUPILOT, file=file_of("RTL_ALT,2000\nWPNAV_SPEED,500\n"), model=model
+    ).values
+    assert isinstance(values, ArduPilotParameters)
+    assert (values.cruise_speed_m_s, values.acceleration_m_s2) == (5.0, 1.5)
+    assert values.climb_speed_m_s == 2.5
+    origins = {name: origin.kind for name, origin in values.origins.items()}
+    assert origins["cruise_speed_m_s"] is OriginKind.FILE
+    assert origins["acceleration_m_s2"] is OriginKind.MODEL
+    assert origins["climb_speed_m_s"] is OriginKind.DEFAULT
+    assert str(values.origins["cruise_speed_m_s"]) == "WPNAV_SPEED, vehicle.param line 2"
+    assert str(values.origins["climb_speed_m_s"]) == "WP_SPD_UP, default"
+
+
+def test_parameters_of_a_model_for_another_autopilot_are_left_alone() -> None:
+    model = replace(
+        load_vehicle(),
+        reference=Autopilot.PX4,
+        default_speed_m_s=None,
+        parameters=(("MPC_XY_CRUISE", 8.0),),
+    )
+    values = resolve_parameters(Autopilot.ARDUPILOT, model=model).values
+    assert all(origin.kind is OriginKind.DEFAULT for origin in values.origins.values())
+
+
+def test_every_quantity_has_an_origin() -> None:
+    for autopilot, parameters in (
+        (Autopilot.PX4, Px4Parameters),
+        (Autopilot.ARDUPILOT, ArduPilotParameters),
+    ):
+        values = resolve_parameters(autopilot).values
+        assert set(values.origins) == set(parameter_table(parameters))
+
+
+def test_assumed_defaults_are_one_finding_that_counts_them() -> None:
+    result = resolve_parameters(Autopilot.ARDUPILOT)
+    [(severity, message)] = messages(result, "P101")
+    count = len(parameter_table(ArduPilotParameters))
+    assert severity is Severity.INFO
+    assert f"WP_SPD, WP_SPD_UP, WP_SPD_DN and {count - 3} more parameters" in message
+
+
+def test_a_complete_file_leaves_nothing_to_say() -> None:
+    for autopilot, parameters in (
+        (Autopilot.PX4, Px4Parameters),
+        (Autopilot.ARDUPILOT, ArduPilotParameters),
+    ):
+        rows = parameter_table(parameters).values()
+        text = "\n".join(f"{row.now.name},{row.default}" for row in rows)
+        assert resolved(text, autopilot).findings == ()
+
+
+def test_a_mission_at_5_m_s_is_the_same_by_the_old_and_the_new_name() -> None:
+    # users.md 5.7: WPNAV_SPEED = 500 and WP_SPD = 5
+    assert resolved("WPNAV_SPEED,500\n").values == resolved("WP_SPD,5\n").values
+
+
+def test_both_names_with_different_values_are_an_error_and_the_new_one_is_used() -> None:
+    result = resolved("WPNAV_SPEED,500\nWP_SPD,10\n")
+    assert isinstance(result.values, ArduPilotParameters)
+    assert result.values.cruise_speed_m_s == 10.0
+    [(severity, message)] = messages(result, "P102")
+    assert severity is Severity.ERROR
+    assert message == (
+        "WPNAV_SPEED = 500 cm/s (line 1) and WP_SPD = 10 m/s (line 2) disagree: WP_SPD is used"
+    )
+
+
+def test_both_names_with_the_same_value_are_a_warning() -> None:
+    [(severity, message)] = messages(resolved("WPNAV_SPEED,500\nWP_SPD,5\n"), "P102")
+    assert severity is Severity.WARNING
+    assert "mean the same" in message
+
+
+def test_the_version_of_the_file_decides_between_two_names() -> None:
+    for version, speed_m_s in (("4.6.3", 5.0), ("4.7.0", 10.0)):
+        values = resolved(f"# Version: {version}\nWPNAV_SPEED,500\nWP_SPD,10\n").values
+        assert isinstance(values, ArduPilotParameters)
+        assert values.cruise_speed_m_s == speed_m_s
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("WP_SPD,500", "WP_SPD = 500 m/s (line 1)"),
+        ("WPNAV_SPEED,5", "WPNAV_SPEED = 5 cm/s (line 1)"),
+        ("WPNAV_SPEED,-500", "WPNAV_SPEED = -500 cm/s (line 1)"),
+        ("WPNAV_SPEED,nan", "WPNAV_SPEED = no number (line 1)"),
+    ],
+)
+def test_an_impossible_value_is_an_error_and_the_default_is_assumed(line: str, shown: str) -> None:
+    result = resolved(line)
+    assert isinstance(result.values, ArduPilotParameters)
+    assert result.values.cruise_speed_m_s == 10.0
+    assert result.values.origins["cruise_speed_m_s"].kind is OriginKind.DEFAULT
+    [(severity, message)] = messages(result, "P105")
+    assert severity is Severity.ERROR
+    assert message == f"{shown} cannot be meant: 10 m/s, the default, is assumed"
+
+
+def test_several_impossible_values_are_one_finding() -> None:
+    [(_, message)] = messages(resolved("WP_SPD,500\nWP_ACC,-1\nRTL_ALT,-1\n"), "P105")
+    assert message.endswith(", and 2 more parameters")
+
+
+def test_a_fraction_is_no_choice() -> None:
+    assert messages(resolved("FENCE_ACTION,1.5\n"), "P105")
+
+
+def test_a_file_of_another_autopilot_is_an_error() -> None:
+    result = resolved("MPC_XY_CRUISE,8\n")
+    [(severity, message)] = messages(result, "P106")
+    assert severity is Severity.ERROR
+    assert "PX4" in message
+    assert "ArduPilot" in message
+    assert result.values == ArduPilotParameters()
+
+
+def test_a_file_that_could_be_of_either_is_taken_as_it_is() -> None:
+    assert not messages(resolved("SERVO1_MIN,1100\n"), "P106")
+
+
+def test_an_overruled_value_is_a_warning_with_both_values() -> None:
+    result = resolved("MPC_XY_CRUISE,15\nMPC_XY_VEL_MAX,12\n", Autopilot.PX4)
+    assert isinstance(result.values, Px4Parameters)
+    assert result.values.cruise_speed_m_s == 12.0
+    assert result.values.origins["cruise_speed_m_s"].name == "MPC_XY_VEL_MAX"
+    [(severity, message)] = messages(result, "P107")
+    assert severity is Severity.WARNING
+    assert "MPC_XY_CRUISE = 15 m/s is overruled, 12 m/s is flown" in message
+
+
+def test_values_as_px4_itself_overwrote_them_are_not_called_overruled() -> None:
+    # single precision, as a file from the vehicle holds it: lerp(1, 25, 0.6²) = 9.64
+    text = "SYS_VEHICLE_RESP,0.600000023841857910\nMPC_JERK_AUTO,9.640000343322753906\n"
+    assert not messages(resolved(text, Autopilot.PX4), "P107")
+
+
+def test_a_file_that_repeats_itself_says_so_in_the_result() -> None:
+    assert messages(resolved("RTL_ALT,1500\nRTL_ALT,3000\n"), "P104")
+
+
+def test_step_references_have_no_parameters() -> None:
+    with pytest.raises(ValueError, match="no parameters"):
+        resolve_parameters(Autopilot.STEP)

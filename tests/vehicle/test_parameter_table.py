@@ -1,0 +1,242 @@
+"""The tables of parameters against what the firmwares' own sources say."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from planner.autopilot import Autopilot
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameter_table import parameter_table
+from planner.vehicle.parameters import FlightParameters, resolve_parameters
+from planner.vehicle.px4_parameters import Px4Parameters
+
+RENAMED_IN_4_7 = [
+    # ArduPilot #31562, #31970, #32147, #32184, and its page "Parameter Name Changes"
+    ("WPNAV_SPEED", 500, "WP_SPD", 5, "cruise_speed_m_s", 5.0),
+    ("WPNAV_SPEED_UP", 300, "WP_SPD_UP", 3, "climb_speed_m_s", 3.0),
+    ("WPNAV_SPEED_DN", 120, "WP_SPD_DN", 1.2, "descent_speed_m_s", 1.2),
+    ("WPNAV_ACCEL", 100, "WP_ACC", 1, "acceleration_m_s2", 1.0),
+    ("WPNAV_ACCEL_C", 400, "WP_ACC_CNR", 4, "corner_acceleration_m_s2", 4.0),
+    ("WPNAV_ACCEL_Z", 80, "WP_ACC_Z", 0.8, "vertical_acceleration_m_s2", 0.8),
+    ("WPNAV_RADIUS", 500, "WP_RADIUS_M", 5, "waypoint_radius_m", 5.0),
+    ("WPNAV_JERK", 3, "WP_JERK", 3, "jerk_m_s3", 3.0),
+    ("WPNAV_RFND_USE", 0, "WP_RFND_USE", 0, "uses_range_finder", 0),
+    ("WPNAV_TER_MARGIN", 5, "WP_TER_MARGIN", 5, "terrain_margin_m", 5.0),
+    ("ATC_SLEW_YAW", 9000, "ATC_RATE_WPY_MAX", 90, "yaw_rate_rad_s", math.pi / 2),
+    ("ANGLE_MAX", 4500, "ATC_ANGLE_MAX", 45, "lean_angle_max_rad", math.pi / 4),
+    ("CIRCLE_RADIUS", 2000, "CIRCLE_RADIUS_M", 20, "circle_radius_m", 20.0),
+    ("LAND_SPEED", 30, "LAND_SPD_MS", 0.3, "land_speed_m_s", 0.3),
+    ("LAND_SPEED_HIGH", 200, "LAND_SPD_HIGH_MS", 2, "land_high_speed_m_s", 2.0),
+    ("LAND_ALT_LOW", 500, "LAND_ALT_LOW_M", 5, "land_slow_height_m", 5.0),
+    ("RTL_ALT", 3000, "RTL_ALT_M", 30, "return_altitude_m", 30.0),
+    ("RTL_ALT_FINAL", 200, "RTL_ALT_FINAL_M", 2, "return_final_altitude_m", 2.0),
+    ("RTL_CLIMB_MIN", 500, "RTL_CLIMB_MIN_M", 5, "return_climb_min_m", 5.0),
+    ("RTL_SPEED", 700, "RTL_SPEED_MS", 7, "return_speed_m_s", 7.0),
+    ("PILOT_SPEED_UP", 400, "PILOT_SPD_UP", 4, "pilot_climb_speed_m_s", 4.0),
+    ("PILOT_SPEED_DN", 150, "PILOT_SPD_DN", 1.5, "pilot_descent_speed_m_s", 1.5),
+    ("PILOT_ACCEL_Z", 300, "PILOT_ACC_Z", 3, "pilot_vertical_acceleration_m_s2", 3.0),
+    ("PILOT_TKOFF_ALT", 200, "PILOT_TKO_ALT_M", 2, "pilot_takeoff_altitude_m", 2.0),
+    ("LOIT_SPEED", 800, "LOIT_SPEED_MS", 8, "loiter_speed_m_s", 8.0),
+    ("LOIT_ACC_MAX", 300, "LOIT_ACC_MAX_M", 3, "loiter_acceleration_m_s2", 3.0),
+    ("LOIT_BRK_ACCEL", 200, "LOIT_BRK_ACC_M", 2, "loiter_brake_acceleration_m_s2", 2.0),
+    ("LOIT_BRK_JERK", 400, "LOIT_BRK_JRK_M", 4, "loiter_brake_jerk_m_s3", 4.0),
+]
+
+PX4_DEFAULTS = {
+    # mc_pos_control, navigator and commander parameters of 2026-03, rc.mc_defaults for multicopters
+    "cruise_speed_m_s": 5.0,
+    "speed_max_m_s": 12.0,
+    "climb_speed_m_s": 3.0,
+    "descent_speed_m_s": 1.5,
+    "climb_speed_max_m_s": 3.0,
+    "descent_speed_max_m_s": 1.5,
+    "acceleration_m_s2": 3.0,
+    "acceleration_up_m_s2": 4.0,
+    "acceleration_down_m_s2": 3.0,
+    "jerk_m_s3": 4.0,
+    "trajectory_gain_per_s": 0.5,
+    "position_error_max_m": 2.0,
+    "tilt_max_rad": math.pi / 4,
+    "takeoff_speed_m_s": 1.5,
+    "takeoff_ramp_s": 3.0,
+    "spool_up_s": 1.0,
+    "land_speed_m_s": 0.7,
+    "land_slow_height_m": 10.0,
+    "land_slowest_height_m": 5.0,
+    "land_crawl_height_m": 1.0,
+    "land_crawl_speed_m_s": 0.3,
+    "acceptance_radius_m": 2.0,  # 10 m in general, 2 m on multicopters
+    "altitude_acceptance_m": 0.8,
+    "takeoff_altitude_m": 2.5,
+    "return_altitude_m": 30.0,  # 60 m in general, 30 m on multicopters
+    "return_descend_altitude_m": 10.0,  # 30 m in general, 10 m on multicopters
+    "return_land_delay_s": 0.0,
+    "return_min_distance_m": 10.0,
+    "return_cone_angle_rad": math.pi / 4,
+    "return_type": 0,
+    "return_time_factor": 1.1,
+    "return_time_margin_s": 100.0,
+    "disarm_delay_s": 2.0,
+    "yaw_mode": 0,
+    "yaw_rate_rad_s": math.pi / 3,
+    "yaw_acceleration_rad_s2": math.pi / 9,
+    "yaw_acceptance_rad": math.pi / 15,
+    "battery_capacity_ah": -0.001,
+    "battery_mean_current_a": 15.0,
+    "battery_empty_cell_v": 3.6,
+    "battery_full_cell_v": 4.05,
+    "battery_low_fraction": 0.15,
+    "battery_critical_fraction": 0.07,
+    "battery_emergency_fraction": 0.05,
+    "battery_action": 0,
+    "return_time_action": 0,
+}
+
+ARDUPILOT_DEFAULTS = {
+    # AC_WPNav.cpp, ArduCopter/Parameters.cpp, config.h and AP_BattMonitor_Params.cpp of 2025-12
+    "cruise_speed_m_s": 10.0,
+    "climb_speed_m_s": 2.5,
+    "descent_speed_m_s": 1.5,
+    "acceleration_m_s2": 2.5,
+    "corner_acceleration_m_s2": 5.0,  # 0 stands for twice the acceleration
+    "vertical_acceleration_m_s2": 1.0,
+    "waypoint_radius_m": 2.0,
+    "jerk_m_s3": 1.0,
+    "land_speed_m_s": 0.5,
+    "land_high_speed_m_s": 1.5,  # 0 stands for the descent speed
+    "land_slow_height_m": 10.0,
+    "return_altitude_m": 15.0,
+    "return_final_altitude_m": 0.0,
+    "return_climb_min_m": 0.0,
+    "return_speed_m_s": 10.0,  # 0 stands for the cruise speed
+    "return_loiter_s": 5.0,
+    "return_cone_slope": 3.0,
+    "return_altitude_type": 0,
+    "lean_angle_max_rad": math.pi / 6,
+    "circle_radius_m": 10.0,
+    "circle_rate_rad_s": math.pi / 9,
+    "yaw_rate_rad_s": math.pi / 3,
+    "disarm_delay_s": 10.0,
+    "spool_up_s": 0.5,
+    "takeoff_slew_s": 2.0,
+    "terrain_margin_m": 10.0,
+    "battery_capacity_ah": 3.3,
+    "battery_low_v": 10.5,
+    "battery_low_timer_s": 10.0,
+    "battery_low_ah": 0.0,
+    "battery_critical_v": 0.0,
+    "battery_critical_ah": 0.0,
+    "battery_low_action": 0,
+    "battery_critical_action": 0,
+    "battery_voltage_source": 0,
+}
+
+
+def flown(text: str, autopilot: Autopilot) -> FlightParameters:
+    file = parameters_from_text(text.encode(), source="vehicle.param")
+    return resolve_parameters(autopilot, file=file).values
+
+
+@pytest.mark.parametrize(
+    ("old", "old_value", "new", "new_value", "quantity", "si"),
+    RENAMED_IN_4_7,
+    ids=[row[0] for row in RENAMED_IN_4_7],
+)
+def test_the_old_and_the_new_name_mean_the_same_quantity(
+    old: str, old_value: float, new: str, new_value: float, quantity: str, si: float
+) -> None:
+    before = flown(f"{old},{old_value}\n", Autopilot.ARDUPILOT)
+    after = flown(f"{new},{new_value}\n", Autopilot.ARDUPILOT)
+    assert getattr(before, quantity) == pytest.approx(si, rel=1e-12)
+    assert getattr(after, quantity) == pytest.approx(si, rel=1e-12)
+    assert before.origins[quantity].name == old
+    assert after.origins[quantity].name == new
+
+
+def test_every_rename_of_the_table_is_tested() -> None:
+    renamed = {
+        (row.formerly.name, row.now.name)
+        for row in parameter_table(ArduPilotParameters).values()
+        if row.formerly is not None
+    }
+    assert renamed == {(row[0], row[2]) for row in RENAMED_IN_4_7}
+
+
+def test_the_older_name_of_px4_s_required_items_is_known() -> None:
+    parameters = flown("MIS_TAKEOFF_REQ,1\nMPC_XY_CRUISE,5\n", Autopilot.PX4)
+    assert isinstance(parameters, Px4Parameters)
+    assert parameters.takeoff_land_required == 1
+
+
+@pytest.mark.parametrize(("quantity", "default"), PX4_DEFAULTS.items())
+def test_px4_defaults_are_those_of_a_multicopter(quantity: str, default: float) -> None:
+    assert getattr(Px4Parameters(), quantity) == pytest.approx(default, rel=1e-12)
+
+
+@pytest.mark.parametrize(("quantity", "default"), ARDUPILOT_DEFAULTS.items())
+def test_ardupilot_defaults_are_those_of_copter(quantity: str, default: float) -> None:
+    assert getattr(ArduPilotParameters(), quantity) == pytest.approx(default, rel=1e-12)
+
+
+@pytest.mark.parametrize("parameters", [Px4Parameters, ArduPilotParameters])
+def test_every_row_is_sound(parameters: type[FlightParameters]) -> None:
+    table = parameter_table(parameters)
+    names = [spelling.name for row in table.values() for spelling in row.spellings]
+    assert len(set(names)) == len(names)
+    assert all(len(name) <= 16 for name in names), "MAVLink has 16 characters for a name"
+    for quantity, row in table.items():
+        assert row.is_possible(row.now.si(row.default)), quantity
+        assert row.meaning, quantity
+        if row.zero_means is not None:
+            assert row.zero_means[0] in table
+            assert row.is_possible(0.0)
+
+
+def test_the_two_autopilots_share_no_name() -> None:
+    px4, ardupilot = (
+        {spelling.name for row in parameter_table(stack).values() for spelling in row.spellings}
+        for stack in (Px4Parameters, ArduPilotParameters)
+    )
+    assert not px4 & ardupilot
+
+
+def test_a_zero_stands_for_another_parameter_of_the_same_vehicle() -> None:
+    parameters = ArduPilotParameters(
+        acceleration_m_s2=1.0, descent_speed_m_s=2.0, cruise_speed_m_s=6.0
+    )
+    assert parameters.corner_acceleration_m_s2 == 2.0
+    assert parameters.land_high_speed_m_s == 2.0
+    assert parameters.return_speed_m_s == 6.0
+
+
+def test_px4_speeds_are_overwritten_by_the_common_ones() -> None:
+    parameters = Px4Parameters(speed_all_m_s=8.0, climb_speed_all_m_s=2.0)
+    assert (parameters.cruise_speed_m_s, parameters.speed_max_m_s) == (8.0, 8.0)
+    assert (parameters.climb_speed_m_s, parameters.descent_speed_m_s) == (2.0, 1.5)
+    assert parameters.takeoff_speed_m_s == pytest.approx(1.2)
+    assert parameters.land_speed_m_s == 1.0
+
+
+def test_px4_responsiveness_sets_accelerations_and_jerk() -> None:
+    # linear in its square: half way in SYS_VEHICLE_RESP is a quarter of the way
+    parameters = Px4Parameters(responsiveness=0.5)
+    assert parameters.acceleration_m_s2 == pytest.approx(1.0 + 14.0 / 4.0)
+    assert parameters.acceleration_down_m_s2 == pytest.approx(0.8 + 14.2 / 4.0)
+    assert parameters.jerk_m_s3 == pytest.approx(1.0 + 24.0 / 4.0)
+    assert parameters.tilt_max_rad == pytest.approx(math.pi / 4)
+    assert Px4Parameters(responsiveness=1.0).tilt_max_rad == pytest.approx(math.radians(70.0))
+
+
+def test_px4_keeps_design_speeds_inside_the_absolute_ones() -> None:
+    parameters = Px4Parameters(
+        cruise_speed_m_s=15.0,
+        speed_max_m_s=10.0,
+        descent_speed_max_m_s=0.5,
+        climb_speed_max_m_s=1.0,
+    )
+    assert parameters.cruise_speed_m_s == 10.0
+    assert (parameters.climb_speed_m_s, parameters.takeoff_speed_m_s) == (1.0, 1.0)
+    assert (parameters.descent_speed_m_s, parameters.land_speed_m_s) == (0.5, 0.5)
