@@ -16,6 +16,6 @@ class Autopilot(StrEnum):
     ARDUPILOT = "ardupilot"
 
     @property
-    def title(self) -> str:
+    def label(self) -> str:
         """The name as its makers write it."""
         return {"step": "step references", "px4": "PX4", "ardupilot": "ArduPilot"}[self.value]

@@ -160,8 +160,8 @@ def check(
     flown_by = vehicle.reference if autopilot is None else autopilot
     if flown_by is not Autopilot.STEP or vehicle.reference is not Autopilot.STEP:
         msg = (
-            f"{vehicle.name} answers {vehicle.reference.title}; "
-            f"it cannot be flown as {flown_by.title}"
+            f"{vehicle.name} answers {vehicle.reference.label}; "
+            f"it cannot be flown as {flown_by.label}"
         )
         raise UsageError(msg)
     route = make_route(mission, home_amsl_m=home_amsl_m)

@@ -135,10 +135,10 @@ def check_autopilot(case: Case) -> Iterator[Finding]:
     flown = (
         "flown in reference steps, stopping at every waypoint"
         if case.autopilot is Autopilot.STEP
-        else f"flown as {case.autopilot.title} would"
+        else f"flown as {case.autopilot.label} would"
     )
     yield AUTOPILOT_DIFFERS.finding(
-        f"the file was written for {written_for.title}; the prediction is {flown}"
+        f"the file was written for {written_for.label}; the prediction is {flown}"
     )
 
 

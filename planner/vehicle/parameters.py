@@ -130,8 +130,8 @@ class _Resolution:
         """Note that a file belongs to another autopilot."""
         self.findings.append(
             PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(
-                f"{given.source} holds parameters of {stack.title}, the flight is predicted for "
-                f"{self.autopilot.title}"
+                f"{given.source} holds parameters of {stack.label}, the flight is predicted for "
+                f"{self.autopilot.label}"
             )
         )
 
@@ -218,7 +218,7 @@ class _Resolution:
         names = ", ".join(assumed[:_NAMED])
         more = len(assumed) - _NAMED
         rest = f" and {more} more parameters" if more > 0 else ""
-        return f"{self.autopilot.title}'s defaults are assumed for {names}{rest}"
+        return f"{self.autopilot.label}'s defaults are assumed for {names}{rest}"
 
 
 def _joined(
