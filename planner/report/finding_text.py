@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from planner.findings import Finding, Severity
@@ -56,5 +57,7 @@ def _label(finding: Finding) -> str:
 
 
 def _said(finding: Finding) -> str:
-    item = "" if finding.item is None else f"item {finding.item}: "
-    return f"{item}{printable(finding.message)}"
+    message = printable(finding.message)
+    if finding.item is None or re.search(rf"\bitem {finding.item}\b", message):
+        return message
+    return f"item {finding.item}: {message}"
