@@ -164,7 +164,11 @@ def check(
             f"it cannot be flown as {flown_by.label}"
         )
         raise UsageError(msg)
-    route = make_route(mission, home_amsl_m=home_amsl_m)
+    route = make_route(
+        mission,
+        meaning=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
+        home_amsl_m=home_amsl_m,
+    )
     conditions = Conditions(
         wind=wind or Wind(),
         home_amsl_m=route.home_amsl_m,
@@ -173,7 +177,8 @@ def check(
     )
     known = vehicle.battery if battery is None else battery
     flight: Flight | None = None
-    totals, items, budget, home = NOTHING_FLOWN, (), None, None
+    totals, budget, home = NOTHING_FLOWN, None, None
+    items: tuple[ItemArrival, ...] = ()
     findings = [*mission.findings, *route.findings]
     if route.stages:
         flight = predict_flight(route, vehicle, conditions)

@@ -27,4 +27,3 @@ MILLIAMPERE_HOURS_PER_AMPERE_HOUR = 1000.0
 def wh_from_j(energy_j: Quantity) -> Quantity:
     """Energy in watt-hours from joules."""
     return energy_j / JOULES_PER_WATT_HOUR
-

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from planner.findings import Rule, Severity
 
-FRAME_UNSUPPORTED = Rule(
+FRAME_NOT_RESOLVED = Rule(
     code="A103",
     name="frame-not-resolved",
     severity=Severity.ERROR,
     summary="An item's altitude reference cannot be resolved.",
     why="Every ground station has lost a frame once; crashes followed (QGroundControl #10596).",
     how="The item's frame is none of those resolved to a height above home.",
-    example="item 3 has frame 10 (terrain), and no terrain is known: taken as height above home",
+    example="frame 1 (LOCAL_NED): its altitude is taken as height above home",
     fix="use altitudes relative to home or AMSL",
 )
 
@@ -35,4 +35,29 @@ ZERO_TAKEOFF = Rule(
     how="The take-off item's altitude, resolved to a height above home, is 0 m or less.",
     example="item 1 takes off to 0.0 m above home",
     fix="give the take-off item an altitude above home",
+)
+
+TERRAIN_ASSUMED_LEVEL = Rule(
+    code="A108",
+    name="terrain-assumed-level",
+    severity=Severity.WARNING,
+    summary="Altitudes above terrain are flown without knowing the terrain.",
+    why="A height above ground in a terrain frame is an altitude only with a terrain grid.",
+    how="Items in frame 10 or 11 and no terrain grid: the ground is taken to be level with home.",
+    example="item 3 is 30.0 m above terrain and no terrain is known: taken as 30.0 m above home",
+    fix="give the terrain with --terrain",
+)
+
+ALTITUDE_UNKNOWN = Rule(
+    code="A109",
+    name="altitude-unknown",
+    severity=Severity.ERROR,
+    summary="An item has no altitude.",
+    why=(
+        "QGroundControl writes null where it has not yet worked out a height above terrain; such an "
+        "item cannot be flown as it is."
+    ),
+    how="The seventh parameter of an item the vehicle flies to is null or NaN.",
+    example="item 3 has no altitude: the height before it is kept",
+    fix="open the mission in the program that wrote it, wait for the terrain, and save it again",
 )

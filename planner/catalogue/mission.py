@@ -20,7 +20,7 @@ LANDING_MISSING = Rule(
     name="land-missing",
     severity=Severity.WARNING,
     summary="The mission does not end on the ground.",
-    why="What happens behind the last item, a hover until the battery is empty or a return, is not in the plan.",
+    why="What happens behind the last item, a hover or a return, is not in the plan.",
     how="No LAND or RETURN_TO_LAUNCH is reached; the prediction ends at the last item, in the air.",
     example="the mission ends in the air at item 12: the flight home and the landing are not counted",
     fix="end the mission with a return or a landing",
@@ -57,4 +57,46 @@ AUTOPILOT_DIFFERS = Rule(
     how="The file's firmware type is compared with the way of commanding of the prediction.",
     example="the file was written for PX4; the prediction is flown as ArduPilot would",
     fix="choose the model of the vehicle that will fly, or say --autopilot",
+)
+
+JUMP_TARGET = Rule(
+    code="M103",
+    name="jump-target",
+    severity=Severity.ERROR,
+    summary="A jump leads nowhere.",
+    why=(
+        "A jump to a missing item ends the mission or makes the autopilot refuse it; a jump to "
+        "itself once skipped the whole mission (ArduPilot #28604)."
+    ),
+    how="The target of DO_JUMP or DO_JUMP_TAG is no item of the mission, or the jump itself.",
+    example="DO_JUMP: there is no item 12; the flight is taken to go on",
+    fix="give the jump the id of an item before or behind it",
+)
+
+COMMAND_UNSUPPORTED = Rule(
+    code="M105",
+    name="unsupported-command",
+    severity=Severity.ERROR,
+    summary="The autopilot refuses or skips an item.",
+    why=(
+        "PX4 refuses the whole mission for one item it does not know; ArduPilot skips such items "
+        "in flight.  Upload tools report success all the same (MAVSDK #2103)."
+    ),
+    how="The command, and for PX4 its frame, against what the autopilot's source accepts.",
+    example="PX4 refuses NAV_SPLINE_WAYPOINT at upload, and the whole mission with it",
+    fix="use commands the autopilot flies",
+)
+
+ZERO_POSITION = Rule(
+    code="M110",
+    name="zero-position",
+    severity=Severity.WARNING,
+    summary="An item lies at 0° north, 0° east.",
+    why=(
+        "To ArduPilot this means 'here'; to PX4 it is a place in the Gulf of Guinea.  The same file "
+        "means two flights."
+    ),
+    how="Latitude and longitude of an item the vehicle flies to are both zero.",
+    example="NAV_LAND at 0°, 0°: PX4 would fly there; taken as 'here'",
+    fix="give the item the place it should be flown to",
 )

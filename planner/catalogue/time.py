@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from planner.findings import Rule, Severity
 
-ENDLESS_JUMP = Rule(
+ENDLESS = Rule(
     code="T101",
-    name="endless",
+    name="endless-jump",
     severity=Severity.ERROR,
     summary="The mission never ends: an endless jump or an unlimited loiter.",
     why="Time and energy of an endless mission have no value; only those of one lap have.",
@@ -49,4 +49,40 @@ RETURN_ASSUMED = Rule(
     how="Without autopilot parameters the return is flown at the height of the last item.",
     example="item 8 returns at 50.0 m above home: no return height is known",
     fix="give the vehicle's parameters with --params",
+)
+
+JUMPS_TOO_LONG = Rule(
+    code="T106",
+    name="jumps-too-long",
+    severity=Severity.ERROR,
+    summary="The jumps of the mission lead past too many items to predict.",
+    why="A count mistaken by a digit makes a mission of days; it is said, not waited for.",
+    how="Items are followed in flown order up to a stated number.",
+    example="the jumps lead past more than 100000 items: the prediction ends there",
+    fix="give the jumps smaller counts",
+)
+
+WAIT_NOT_COUNTED = Rule(
+    code="T107",
+    name="wait-not-counted",
+    severity=Severity.WARNING,
+    summary="A wait whose length is not in the file is not counted.",
+    why=(
+        "A wait until a time of day lasts as long as the clock says (QGroundControl counts -1 s for "
+        "it); a wait on the ground before the take-off costs next to nothing."
+    ),
+    how="NAV_DELAY with a time of day, or before the take-off.",
+    example="item 3 waits until 14:30 UTC: not counted",
+    fix="use a delay in seconds, or allow for the wait yourself",
+)
+
+WAITS_FOR_EVER = Rule(
+    code="T108",
+    name="waits-for-ever",
+    severity=Severity.ERROR,
+    summary="The vehicle waits at an item until somebody tells it to go on.",
+    why="With autoContinue off PX4 holds at the item; ArduPilot goes on.",
+    how="An item with autoContinue off is reached in flown order on PX4.",
+    example="autoContinue is off: PX4 holds here; the flight is taken to go on",
+    fix="set autoContinue, unless a pilot will continue the mission",
 )

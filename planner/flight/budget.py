@@ -88,9 +88,7 @@ def flight_totals(flight: Flight, battery: Battery | None) -> Totals:
         descent_m=float(-columns.climb_m[columns.climb_m < 0.0].sum()),
         energy_wh=energy_wh,
         charge_mah=(
-            None
-            if voltage_v is None
-            else energy_wh / voltage_v * MILLIAMPERE_HOURS_PER_AMPERE_HOUR
+            None if voltage_v is None else energy_wh / voltage_v * MILLIAMPERE_HOURS_PER_AMPERE_HOUR
         ),
         mean_power_w=flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0,
         peak_power_w=flight.peak_power_w,
@@ -105,24 +103,25 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     motion = flight.motion
     end_s = np.concatenate(([0.0], motion.segments.end_s))
     energy_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j))))
-    reached = {
-        stage.item: segment + 1
-        for stage, segment in zip(route.stages, motion.arrival_segment.tolist(), strict=True)
-    }
-    last = route.stages[-1].item
-    arrivals, at = [], 0
-    for number, item in enumerate(mission.items, start=1):
-        at = reached.get(number, at)
-        flown = number <= last
-        arrivals.append(
-            ItemArrival(
-                item=number,
-                command=command_name(item.command),
-                arrival_s=float(end_s[at]) if flown else None,
-                energy_used_wh=float(energy_wh[at]) if flown else None,
-            )
+    arrivals = list(zip(route.stages, motion.arrival_segment.tolist(), strict=True))
+    if len(arrivals) > 1 and arrivals[0][0].item == arrivals[1][0].item:
+        del arrivals[0]  # a take-off the file does not hold serves its first flown item
+    first: dict[int, int] = {}
+    done, at = -1, 0
+    for number in route.reached:
+        if at < len(arrivals) and arrivals[at][0].item == number:
+            done = arrivals[at][1]
+            at += 1
+        first.setdefault(number, done + 1)
+    return tuple(
+        ItemArrival(
+            item=number,
+            command=command_name(item.command),
+            arrival_s=float(end_s[first[number]]) if number in first else None,
+            energy_used_wh=float(energy_wh[first[number]]) if number in first else None,
         )
-    return tuple(arrivals)
+        for number, item in enumerate(mission.items, start=1)
+    )
 
 
 def battery_budget(

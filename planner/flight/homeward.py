@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.step_response import Legs, fly_step_references
+from planner.flight.motion.step_legs import Legs
+from planner.flight.motion.step_response import fly_step_references
 from planner.flight.prediction import default_speed_m_s, make_flight
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
@@ -46,7 +47,7 @@ def return_energy_j(
         [
             index
             for index, stage in enumerate(route.stages)
-            if stage.kind in {StageKind.TAKEOFF, StageKind.GO}
+            if stage.kind not in {StageKind.LAND, StageKind.RETURN}
         ],
         dtype=np.intp,
     )
@@ -60,10 +61,14 @@ def return_energy_j(
         end_m=np.zeros((count, 3)),
         speed_m_s=np.full(count, default_speed_m_s(vehicle)),
         hold_s=np.zeros(count),
+        centre_m=np.zeros((count, 2)),
+        circle_m=np.zeros(count),
+        turns=np.zeros(count),
         climb_state=np.full(count, STATE_INDEX[FlightState.CLIMB]),
         descent_state=np.full(count, STATE_INDEX[FlightState.LAND]),
+        rows=np.column_stack((np.arange(count), np.arange(count))),
     )
     ways = make_flight(*fly_step_references(legs, vehicle.responses), flight.power)
-    return airborne, np.bincount(
-        ways.motion.segments.item, weights=ways.segment_energy_j, minlength=count
-    )
+    energy_j = np.zeros(count)
+    energy_j += np.bincount(ways.motion.segments.item, ways.segment_energy_j, minlength=count)
+    return airborne, energy_j

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.step_response import Legs, fly_step_references
+from planner.flight.motion.step_legs import Legs
+from planner.flight.motion.step_response import fly_step_references
 from planner.flight.power import SteadyPower
 from planner.flight.segment import Segment
 from planner.flight.state import STATES
@@ -159,10 +160,10 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
         motion.state_at(pieces, local_s), segments.state[segment], segments.speed_m_s[segment]
     )
     steady_j = steady_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
-    energy_j = np.bincount(motion.piece_segment, weights=steady_j, minlength=count) + np.bincount(
-        transients.segment, weights=transients.energy_j(), minlength=count
-    )
-    flight = Flight(
+    energy_j = np.zeros(count)
+    energy_j += np.bincount(motion.piece_segment, weights=steady_j, minlength=count)
+    energy_j += np.bincount(transients.segment, transients.energy_j(), minlength=count)
+    return Flight(
         motion=motion,
         transients=transients,
         power=power,
@@ -174,7 +175,6 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
             )
         ),
     )
-    return flight
 
 
 def default_speed_m_s(vehicle: VehicleModel) -> float:

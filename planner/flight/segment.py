@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from planner.flight.state import FlightState
+if TYPE_CHECKING:
+    from planner.flight.state import FlightState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

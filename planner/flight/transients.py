@@ -41,7 +41,8 @@ class Transients:
 
     def end_s(self) -> FloatArray:
         """Return when each window ends. (n,) [s]"""
-        return self.start_s + self.pause_s + np.asarray(self.window_s)[self.response]
+        window_s: FloatArray = np.asarray(self.window_s)[self.response]
+        return self.start_s + self.pause_s + window_s
 
     def power_w(self, row: IntArray, time_s: FloatArray) -> FloatArray:
         """Return the power of windows ``row`` at times counted from their start; zero outside. [W]"""

@@ -66,6 +66,16 @@ class Stage:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Lap:
+    """The part of a route that an endless jump repeats; a route flies it once more, to its end."""
+
+    item: int
+    """The item that jumps back for ever."""
+    first_stage: int
+    """Where the repeated lap begins, as a position in the route's stages."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Route:
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
@@ -73,4 +83,7 @@ class Route:
     frame: LocalFrame
     """Local frame at home; heights count from home as well."""
     home_amsl_m: float
+    reached: tuple[int, ...] = ()
+    """Items in the order they are reached, repeated where a jump leads back."""
+    lap: Lap | None = None
     findings: tuple[Finding, ...] = ()

@@ -61,8 +61,6 @@ def air_density_kg_m3(
     exponent = GRAVITY_M_S2 / (GAS_CONSTANT_J_KG_K * LAPSE_RATE_K_M)
     standard_k = SEA_LEVEL_TEMPERATURE_K - LAPSE_RATE_K_M * altitude
     pressure_pa = SEA_LEVEL_PRESSURE_PA * (standard_k / SEA_LEVEL_TEMPERATURE_K) ** exponent
-    temperature_k = (
-        home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
-    )
+    temperature_k = home_temperature_c + ZERO_CELSIUS_K - LAPSE_RATE_K_M * (altitude - home_amsl_m)
     density: npt.NDArray[np.float64] = pressure_pa / (GAS_CONSTANT_J_KG_K * temperature_k)
     return density

@@ -26,7 +26,12 @@ def route(*stages: Stage) -> Route:
 
 
 def stage(
-    kind: StageKind, east_m: float, height_m: float, *, speed: float | None = None, hold: float = 0.0
+    kind: StageKind,
+    east_m: float,
+    height_m: float,
+    *,
+    speed: float | None = None,
+    hold: float = 0.0,
 ) -> Stage:
     return Stage(
         kind=kind,
@@ -92,9 +97,7 @@ def test_braking_costs_what_the_article_gives_on_top_of_hover() -> None:
 
 
 def test_a_climb_costs_hover_along_the_way_and_the_articles_window() -> None:
-    [_, climb] = fly(
-        stage(StageKind.TAKEOFF, 0.0, 100.0), stage(StageKind.GO, 0.0, 200.0)
-    ).segments
+    [_, climb] = fly(stage(StageKind.TAKEOFF, 0.0, 100.0), stage(StageKind.GO, 0.0, 200.0)).segments
     # Hover power lies between P(100 m) and P(200 m); it differs by 1.4 % over the climb.
     extra_j = climb.energy_wh * 3600.0 - 0.5 * (131.018 + 132.847) * climb.duration_s
     assert extra_j == pytest.approx(823.717, abs=0.5 * 1.83 * climb.duration_s)

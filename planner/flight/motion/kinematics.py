@@ -157,3 +157,31 @@ class PolynomialLaw:
             north_m_s=velocity[..., 1],
             climb_m_s=velocity[..., 2],
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CircleLaw:
+    """Level flight about a centre at a steady rate."""
+
+    start_m: FloatArray
+    """East, north, height above home where the circle begins. (rows, 3) [m]"""
+    centre_m: FloatArray
+    """East and north of the centre. (rows, 2) [m]"""
+    rate_rad_s: FloatArray
+    """Rate of turn about the centre, positive counter-clockwise as seen from above. (rows,)"""
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        start, centre, rate = self.start_m[row], self.centre_m[row], self.rate_rad_s[row]
+        angle = rate * time_s
+        east, north = start[..., 0] - centre[..., 0], start[..., 1] - centre[..., 1]
+        away_east = east * np.cos(angle) - north * np.sin(angle)
+        away_north = east * np.sin(angle) + north * np.cos(angle)
+        return KinematicState(
+            east_m=centre[..., 0] + away_east,
+            north_m=centre[..., 1] + away_north,
+            height_m=start[..., 2],
+            east_m_s=-rate * away_north,
+            north_m_s=rate * away_east,
+            climb_m_s=np.zeros(angle.shape),
+        )

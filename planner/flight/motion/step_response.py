@@ -23,23 +23,20 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from planner.flight.motion.kinematics import (
-    KinematicState,
+    CircleLaw,
     Motion,
     PolynomialLaw,
     SegmentColumns,
 )
+from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.flight.transients import Transients
-from planner.mission.stage import StageKind
 from planner.physics.settling import settling_times_s
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.mission.stage import Stage
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, MotionLaw
+    from planner.flight.motion.step_legs import Legs
     from planner.physics.extrema import Extremum
-    from planner.physics.response import StepResponse
     from planner.vehicle.model import ManoeuvreResponse, Responses
 
 T = TypeVar("T")
@@ -52,118 +49,14 @@ SPEED_TOLERANCE = 0.02
 _CLIMB_POWER, _DESCENT_POWER, _BRAKE_POWER = range(3)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class VerticalStepLaw:
-    """Answer of the altitude response to steps, pausing at the peak rate where a step is long."""
-
-    response: StepResponse
-    """Unit step of the altitude reference. [m/m]"""
-    east_m: FloatArray
-    north_m: FloatArray
-    height_m: FloatArray
-    """Height above home before the step. (rows,) [m]"""
-    step_m: FloatArray
-    """Size of the step as the response sees it, negative downwards. (rows,) [m]"""
-    peak_s: float
-    """Time of the peak rate. [s]"""
-    pause_s: FloatArray
-
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time."""
-        paused = np.clip(time_s - self.peak_s, 0.0, self.pause_s[row])
-        own = time_s - paused
-        rate = self.step_m[row] * self.response.slope(own)
-        zero = np.zeros(row.shape)
-        return KinematicState(
-            east_m=self.east_m[row],
-            north_m=self.north_m[row],
-            height_m=self.height_m[row]
-            + self.step_m[row] * self.response.value(own)
-            + self.step_m[row] * float(self.response.slope(self.peak_s)) * paused,
-            east_m_s=zero,
-            north_m_s=zero,
-            climb_m_s=rate,
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpeedPulseLaw:
-    """Answer of the speed response to pulses of the speed reference, along straight level legs."""
-
-    response: StepResponse
-    """Unit step of the speed reference, input gain included. [(m/s)/(m/s)]"""
-    east_m: FloatArray
-    north_m: FloatArray
-    height_m: FloatArray
-    east: FloatArray
-    """Eastward part of the direction. (rows,) [-]"""
-    north: FloatArray
-    speed_m_s: FloatArray
-    """Commanded speed. (rows,) [m s⁻¹]"""
-    pulse_s: FloatArray
-    """Length of the pulse. (rows,) [s]"""
-
-    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of ``row`` at its own time."""
-        after = time_s - self.pulse_s[row]
-        speed = self.speed_m_s[row]
-        rate = speed * (self.response.value(time_s) - self.response.value(after))
-        way = speed * (self.response.integral(time_s) - self.response.integral(after))
-        return KinematicState(
-            east_m=self.east_m[row] + way * self.east[row],
-            north_m=self.north_m[row] + way * self.north[row],
-            height_m=self.height_m[row],
-            east_m_s=rate * self.east[row],
-            north_m_s=rate * self.north[row],
-            climb_m_s=np.zeros(row.shape),
-        )
-
-
-_CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _DESCEND, _HOLD, _SLOTS = range(7)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Legs:
-    """Stages as columns, one row per stage; each begins and ends standing still."""
-
-    item: IntArray
-    """What the segments of each stage are counted under. (n,)"""
-    start_m: FloatArray
-    """East, north, height above home. (n, 3) [m]"""
-    end_m: FloatArray
-    speed_m_s: FloatArray
-    hold_s: FloatArray
-    climb_state: IntArray
-    descent_state: IntArray
-
-    @classmethod
-    def of(cls, stages: Sequence[Stage], *, default_speed_m_s: float) -> Legs:
-        """Return the stages of a route, each beginning where the one before ends."""
-        end = np.array([(s.east_m, s.north_m, s.height_m) for s in stages])
-        landing = np.array([s.kind in {StageKind.LAND, StageKind.RETURN} for s in stages])
-        takeoff = np.array([s.kind is StageKind.TAKEOFF for s in stages])
-        return cls(
-            item=np.array([s.item for s in stages]),
-            start_m=np.vstack((np.zeros((1, 3)), end[:-1])),
-            end_m=end,
-            speed_m_s=np.array(
-                [default_speed_m_s if s.speed_m_s is None else s.speed_m_s for s in stages]
-            ),
-            hold_s=np.array([s.hold_s for s in stages]),
-            climb_state=np.where(
-                takeoff, STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.CLIMB]
-            ),
-            descent_state=np.where(
-                landing, STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND]
-            ),
-        )
+_CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, _HOLD, _SLOTS = range(8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Part:
     """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
 
-    law: VerticalStepLaw | SpeedPulseLaw | PolynomialLaw
+    law: MotionLaw
     order: IntArray
     state: IntArray
     duration_s: FloatArray
@@ -249,9 +142,7 @@ def _fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> _Part:
     breaks = np.column_stack(
         (np.zeros(len(stage)), np.full(len(stage), unit.system.delay_s), peak, peak + pause, end)
     )
-    segment, row, offset, duration = _pieces_between(
-        np.minimum(breaks, end[:, None]), count, count
-    )
+    segment, row, offset, duration = _pieces_between(np.minimum(breaks, end[:, None]), count, count)
     return _Part(
         law=VerticalStepLaw(
             response=unit,
@@ -321,18 +212,19 @@ def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
         order=stage[row_of] * _SLOTS + slot,
         state=np.choose(
             slot - _ACCELERATE,
-            [STATE_INDEX[s] for s in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)],
+            [
+                STATE_INDEX[s]
+                for s in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
+            ],
         ),
         duration_s=stop - start,
         distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
         climb_m=np.zeros(len(slot)),
-        speed_m_s=np.concatenate(
-            (speed * unit.value(reached), (speed * steady)[only], peak)
-        ),
+        speed_m_s=np.concatenate((speed * unit.value(reached), (speed * steady)[only], peak)),
         stopping_distance_m=np.concatenate(
             (
                 np.full(len(rows), np.nan),
-                (speed * steady)[only] * unit.system.mean_residence_time_s,
+                (speed * steady)[only] * speed_response.transfer_function.mean_residence_time_s,
                 length - pulse_m,
             )
         ),
@@ -340,9 +232,7 @@ def _fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
         piece_row=row,
         piece_offset_s=offset,
         piece_duration_s=duration,
-        step=-np.where(
-            slot == _BRAKE, speed[row_of] * (peak / (speed * steady))[row_of], 0.0
-        ),
+        step=-np.where(slot == _BRAKE, speed[row_of] * (peak / (speed * steady))[row_of], 0.0),
         pause_s=np.zeros(len(slot)),
     )
 
@@ -363,6 +253,40 @@ def _peak_speed_m_s(
         lift = np.divide((left - right) ** 2, -8.0 * bend, out=np.zeros_like(bend), where=bend < 0)
         peak[short] = top + lift
     return peak
+
+
+def _fly_circles(legs: Legs, speed_response: ManoeuvreResponse) -> _Part:
+    """Return the circles of all stages, flown at the steady speed from the moment they are reached.
+
+    The article identifies no turning flight; starting and stopping are in the leg to the circle.
+    """
+    stage = np.flatnonzero(legs.turns > 0.0)
+    radius = np.abs(legs.circle_m[stage])
+    speed = legs.speed_m_s[stage] * _pace(speed_response).steady
+    length = legs.turns[stage] * 2.0 * np.pi * radius
+    count = len(stage)
+    zero = np.zeros(count)
+    rows = np.arange(count)
+    return _Part(
+        law=CircleLaw(
+            start_m=legs.end_m[stage],
+            centre_m=legs.centre_m[stage],
+            rate_rad_s=-np.sign(legs.circle_m[stage]) * speed / radius,
+        ),
+        order=stage * _SLOTS + _CIRCLE,
+        state=np.full(count, STATE_INDEX[FlightState.CRUISE]),
+        duration_s=length / speed,
+        distance_m=length,
+        climb_m=zero,
+        speed_m_s=speed,
+        stopping_distance_m=speed * speed_response.transfer_function.mean_residence_time_s,
+        piece_segment=rows,
+        piece_row=rows,
+        piece_offset_s=zero,
+        piece_duration_s=length / speed,
+        step=zero,
+        pause_s=zero,
+    )
 
 
 def _hold(legs: Legs) -> _Part:
@@ -415,8 +339,8 @@ def fly_step_references(legs: Legs, responses: Responses) -> tuple[Motion, Trans
     """
     vertical = _fly_vertical(legs, _given(responses.altitude))
     level = _fly_level(legs, _given(responses.speed))
-    hold = _hold(legs)
-    parts = (vertical, level, hold)
+    circles = _fly_circles(legs, _given(responses.speed))
+    parts = (vertical, level, circles, _hold(legs))
 
     order = np.concatenate([part.order for part in parts])
     flown = np.argsort(order, kind="stable")
@@ -430,7 +354,7 @@ def fly_step_references(legs: Legs, responses: Responses) -> tuple[Motion, Trans
 
     segments = SegmentColumns(
         item=legs.item[order[flown] // _SLOTS],
-        state=joined("state"),
+        state=joined("state").astype(np.intp),
         duration_s=joined("duration_s"),
         distance_m=joined("distance_m"),
         climb_m=joined("climb_m"),
@@ -446,18 +370,20 @@ def fly_step_references(legs: Legs, responses: Responses) -> tuple[Motion, Trans
         column: FloatArray = np.concatenate([getattr(part, name) for part in parts])[by_segment]
         return column
 
-    stage = np.arange(len(legs.item))
+    first, last = legs.rows.T
     ordered = order[flown]
     motion = Motion(
         segments=segments,
-        laws=(vertical.law, level.law, hold.law),
+        laws=tuple(part.law for part in parts),
         piece_segment=piece_segment[by_segment],
-        piece_law=np.repeat(np.arange(3), [len(part.piece_segment) for part in parts])[by_segment],
+        piece_law=np.repeat(np.arange(len(parts)), [len(part.piece_segment) for part in parts])[
+            by_segment
+        ],
         piece_row=pieces("piece_row").astype(np.intp),
         piece_offset_s=pieces("piece_offset_s"),
         piece_duration_s=pieces("piece_duration_s"),
-        arrival_segment=np.searchsorted(ordered, stage * _SLOTS + _HOLD) - 1,
-        done_segment=np.searchsorted(ordered, (stage + 1) * _SLOTS) - 1,
+        arrival_segment=np.searchsorted(ordered, first * _SLOTS + _HOLD) - 1,
+        done_segment=np.searchsorted(ordered, (last + 1) * _SLOTS) - 1,
     )
     return motion, _transients(segments, joined("step"), joined("pause_s"), responses)
 

@@ -1,0 +1,147 @@
+"""The order in which items are flown: jumps followed as often as they say, loops found.
+
+DO_JUMP names its target by id (``doJumpId`` of a plan, the row's number in a text file),
+DO_JUMP_TAG by the tag of a JUMP_TAG item.  Both autopilots count how often each jump was taken for
+the whole mission: an inner loop is not started anew by an outer one (ArduPilot AP_Mission
+``jump_tracking``; PX4 ``do_jump_current_count``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.catalogue.mission import JUMP_TARGET
+from planner.catalogue.time import JUMPS_TOO_LONG
+from planner.mission.commands import Command, command_name
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.mission.items import MissionItem
+
+MOST_VISITS = 100_000
+"""A mission whose jumps lead past more items than this is cut here, and said to be."""
+_FOREVER = -1
+_PX4_FOREVER = 65535  # PX4 keeps the count as an unsigned 16-bit number: -1 becomes this
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlownOrder:
+    """The items of a mission in the order they are reached."""
+
+    visits: tuple[int, ...]
+    """Item numbers from 1, repeated where a jump leads back."""
+    lap_start: int | None = None
+    """Where the last lap of an endless loop begins, as a position in ``visits``; it is flown once
+    more after the loop closed, to its end.  ``None`` where the mission ends."""
+    lap_item: int | None = None
+    """The item that closes the endless loop."""
+    findings: tuple[Finding, ...] = ()
+
+
+def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> FlownOrder:
+    """Return in which order items are reached, from the first to the end or once round for ever.
+
+    Parameters
+    ----------
+    items : tuple of MissionItem
+        In file order.
+    meaning : Autopilot, optional
+        By whose rules; PX4 knows no jump tags.
+    """
+    jumps = {Command.DO_JUMP, Command.DO_JUMP_TAG}
+    if not any(item.command in jumps for item in items):
+        return FlownOrder(visits=tuple(range(1, len(items) + 1)))
+    targets, findings = _targets(items, meaning)
+    visits: list[int] = []
+    taken: dict[int, int] = {}
+    closed: tuple[int, int] | None = None
+    first_visit: dict[int, int] = {}
+    at = 0
+    while at < len(items):
+        item = items[at]
+        if item.command not in jumps or at not in targets:
+            first_visit.setdefault(at, len(visits))
+            visits.append(at + 1)
+            at += 1
+        elif closed is not None and closed[0] == at:
+            break
+        else:
+            repeats = _repeats(item)
+            target = targets[at]
+            is_endless = repeats == _FOREVER or (
+                meaning is Autopilot.PX4 and repeats == _PX4_FOREVER
+            )
+            if is_endless and target <= at:
+                closed = (at, len(visits))
+                at = target
+            elif is_endless or taken.get(at, 0) < repeats:
+                taken[at] = taken.get(at, 0) + 1
+                at = target
+            else:
+                at += 1
+        if len(visits) >= MOST_VISITS or sum(taken.values()) > MOST_VISITS:
+            findings.append(
+                JUMPS_TOO_LONG.finding(
+                    f"the jumps lead past more than {MOST_VISITS} items: "
+                    "the prediction ends there, the mission goes on",
+                )
+            )
+            break
+    return FlownOrder(
+        visits=tuple(visits),
+        lap_start=None if closed is None else closed[1],
+        lap_item=None if closed is None else closed[0] + 1,
+        findings=tuple(findings),
+    )
+
+
+def _targets(
+    items: tuple[MissionItem, ...], meaning: Autopilot | None
+) -> tuple[dict[int, int], list[Finding]]:
+    """Return for each jump that leads somewhere its target, both as positions in ``items``."""
+    by_id = {item.jump_id: at for at, item in reversed(list(enumerate(items)))}
+    by_tag = {
+        item.param1: at
+        for at, item in reversed(list(enumerate(items)))
+        if item.command == Command.JUMP_TAG
+    }
+    targets: dict[int, int] = {}
+    findings: list[Finding] = []
+    for at, item in enumerate(items):
+        if item.command not in {Command.DO_JUMP, Command.DO_JUMP_TAG}:
+            continue
+        is_tag = item.command == Command.DO_JUMP_TAG
+        named = item.param1
+        target = None
+        if named is not None:
+            target = by_tag.get(named) if is_tag else by_id.get(int(named))
+        problem = None
+        if is_tag and meaning is Autopilot.PX4:
+            problem = "PX4 knows no jump tags"
+        elif target is None:
+            problem = f"there is no {'tag' if is_tag else 'item'} {_plain(named)}"
+        elif target == at:
+            problem = "it jumps to itself"
+        if problem is None and target is not None:
+            targets[at] = target
+        else:
+            findings.append(
+                JUMP_TARGET.finding(
+                    f"{command_name(item.command)}: {problem}; the flight is taken to go on",
+                    item=at + 1,
+                    place=item.place,
+                )
+            )
+    return targets, findings
+
+
+def _repeats(item: MissionItem) -> int:
+    """Return how often a jump is taken; any negative count is for ever."""
+    repeats = 0.0 if item.param2 is None else item.param2
+    return _FOREVER if repeats < 0.0 else int(min(repeats, MOST_VISITS))
+
+
+def _plain(number: float | None) -> str:
+    return "(not given)" if number is None else f"{number:g}"
