@@ -2,35 +2,167 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from planner.catalogue.loader import COMPLEX_ITEM_UNKNOWN
+from planner.catalogue.loader import (
+    COMPLEX_ITEM_UNKNOWN,
+    COMPLEX_ITEM_VERSION,
+    SURVEY_REBUILT,
+)
+from planner.mission import structure_scan
+from planner.mission.item_sequence import ItemSequence
+from planner.mission.json_document import describe
+from planner.mission.json_fields import JsonFields
+from planner.mission.landing_pattern import LAND_COMMANDS, expand_landing_pattern
+from planner.mission.survey import (
+    make_survey_items,
+    read_frame,
+    read_older_survey,
+    read_survey,
+)
 
 if TYPE_CHECKING:
     from planner.findings import Place
     from planner.mission.items import MissionItem
-    from planner.mission.json_fields import JsonFields
     from planner.mission.remarks import Remarks
     from planner.mission.simple_item import SimpleItemReader
 
+VERSIONS = {
+    "survey": (2, 3, 4, 5),
+    "CorridorScan": (2,),
+    "StructureScan": (structure_scan.VERSION,),
+    "fwLandingPattern": (1, 2),
+    "vtolLandingPattern": (1,),
+}
+"""What QGroundControl accepts."""
 
-def expand_complex_item(
-    fields: JsonFields,
-    place: Place,
-    *,
-    first_number: int,
-    reader: SimpleItemReader,
-    remarks: Remarks,
-) -> list[MissionItem]:
-    """Return the mission items of a complex item that holds them."""
-    transects = fields.value.get("TransectStyleComplexItem")
-    raws = transects.get("Items") if isinstance(transects, dict) else None
-    if not isinstance(raws, list) or not all(isinstance(raw, dict) for raw in raws):
-        message = f"{fields.title} cannot be expanded: it is not in this prediction"
-        remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComplexItemReader:
+    """Expands the complex items of one document; what is odd goes to its remarks."""
+
+    simple_items: SimpleItemReader
+    remarks: Remarks
+
+    def read(self, raw: JsonFields, place: Place, *, first_number: int) -> list[MissionItem]:
+        """Return the mission items that a complex item stands for.
+
+        Parameters
+        ----------
+        raw : JsonFields
+            The complex item.
+        place : Place
+            Where it stands.
+        first_number : int
+            Number of its first item in flown order.
+
+        Returns
+        -------
+        list of MissionItem
+            Empty where it cannot be expanded, which is a finding of severity error.
+
+        Raises
+        ------
+        MissionFileError
+            If a value in it is of the wrong type or beyond what its meaning allows.
+        """
+        kind = raw.value.get("complexItemType", raw.value.get("type"))
+        version = raw.value.get("version")
+        item = JsonFields(
+            document=raw.document,
+            value=raw.value,
+            title=f"item {first_number} ({kind[:30] if isinstance(kind, str) else describe(kind)})",
+        )
+        kind = kind if isinstance(kind, str) else ""
+        is_known = version in VERSIONS.get(kind, ())
+        transects = raw.value.get("TransectStyleComplexItem")
+        if isinstance(transects, dict) and "Items" in transects:
+            if not is_known:
+                message = (
+                    f"{item.title} is of version {describe(version)}: its embedded items are used, "
+                    "QGroundControl refuses the file"
+                )
+                self.remarks.add(COMPLEX_ITEM_VERSION, message, item=first_number, place=place)
+            return self._embedded(item, first_number)
+        if not is_known:
+            return self._refused(item, f"version {describe(version)} is not known", place)
+        if kind == "StructureScan":
+            return structure_scan.expand_structure_scan(
+                item, place, first_number=first_number, remarks=self.remarks
+            )
+        if kind in LAND_COMMANDS:
+            return expand_landing_pattern(
+                item, kind, place, first_number=first_number, remarks=self.remarks
+            )
+        return self._without_items(item, kind, place, first_number)
+
+    def _refused(self, item: JsonFields, why: str, place: Place) -> list[MissionItem]:
+        """Tell that nothing of a complex item is in the prediction."""
+        message = f"{item.title} cannot be expanded, {why}: it is not in this prediction"
+        self.remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
         return []
-    places = fields.document.places(raws)
-    return [
-        reader.read(raw, first_number + n, at)
-        for n, (raw, at) in enumerate(zip(raws, places, strict=True))
-    ]
+
+    def _embedded(self, item: JsonFields, first_number: int) -> list[MissionItem]:
+        """Return the items that the file holds, as they are."""
+        transects = item.fields("TransectStyleComplexItem", item.title)
+        raws: list[Any] = transects.listed("Items")
+        for index, raw in enumerate(raws):
+            if type(raw) is not dict:
+                transects.refuse(
+                    f"element {index + 1} of 'Items' is {describe(raw)}", "Items", index
+                )
+        places = item.document.places(raws)
+        return [
+            self.simple_items.read(raw, first_number + n, place)
+            for n, (raw, place) in enumerate(zip(raws, places, strict=True))
+        ]
+
+    def _without_items(
+        self, item: JsonFields, kind: str, place: Place, first_number: int
+    ) -> list[MissionItem]:
+        """Return the items of a survey or corridor that the file does not hold."""
+        drawn = self._drawn_path(item, place, first_number)
+        if drawn:
+            message = (
+                f"{item.title} holds no items: flown along the {len(drawn)} points it is drawn "
+                "with; QGroundControl and MAVSDK refuse the file"
+            )
+            self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
+            return drawn
+        is_older = item.value.get("version") in (2, 3)
+        plan = None
+        if kind == "survey":
+            plan = read_older_survey(item) if is_older else read_survey(item)
+        if plan is None:
+            return self._refused(item, "it holds neither items nor a path", place)
+        try:
+            items, lines = make_survey_items(plan, place, first_number=first_number)
+        except ValueError as error:
+            item.refuse(f"it would have {error}")
+        if not items:
+            return self._refused(item, "no line crosses its area", place)
+        message = (
+            f"{item.title} holds no items: {len(items)} computed from its area, {lines} lines "
+            f"{plan.spacing_m:g} m apart"
+        )
+        self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
+        return items
+
+    def _drawn_path(self, item: JsonFields, place: Place, first_number: int) -> list[MissionItem]:
+        """Return waypoints along the path a survey or corridor is drawn with, if it is saved."""
+        if not isinstance(item.value.get("TransectStyleComplexItem"), dict):
+            return []
+        transects = item.fields("TransectStyleComplexItem", item.title)
+        if not isinstance(transects.value.get("CameraCalc"), dict):
+            return []
+        # Hovering at pictures is no part of the drawing.
+        if transects.value.get("HoverAndCapture") or "VisualTransectPoints" not in transects.value:
+            return []
+        camera = transects.fields("CameraCalc", item.title)
+        frame, altitude_m = read_frame(transects, camera), camera.length("DistanceToSurface")
+        sequence = ItemSequence(first_number=first_number, place=place)
+        for index in range(len(transects.listed("VisualTransectPoints"))):
+            latitude_deg, longitude_deg = transects.position("VisualTransectPoints", index)
+            sequence.add_waypoint(latitude_deg, longitude_deg, altitude_m, frame=frame)
+        return sequence.items

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from planner.geo.fence import Fence, RallyPoint
 
 
+MOST_ITEMS = 65_535
+"""MISSION_COUNT is a 16-bit number: MAVLink can send no more."""
+
+
 class MissionFormat(StrEnum):
     """The file formats a mission comes in."""
 

@@ -10,7 +10,6 @@ import json
 import math
 import re
 from dataclasses import dataclass
-from json.decoder import scanstring
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -26,6 +25,9 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
 
+    Codes = npt.NDArray[np.uint8] | npt.NDArray[np.uint32]
+    Offsets = npt.NDArray[np.intp]
+
 DEEPEST_NESTING = 64
 """Plans nest about 8 deep."""
 LONGEST_INTEGER = 4000
@@ -38,23 +40,52 @@ _SPACE = re.compile(r"[ \t\n\r]*")
 _NUMBER = re.compile(
     r'"(?:[^"\\]|\\.)*"|(-?Infinity|NaN|-?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)', re.DOTALL
 )
+_DECODER = json.JSONDecoder()
+_SENTENCES = (
+    ("control character", "a text holds a line break or another control character"),
+    ("escape", "a text holds a backslash that JSON does not know"),
+    ("unterminated", "a text that begins here is not closed: the file may be cut off"),
+    ("extra data", "'{rest}' follows the end of the JSON: only one value may stand in a file"),
+    ("property name", "expected a key in double quotes, found '{rest}'"),
+    ("':'", "expected a colon after the key, found '{rest}'"),
+    ("','", "expected a comma or a closing bracket, found '{rest}'"),
+    ("", "expected a value, found '{rest}'"),
+)
+"""What the standard library's messages are about; their wording differs between its versions."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SourceText:
+    """A text and where its lines end."""
+
+    source: str
+    """File name as the user gave it."""
+    text: str
+    """Without a byte order mark."""
+    line_ends: Offsets
+    """Offset of each line feed. [n]"""
+
+    def place(self, offset: int) -> Place:
+        """Return the line and column of a character."""
+        line = int(np.searchsorted(self.line_ends, offset))
+        start = 0 if line == 0 else int(self.line_ends[line - 1]) + 1
+        return Place(line + 1, offset - start + 1)
+
+    def refuse(self, message: str, offset: int) -> NoReturn:
+        """Raise the error about what stands at an offset."""
+        raise MissionFileError(message, source=self.source, place=self.place(offset))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JsonDocument:
     """A parsed JSON text; its values are not to be changed."""
 
-    source: str
-    """File name as the user gave it."""
-    text: str
-    """The text, without a byte order mark."""
+    origin: SourceText
     root: Any
     """Its value, made of ``dict``, ``list``, ``str``, ``int``, ``float``, ``bool`` and ``None``."""
     findings: tuple[Finding, ...]
     starts: Mapping[int, int]
     """Offset of the opening brace of each object, by the object's ``id``."""
-    line_ends: npt.NDArray[np.intp]
-    """Offset of each line feed. [n]"""
 
     def place(self, container: dict[str, Any], *path: str | int) -> Place:
         """Return where an object of this document, or a value inside it, begins.
@@ -71,29 +102,30 @@ class JsonDocument:
         -------
         Place
         """
-        return _place(self.line_ends, self._offset(container, *path))
+        return self.origin.place(self._offset(container, *path))
 
     def places(self, objects: Iterable[dict[str, Any]]) -> tuple[Place, ...]:
         """Return where each of many objects of this document begins."""
         offsets = np.array([self.starts[id(each)] for each in objects], np.intp)
-        lines = np.searchsorted(self.line_ends, offsets)
+        lines = np.searchsorted(self.origin.line_ends, offsets)
         # Before the first line feed there is, as it were, one at offset −1.
-        columns = offsets - np.concatenate(([-1], self.line_ends))[lines]
+        columns = offsets - np.concatenate(([-1], self.origin.line_ends))[lines]
         return tuple(map(Place, (lines + 1).tolist(), columns.tolist()))
 
     def element_places(self, container: dict[str, Any], *path: str | int) -> tuple[Place, ...]:
         """Return where each element of a list inside an object of this document begins."""
         offset = self._offset(container, *path)
-        return tuple(_place(self.line_ends, at) for _, at in _members(self.text, offset))
+        return tuple(self.origin.place(at) for _, at in _members(self.origin.text, offset))
 
     def refuse(self, message: str, container: dict[str, Any], *path: str | int) -> NoReturn:
         """Raise the error about an object of this document or a value inside it."""
-        raise MissionFileError(message, source=self.source, place=self.place(container, *path))
+        self.origin.refuse(message, self._offset(container, *path))
 
     def _offset(self, container: dict[str, Any], *path: str | int) -> int:
         offset = self.starts[id(container)]
         for step in path:
-            inner = next((at for key, at in _members(self.text, offset) if key == step), None)
+            members = _members(self.origin.text, offset)
+            inner = next((at for key, at in members if key == step), None)
             if inner is None:
                 break
             offset = inner
@@ -138,16 +170,28 @@ def parse_json(text: str, *, source: str) -> JsonDocument:
         message = "the JSON text begins with a byte order mark: other loaders refuse it"
         findings = (FILE_ENCODING.finding(message, place=Place(1, 1)),)
     codes = _codes(text)
-    line_ends = np.flatnonzero(codes == ord("\n"))
-
-    def refuse(message: str, offset: int) -> NoReturn:
-        raise MissionFileError(message, source=source, place=_place(line_ends, offset))
-
+    origin = SourceText(source=source, text=text, line_ends=np.flatnonzero(codes == ord("\n")))
     offsets, depths = _brackets(text, codes)
     if depths.max(initial=0) > DEEPEST_NESTING:
-        msg = f"brackets nest deeper than {DEEPEST_NESTING}: no mission does"
-        refuse(msg, int(offsets[np.argmax(depths > DEEPEST_NESTING)]))
+        message = f"brackets nest deeper than {DEEPEST_NESTING}: no mission does"
+        origin.refuse(message, int(offsets[np.argmax(depths > DEEPEST_NESTING)]))
+    root, closed, repeating = _load(origin, check_numbers=_may_overflow(codes))
+    starts = _object_starts(codes, offsets)
+    if repeating:
+        at, key = _repeated_key(text, starts[repeating[0]])
+        origin.refuse(f"the key '{key[:40]}' stands twice in one object: which one counts?", at)
+    return JsonDocument(
+        origin=origin,
+        root=root,
+        findings=findings,
+        starts=dict(zip(map(id, closed), starts, strict=True)),
+    )
 
+
+def _load(
+    origin: SourceText, *, check_numbers: bool
+) -> tuple[Any, list[dict[str, Any]], list[int]]:
+    """Return the value of a text, its objects as they close, and which of them repeat a key."""
     closed: list[dict[str, Any]] = []
     repeating: list[int] = []
 
@@ -160,36 +204,25 @@ def parse_json(text: str, *, source: str) -> JsonDocument:
 
     try:
         root = json.loads(
-            text,
+            origin.text,
             object_pairs_hook=keep,
-            parse_float=_finite if _may_overflow(codes) else None,
+            parse_float=_finite if check_numbers else None,
             parse_constant=_finite,
         )
     except json.JSONDecodeError as error:
-        refuse(_explain(error), error.pos)
-    except _NumberTokenError as error:
-        msg = f"{error.token[:40]} is no finite number: write null where a value is not known"
-        refuse(msg, _number_offset(text, error.token))
+        origin.refuse(_explain(error), error.pos)
+    except _NotFiniteError as error:
+        message = f"{error.token[:40]} is no finite number: write null where a value is not known"
+        origin.refuse(message, _number_offset(origin.text, error.token))
     except RecursionError:
-        refuse("brackets nest too deep: no mission does", 0)
+        origin.refuse("brackets nest too deep: no mission does", 0)
     except ValueError:  # an integer of more digits than Python converts
-        refuse(f"a number of more than {LONGEST_INTEGER} digits", _long_integer_offset(text))
-
-    starts = _object_starts(codes, offsets)
-    if repeating:
-        at, key = _repeated_key(text, starts[repeating[0]])
-        refuse(f"the key '{key[:40]}' stands twice in one object: which one counts?", at)
-    return JsonDocument(
-        source=source,
-        text=text,
-        root=root,
-        findings=findings,
-        starts=dict(zip(map(id, closed), starts, strict=True)),
-        line_ends=line_ends,
-    )
+        message = f"a number of more than {LONGEST_INTEGER} digits"
+        origin.refuse(message, _long_integer_offset(origin.text))
+    return root, closed, repeating
 
 
-class _NumberTokenError(Exception):
+class _NotFiniteError(Exception):
     """A number that is not finite."""
 
     def __init__(self, token: str) -> None:
@@ -200,27 +233,19 @@ class _NumberTokenError(Exception):
 def _finite(token: str) -> float:
     value = float(token)
     if not math.isfinite(value):
-        raise _NumberTokenError(token)
+        raise _NotFiniteError(token)
     return value
 
 
-def _codes(text: str) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint32]:
-    """Return the text's code points, one per character. [n]"""
+def _codes(text: str) -> Codes:
+    """Return the text's code points, one per character. [n]."""
     if text.isascii():
         return np.frombuffer(text.encode("ascii"), np.uint8)
     return np.frombuffer(text.encode("utf-32-le", "surrogatepass"), np.uint32)
 
 
-def _place(line_ends: npt.NDArray[np.intp], offset: int) -> Place:
-    line = int(np.searchsorted(line_ends, offset))
-    start = 0 if line == 0 else int(line_ends[line - 1]) + 1
-    return Place(line + 1, offset - start + 1)
-
-
-def _brackets(
-    text: str, codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint32]
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Return the offset of every bracket outside strings, and the depth after it. [n], [n]"""
+def _brackets(text: str, codes: Codes) -> tuple[Offsets, Offsets]:
+    """Return the offset of every bracket outside strings, and the depth after it. [n], [n]."""
     if "\\" in text:  # blank out escapes, so that every quote left begins or ends a string
         codes = _codes(_ESCAPE.sub("__", text))
     folded = codes | 0x20  # makes [ into { and ] into }
@@ -232,9 +257,7 @@ def _brackets(
     return offsets, depths
 
 
-def _object_starts(
-    codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint32], offsets: npt.NDArray[np.intp]
-) -> list[int]:
+def _object_starts(codes: Codes, offsets: Offsets) -> list[int]:
     """Return the offset of each object's opening brace, in the order in which objects close.
 
     At one depth opening and closing braces take turns, so sorted by depth they pair off one to
@@ -251,7 +274,7 @@ def _object_starts(
     return found
 
 
-def _may_overflow(codes: npt.NDArray[np.uint8] | npt.NDArray[np.uint32]) -> bool:
+def _may_overflow(codes: Codes) -> bool:
     """Return whether any number may be beyond a double: has a positive exponent or 300 digits."""
     inner = np.flatnonzero((codes[1:-1] | 0x20) == ord("e")) + 1
     if np.any((codes[inner - 1] - ord("0") < 10) & (codes[inner + 1] != ord("-"))):
@@ -269,16 +292,15 @@ def _members(text: str, offset: int) -> Iterator[tuple[str | int, int]]:
     if text[offset] not in "{[":
         return
     is_object = text[offset] == "{"
-    decoder = json.JSONDecoder()
     at = _skip_space(text, offset + 1)
     index = 0
     while text[at] not in "}]":
         key: str | int = index
         if is_object:
-            key, at = scanstring(text, at + 1)
+            key, at = _DECODER.raw_decode(text, at)
             at = _skip_space(text, _skip_space(text, at) + 1)  # past the colon
         yield key, at
-        _, at = decoder.raw_decode(text, at)
+        _, at = _DECODER.raw_decode(text, at)
         at = _skip_space(text, at)
         if text[at] == ",":
             at = _skip_space(text, at + 1)
@@ -291,7 +313,7 @@ def _skip_space(text: str, at: int) -> int:
 
 
 def _repeated_key(text: str, offset: int) -> tuple[int, str]:
-    """Return the offset of the value that comes with an object's first repeated key, and the key."""
+    """Return the first key that an object repeats, and the offset of what comes with it then."""
     seen: set[str | int] = set()
     for key, at in _members(text, offset):
         if key in seen:
@@ -315,30 +337,15 @@ def _long_integer_offset(text: str) -> int:
 
 def _explain(error: json.JSONDecodeError) -> str:
     """Return what is wrong with the text, in a sentence."""
-    rest = error.doc[error.pos : error.pos + 20].split("\n")[0].strip()
-    before = error.doc[: error.pos].rstrip()[-1:]
-    # The standard library's sentences differ between its versions: only their gist is used.
     kind = error.msg.lower()
+    before = error.doc[: error.pos].rstrip()[-1:]
+    rest = error.doc[error.pos : error.pos + 20].split("\n")[0].strip()
     if not error.doc.strip():
         return "the file is empty"
-    if "control character" in kind:
-        return "a text holds a line break or another control character"
-    if "escape" in kind:
-        return "a text holds a backslash that JSON does not know"
-    if "unterminated" in kind:
-        return "a text that begins here is not closed: the file may be cut off"
     if not error.doc[error.pos :].strip():
         return "the JSON ends too early: the file is cut off"
-    if "extra data" in kind:
-        return f"'{rest}' follows the end of the JSON: only one value may stand in a file"
-    if before == "," and rest[:1] in {"}", "]"} or "trailing comma" in kind:
+    if "trailing comma" in kind or (before == "," and rest[:1] in {"}", "]"}):
         return "a comma stands before a closing bracket: JSON allows none there"
     if rest.startswith(("//", "/*", "#")):
         return "JSON has no comments: delete this one"
-    if "property name" in kind:
-        return f"expected a key in double quotes, found '{rest}'"
-    if "':'" in kind:
-        return f"expected a colon after the key, found '{rest}'"
-    if "','" in kind:
-        return f"expected a comma or a closing bracket, found '{rest}'"
-    return f"expected a value, found '{rest}'"
+    return next(sentence for gist, sentence in _SENTENCES if gist in kind).format(rest=rest)

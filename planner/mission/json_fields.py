@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 LARGEST_NUMBER = 3.4e38
 """MAVLink sends numbers in 32 bits."""
-HIGHEST_ALTITUDE_M = 100_000.0
-"""Beyond it an altitude is a mistake. [m]"""
+LARGEST_LENGTH_M = 100_000.0
+"""Beyond it a length or an altitude is a mistake. [m]"""
 
 _NUMBER_TYPES = frozenset({int, float})
 
@@ -68,6 +68,13 @@ class JsonFields:
             return default
         return self.real(self.required(key), key)
 
+    def length(self, key: str, default: float | None = None) -> float:
+        """Return a length no longer than anybody flies; it may be negative. [m]."""
+        length_m = self.number(key, default)
+        if abs(length_m) > LARGEST_LENGTH_M:
+            self._refuse_value("a length in metres", key)
+        return length_m
+
     def whole(self, key: str, *, least: int = 0, most: int, default: int | None = None) -> int:
         """Return a whole number of a range; with a default it need not be there."""
         number = self.number(key, default)
@@ -98,7 +105,7 @@ class JsonFields:
         return self.degrees(90.0, *path, 0), self.degrees(180.0, *path, 1)
 
     def degrees(self, most: float, *path: str | int) -> float:
-        """Return an angle of at most so many degrees. [°]"""
+        """Return an angle of at most so many degrees. [°]."""
         value = self._at(path)
         angle = self.real(value, *path)
         if abs(angle) > most:
@@ -107,11 +114,11 @@ class JsonFields:
         return angle
 
     def altitude(self, *path: str | int) -> float | None:
-        """Return an altitude, ``None`` for null. [m]"""
+        """Return an altitude, ``None`` for null. [m]."""
         value = self._at(path)
         if value is None:
             return None
         altitude = self.real(value, *path)
-        if abs(altitude) > HIGHEST_ALTITUDE_M:
+        if abs(altitude) > LARGEST_LENGTH_M:
             self._refuse_value("an altitude in metres", *path)
         return altitude

@@ -40,7 +40,7 @@ class PlanDocument:
 
     json: JsonDocument
     """The whole file as parsed: unknown keys, complex items, fence and rally points as they were;
-    ``json.text`` is the file itself."""
+    ``json.origin.text`` is the file itself."""
     origins: tuple[int, ...]
     """For each mission item the index of the element of the file's ``items`` it comes from; the
     items of one complex item share theirs."""
@@ -93,6 +93,9 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
         for key in ("plannedHomePosition", "firmwareType")
         if key not in section.value
     ]
+    rally_section = plan.value.get("rallyPoints")
+    if isinstance(rally_section, dict) and "version" not in rally_section:
+        missing.append("rallyPoints.version")
     if missing:
         keys = ", ".join(f"'{key}'" for key in missing)
         unchecked = [
@@ -136,7 +139,7 @@ def _plan_fields(document: JsonDocument) -> JsonFields:
     root = document.root
     if not isinstance(root, dict):
         msg = f"this is JSON but no plan: its value is {describe(root)}"
-        raise MissionFileError(msg, source=document.source)
+        raise MissionFileError(msg, source=document.origin.source)
     if "fileType" in root:
         if root["fileType"] != "Plan":
             document.refuse(

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from planner.catalogue.loader import JUMP_IDS
 from planner.mission.commands import Command
-from planner.mission.complex_items import expand_complex_item
+from planner.mission.complex_items import ComplexItemReader
+from planner.mission.items import MOST_ITEMS
 from planner.mission.json_document import describe
 from planner.mission.json_fields import JsonFields
 from planner.mission.simple_item import SimpleItemReader
@@ -15,9 +16,6 @@ from planner.mission.simple_item import SimpleItemReader
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
     from planner.mission.remarks import Remarks
-
-MOST_ITEMS = 65_535
-"""MISSION_COUNT is a 16-bit number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +51,7 @@ def read_items(section: JsonFields, remarks: Remarks, *, is_legacy: bool = False
             section.refuse(f"element {index + 1} of 'items' is {describe(raw)}", "items", index)
     places = document.places(elements)
     reader = SimpleItemReader(document, remarks, is_legacy=is_legacy)
+    complex_reader = ComplexItemReader(simple_items=reader, remarks=remarks)
     items: list[MissionItem] = []
     origins: list[int] = []
     for index, (raw, place) in enumerate(zip(elements, places, strict=True)):
@@ -61,12 +60,8 @@ def read_items(section: JsonFields, remarks: Remarks, *, is_legacy: bool = False
             items.append(reader.read(raw, number, place))
             origins.append(index)
         else:
-            fields = JsonFields(
-                document=document, value=raw, title=f"complex item (element {index + 1} of 'items')"
-            )
-            items += expand_complex_item(
-                fields, place, first_number=number, reader=reader, remarks=remarks
-            )
+            fields = JsonFields(document=document, value=raw, title=f"item {number}")
+            items += complex_reader.read(fields, place, first_number=number)
             origins += [index] * (len(items) - len(origins))
         if len(items) > MOST_ITEMS:
             section.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "items")

@@ -16,7 +16,7 @@ from planner.findings import Severity
 from planner.mission.commands import GLOBAL_FRAMES, Frame, load_command_table
 from planner.mission.items import MissionItem
 from planner.mission.json_document import describe
-from planner.mission.json_fields import HIGHEST_ALTITUDE_M, LARGEST_NUMBER, JsonFields
+from planner.mission.json_fields import LARGEST_LENGTH_M, LARGEST_NUMBER, JsonFields
 
 if TYPE_CHECKING:
     from planner.findings import Place
@@ -24,7 +24,12 @@ if TYPE_CHECKING:
     from planner.mission.remarks import Remarks
 
 _NUMBER_TYPES = frozenset({int, float})
-_PARAMETERS = tuple(f"parameter {n}" for n in range(1, 5)) + ("latitude", "longitude", "altitude")
+_PARAMETERS = (
+    *(f"parameter {n}" for n in range(1, 5)),
+    "latitude",
+    "longitude",
+    "altitude",
+)
 _COPY_TOLERANCE_M = 0.01
 """Ground stations show altitudes to the centimetre. [m]"""
 
@@ -92,28 +97,15 @@ class SimpleItemReader:
         frame = raw.get("frame")
         if type(frame) is not int or not 0 <= frame <= 255:
             frame = self._fields(raw, number).whole("frame", most=255)
-        if "coordinate" in raw or "param1" in raw:
-            params = self._older_shape(raw, number, place)
-        else:
-            params = raw.get("params")
-        if type(params) is not list or len(params) != 7:
-            self._fields(raw, number).refuse("'params' must be a list of 7 values", "params")
-        values: list[float | None] = []
-        for value in params:
-            if value is None:
-                values.append(None)
-            elif type(value) in _NUMBER_TYPES and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
-                values.append(float(value))
-            else:
-                self._refuse_parameter(raw, number, len(values), params)
+        values = self._values(raw, number, place)
         latitude, longitude, altitude = values[4:]
         if command in self._located and frame in GLOBAL_FRAMES:
-            if latitude is not None and not -90.0 <= latitude <= 90.0:
-                self._refuse_parameter(raw, number, 4, params)
-            if longitude is not None and not -180.0 <= longitude <= 180.0:
-                self._refuse_parameter(raw, number, 5, params)
-            if altitude is not None and abs(altitude) > HIGHEST_ALTITUDE_M:
-                self._refuse_parameter(raw, number, 6, params)
+            if not (
+                -90.0 <= (latitude or 0.0) <= 90.0
+                and -180.0 <= (longitude or 0.0) <= 180.0
+                and abs(altitude or 0.0) <= LARGEST_LENGTH_M
+            ):
+                self._refuse_position(raw, number, values)
             if "Altitude" in raw and (
                 raw["Altitude"] != altitude or raw.get("AltitudeMode") != _MODE_OF_FRAME[frame]
             ):
@@ -171,13 +163,38 @@ class SimpleItemReader:
     def _fields(self, raw: dict[str, Any], number: int) -> JsonFields:
         return JsonFields(document=self._document, value=raw, title=f"item {number}")
 
+    def _values(self, raw: dict[str, Any], number: int, place: Place) -> list[float | None]:
+        """Return the seven parameters."""
+        if "coordinate" in raw or "param1" in raw:
+            params: Any = self._older_shape(raw, number, place)
+        else:
+            params = raw.get("params")
+        if type(params) is not list or len(params) != 7:
+            self._fields(raw, number).refuse("'params' must be a list of 7 values", "params")
+        values: list[float | None] = []
+        for value in params:
+            if value is None:
+                values.append(None)
+            elif type(value) in _NUMBER_TYPES and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+                values.append(float(value))
+            else:
+                self._refuse_parameter(raw, number, len(values), value)
+        return values
+
+    def _refuse_position(
+        self, raw: dict[str, Any], number: int, values: list[float | None]
+    ) -> NoReturn:
+        """Raise the error about a place that is not on the Earth or nobody flies to."""
+        limits = (90.0, 180.0, LARGEST_LENGTH_M)
+        index = next(n for n, limit in enumerate(limits, 4) if abs(values[n] or 0.0) > limit)
+        self._refuse_parameter(raw, number, index, values[index])
+
     def _refuse_parameter(
-        self, raw: dict[str, Any], number: int, index: int, params: list[Any]
+        self, raw: dict[str, Any], number: int, index: int, value: object
     ) -> NoReturn:
         """Raise the error about one of the seven parameters."""
         expected = "a number or null"
-        value = params[index]
-        if type(value) in _NUMBER_TYPES and index >= 4:
+        if isinstance(value, float):
             expected = ("from −90 to 90°", "from −180 to 180°", "within 100 km")[index - 4]
             if index < 6 and abs(value) > 1e5:
                 expected += " (this looks like degrees × 10⁷)"
@@ -216,7 +233,7 @@ class SimpleItemReader:
 
     def _autocontinue(self, raw: dict[str, Any], number: int, place: Place) -> bool:
         value = raw.get("autoContinue", 1)
-        if value != 0 and value != 1:
+        if value not in (0, 1):
             self._fields(raw, number).truth("autoContinue")
         what = describe(value) if "autoContinue" in raw else "missing"
         message = (
