@@ -13,6 +13,7 @@ from planner.checks.envelope import (
     check_heights,
     check_speed,
 )
+from planner.checks.structure import check_curves, check_endless, check_support
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -29,6 +30,9 @@ CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_cruise_power,
     check_conditions,
     check_autopilot,
+    check_endless,
+    check_support,
+    check_curves,
 )
 
 

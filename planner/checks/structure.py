@@ -1,0 +1,81 @@
+"""Rules on the mission's structure: endless loops, items an autopilot refuses or skips."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.catalogue.mission import COMMAND_UNSUPPORTED
+from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
+from planner.findings import Severity
+from planner.mission.command_support import Support, support
+from planner.mission.commands import command_name, frame_name
+from planner.mission.remarks import Remarks
+from planner.mission.stage import StageKind
+from planner.units import wh_from_j
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+
+
+def check_endless(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the mission repeats itself for ever, with what one lap takes."""
+    lap = case.route.lap
+    if lap is None:
+        return
+    motion = case.flight.motion
+    begin = int(motion.done_segment[lap.first_stage - 1]) + 1 if lap.first_stage else 0
+    time_s = float(motion.segments.duration_s[begin:].sum())
+    energy_wh = wh_from_j(float(case.flight.segment_energy_j[begin:].sum()))
+    yield ENDLESS.finding(
+        f"jumps back for ever: one lap takes {time_s:.0f} s and {energy_wh:.2f} Wh; "
+        "the totals hold the way to it and one more lap",
+        item=lap.item,
+        place=case.mission.items[lap.item - 1].place,
+    )
+
+
+def check_support(case: Case) -> Iterator[Finding]:
+    """Yield a finding for each command the autopilot refuses or skips, and how often it stands."""
+    autopilot = case.mission.autopilot if case.autopilot is Autopilot.STEP else case.autopilot
+    if autopilot is None:
+        return
+    by_command: dict[tuple[int, int], Remarks] = {}
+    for number, item in enumerate(case.mission.items, start=1):
+        taken = support(item.command, autopilot, frame=item.frame)
+        if taken in {Support.ACCEPTED, Support.UNKNOWN}:
+            continue
+        name = command_name(item.command)
+        refusal = f"{autopilot.label} refuses {name}"
+        severity = Severity.ERROR
+        if taken is Support.SKIPPED:
+            message, severity = f"{autopilot.label} skips {name} in flight", Severity.WARNING
+        elif taken is Support.BLOCKS_ARMING:
+            message = f"{autopilot.label} will not arm with {name}"
+        elif support(item.command, autopilot) is Support.ACCEPTED:
+            frame = f"frame {item.frame} ({frame_name(item.frame)})"
+            message = f"{refusal} in {frame}, and the whole mission with it"
+        else:
+            message = f"{refusal} at upload, and the whole mission with it"
+        by_command.setdefault((item.command, item.frame), Remarks()).add(
+            COMMAND_UNSUPPORTED, message, item=number, place=item.place, severity=severity
+        )
+    for remarks in by_command.values():
+        yield from remarks.findings()
+
+
+def check_curves(case: Case) -> Iterator[Finding]:
+    """Yield a finding where a curve is flown straight: reference steps know no curves."""
+    if case.autopilot is not Autopilot.STEP:
+        return
+    splines = [stage for stage in case.route.stages if stage.kind is StageKind.SPLINE]
+    if splines:
+        yield ITEM_NOT_MODELLED.finding(
+            f"{len(splines)} spline waypoints are flown straight, with a stop at each: the model "
+            "answers steps of its reference",
+            item=splines[0].item,
+            place=case.mission.items[splines[0].item - 1].place,
+        )
