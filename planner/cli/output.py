@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.errors import OutputError, UsageError
+from planner.output_file import write_output_file
 from planner.report.medium import Medium
 from planner.report.plain_text import printable
-from planner.report.report_file import write_report_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +42,7 @@ def write_data(text: str, *, output: Path | None = None) -> None:
         If the report cannot be written.
     """
     if output is not None:
-        write_report_file(output, text)
+        write_output_file(output, text)
         return
     if sys.stdout is None:  # closed by the caller, who then wants only the exit code
         return

@@ -1,17 +1,20 @@
-"""Writing a report to a file so that a reader never meets half of one."""
+"""Writing a text to a file so that a reader never meets half of it."""
 
 from __future__ import annotations
 
 import os
+import secrets
+import shutil
 from pathlib import Path
 
 from planner.errors import OutputError
 
 
-def write_report_file(path: Path, text: str) -> None:
+def write_output_file(path: Path, text: str) -> None:
     """Write a text atomically: into a temporary file beside it, then in its place.
 
-    A link is followed; a device or a pipe is written to directly.
+    A link is followed, the permissions of a file that is replaced are kept; a device or a pipe is
+    written to directly.
 
     Parameters
     ----------
@@ -26,13 +29,18 @@ def write_report_file(path: Path, text: str) -> None:
         If the file cannot be written; what was there before is untouched.
     """
     target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
+    temporary = target.with_name(f".mavjoule-{secrets.token_hex(6)}.part")
     try:
         if target.exists() and not target.is_file():
             target.write_text(text, encoding="utf-8", newline="")
             return
         try:
-            temporary.write_text(text, encoding="utf-8", newline="")
+            with temporary.open("x", encoding="utf-8", newline="") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            if target.exists():
+                shutil.copymode(target, temporary)
             temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)
