@@ -63,8 +63,8 @@ def make_table() -> dict[str, Any]:
         "commands": {
             str(number): [
                 entry.attrib["name"].removeprefix("MAV_CMD_"),
-                # MAVLink's schema: a command has a location unless it says otherwise.
-                entry.attrib.get("hasLocation", "true") == "true",
+                entry.attrib.get("hasLocation") == "true",
+                entry.attrib.get("isDestination") == "true",
                 *make_parameter_names(entry),
             ]
             for number, entry in sorted(commands.items())

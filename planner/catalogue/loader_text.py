@@ -13,7 +13,7 @@ TEXT_HEADER = Rule(
         "Loaders compare the first line literally: one that differs is refused or read in another "
         "dialect (pymavlink and MAVSDK know no 120, QGroundControl splits the line at blanks)."
     ),
-    how="The first line without blanks at its ends is compared with 'QGC WPL 110'.",
+    how="The first line is compared with 'QGC WPL 110'.",
     example="the header is 'QGC WP L110': read as QGC WPL 110, which other loaders refuse to do",
     fix="make 'QGC WPL 110' the first line, or save the mission anew from a ground station",
 )

@@ -95,6 +95,8 @@ class CommandDefinition:
     """Without the ``MAV_CMD_`` prefix."""
     has_location: bool
     """Whether parameters 5 to 7 are a place."""
+    is_destination: bool
+    """Whether the vehicle goes to that place."""
     parameters: tuple[str, ...]
     """The seven parameters' names, ``""`` where one is not used."""
 
@@ -115,9 +117,14 @@ def load_command_table() -> CommandTable:
     return CommandTable(
         commands={
             int(number): CommandDefinition(
-                name=name, has_location=has_location, parameters=tuple(parameters)
+                name=name,
+                has_location=has_location,
+                is_destination=is_destination,
+                parameters=tuple(parameters),
             )
-            for number, (name, has_location, *parameters) in table["commands"].items()
+            for number, (name, has_location, is_destination, *parameters) in table[
+                "commands"
+            ].items()
         },
         frames={int(number): name for number, name in table["frames"].items()},
     )
@@ -139,6 +146,12 @@ def has_location(command: int) -> bool:
     """Return whether parameters 5 to 7 of a command are a place; ``False`` if it is not known."""
     definition = load_command_table().commands.get(command)
     return definition is not None and definition.has_location
+
+
+def is_destination(command: int) -> bool:
+    """Return whether the vehicle goes to the place of a command; ``False`` if it is not known."""
+    definition = load_command_table().commands.get(command)
+    return definition is not None and definition.is_destination
 
 
 def frame_name(frame: int) -> str:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import codecs
 import gzip
 import io
+import os
 import stat
 import sys
 import zipfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
 from planner.errors import MissionFileError
@@ -55,11 +56,11 @@ def read_bytes(path: str | Path) -> bytes:
         if stat.S_ISDIR(mode):
             msg = "this is a folder: give the mission files in it"
             raise MissionFileError(msg, source=source)
-        # A FIFO is how a shell hands over the output of another program.
+        # A pipe is how a shell hands over the output of another program.
         if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
             msg = "this is a device, not a file"
             raise MissionFileError(msg, source=source)
-        with Path(path).open("rb") as stream:
+        with _open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)
     except FileNotFoundError:
         msg = "there is no such file"
@@ -72,6 +73,13 @@ def read_bytes(path: str | Path) -> bytes:
         reason = getattr(error, "strerror", None) or str(error)
         msg = f"the file cannot be read: {reason}"
         raise MissionFileError(msg, source=source) from None
+
+
+def _open_pipe(path: str | Path) -> BinaryIO:
+    """Open a pipe for reading; one that nobody writes to is at its end and not waited for."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    os.set_blocking(descriptor, True)
+    return os.fdopen(descriptor, "rb")
 
 
 def read_text(data: bytes, *, source: str) -> FileText:
@@ -147,21 +155,24 @@ def _decode(data: bytes, *, source: str) -> tuple[str, str]:
     binary = describe_binary(data)
     if binary is not None:
         raise MissionFileError(binary, source=source)
-    if data.startswith(codecs.BOM_UTF8):
-        return data.decode("utf-8-sig", errors="replace"), (
-            "the file begins with a byte order mark: pymavlink and QGroundControl refuse it as text"
-        )
+    odd = ""
     utf_16 = _utf_16_variant(data)
-    if utf_16:
+    if utf_16 is not None:
         text = data.decode(utf_16, errors="replace").removeprefix("\ufeff")
-        return text, "the file is UTF-16: other loaders refuse it"
-    if b"\0" in data:
+        odd = "the file is UTF-16: other loaders refuse it"
+    else:
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+            odd = "the file is not UTF-8: read as Latin-1"
+        if text.startswith("\ufeff"):
+            text = text[1:]
+            odd = "the file begins with a byte order mark: other loaders refuse it as text"
+    if "\0" in text:
         msg = "the file is binary, no mission: give a .plan or .waypoints file"
         raise MissionFileError(msg, source=source)
-    try:
-        return data.decode("utf-8"), ""
-    except UnicodeDecodeError:
-        return data.decode("latin-1"), "the file is not UTF-8: read as Latin-1"
+    return text, odd
 
 
 def _utf_16_variant(data: bytes) -> str | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, RALLY_ALTITUDE_REFERENCE
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command
+from planner.mission.remarks import Remarks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,13 +42,12 @@ def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Findin
     """
     polygons: list[FencePolygon] = []
     circles: list[FenceCircle] = []
-    findings: list[Finding] = []
+    remarks = Remarks()
     breach_return: tuple[float, float, float | None] | None = None
     for command, group in groupby(items, key=lambda item: item.command):
         if command in _POLYGONS:
-            made, found = _make_polygons(tuple(group), inclusion=_POLYGONS[Command(command)])
-            polygons += made
-            findings += found
+            inclusion = _POLYGONS[Command(command)]
+            polygons += _make_polygons(tuple(group), remarks, inclusion=inclusion)
         elif command in _CIRCLES:
             for item in group:
                 circle = _make_circle(item, inclusion=_CIRCLES[Command(command)])
@@ -55,7 +55,7 @@ def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Findin
                     message = (
                         f"the fence circle {_where(item)} has no centre or no radius: left out"
                     )
-                    findings.append(FENCE_ITEM_BROKEN.finding(message, place=item.place))
+                    remarks.add(FENCE_ITEM_BROKEN, message, place=item.place)
                 else:
                     circles.append(circle)
         elif command == Command.NAV_FENCE_RETURN_POINT:
@@ -67,42 +67,39 @@ def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Findin
     fence = Fence(
         polygons=tuple(polygons), circles=tuple(circles), breach_return_deg_m=breach_return
     )
-    return fence, tuple(findings)
+    return fence, remarks.findings()
 
 
 def _make_polygons(
-    items: tuple[MissionItem, ...], *, inclusion: bool
-) -> tuple[list[FencePolygon], list[Finding]]:
+    items: tuple[MissionItem, ...], remarks: Remarks, *, inclusion: bool
+) -> list[FencePolygon]:
     """Cut a run of vertices into polygons by the vertex count each vertex carries."""
     polygons: list[FencePolygon] = []
-    findings: list[Finding] = []
     start = 0
     while start < len(items):
         first = items[start]
         said = int(first.param1) if first.param1 is not None and first.param1 >= 1.0 else None
+        most = len(items) if said is None else min(start + said, len(items))
         # A vertex that says another count begins another polygon, whatever was announced.
-        run = next(
-            (n for n in range(start, len(items)) if items[n].param1 != first.param1), len(items)
-        )
-        end = run if said is None else min(start + said, run)
+        others = (n for n in range(start, most) if items[n].param1 != first.param1)
+        end = next(others, most)
         vertices = tuple(
             (item.latitude_deg, item.longitude_deg)
             for item in items[start:end]
             if item.latitude_deg is not None and item.longitude_deg is not None
         )
-        if len(vertices) != said:
-            says = "does not say how many" if said is None else f"says {said}"
-            message = f"the fence polygon {_where(first)} {says} vertices and has {len(vertices)}"
-            findings.append(FENCE_ITEM_BROKEN.finding(message, place=first.place))
-        if len(vertices) >= 3:
+        has = f"the fence polygon {_where(first)} has {len(vertices)} vertices"
+        if len(vertices) < 3:
+            remarks.add(FENCE_ITEM_BROKEN, f"{has}: left out", place=first.place)
+        else:
             polygons.append(
                 FencePolygon(inclusion=inclusion, vertices_deg=vertices, place=first.place)
             )
-        else:
-            message = f"the fence polygon {_where(first)} has {len(vertices)} vertices: left out"
-            findings.append(FENCE_ITEM_BROKEN.finding(message, place=first.place))
+            if len(vertices) != said:
+                says = "does not say how many" if said is None else f"says {said}"
+                remarks.add(FENCE_ITEM_BROKEN, f"{has} and {says}", place=first.place)
         start = end
-    return polygons, findings
+    return polygons
 
 
 def _make_circle(item: MissionItem, *, inclusion: bool) -> FenceCircle | None:
@@ -139,14 +136,14 @@ def make_rally_points(
     tuple of tuple of RallyPoint, and of Finding
     """
     points: list[RallyPoint] = []
-    findings: list[Finding] = []
+    remarks = Remarks()
     for item in items:
         if item.command != Command.NAV_RALLY_POINT:
             continue
         number = len(points) + 1
         if item.latitude_deg is None or item.longitude_deg is None or item.altitude_m is None:
             message = f"rally point {number} has no place or altitude: left out"
-            findings.append(FENCE_ITEM_BROKEN.finding(message, place=item.place))
+            remarks.add(FENCE_ITEM_BROKEN, message, place=item.place)
             continue
         height_m = item.altitude_m
         if item.frame in AMSL_FRAMES and home_altitude_amsl_m is not None:
@@ -156,7 +153,7 @@ def make_rally_points(
                 f"rally point {number} is not relative to home (frame {item.frame}): "
                 f"{height_m:g} m above home assumed"
             )
-            findings.append(RALLY_ALTITUDE_REFERENCE.finding(message, place=item.place))
+            remarks.add(RALLY_ALTITUDE_REFERENCE, message, place=item.place)
         points.append(
             RallyPoint(
                 latitude_deg=item.latitude_deg,
@@ -165,7 +162,7 @@ def make_rally_points(
                 place=item.place,
             )
         )
-    return tuple(points), tuple(findings)
+    return tuple(points), remarks.findings()
 
 
 def _where(item: MissionItem) -> str:

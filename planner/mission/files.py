@@ -15,8 +15,11 @@ from planner.mission.area_text import (
     read_rally_list,
 )
 from planner.mission.container import read_bytes, read_text
-from planner.mission.foreign import describe_json, describe_text, describe_xml
+from planner.mission.foreign import describe_text, describe_xml
 from planner.mission.items import MissionFormat
+from planner.mission.json_document import parse_json
+from planner.mission.legacy_json import is_legacy, read_legacy
+from planner.mission.plan import read_plan
 from planner.mission.wpl import has_wpl_header, read_wpl
 from planner.mission.wpl_rows import is_row, read_lines
 
@@ -100,17 +103,8 @@ def _read_content(text: str, *, source: str) -> Mission:
 
 def _read_json(text: str, *, source: str) -> Mission:
     """Return the mission in a JSON text: a plan, or what came before plans."""
-    from planner.mission.json_document import parse_json
-    from planner.mission.legacy_json import read_legacy
-    from planner.mission.plan import read_plan
-
     document = parse_json(text, source=source)
-    keys = document.root.keys() if isinstance(document.root, dict) else set()
-    if keys & {"fileType", "mission"}:
-        return read_plan(document, source)
-    if keys & {"MAV_AUTOPILOT", "items"}:
-        return read_legacy(document, source)
-    raise MissionFileError(describe_json(document.root), source=source)
+    return (read_legacy if is_legacy(document) else read_plan)(document, source)
 
 
 def _check_suffix(mission: Mission, name: str) -> list[Finding]:

@@ -62,16 +62,6 @@ def describe_xml(text: str) -> str:
     return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), no mission: {_GIVE_A_MISSION}")
 
 
-def describe_json(root: object) -> str:
-    """Return the sentence about a JSON value that is no mission."""
-    if not isinstance(root, dict):
-        return f"this is a JSON list, not a mission: {_GIVE_A_MISSION}"
-    if root.get("type") in {"FeatureCollection", "Feature"}:
-        return f"this is GeoJSON, no mission: {_GIVE_A_MISSION}"
-    keys = ", ".join(f"'{str(key)[:20]}'" for key in list(root)[:4]) or "nothing"
-    return f"this is JSON but no mission, it holds {keys}: {_GIVE_A_MISSION}"
-
-
 def describe_text(text: str) -> str:
     """Return the sentence about a text that is no mission."""
     head = text[:20_000]

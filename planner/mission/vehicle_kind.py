@@ -11,7 +11,7 @@ from planner.mission.commands import (
     TERRAIN_FRAMES,
     Command,
     command_name,
-    has_location,
+    is_destination,
 )
 from planner.mission.items import VehicleKind
 
@@ -146,7 +146,7 @@ def _tell_by_altitude(
     heights_m = [
         _height_m(item, home_altitude_amsl_m)
         for item in items
-        if has_location(item.command) and (item.latitude_deg or item.longitude_deg)
+        if is_destination(item.command) and (item.latitude_deg or item.longitude_deg)
     ]
     known_m = [height for height in heights_m if height is not None]
     if len(known_m) < max(2, len(heights_m)) or max(known_m) > 0.0:

@@ -7,6 +7,7 @@ their order, as every loader does; DO_JUMP refers to those numbers.
 from __future__ import annotations
 
 import re
+from itertools import chain
 from typing import TYPE_CHECKING, NoReturn
 
 from planner.catalogue.loader_text import (
@@ -35,15 +36,16 @@ from planner.mission.vehicle_kind import tell_vehicle
 from planner.mission.wpl_rows import is_row, read_lines, read_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding, Rule
     from planner.mission.wpl_rows import Row, RowText
 
 HEADER = "QGC WPL 110"
-_HEADER = re.compile(r"QGC[\s,]*WPL[\s,]*(?P<version>.*)", re.IGNORECASE)
-_VERSION = re.compile(r"L?\s*(110|120)[\s,]*", re.IGNORECASE)
+_HEADER = re.compile(r"QGC[\s,]*WP[\s,]*L[\s,]*(?P<version>.*)", re.IGNORECASE)
+_VERSION = re.compile(r"(110|120)[\s,]*")
 _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+_AREA_COMMANDS = FENCE_COMMANDS | {Command.NAV_RALLY_POINT}
 
 
 def has_wpl_header(line: str) -> bool:
@@ -71,11 +73,9 @@ def read_wpl(text: str, *, source: str) -> Mission:
     MissionFileError
         If the version is another than 110 or 120, or a row is broken.
     """
-    version, findings = _read_header(text, source=source)
     lines = read_lines(text, source=source)
-    if version is not None:
-        next(line for line in lines if has_wpl_header(line[1]))
-    content = read_rows(lines, source=source)
+    version, first_row, findings = _read_header(lines, source=source)
+    content = read_rows(chain(first_row, lines), source=source)
     rows = content.rows
 
     home: Home | None = None
@@ -115,23 +115,25 @@ def read_wpl(text: str, *, source: str) -> Mission:
     )
 
 
-_AREA_COMMANDS = FENCE_COMMANDS | {Command.NAV_RALLY_POINT}
+def _read_header(
+    lines: Iterator[tuple[int, str]], *, source: str
+) -> tuple[str | None, list[tuple[int, str]], list[Finding]]:
+    """Read up to the header, or to the first row of a file that has none.
 
-
-def _read_header(text: str, *, source: str) -> tuple[str | None, list[Finding]]:
-    """Return the version, ``None`` for a file that begins with a row, and what is odd about it."""
-    for number, line in read_lines(text, source=source):
+    Returns the version or ``None``, that first row if there is no header, and what is odd.
+    """
+    for number, line in lines:
         stripped = line.strip()
-        match = _HEADER.match(stripped)
+        if not stripped or stripped.startswith("#"):
+            continue
         place = Place(number, len(line) - len(line.lstrip()) + 1)
+        match = _HEADER.match(stripped)
         if match is None:
-            if not stripped or stripped.startswith("#"):
-                continue
             if not is_row(line):
                 msg = f"expected the header '{HEADER}', found '{stripped[:40]}'"
                 raise MissionFileError(msg, source=source, place=place)
             message = f"there is no header: read as {HEADER}, other loaders refuse the file"
-            return None, [TEXT_HEADER.finding(message, place=place)]
+            return None, [(number, line)], [TEXT_HEADER.finding(message, place=place)]
         version = _VERSION.fullmatch(match["version"])
         if version is None:
             _refuse_version(match["version"], source=source, place=place)
@@ -139,11 +141,13 @@ def _read_header(text: str, *, source: str) -> tuple[str | None, list[Finding]]:
             message = "version 120 has no home row and is read by QGroundControl alone"
         elif stripped != HEADER:
             message = f"the header is {stripped[:40]!r}: read as {HEADER}, other loaders refuse it"
+        elif line != HEADER:
+            message = "there are blanks around the header: QGroundControl refuses the file"
         elif number > 1:
             message = f"the header stands in line {number}: other loaders want it in the first"
         else:
-            return version[1], []
-        return version[1], [TEXT_HEADER.finding(message, place=place)]
+            return version[1], [], []
+        return version[1], [], [TEXT_HEADER.finding(message, place=place)]
     msg = "the file holds no mission rows"
     raise MissionFileError(msg, source=source)
 
