@@ -20,6 +20,7 @@ from planner.flight.budget import (
 )
 from planner.flight.conditions import Conditions
 from planner.flight.prediction import predict_flight
+from planner.flight.trace import sample_trace
 from planner.mission.files import read_mission
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
@@ -27,12 +28,14 @@ from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival, Segment
+    from planner.flight.trace import Trace
     from planner.mission.items import Mission
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -66,6 +69,8 @@ class CheckRequest:
     """Codes, or beginnings of codes, of the findings not to report."""
     fail_on: Severity = Severity.ERROR
     """From which severity on a finding makes the mission a no-go."""
+    with_trace: bool = False
+    """Whether the result holds the flight sampled over time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,10 +85,14 @@ class CheckResult:
     totals: Totals
     battery: BatteryBudget | None
     way_home: ReturnBudget | None
-    segments: tuple[Segment, ...]
+    segments: Sequence[Segment]
     items: tuple[ItemArrival, ...]
     findings: tuple[Finding, ...]
     """Worst first, then by item."""
+    suppressed: tuple[Finding, ...] = ()
+    """Findings that ``select`` and ``ignore`` keep out of the report and of the verdict."""
+    trace: Trace | None = None
+    """The flight sampled over time, where it was asked for and something is flown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +120,7 @@ def check(
     select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
     fail_on: Severity = Severity.ERROR,
+    with_trace: bool = False,
 ) -> CheckResult:
     """Predict a mission and judge it: the main job.
 
@@ -140,6 +150,8 @@ def check(
         Codes, or beginnings of codes, of the findings to report and not to report.
     fail_on : Severity
         From which severity on a finding makes the mission a no-go.
+    with_trace : bool
+        Whether to sample the flight over time as well.
 
     Returns
     -------
@@ -201,7 +213,7 @@ def check(
                 way_home=home,
             )
         )
-    reported = chosen(findings, select=select, ignore=ignore)
+    reported, suppressed = chosen(findings, select=select, ignore=ignore)
     return CheckResult(
         file=mission.source,
         verdict=verdict(reported, fail_on),
@@ -219,6 +231,8 @@ def check(
         segments=() if flight is None else flight.segments,
         items=items,
         findings=reported,
+        suppressed=suppressed,
+        trace=sample_trace(flight, route) if with_trace and flight is not None else None,
     )
 
 
@@ -247,6 +261,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             select=request.select,
             ignore=request.ignore,
             fail_on=request.fail_on,
+            with_trace=request.with_trace,
         )
     except MissionFileError as error:
         finding = FILE_UNREADABLE.finding(str(error), place=error.place)
@@ -255,14 +270,15 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
 
 def chosen(
     findings: list[Finding], *, select: tuple[str, ...], ignore: tuple[str, ...]
-) -> tuple[Finding, ...]:
-    """Return the findings asked for, worst first, then by item."""
-    kept = [
-        finding
-        for finding in findings
-        if (not select or finding.code.startswith(select)) and not finding.code.startswith(ignore)
-    ]
-    return tuple(sorted(kept, key=lambda f: (-f.severity, f.item or 0, f.code)))
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return the findings asked for and those not, each worst first, then by item."""
+    asked, other = [], []
+    for finding in sorted(findings, key=lambda f: (-f.severity, f.item or 0, f.code)):
+        is_asked = (not select or finding.code.startswith(select)) and not finding.code.startswith(
+            ignore
+        )
+        (asked if is_asked else other).append(finding)
+    return tuple(asked), tuple(other)
 
 
 def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:

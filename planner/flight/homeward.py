@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
-from planner.flight.prediction import default_speed_m_s, make_flight
+from planner.flight.prediction import default_speed_m_s, segment_energy_j
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
 
@@ -68,7 +68,9 @@ def return_energy_j(
         descent_state=np.full(count, STATE_INDEX[FlightState.LAND]),
         rows=np.column_stack((np.arange(count), np.arange(count))),
     )
-    ways = make_flight(*fly_step_references(legs, vehicle.responses), flight.power)
+    motion, transients = fly_step_references(legs, vehicle.responses)
     energy_j = np.zeros(count)
-    energy_j += np.bincount(ways.motion.segments.item, ways.segment_energy_j, minlength=count)
+    energy_j += np.bincount(
+        motion.segments.item, segment_energy_j(motion, transients, flight.power), minlength=count
+    )
     return airborne, energy_j

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.physics.atmosphere import air_density_kg_m3
-from planner.vehicle.hover_law import hover_power_w
+from planner.vehicle.hover_law import DensityLaw, hover_power_w
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray, KinematicState
@@ -31,15 +31,18 @@ class SteadyPower:
 
     def hover_w(self, height_above_home_m: FloatArray) -> FloatArray:
         """Return hover power at heights. [W]"""
+        density: FloatArray | float = 0.0
+        if isinstance(self.vehicle.hover, DensityLaw):  # an altitude law does not look at it
+            density = air_density_kg_m3(
+                height_above_home_m + self.home_amsl_m,
+                home_amsl_m=self.home_amsl_m,
+                home_temperature_c=self.home_temperature_c,
+            )
         return hover_power_w(
             self.vehicle.hover,
             height_above_home_m=height_above_home_m,
             mass_kg=self.mass_kg,
-            air_density_kg_m3=air_density_kg_m3(
-                height_above_home_m + self.home_amsl_m,
-                home_amsl_m=self.home_amsl_m,
-                home_temperature_c=self.home_temperature_c,
-            ),
+            air_density_kg_m3=density,
         )
 
     def power_w(

@@ -11,10 +11,8 @@ import numpy as np
 from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
 from planner.flight.power import SteadyPower
-from planner.flight.segment import Segment
-from planner.flight.state import STATES
+from planner.flight.segment import Segments
 from planner.physics.atmosphere import standard_temperature_c
-from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from planner.flight.conditions import Conditions
@@ -23,8 +21,8 @@ if TYPE_CHECKING:
     from planner.mission.stage import Route
     from planner.vehicle.model import VehicleModel
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-# Gauss-Legendre on [0, 1]: exact to degree 15, so that a piece of smooth power needs no more.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+# Gauss-Legendre on [0, 1]: exact to degree 11, so that a piece of smooth power needs no more.
 QUADRATURE_NODES = 0.5 * (_NODES + 1.0)
 QUADRATURE_WEIGHTS = 0.5 * _WEIGHTS
 
@@ -38,59 +36,19 @@ class Flight:
     power: SteadyPower
     segment_energy_j: FloatArray
     """Energy of each segment, windows counted with the segment that begins them. (n,) [J]"""
-    steady_peak_w: float
+    node_peak_w: float
     """Highest power at the nodes of the quadrature. [W]"""
 
-    @cached_property
-    def segments(self) -> tuple[Segment, ...]:
+    @property
+    def segments(self) -> Segments:
         """The segments one by one."""
-        columns = self.motion.segments
-        start = columns.end_s - columns.duration_s
-        stopping = columns.stopping_distance_m
-        return tuple(
-            Segment(
-                index=index,
-                item=item,
-                state=STATES[state],
-                start_s=start_s,
-                duration_s=duration_s,
-                distance_m=distance_m,
-                climb_m=climb_m,
-                speed_m_s=speed_m_s,
-                energy_wh=energy_wh,
-                stopping_distance_m=None if np.isnan(stop_m) else stop_m,
-            )
-            for index, (
-                item,
-                state,
-                start_s,
-                duration_s,
-                distance_m,
-                climb_m,
-                speed_m_s,
-                energy_wh,
-                stop_m,
-            ) in enumerate(
-                zip(
-                    columns.item.tolist(),
-                    columns.state.tolist(),
-                    start.tolist(),
-                    columns.duration_s.tolist(),
-                    columns.distance_m.tolist(),
-                    columns.climb_m.tolist(),
-                    columns.speed_m_s.tolist(),
-                    wh_from_j(self.segment_energy_j).tolist(),
-                    stopping.tolist(),
-                    strict=True,
-                )
-            )
-        )
+        return Segments(self.motion.segments, self.segment_energy_j)
 
     @cached_property
     def peak_power_w(self) -> float:
         """Highest power, at the nodes of the quadrature or the peak of a transient. [W]"""
         peaks = self.power_w(np.minimum(self.transients.peak_times_s(), self.time_s))
-        return max(self.steady_peak_w, float(np.max(peaks, initial=0.0)))
+        return max(self.node_peak_w, float(np.max(peaks, initial=0.0)))
 
     @property
     def time_s(self) -> float:
@@ -151,30 +109,42 @@ def predict_flight(route: Route, vehicle: VehicleModel, conditions: Conditions) 
 
 def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:
     """Return a motion with its power and energy."""
-    segments = motion.segments
-    count = len(segments.item)
-    pieces = np.arange(len(motion.piece_segment))[:, None]
-    local_s = QUADRATURE_NODES * motion.piece_duration_s[:, None]
-    segment = np.broadcast_to(motion.piece_segment[:, None], local_s.shape)
-    steady_w = power.power_w(
-        motion.state_at(pieces, local_s), segments.state[segment], segments.speed_m_s[segment]
-    )
-    steady_j = steady_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
-    energy_j = np.zeros(count)
-    energy_j += np.bincount(motion.piece_segment, weights=steady_j, minlength=count)
-    energy_j += np.bincount(transients.segment, transients.energy_j(), minlength=count)
+    node_s = QUADRATURE_NODES * motion.piece_duration_s[:, None]
+    steady_w = _steady_power_w(motion, node_s, power)
+    at_nodes_w = steady_w + transients.total_power_w(motion.piece_start_s()[:, None] + node_s)
     return Flight(
         motion=motion,
         transients=transients,
         power=power,
-        segment_energy_j=energy_j,
-        steady_peak_w=float(
-            np.max(
-                steady_w + transients.total_power_w(motion.piece_start_s()[:, None] + local_s),
-                initial=0.0,
-            )
-        ),
+        segment_energy_j=_segment_energy_j(motion, transients, steady_w),
+        node_peak_w=float(np.max(at_nodes_w, initial=0.0)),
     )
+
+
+def segment_energy_j(motion: Motion, transients: Transients, power: SteadyPower) -> FloatArray:
+    """Return the energy of each segment of a motion. (n,) [J]"""
+    node_s = QUADRATURE_NODES * motion.piece_duration_s[:, None]
+    return _segment_energy_j(motion, transients, _steady_power_w(motion, node_s, power))
+
+
+def _steady_power_w(motion: Motion, node_s: FloatArray, power: SteadyPower) -> FloatArray:
+    """Return the steady power at the nodes of every piece. (p, k) [W]"""
+    pieces = np.arange(len(motion.piece_segment))[:, None]
+    segment = np.broadcast_to(motion.piece_segment[:, None], node_s.shape)
+    return power.power_w(
+        motion.state_at(pieces, node_s),
+        motion.segments.state[segment],
+        motion.segments.speed_m_s[segment],
+    )
+
+
+def _segment_energy_j(motion: Motion, transients: Transients, steady_w: FloatArray) -> FloatArray:
+    count = len(motion.segments.item)
+    steady_j = steady_w @ QUADRATURE_WEIGHTS * motion.piece_duration_s
+    energy_j = np.zeros(count)
+    energy_j += np.bincount(motion.piece_segment, weights=steady_j, minlength=count)
+    energy_j += np.bincount(transients.segment, transients.energy_j(), minlength=count)
+    return energy_j
 
 
 def default_speed_m_s(vehicle: VehicleModel) -> float:

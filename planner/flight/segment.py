@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+
+from planner.flight.state import STATES
+from planner.units import wh_from_j
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.flight.motion.kinematics import FloatArray, SegmentColumns
     from planner.flight.state import FlightState
 
 
@@ -28,6 +37,49 @@ class Segment:
     energy_wh: float
     stopping_distance_m: float | None
     """Distance to stand still from its speed, for cruise and brake. [m]"""
+
+
+class Segments(Sequence[Segment]):
+    """The segments of a flight, made one by one where they are looked at.
+
+    A survey of 10,000 items has 70,000 of them; its verdict needs only their columns.
+    """
+
+    __slots__ = ("_columns", "_energy_j", "_start_s")
+
+    def __init__(self, columns: SegmentColumns, energy_j: FloatArray) -> None:
+        self._columns = columns
+        self._energy_j = energy_j
+        self._start_s = columns.end_s - columns.duration_s
+
+    def __len__(self) -> int:
+        return len(self._energy_j)
+
+    @overload
+    def __getitem__(self, index: int) -> Segment: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Segment, ...]: ...
+    def __getitem__(self, index: int | slice) -> Segment | tuple[Segment, ...]:
+        if isinstance(index, slice):
+            return tuple(self[i] for i in range(*index.indices(len(self))))
+        index = range(len(self))[index]
+        columns = self._columns
+        stopping_m = float(columns.stopping_distance_m[index])
+        return Segment(
+            index=index,
+            item=int(columns.item[index]),
+            state=STATES[columns.state[index]],
+            start_s=float(self._start_s[index]),
+            duration_s=float(columns.duration_s[index]),
+            distance_m=float(columns.distance_m[index]),
+            climb_m=float(columns.climb_m[index]),
+            speed_m_s=float(columns.speed_m_s[index]),
+            energy_wh=float(wh_from_j(self._energy_j[index])),
+            stopping_distance_m=None if np.isnan(stopping_m) else stopping_m,
+        )
+
+    def __iter__(self) -> Iterator[Segment]:
+        return (self[index] for index in range(len(self)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,350 @@
+"""S-curves: motion along a line with limited speed, acceleration, jerk and snap, in closed form.
+
+After ArduPilot's ``AP_Math/SCurve.cpp``.  A change of speed has up to seven parts: the jerk rises,
+holds, falls; the acceleration holds; and the same mirrored.  ArduPilot lets the jerk rise along a
+raised cosine for t_j.  Here a rise is a step at its middle, so that all motion is cubic in time: jerk
+ramps of t_j shift the whole by t_j/2 on either side and lengthen the steady acceleration by t_j, which
+keeps accelerations, speeds and durations as they are and moves positions by less than
+J t_j² t / 40 (2 mm/s for 1 m/s³ and 0.3 s).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+
+_NEWTON_ROUNDS = 8
+"""The cubic is convex beyond its root: from above, Newton halves its error at least."""
+_BISECTIONS = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SpeedRamps:
+    """Changes of speed: rest, jerk, steady acceleration, jerk back, rest; one per row."""
+
+    change_m_s: FloatArray
+    """Change of speed, zero or more; the ramp is the same backwards. (n,) [m s⁻¹]"""
+    acceleration_m_s2: FloatArray
+    """Greatest acceleration reached. (n,) [m s⁻²]"""
+    jerk_m_s3: FloatArray
+    rest_s: FloatArray
+    """Time before and after, in which the jerk is on its way. (n,) [s]"""
+    jerk_s: FloatArray
+    """Time of either jerk. (n,) [s]"""
+    steady_s: FloatArray
+    """Time of steady acceleration. (n,) [s]"""
+
+    @property
+    def duration_s(self) -> FloatArray:
+        """Duration of each ramp. (n,) [s]"""
+        return 2.0 * (self.rest_s + self.jerk_s) + self.steady_s
+
+    def select(self, rows: IntArray | BoolArray) -> SpeedRamps:
+        """Return some of the ramps."""
+        return SpeedRamps(
+            change_m_s=self.change_m_s[rows],
+            acceleration_m_s2=self.acceleration_m_s2[rows],
+            jerk_m_s3=self.jerk_m_s3[rows],
+            rest_s=self.rest_s[rows],
+            jerk_s=self.jerk_s[rows],
+            steady_s=self.steady_s[rows],
+        )
+
+    def begun(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return way, speed and acceleration a time after the beginning, from rest.
+
+        Only in the first half of the ramp, which is all that corners ask for.
+
+        Parameters
+        ----------
+        time_s : ndarray
+            At most half the duration. (n,) [s]
+
+        Returns
+        -------
+        way_m, speed_m_s, acceleration_m_s2 : ndarray
+            (n,) [m, m s⁻¹, m s⁻²]
+        """
+        since = np.maximum(time_s - self.rest_s, 0.0)
+        jerking = np.minimum(since, self.jerk_s)
+        steady = since - jerking
+        acceleration = self.jerk_m_s3 * jerking
+        speed = 0.5 * acceleration * jerking + acceleration * steady
+        way = jerking * (acceleration * jerking / 6.0 + 0.5 * acceleration * steady)
+        return way + 0.5 * acceleration * steady**2, speed, acceleration
+
+
+def speed_ramps(
+    change_m_s: FloatArray,
+    *,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: FloatArray,
+    jerk_rise_s: FloatArray,
+) -> SpeedRamps:
+    """Return the fastest changes of speed within limits.
+
+    Parameters
+    ----------
+    change_m_s : ndarray
+        Changes of speed, zero or more. (n,) [m s⁻¹]
+    acceleration_m_s2, jerk_m_s3 : ndarray
+        Limits. (n,) [m s⁻², m s⁻³]
+    jerk_rise_s : ndarray
+        Time t_j the jerk takes to rise to its limit. (n,) [s]
+
+    Notes
+    -----
+    ``SCurve::calculate_path``: ΔV = a (t_j + a/J) without steady acceleration, ΔV = A (t_j + A/J + t_4)
+    with it.  Where the whole limits do not fit, the rise is shortened at the same snap.
+    """
+    rise, jerk = _shortened(
+        jerk_rise_s,
+        np.cbrt(change_m_s * jerk_rise_s / (2.0 * jerk_m_s3)),
+        acceleration_m_s2,
+        jerk_m_s3,
+    )
+    half = 0.5 * jerk * rise
+    reached = np.sqrt(half**2 + jerk * change_m_s) - half
+    acceleration = np.minimum(acceleration_m_s2, reached)
+    moving = acceleration > 0.0
+    jerk_s = np.divide(acceleration, jerk, out=np.zeros_like(jerk), where=moving)
+    whole = np.divide(change_m_s, acceleration, out=np.zeros_like(jerk), where=moving)
+    return SpeedRamps(
+        change_m_s=change_m_s,
+        acceleration_m_s2=acceleration,
+        jerk_m_s3=jerk,
+        rest_s=np.where(moving, 0.5 * rise, 0.0),
+        jerk_s=jerk_s,
+        steady_s=np.maximum(whole - jerk_s, 0.0),
+    )
+
+
+def peak_speed_from_rest_m_s(
+    length_m: FloatArray,
+    *,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: FloatArray,
+    jerk_rise_s: FloatArray,
+) -> FloatArray:
+    """Return the highest speed on the way from rest to rest where no speed limit holds. (n,) [m s⁻¹]
+
+    Parameters
+    ----------
+    length_m : ndarray
+        Way from rest to rest. (n,) [m]
+    acceleration_m_s2, jerk_m_s3, jerk_rise_s : ndarray
+        As in :func:`speed_ramps`. (n,)
+
+    Notes
+    -----
+    Each half of the way is one ramp: V (V/A + A/J + t_j) = L with steady acceleration, and
+    2 a (t_j + a/J)² = L without: x = t_j + a/J solves x³ − t_j x² = L/2J.
+    """
+    rise, jerk = _shortened(
+        jerk_rise_s,
+        np.sqrt(np.sqrt(length_m * jerk_rise_s / (8.0 * jerk_m_s3))),
+        acceleration_m_s2,
+        jerk_m_s3,
+    )
+    safe_jerk = np.where(jerk > 0.0, jerk, 1.0)
+    volume = length_m / (2.0 * safe_jerk)
+    x = rise + np.cbrt(volume)
+    for _ in range(_NEWTON_ROUNDS):
+        slope = x * (3.0 * x - 2.0 * rise)
+        x -= np.divide(x * x * (x - rise) - volume, slope, out=np.zeros_like(x), where=slope > 0.0)
+    reached = jerk * (x - rise)
+    ramp_s = acceleration_m_s2 / safe_jerk + rise
+    steady = 0.5 * (
+        np.sqrt((acceleration_m_s2 * ramp_s) ** 2 + 4.0 * acceleration_m_s2 * length_m)
+        - acceleration_m_s2 * ramp_s
+    )
+    return np.where(reached < acceleration_m_s2, reached * x, steady)
+
+
+def _shortened(
+    rise_s: FloatArray, fitting_s: FloatArray, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return rise and jerk where the whole rise does not fit: snap stays, π J / 2 t_j."""
+    limit = np.sqrt(acceleration_m_s2 * rise_s / jerk_m_s3)
+    rise = np.minimum(np.minimum(rise_s, fitting_s), limit)
+    share = np.divide(rise, rise_s, out=np.ones_like(rise), where=rise_s > 0.0)
+    return rise, jerk_m_s3 * share
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SCurves:
+    """Motion along lines, one per row: wait, speed up, cruise, slow down."""
+
+    length_m: FloatArray
+    start_m_s: FloatArray
+    """Speed at the beginning. (n,) [m s⁻¹]"""
+    peak_m_s: FloatArray
+    up: SpeedRamps
+    """From the first speed to the peak."""
+    down: SpeedRamps
+    """From the peak to the last speed, backwards in time a ramp as well."""
+    wait_s: FloatArray
+    """Time before anything moves. (n,) [s]"""
+    cruise_s: FloatArray
+
+    @property
+    def duration_s(self) -> FloatArray:
+        """Duration of each curve. (n,) [s]"""
+        return self.wait_s + self.up.duration_s + self.cruise_s + self.down.duration_s
+
+    def phases(self) -> Phases:
+        """Return the parts of constant jerk, nine a row."""
+        up, down, zero = self.up, self.down, np.zeros_like(self.length_m)
+        duration = np.column_stack(
+            (
+                self.wait_s + up.rest_s,
+                up.jerk_s,
+                up.steady_s,
+                up.jerk_s,
+                up.rest_s + self.cruise_s + down.rest_s,
+                down.jerk_s,
+                down.steady_s,
+                down.jerk_s,
+                down.rest_s,
+            )
+        )
+        jerk = np.column_stack(
+            (
+                zero,
+                up.jerk_m_s3,
+                zero,
+                -up.jerk_m_s3,
+                zero,
+                -down.jerk_m_s3,
+                zero,
+                down.jerk_m_s3,
+                zero,
+            )
+        )
+        return Phases.after(self.start_m_s, duration, jerk)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Phases:
+    """Parts of constant jerk, one after the other along each line: k columns."""
+
+    start_s: FloatArray
+    """Beginning of each part, since the beginning of the line. (n, k) [s]"""
+    way_m: FloatArray
+    """Way at the beginning of each part. (n, k) [m]"""
+    speed_m_s: FloatArray
+    acceleration_m_s2: FloatArray
+    jerk_m_s3: FloatArray
+
+    @classmethod
+    def after(cls, start_m_s: FloatArray, duration_s: FloatArray, jerk_m_s3: FloatArray) -> Phases:
+        """Return the phases that follow from speeds at the beginning, durations and jerks."""
+        way, speed, acceleration = (np.zeros_like(duration_s) for _ in range(3))
+        speed[:, 0] = start_m_s
+        for k in range(1, duration_s.shape[1]):
+            t, j = duration_s[:, k - 1], jerk_m_s3[:, k - 1]
+            a, v = acceleration[:, k - 1], speed[:, k - 1]
+            acceleration[:, k] = a + j * t
+            speed[:, k] = v + t * (a + 0.5 * j * t)
+            way[:, k] = way[:, k - 1] + t * (v + t * (0.5 * a + j * t / 6.0))
+        start = np.cumsum(duration_s, axis=1)
+        start[:, 1:] = start[:, :-1]
+        start[:, 0] = 0.0
+        return cls(
+            start_s=start,
+            way_m=way,
+            speed_m_s=speed,
+            acceleration_m_s2=acceleration,
+            jerk_m_s3=jerk_m_s3,
+        )
+
+
+def s_curves(
+    length_m: FloatArray,
+    *,
+    speed_m_s: FloatArray,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: FloatArray,
+    jerk_rise_s: FloatArray,
+    start_m_s: FloatArray | None = None,
+    end_m_s: FloatArray | None = None,
+    wait_s: FloatArray | None = None,
+) -> SCurves:
+    """Return the fastest motion along lines within limits.
+
+    Parameters
+    ----------
+    length_m : ndarray
+        Lengths, greater than zero. (n,) [m]
+    speed_m_s, acceleration_m_s2, jerk_m_s3 : ndarray
+        Limits along each line. (n,) [m s⁻¹, m s⁻², m s⁻³]
+    jerk_rise_s : ndarray
+        Time the jerk takes to rise to its limit. (n,) [s]
+    start_m_s, end_m_s : ndarray, optional
+        Speeds at the ends; default at rest, and never above the limit. (n,) [m s⁻¹]
+    wait_s : ndarray, optional
+        Time before anything moves; default none. (n,) [s]
+    """
+    limits = {
+        "acceleration_m_s2": acceleration_m_s2,
+        "jerk_m_s3": jerk_m_s3,
+        "jerk_rise_s": jerk_rise_s,
+    }
+    zero = np.zeros_like(length_m)
+    start = zero if start_m_s is None else np.minimum(start_m_s, speed_m_s)
+    end = zero if end_m_s is None else np.minimum(end_m_s, speed_m_s)
+    peak = np.minimum(speed_m_s, peak_speed_from_rest_m_s(length_m, **limits))
+    moving = np.flatnonzero((start > 0.0) | (end > 0.0))
+    if len(moving):
+        peak[moving] = _peak_between(
+            length_m[moving],
+            start[moving],
+            end[moving],
+            speed_m_s[moving],
+            {name: limit[moving] for name, limit in limits.items()},
+        )
+        # A speed that the length cannot take away or build up is left out at the end.
+        start, end = np.minimum(start, peak), np.minimum(end, peak)
+    up = speed_ramps(peak - start, **limits)
+    down = up if start is end else speed_ramps(peak - end, **limits)
+    ramps_m = 0.5 * ((start + peak) * up.duration_s + (end + peak) * down.duration_s)
+    left_m = np.maximum(length_m - ramps_m, 0.0)
+    return SCurves(
+        length_m=length_m,
+        start_m_s=start,
+        peak_m_s=peak,
+        up=up,
+        down=down,
+        wait_s=zero if wait_s is None else wait_s,
+        cruise_s=np.divide(left_m, peak, out=np.zeros_like(peak), where=peak > 0.0),
+    )
+
+
+def _peak_between(
+    length_m: FloatArray,
+    start_m_s: FloatArray,
+    end_m_s: FloatArray,
+    speed_m_s: FloatArray,
+    limits: dict[str, FloatArray],
+) -> FloatArray:
+    """Return the highest speed on ways that begin or end in motion, by bisection."""
+
+    def fits(peak: FloatArray) -> BoolArray:
+        needed = np.zeros_like(peak)
+        for other in (start_m_s, end_m_s):
+            ends = np.minimum(other, peak)
+            needed += 0.5 * (ends + peak) * speed_ramps(peak - ends, **limits).duration_s
+        return needed <= length_m
+
+    low, high = np.zeros_like(speed_m_s), speed_m_s
+    unlimited = fits(high)
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        good = fits(middle)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    return np.where(unlimited, speed_m_s, low)

@@ -1,0 +1,155 @@
+"""What has to be fast, measured as ratios in one run: ``make bench`` prints them.
+
+These are measurements, not tests: nothing here fails on a slow machine.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from sampled_flight import Manoeuvre, SampledVehicle
+
+from planner.mission.files import read_mission_bytes
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+pytestmark = pytest.mark.bench
+
+SAMPLE = Path(__file__).parents[2] / "missions" / "survey-vineyard.plan"
+BATTERY = Battery(capacity_ah=5.2, nominal_voltage_v=14.8)
+VEHICLE = load_vehicle("falkowski-2023-quadrotor")
+LEG_M = 120.0
+
+
+def plan(count: int, *, autopilot: int = 12) -> str:
+    """Return a plan of ``count`` items: take-off, a zigzag of legs with a climb each, return."""
+
+    def item(number: int, command: int, *params: float | None) -> dict[str, Any]:
+        return {
+            "autoContinue": True,
+            "command": command,
+            "doJumpId": number,
+            "frame": 2 if command == 20 else 3,
+            "params": list(params),
+            "type": "SimpleItem",
+        }
+
+    items = [item(1, 22, 0, 0, 0, None, 47.0, 8.0, 50.0)]
+    for number in range(2, count):
+        latitude_deg = 47.0 + number % 2 * LEG_M / 111_200.0
+        items.append(item(number, 16, 0, 0, 0, None, latitude_deg, 8.0, 50.0 + number % 3 * 10.0))
+    items.append(item(count, 20, 0, 0, 0, 0, 0, 0, 0))
+    return json.dumps(
+        {
+            "fileType": "Plan",
+            "geoFence": {"circles": [], "polygons": [], "version": 2},
+            "groundStation": "QGroundControl",
+            "mission": {
+                "cruiseSpeed": 15,
+                "firmwareType": autopilot,
+                "hoverSpeed": 5,
+                "items": items,
+                "plannedHomePosition": [47.0, 8.0, 488.0],
+                "vehicleType": 2,
+                "version": 2,
+            },
+            "rallyPoints": {"points": [], "version": 2},
+            "version": 1,
+        },
+        indent=4,
+    )
+
+
+def seconds(work: Callable[[], object], runs: int = 5) -> float:
+    """Return the median time of some runs after a warm-up."""
+    work()
+    times = []
+    for _ in range(runs):
+        begun = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begun)
+    return median(times)
+
+
+def check_of(count: int) -> Callable[[], object]:
+    mission = read_mission_bytes(plan(count).encode(), source="bench.plan")
+    return lambda: check(mission, VEHICLE, battery=BATTERY)
+
+
+def test_closed_form_against_sampling() -> None:
+    """The issue asks for 100 times on 100 items."""
+    mission = read_mission_bytes(plan(100).encode(), source="bench.plan")
+    vehicle = SampledVehicle()
+    manoeuvres = [
+        Manoeuvre(
+            "level" if s.climb_m == 0.0 else "climb" if s.climb_m > 0.0 else "descent",
+            LEG_M if s.climb_m == 0.0 else s.climb_m,
+            50.0,
+        )
+        for s in check(mission, VEHICLE, battery=BATTERY).segments
+        if s.climb_m != 0.0 or s.state == "accelerate"
+    ]
+    sampled_s = seconds(lambda: [vehicle.fly(m) for m in manoeuvres], runs=1)
+    closed_s = seconds(lambda: check(mission, VEHICLE, battery=BATTERY))
+    print(
+        f"\n100 items, {len(manoeuvres)} manoeuvres: closed form {1e3 * closed_s:.1f} ms, "
+        f"control.forced_response at 50 Hz {1e3 * sampled_s:.0f} ms: "
+        f"{sampled_s / closed_s:.0f} times"
+    )
+
+
+def test_cost_over_items() -> None:
+    thousand_s, ten_thousand_s = (seconds(check_of(n), runs=3) for n in (1_000, 10_000))
+    print(
+        f"\ncheck of 1,000 items {1e3 * thousand_s:.0f} ms, of 10,000 {1e3 * ten_thousand_s:.0f} ms: "
+        f"{ten_thousand_s / thousand_s:.1f} times for 10 times the items"
+    )
+
+
+def test_reading_against_json() -> None:
+    """The issue asks for less than 5 times ``json.loads`` on 10,000 items."""
+    text = plan(10_000)
+    data = text.encode()
+    loads_s = seconds(lambda: json.loads(text))
+    read_s = seconds(lambda: read_mission_bytes(data, source="bench.plan"))
+    print(
+        f"\n10,000 items, {len(data) / 1e6:.1f} MB: json.loads {1e3 * loads_s:.0f} ms, "
+        f"read_mission {1e3 * read_s:.0f} ms: {read_s / loads_s:.2f} times"
+    )
+
+
+def test_start_to_end_of_the_command() -> None:
+    """The issue asks for 3 times ``import numpy``."""
+
+    def numpy() -> object:
+        return subprocess.run([sys.executable, "-c", "import numpy"], check=True)
+
+    def command() -> object:
+        return subprocess.run(
+            [
+                sys.executable,
+                "-c",
+                "from planner.cli.main import main; main()",
+                "check",
+                str(SAMPLE),
+            ],
+            stdout=subprocess.DEVNULL,
+            check=False,
+        )
+
+    numpy_s, command_s = seconds(numpy, runs=9), seconds(command, runs=9)
+    print(
+        f"\nmavjoule check {1e3 * command_s:.0f} ms, import numpy {1e3 * numpy_s:.0f} ms: "
+        f"{command_s / numpy_s:.2f} times"
+    )
