@@ -272,7 +272,8 @@ def chosen(
     findings: list[Finding], *, select: tuple[str, ...], ignore: tuple[str, ...]
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """Return the findings asked for and those not, each worst first, then by item."""
-    asked, other = [], []
+    asked: list[Finding] = []
+    other: list[Finding] = []
     for finding in sorted(findings, key=lambda f: (-f.severity, f.item or 0, f.code)):
         is_asked = (not select or finding.code.startswith(select)) and not finding.code.startswith(
             ignore

@@ -18,12 +18,14 @@ from planner.cli.settings import (
     report_request,
 )
 from planner.errors import ExitCode, UsageError
+from planner.report.columns_csv import columns_csv
 from planner.report.json_report import check_json, check_json_lines
 from planner.report.text import check_text, tally
 from planner.service import UnreadableMission
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from planner.cli.settings import ReportRequest
     from planner.service import CheckResult
@@ -48,11 +50,17 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     given = given_settings(options)
     settings = [mission_settings(mission, given) for mission in missions]
     report = report_request(settings)
+    if report.trace is not None and len(missions) > 1:
+        msg = "--trace takes a single mission: check them one by one"
+        raise UsageError(msg)
     refuse_overwriting(report.output, missions)
+    refuse_overwriting(report.trace, missions)
     results = [
         service.check_file(mission, check_request(values))
         for mission, values in zip(missions, settings, strict=True)
     ]
+    if report.trace is not None:
+        _write_trace(results[0], report.trace)
     write_data(_rendered(results, report), output=report.output)
     if report.output is not None:
         narrate(f"{tally(results)}; the report is in {report.output}")
@@ -67,6 +75,14 @@ def _rendered(results: Sequence[CheckResult | UnreadableMission], report: Report
             return check_json_lines(results, version=__version__)
         case _:
             return check_text(results, medium=standard_medium(report.output))
+
+
+def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
+    trace = None if isinstance(result, UnreadableMission) else result.trace
+    if trace is None:
+        narrate(f"nothing is flown: {path} is not written")
+    else:
+        write_data(columns_csv(trace.columns()), output=path)
 
 
 def _exit_code(results: Sequence[CheckResult | UnreadableMission], *, is_zero: bool) -> ExitCode:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__, catalogue
-from planner.cli.options import format_option
+from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError
 from planner.report.json_report import rule_json

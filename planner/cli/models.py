@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from planner import __version__
-from planner.cli.options import format_option
+from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.report.json_report import models_json
 from planner.report.model_text import models_text

@@ -45,18 +45,6 @@ def setting_options(settings: Sequence[Setting]) -> Callable[[Command], Command]
     return decorate
 
 
-def format_option(*formats: str) -> Callable[[Command], Command]:
-    """Return a decorator that adds ``--format``, the first of the formats being the default."""
-    return click.option(
-        "--format",
-        "file_format",
-        type=click.Choice(formats),
-        default=formats[0],
-        metavar="|".join(formats),
-        help=f"format of the output [default: {formats[0]}]",
-    )
-
-
 def given_settings(options: Mapping[str, object]) -> dict[str, object]:
     """Return what the command line sets, by key: what is absent leaves room for a configuration."""
     given: dict[str, object] = {}

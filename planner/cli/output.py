@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.errors import OutputError, UsageError
-from planner.output_file import write_output_file
 from planner.report.medium import Medium
 from planner.report.plain_text import printable
 
@@ -42,6 +41,8 @@ def write_data(text: str, *, output: Path | None = None) -> None:
         If the report cannot be written.
     """
     if output is not None:
+        from planner.output_file import write_output_file  # noqa: PLC0415 - seldom asked for
+
         write_output_file(output, text)
         return
     if sys.stdout is None:  # closed by the caller, who then wants only the exit code

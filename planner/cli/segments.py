@@ -8,7 +8,8 @@ import click
 
 from planner import __version__, service
 from planner.cli.configuration import mission_settings
-from planner.cli.options import format_option, given_settings, setting_options
+from planner.cli.format_option import format_option
+from planner.cli.options import given_settings, setting_options
 from planner.cli.output import narrate, refuse_overwriting, write_data
 from planner.cli.settings import FLIGHT_SETTINGS, check_request
 from planner.errors import ExitCode

@@ -203,6 +203,14 @@ REPORT_SETTINGS = (
         kind=Kind.PATH,
     ),
     Setting(
+        key="trace",
+        option="--trace",
+        metavar="FILE.csv",
+        meaning="write the flight of a single mission, sampled over time, to a file",
+        read=Path,
+        kind=Kind.PATH,
+    ),
+    Setting(
         key="exit_zero",
         option="--exit-zero/--no-exit-zero",
         metavar="",
@@ -235,6 +243,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         **own,
         autopilot=None if autopilot == "auto" else autopilot,
         parameters=values.get("params"),
+        with_trace="trace" in values,
         conditions=Conditions(**conditions),
     )
 
@@ -246,6 +255,8 @@ class ReportRequest:
     format: str = "text"
     output: Path | None = None
     """``None``: standard output."""
+    trace: Path | None = None
+    """``None``: none is written."""
     exit_zero: bool = False
 
 

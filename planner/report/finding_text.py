@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from planner.findings import Finding, Severity
@@ -40,16 +41,28 @@ def note_lines(finding: Finding, *, medium: Medium) -> list[str]:
     return medium.wrapped(f"  {_label(finding)}: {_said(finding)}", indent=_INDENT)
 
 
-def tally_line(findings: Sequence[Finding]) -> str:
-    """Return how many findings there are of each severity, or that there are none."""
-    counts = dict.fromkeys(reversed(Severity), 0)
-    for finding in findings:
-        counts[finding.severity] += 1
+def tally(findings: Sequence[Finding]) -> str:
+    """Return how many findings there are of each severity: ``1 error, 2 assumptions``."""
     nouns = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "assumption"}
-    said = [numbers.count(number, nouns[severity]) for severity, number in counts.items() if number]
-    if counts[Severity.ERROR] or counts[Severity.WARNING]:
-        return f"Found {', '.join(said)}."
-    return f"All checks passed{', with ' + said[0] if said else ''}."
+    counts = Counter(finding.severity for finding in findings)
+    return ", ".join(
+        numbers.count(counts[severity], noun)
+        for severity, noun in nouns.items()
+        if counts[severity]
+    )
+
+
+def closing_line(findings: Sequence[Finding], *, suppressed: Sequence[Finding]) -> str:
+    """Return what was found, or that nothing was, and what was found but not reported."""
+    if any(finding.severity > Severity.INFO for finding in findings):
+        text = f"Found {tally(findings)}."
+    elif findings:
+        text = f"All checks passed, with {tally(findings)}."
+    else:
+        text = "All checks passed."
+    if suppressed:
+        text += f" Not reported, as asked: {tally(suppressed)}."
+    return text
 
 
 def _label(finding: Finding) -> str:

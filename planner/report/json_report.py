@@ -122,6 +122,7 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
         "segments": [_values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [_values(one, _ITEM_KEYS) for one in (flown.items if flown else ())],
         "findings": [_finding(finding) for finding in result.findings],
+        "suppressed": [_finding(finding) for finding in (flown.suppressed if flown else ())],
     }
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from planner.findings import Severity
 from planner.flight.state import STATES
 from planner.report import numbers
-from planner.report.finding_text import finding_lines, note_lines, tally_line
+from planner.report.finding_text import closing_line, finding_lines, note_lines
+from planner.report.finding_text import tally as finding_tally
 from planner.report.plain_text import printable
 from planner.report.table import table_lines
 from planner.service import CheckResult
@@ -15,6 +16,7 @@ from planner.service import CheckResult
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.report.medium import Medium
     from planner.service import UnreadableMission
@@ -52,7 +54,8 @@ def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
 
 
 def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -> list[str]:
-    lines = [f"{_verdict(result, medium)}  {printable(result.file)}"]
+    suppressed = result.suppressed if isinstance(result, CheckResult) else ()
+    lines = [f"{_verdict(result, medium)}  {printable(result.file)}{_caveat(suppressed)}"]
     lines += medium.wrapped(headline(result))
     findings = [finding for finding in result.findings if finding.severity > Severity.INFO]
     notes = [finding for finding in result.findings if finding.severity is Severity.INFO]
@@ -66,7 +69,7 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
         lines += ["", "Assumed"]
     for note in notes:
         lines += note_lines(note, medium=medium)
-    lines += ["", tally_line(result.findings)]
+    lines += ["", closing_line(result.findings, suppressed=suppressed)]
     if result.findings:
         lines.append(f"More about a code: mavjoule explain {result.findings[0].code}")
     return lines
@@ -75,6 +78,12 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
 def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int = 0) -> str:
     text = f"{result.verdict.upper():<{width}}"
     return medium.paint(text, "green" if result.verdict == "go" else "red")
+
+
+def _caveat(suppressed: Sequence[Finding]) -> str:
+    """Return the remark a verdict needs that was reached by not looking."""
+    grave = [finding for finding in suppressed if finding.severity > Severity.INFO]
+    return f" (not counting {finding_tally(grave)})" if grave else ""
 
 
 def _left(battery: BatteryBudget) -> str:

@@ -94,13 +94,41 @@ def test_the_configuration_of_each_mission_holds_for_it_alone(
     assert large["battery"]["capacity_wh"] == 77.0
 
 
-def test_an_ignored_finding_is_not_reported(
+def test_an_ignored_finding_is_counted_but_neither_reported_nor_judged(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main(["check", mission, "--battery", "77Wh", "--ignore", "x9, e1"])
+    assert main(["check", mission, "--battery", "5Wh"]) == 1
+    assert "E101" in capsys.readouterr().out
+    assert main(["check", mission, "--battery", "5Wh", "--ignore", "x9, e1"]) == 0
     out = capsys.readouterr().out
+    assert "E101" not in out
     assert "X902" not in out
-    assert "E107" not in out
+    assert "(not counting 2 errors)" in out.splitlines()[0]
+    assert main(["check", mission, "--battery", "5Wh", "--select", "X", "--format", "json"]) == 0
+    [told] = json.loads(capsys.readouterr().out)["missions"]
+    assert {finding["code"] for finding in told["findings"]} == {"X902"}
+    assert {"E101", "E107"} <= {finding["code"] for finding in told["suppressed"]}
+
+
+def test_a_trace_is_written_as_csv_and_ends_where_the_flight_does(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["check", mission, "--battery", "77Wh", "--trace", "t.csv", "--format", "json"]
+    assert main(arguments) == 0
+    [told] = json.loads(capsys.readouterr().out)["missions"]
+    rows = list(csv.DictReader(io.StringIO(Path("t.csv").read_text(encoding="utf-8"))))
+    assert float(rows[0]["time_s"]) == 0.0
+    assert float(rows[-1]["time_s"]) == pytest.approx(told["totals"]["time_s"], abs=1e-6)
+    assert rows[0]["state"] == "takeoff"
+    assert rows[-1]["state"] == "land"
+    times_s = [float(row["time_s"]) for row in rows]
+    assert times_s == sorted(times_s)
+
+
+def test_a_trace_is_of_one_mission(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", mission, mission, "--trace", "t.csv"]) == 2
+    assert "--trace" in capsys.readouterr().err
+    assert not Path("t.csv").exists()
 
 
 def test_segments_are_told_as_text_json_and_csv_alike(

@@ -43,6 +43,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         fail_on = "warning"
         format = "json"
         output = "out/report.json"
+        trace = "out/trace.csv"
         exit_zero = true
         """,
     )
@@ -65,6 +66,8 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     report = report_request([values])
     assert (report.format, report.exit_zero) == ("json", True)
     assert report.output == path.parent / "out/report.json"
+    assert report.trace == path.parent / "out/trace.csv"
+    assert request.with_trace
 
 
 def test_the_nearest_folder_wins_alone(tmp_path: Path) -> None:

@@ -171,3 +171,14 @@ def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
     spread = replace(flown.totals, energy_wh_p10=22.0, energy_wh_p90=26.0)
     text = check_text([replace(flown, totals=spread)], medium=Medium())
     assert "8 of 10 flights: 22.0 Wh to 26.0 Wh" in text
+
+
+def test_what_is_not_reported_is_still_counted_beside_the_verdict(
+    flown: CheckResult, grounded: CheckResult
+) -> None:
+    blind = replace(flown, findings=(), suppressed=grounded.findings)
+    lines = check_text([blind], medium=Medium()).splitlines()
+    assert lines[0] == "GO  site.plan (not counting 1 error, 1 warning)"
+    assert lines[-1] == (
+        "All checks passed. Not reported, as asked: 1 error, 1 warning, 1 assumption."
+    )
