@@ -11,7 +11,7 @@ from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import Fence, FencePolygon, RallyPoint
 from planner.mission.items import Mission, MissionFormat
-from planner.mission.wpl_rows import read_lines
+from planner.mission.wpl_rows import MOST_ROWS, read_lines
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -100,11 +100,16 @@ def read_rally_list(text: str, *, source: str) -> Mission:
 
 def _read_fields(text: str, *, source: str) -> list[tuple[Place, list[str]]]:
     """Return the fields of every line that is not blank and no comment."""
-    return [
-        (Place(number, len(line) - len(line.lstrip()) + 1), re.split(r"[\s,]+", line.strip()))
-        for number, line in read_lines(text, source=source)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    fields = []
+    for number, line in read_lines(text, source=source):
+        content = line.strip()
+        if content and not content.startswith("#"):
+            place = Place(number, len(line) - len(line.lstrip()) + 1)
+            fields.append((place, re.split(r"[\s,]+", content)))
+            if len(fields) > MOST_ROWS:
+                msg = f"more than {MOST_ROWS:,} points: MAVLink can send no more than that"
+                raise MissionFileError(msg, source=source, place=place)
+    return fields
 
 
 def _read_position(fields: list[str], *, source: str, place: Place) -> tuple[float, float]:

@@ -66,3 +66,8 @@ def test_a_broken_rally_line_is_refused_with_its_place(line: str) -> None:
     with pytest.raises(MissionFileError) as caught:
         read_rally_list(f"RALLY 47 8 60 40 0 0\n{line}\n", source="r")
     assert caught.value.place == Place(2, 1)
+
+
+def test_more_points_than_mavlink_can_send_are_refused() -> None:
+    with pytest.raises(MissionFileError, match="65,535 points"):
+        read_fence_list("47 8\n" * 65_536, source="f")
