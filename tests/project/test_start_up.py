@@ -22,9 +22,8 @@ HEAVY = (
     "shapely",
     "textual",
     "importlib.metadata",
-    "numpy.ma",
 )
-"""Whole libraries, and two parts of others that cost more than they give."""
+"""Libraries no check needs, and a module that costs more than the version it tells."""
 
 
 def _loaded(code: str) -> set[str]:
