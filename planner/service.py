@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from planner.autopilot import Autopilot
+from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
 from planner.checks.registry import check_case
@@ -26,6 +27,7 @@ from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import read_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
+    from planner.vehicle.parameter_file import ParameterSet
 
 Verdict = Literal["go", "no-go"]
 
@@ -117,6 +120,7 @@ def check(
     temperature_c: float | None = None,
     home_amsl_m: float | None = None,
     autopilot: Autopilot | None = None,
+    parameters: ParameterSet | None = None,
     select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
     fail_on: Severity = Severity.ERROR,
@@ -146,6 +150,8 @@ def check(
         Altitude of the take-off place; default the mission's own. [m AMSL]
     autopilot : Autopilot, optional
         Who shapes the references; default the model's own way.
+    parameters : ParameterSet, optional
+        The vehicle's own autopilot parameters; not used by a model of step references.
     select, ignore : tuple of str
         Codes, or beginnings of codes, of the findings to report and not to report.
     fail_on : Severity
@@ -192,6 +198,14 @@ def check(
     totals, budget, home = NOTHING_FLOWN, None, None
     items: tuple[ItemArrival, ...] = ()
     findings = [*mission.findings, *route.findings]
+    if parameters is not None:
+        findings.append(
+            CONDITION_NOT_MODELLED.finding(
+                f"{parameters.source} is not used: {vehicle.name} answers step references, which "
+                "no autopilot parameter shapes",
+                fix="use a vehicle model that is flown by that autopilot",
+            )
+        )
     if route.stages:
         flight = predict_flight(route, vehicle, conditions)
         totals = flight_totals(flight, known)
@@ -241,10 +255,11 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
 
     Raises
     ------
-    VehicleFileError, UsageError
+    VehicleFileError, ParameterFileError, UsageError
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
     vehicle = load_vehicle(request.vehicle)
+    parameters = None if request.parameters is None else read_parameters(request.parameters)
     try:
         mission = read_mission(path)
         return check(
@@ -258,6 +273,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             temperature_c=request.conditions.temperature_c,
             home_amsl_m=request.conditions.home_amsl_m,
             autopilot=request.autopilot,
+            parameters=parameters,
             select=request.select,
             ignore=request.ignore,
             fail_on=request.fail_on,

@@ -110,6 +110,16 @@ def test_an_ignored_finding_is_counted_but_neither_reported_nor_judged(
     assert {"E101", "E107"} <= {finding["code"] for finding in told["suppressed"]}
 
 
+def test_parameters_that_change_nothing_are_not_taken_in_silence(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mine.param").write_text("WPNAV_SPEED,500\n", encoding="utf-8")
+    main(["check", mission, "--battery", "77Wh", "--params", "mine.param"])
+    assert "mine.param is not used" in capsys.readouterr().out
+    assert main(["check", mission, "--battery", "77Wh", "--params", "missing.param"]) == 2
+    assert "missing.param: cannot be read" in capsys.readouterr().err
+
+
 def test_a_trace_is_written_as_csv_and_ends_where_the_flight_does(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
