@@ -8,8 +8,8 @@ A residue sum over a group of poles is a divided difference.  With
 
 and the divided difference f[p_i … p_j] is entry (i, j) of f of the bidiagonal matrix with the poles
 on its diagonal and ones above [1]_.  No difference of two poles of a group is ever divided by, so
-exactly repeated, nearly repeated and merely close poles are one case.  Poles much slower than the
-others are grouped with the integrators at the origin in the same way.
+exactly repeated, nearly repeated and merely close poles are one case.  At times when a group has
+hardly begun to act, |p| t < 1, it is taken together with the integrators at the origin.
 
 References
 ----------
@@ -19,6 +19,7 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import factorial
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -34,9 +35,7 @@ ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 SEPARATION = 0.1
 """Poles closer than this fraction of the larger modulus belong to one group."""
 
-NEAR_ORIGIN = 1e-3
-"""Poles slower than this fraction of the fastest one are grouped with the integrators."""
-
+_UNDAMPED = 1e-12
 _TAYLOR_DEGREE = 26  # of a matrix of norm 2: 2^27 / 27! is 1e-20
 
 
@@ -66,8 +65,8 @@ class ClusteredModes:
     numerator: FloatArray
     """Strictly proper numerator over the leading coefficient, descending powers."""
 
-    poles: ComplexArray
-    """Poles other than the origin, conjugates included. [rad s⁻¹]"""
+    groups: tuple[ComplexArray, ...]
+    """Poles other than the origin by neighbourhood, conjugates included. [rad s⁻¹]"""
 
     integrators: int
     """Poles at the origin."""
@@ -76,12 +75,24 @@ class ClusteredModes:
         """Impulse response integrated k times, at non-negative times of any shape."""
         t = np.ravel(t_s)
         total = np.zeros(t.shape)
-        for nodes, column, weight in self._groups(k, slow_with_origin=True):
+        # a group joins the origin until its slowest pole has acted: one split of the times each
+        begins_s = [1.0 / np.abs(group).min() for group in self.groups]
+        limits_s = [0.0, *sorted(set(begins_s)), np.inf]
+        for from_s, until_s in pairwise(limits_s):
+            here = (t >= from_s) & (t < until_s)
+            if np.any(here):
+                waiting = [begin_s > from_s for begin_s in begins_s]
+                total[here] = self._divided_sum(t[here], k, waiting)
+        return total.reshape(np.shape(t_s))
+
+    def _divided_sum(self, t: FloatArray, k: int, waiting: Sequence[bool]) -> FloatArray:
+        total = np.zeros(t.shape)
+        for nodes, column, weight in self._columns(k, waiting):
             centre = nodes.mean()
             differences = _divided_exponentials(np.multiply.outer(t, nodes - centre))
             powers = column * t[:, None] ** np.arange(nodes.size)
             total += weight * (np.exp(centre * t) * (powers * differences).sum(axis=1)).real
-        return total.reshape(np.shape(t_s))
+        return total
 
     def decay_terms(self, k: int) -> DecayTerms:
         """Bound of the exponential part of the k-fold integral, without its polynomial.
@@ -91,9 +102,9 @@ class ClusteredModes:
         rates: list[float] = []
         degrees: list[int] = []
         magnitudes: list[float] = []
-        for nodes, column, weight in self._groups(k, slow_with_origin=False):
+        for nodes, column, weight in self._columns(k, [False] * len(self.groups)):
             if np.any(nodes):  # the group at the origin is the polynomial part
-                rates += [float(nodes.real.max())] * nodes.size
+                rates += [float(growth_rate(nodes).max())] * nodes.size
                 degrees += range(nodes.size)
                 magnitudes += [weight * float(abs(c)) for c in column]
         return DecayTerms(
@@ -102,18 +113,15 @@ class ClusteredModes:
             magnitudes=np.array(magnitudes),
         )
 
-    def _groups(
-        self, k: int, *, slow_with_origin: bool
+    def _columns(
+        self, k: int, waiting: Sequence[bool]
     ) -> list[tuple[ComplexArray, ComplexArray, float]]:
         """Return groups as nodes, divided differences g[p_i … p_m], and 2 for a conjugate pair."""
         powers = self.integrators + k
         numerator = np.concatenate([self.numerator, np.zeros(max(-powers, 0))])
-        modulus = np.abs(self.poles)
-        slow = modulus < NEAR_ORIGIN * modulus.max(initial=0.0)
-        if not slow_with_origin:
-            slow[:] = False
-        origin = np.concatenate([np.zeros(max(powers, 0)), self.poles[slow]])
-        groups = _neighbours(self.poles[~slow])
+        groups = [group for group, waits in zip(self.groups, waiting, strict=True) if not waits]
+        slow = [group for group, waits in zip(self.groups, waiting, strict=True) if waits]
+        origin = np.concatenate([np.zeros(max(powers, 0)), *slow])
         if origin.size:
             groups.append(origin)
         result = []
@@ -123,6 +131,13 @@ class ClusteredModes:
                 others = [pole for j, group in enumerate(groups) if j != i for pole in group]
                 result.append((nodes, _last_column(numerator, others, nodes), weight))
         return result
+
+
+def growth_rate(poles: npt.ArrayLike) -> FloatArray:
+    """Real parts of poles; zero where the damping ratio is lost in the rounding of the roots."""
+    p = np.asarray(poles)
+    rate: FloatArray = np.where(np.abs(p.real) > _UNDAMPED * np.abs(p), p.real, 0.0)
+    return rate
 
 
 def is_clustered(poles: ComplexArray) -> npt.NDArray[np.bool_]:
@@ -136,18 +151,18 @@ def is_clustered(poles: ComplexArray) -> npt.NDArray[np.bool_]:
     Returns
     -------
     ndarray, shape (…)
-        True where two poles are neighbours or one is very slow beside the fastest.
+        True where two poles are neighbours.
     """
     modulus = np.abs(poles)
-    result = modulus.min(axis=-1, initial=np.inf) < NEAR_ORIGIN * modulus.max(axis=-1, initial=0.0)
+    result = np.zeros(poles.shape[:-1], dtype=np.bool_)
     for i in range(poles.shape[-1]):
         for j in range(i):
             gap = np.abs(poles[..., i] - poles[..., j])
             result |= gap < SEPARATION * np.maximum(modulus[..., i], modulus[..., j])
-    return np.asarray(result)
+    return result
 
 
-def _neighbours(poles: ComplexArray) -> list[ComplexArray]:
+def neighbours(poles: ComplexArray) -> tuple[ComplexArray, ...]:
     """Poles in groups: each pole is close to another one of its group."""
     groups: list[list[complex]] = []
     for pole in poles:
@@ -158,7 +173,7 @@ def _neighbours(poles: ComplexArray) -> list[ComplexArray]:
         ]
         groups = [group for group in groups if group not in close]
         groups.append([complex(pole), *(p for group in close for p in group)])
-    return [np.array(group, dtype=np.complex128) for group in groups]
+    return tuple(np.array(group, dtype=np.complex128) for group in groups)
 
 
 def _conjugate_weight(nodes: ComplexArray) -> float:
@@ -174,11 +189,11 @@ def _last_column(
     """Divided differences g[p_i … p_m] of g = numerator / product of (s - other)."""
     chain = np.diag(nodes) + np.eye(nodes.size, k=1)
     unit = np.eye(nodes.size)
-    column = np.zeros(nodes.size, dtype=np.complex128)
+    column: ComplexArray = np.zeros(nodes.size, dtype=np.complex128)
     for coefficient in numerator:
         column = chain @ column + coefficient * unit[:, -1]
     for other in others:
-        column = np.linalg.solve(chain - other * unit, column)
+        column = np.asarray(np.linalg.solve(chain - other * unit, column), dtype=np.complex128)
     return column
 
 

@@ -25,10 +25,8 @@ if TYPE_CHECKING:
     from planner.physics.modes import FloatArray
     from planner.physics.response import Response
 
-MAX_RADIANS = 1e6
-"""Longest search, in radians of the fastest mode."""
-
 _FIRST_SPLIT = 32
+_MOST_INTERVALS = 1_000_000
 _NOISE = 1e-14  # of the moduli of the terms: below it a slope is rounding
 _SHORTEST_S = 1e-10
 
@@ -137,7 +135,7 @@ def turning_points(
     Raises
     ------
     ValueError
-        If the window is not positive and finite, or longer than `MAX_RADIANS` of the fastest mode.
+        If the window is not positive and finite, or holds hundreds of thousands of turns.
     """
     if not 0.0 < window_s < np.inf:
         msg = f"the window must be positive and finite, got {window_s}"
@@ -186,57 +184,58 @@ def monotone_between(
     """
     moduli = ModulusBound.of(response, derivative + 1)
     curvature = ModulusBound.of(response, derivative + 3)
-    fastest = float(response.system.modes.fastest_rad_s)
-    if (end_s - start_s) * fastest > MAX_RADIANS:
-        msg = (
-            f"{end_s - start_s:.3g} s of a response with a mode of {fastest:.3g} rad/s is too long "
-            "to search; give a shorter window"
-        )
-        raise ValueError(msg)
     begins = sorted({part[0] for part in moduli.parts if start_s < part[0] < end_s})
     cuts = [np.array([start_s, end_s]), np.array(begins), np.nextafter(begins, -np.inf)]
     for low, high in zip([start_s, *begins], [*begins, end_s], strict=True):
         if any(part[0] <= low for part in moduli.parts):
-            cuts.append(_sign_changes(response, low, high, derivative + 1, moduli, curvature))
+            slope = _Slope(response=response, order=derivative + 1, size=moduli, bend=curvature)
+            cuts.append(slope.sign_changes(low, high))
     return np.unique(np.concatenate(cuts))
 
 
-def _sign_changes(
-    response: Response,
-    start_s: float,
-    end_s: float,
-    order: int,
-    moduli: ModulusBound,
-    curvature: ModulusBound,
-) -> FloatArray:
-    """Roots with a change of sign of one derivative between two edges."""
-    # the derivative just before the next edge, not behind its jump
-    last_s = np.nextafter(end_s, start_s)
-    grid = np.linspace(start_s, last_s, _FIRST_SPLIT + 1)
-    low, high = grid[:-1], grid[1:]
-    lows, highs = [], []
-    while low.size:
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        f = np.abs(response.derivative(middle, order))
-        slope = np.abs(response.derivative(middle, order + 1))
-        bend = curvature.over(low, high)
-        reach = slope * half + 0.5 * bend * half**2
-        noise = _NOISE * moduli.over(low, high)
-        empty = (f > reach) | (f + reach <= noise)
-        single = (slope > bend * half) | (half <= _SHORTEST_S + 1e-15 * middle)
-        found = single & ~empty
-        lows.append(low[found])
-        highs.append(high[found])
-        again = ~(single | empty)
-        low, middle, high = low[again], middle[again], high[again]
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-    low, high = np.concatenate(lows), np.concatenate(highs)
-    changes = response.derivative(low, order) * response.derivative(high, order) <= 0.0
-    return monotone_roots(
-        lambda t: (response.derivative(t, order), response.derivative(t, order + 1)),
-        low[changes],
-        high[changes],
-    )
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Slope:
+    """A derivative of a response whose roots are sought."""
+
+    response: Response
+    order: int
+    size: ModulusBound
+    """Bound of the derivative itself."""
+    bend: ModulusBound
+    """Bound of its second derivative."""
+
+    def __call__(self, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        derivative = self.response.derivative
+        return derivative(t_s, self.order), derivative(t_s, self.order + 1)
+
+    def sign_changes(self, start_s: float, end_s: float) -> FloatArray:
+        """Return the roots with a change of sign between two neighbouring edges."""
+        # the derivative just before the next edge, not behind its jump
+        grid = np.linspace(start_s, np.nextafter(end_s, start_s), _FIRST_SPLIT + 1)
+        low, high = grid[:-1], grid[1:]
+        lows, highs = [], []
+        while low.size:
+            if low.size > _MOST_INTERVALS:
+                msg = (
+                    f"the {end_s - start_s:.6g} s to search hold too many oscillations; "
+                    "give a shorter window"
+                )
+                raise ValueError(msg)
+            middle, half = 0.5 * (low + high), 0.5 * (high - low)
+            f, slope = (np.abs(part) for part in self(middle))
+            bend = self.bend.over(low, high)
+            reach = slope * half + 0.5 * bend * half**2
+            empty = (f > reach) | (f + reach <= _NOISE * self.size.over(low, high))
+            single = (slope > bend * half) | (half <= _SHORTEST_S + 1e-15 * middle)
+            found = single & ~empty
+            lows.append(low[found])
+            highs.append(high[found])
+            again = ~(single | empty)
+            low, middle, high = low[again], middle[again], high[again]
+            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        low, high = np.concatenate(lows), np.concatenate(highs)
+        changes = np.sign(self(low)[0]) * np.sign(self(high)[0]) <= 0.0
+        return monotone_roots(self, low[changes], high[changes])
 
 
 def monotone_roots(
@@ -261,8 +260,10 @@ def monotone_roots(
     low, high = np.array(low), np.array(high)
     if not low.size:
         return low
-    sign = np.where(function(low)[0] > 0.0, -1.0, 1.0)
-    at_high = np.sign(function(high)[0]) * sign
+    at_low, at_high = function(low)[0], function(high)[0]
+    sign = np.where(at_low > 0.0, -1.0, 1.0)
+    known = np.where(at_low == 0.0, low, high)
+    is_known = (at_low == 0.0) | (at_high == 0.0)
     root = 0.5 * (low + high)
     for turn in range(200):
         f, slope = function(root)
@@ -271,10 +272,10 @@ def monotone_roots(
         step = np.divide(-f, slope, out=np.full(root.shape, np.inf), where=slope != 0.0)
         newton = root + step
         tolerance = 1e-12 + 4e-16 * np.abs(root)
-        done = (np.abs(step) <= tolerance) | (high - low <= tolerance)
+        done = (np.abs(step) <= tolerance) | (high - low <= tolerance) | is_known
         if done.all():
             break
         # a bisection now and then, so that slow progress of Newton's rule cannot last
         safe = (newton > low) & (newton < high) & (turn % 4 < 3)
         root = np.where(done, root, np.where(safe, newton, 0.5 * (low + high)))
-    return np.where(at_high == 0.0, high, root)
+    return np.where(is_known, known, root)

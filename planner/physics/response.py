@@ -61,24 +61,31 @@ class Edge:
     amplitude: float | FloatArray = 1.0
     """Its size. [input s^-order]"""
 
-    def __post_init__(self) -> None:
-        if self.order not in range(MAX_EDGE_ORDER + 1):
-            msg = f"an edge has order 0 to {MAX_EDGE_ORDER}, not {self.order}"
-            raise ValueError(msg)
-        if not np.all((np.asarray(self.start_s) >= 0.0) & np.isfinite(self.start_s)):
-            msg = f"an edge begins at a finite time that is not negative, not {self.start_s}"
-            raise ValueError(msg)
-        if not np.all(np.isfinite(self.amplitude)):
-            msg = f"the amplitude of an edge must be finite, got {self.amplitude}"
-            raise ValueError(msg)
-
 
 class Response(ABC):
-    """Answer of a system to an input made of edges."""
+    """Answer of a system to an input made of edges.
+
+    Raises
+    ------
+    ValueError
+        If the input is not finite, or has a part that begins before 0 or grows too fast.
+    """
 
     __slots__ = ()
 
     system: TransferFunction | TransferFunctionStack
+
+    def __post_init__(self) -> None:
+        for edge in self.edges:
+            if edge.order not in range(MAX_EDGE_ORDER + 1):
+                msg = f"an edge of an input has order 0 to {MAX_EDGE_ORDER}, not {edge.order}"
+                raise ValueError(msg)
+            if not np.all(np.isfinite(edge.start_s) & np.greater_equal(edge.start_s, 0.0)):
+                msg = f"an input begins and ends at finite times from 0 on, not {edge.start_s}"
+                raise ValueError(msg)
+            if not np.all(np.isfinite(edge.amplitude)):
+                msg = f"the size of an input must be finite, got {edge.amplitude}"
+                raise ValueError(msg)
 
     @property
     @abstractmethod
@@ -130,7 +137,7 @@ class Response(ABC):
         return extrema.extremum(self, window_s, highest=highest, derivative=derivative)
 
     def extrema(self, window_s: float, *, derivative: int = 0) -> tuple[Extremum, ...]:
-        """Return the turning points in [0, window] in order of time; see `extrema.turning_points`."""
+        """Return the turning points in [0, window] by time; see `extrema.turning_points`."""
         return extrema.turning_points(self, window_s, derivative=derivative)
 
     def peak_slope(self, window_s: float | None = None) -> Extremum:

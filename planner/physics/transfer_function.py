@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.physics.clusters import growth_rate
 from planner.physics.modes import make_modes, roots
 
 if TYPE_CHECKING:
@@ -98,8 +99,8 @@ class TransferFunction:
 
     @property
     def is_stable(self) -> bool:
-        """Whether every pole has a negative real part; integrators are not stable."""
-        return all(pole.real < 0.0 for pole in self.poles)
+        """Whether every pole has a negative real part, beyond the rounding of the roots."""
+        return bool(np.all(growth_rate(self.poles) < 0.0))
 
     @property
     def dc_gain(self) -> float | None:
