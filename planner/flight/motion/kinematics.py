@@ -86,6 +86,8 @@ class Motion:
     """For each stage of the route the segment whose end is the arrival; −1 for none. (stages,)"""
     done_segment: IntArray
     """For each stage the last segment that serves it; −1 for none. (stages,)"""
+    piece_is_grounded: BoolArray | None = None
+    """Whether a piece stands on the ground with idle motors, at no power; ``None``: none does. (p,)"""
     findings: tuple[Finding, ...] = ()
 
     def piece_start_s(self) -> FloatArray:

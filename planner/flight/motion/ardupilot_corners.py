@@ -1,0 +1,158 @@
+"""Corners as ArduPilot flies them through: the next leg begins before the last one has ended.
+
+Each leg is planned from standstill to standstill.  While one slows down the next already speeds up; the
+vehicle moves by the sum of both.  After ``SCurve::advance_target_along_track``: they overlap for the
+longest time 2 t for which, half-way through the overlap, the vehicle
+
+- is within WP_RADIUS of the waypoint,
+- is slower than either leg's speed limit,
+- has a horizontal acceleration below WP_ACC_CNR,
+- has a vertical acceleration below WP_ACC_Z,
+
+and 2 t does not exceed either ramp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray
+    from planner.flight.motion.s_curve import SpeedRamps
+
+_BISECTIONS = 16
+"""Halvings of a few seconds: to a tenth of a millisecond, where ArduPilot steps by 2.5 ms."""
+_STRICTLY = 1.0 - 1e-9
+"""ArduPilot wants speed and acceleration below their limits, not at them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Corners:
+    """Waypoints between two straight legs, one per row."""
+
+    before: FloatArray
+    """Direction of the leg before: east, north, up. (n, 3) [-]"""
+    after: FloatArray
+    """Direction of the leg after. (n, 3) [-]"""
+    slowing: SpeedRamps
+    """Ramps at the end of the legs before."""
+    speeding: SpeedRamps
+    """Ramps at the beginning of the legs after."""
+    speed_limit_m_s: FloatArray
+    """Lower of the two legs' speed limits. (n,) [m s⁻¹]"""
+
+    def speed_m_s(self, half_s: FloatArray) -> FloatArray:
+        """Return the speed half-way through overlaps of twice ``half_s``. (n,) [m s⁻¹]"""
+        _, slowing, _ = self.slowing.begun(half_s)
+        _, speeding, _ = self.speeding.begun(half_s)
+        return _length(speeding, slowing, -self._cosine())
+
+    def _cosine(self) -> FloatArray:
+        cosine: FloatArray = np.einsum("ij,ij->i", self.before, self.after)
+        return cosine
+
+    def _select(self, rows: BoolArray) -> Corners:
+        return Corners(
+            before=self.before[rows],
+            after=self.after[rows],
+            slowing=self.slowing.select(rows),
+            speeding=self.speeding.select(rows),
+            speed_limit_m_s=self.speed_limit_m_s[rows],
+        )
+
+
+def half_overlap_s(
+    corners: Corners,
+    *,
+    radius_m: float,
+    corner_acceleration_m_s2: float,
+    vertical_acceleration_m_s2: float,
+) -> FloatArray:
+    """Return half the time by which the legs about each corner overlap. (n,) [s]
+
+    The corner is announced as reached half-way through.
+
+    Parameters
+    ----------
+    corners : Corners
+        Waypoints that are flown through.
+    radius_m : float
+        WP_RADIUS. [m]
+    corner_acceleration_m_s2 : float
+        WP_ACC_CNR, or twice WP_ACC. [m s⁻²]
+    vertical_acceleration_m_s2 : float
+        WP_ACC_Z. [m s⁻²]
+    """
+    limits = (radius_m, corner_acceleration_m_s2, vertical_acceleration_m_s2)
+    half = 0.5 * np.minimum(corners.slowing.duration_s, corners.speeding.duration_s) * _STRICTLY
+    limited = ~_Limits.of(corners, *limits).allow(half)
+    if limited.any():
+        # Within half a ramp ways, speeds and accelerations only grow: one crossing each.
+        some = _Limits.of(corners._select(limited), *limits)  # noqa: SLF001 -- its own module
+        low, high = np.zeros(limited.sum()), half[limited]
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            good = some.allow(middle)
+            low, high = np.where(good, middle, low), np.where(good, high, middle)
+        half[limited] = low
+    return half
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Limits:
+    """The four limits of corners, with what of the directions they depend on."""
+
+    corners: Corners
+    cosine: FloatArray
+    """Of the angle between the legs. (n,) [-]"""
+    level: tuple[FloatArray, FloatArray]
+    """Horizontal parts of both directions. (n,) [-]"""
+    level_cosine: FloatArray
+    """Of the angle between the legs as seen from above. (n,) [-]"""
+    radius_m: float
+    corner_acceleration_m_s2: float
+    vertical_acceleration_m_s2: float
+
+    @classmethod
+    def of(
+        cls,
+        corners: Corners,
+        radius_m: float,
+        corner_acceleration_m_s2: float,
+        vertical_acceleration_m_s2: float,
+    ) -> _Limits:
+        before, after = corners.before, corners.after
+        level = (np.hypot(before[:, 0], before[:, 1]), np.hypot(after[:, 0], after[:, 1]))
+        both = level[0] * level[1]
+        across = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
+        return cls(
+            corners=corners,
+            cosine=corners._cosine(),  # noqa: SLF001 -- its own module
+            level=level,
+            level_cosine=np.divide(across, both, out=np.zeros_like(both), where=both > 0.0),
+            radius_m=radius_m,
+            corner_acceleration_m_s2=corner_acceleration_m_s2,
+            vertical_acceleration_m_s2=vertical_acceleration_m_s2,
+        )
+
+    def allow(self, half_s: FloatArray) -> BoolArray:
+        """Return whether overlaps of twice ``half_s`` keep within all four. (n,)"""
+        corners = self.corners
+        left_m, left_m_s, left_m_s2 = corners.slowing.begun(half_s)
+        gone_m, gone_m_s, gone_m_s2 = corners.speeding.begun(half_s)
+        level = _length(gone_m_s2 * self.level[1], left_m_s2 * self.level[0], self.level_cosine)
+        upward = gone_m_s2 * corners.after[:, 2] - left_m_s2 * corners.before[:, 2]
+        return (
+            (_length(gone_m, left_m, self.cosine) < self.radius_m)
+            & (_length(gone_m_s, left_m_s, -self.cosine) <= corners.speed_limit_m_s * _STRICTLY)
+            & (level <= self.corner_acceleration_m_s2 * _STRICTLY)
+            & (np.abs(upward) <= self.vertical_acceleration_m_s2 * _STRICTLY)
+        )
+
+
+def _length(one: FloatArray, other: FloatArray, cosine: FloatArray) -> FloatArray:
+    """Return the length of the difference of two vectors: the law of cosines."""
+    return np.sqrt(np.maximum(one * one + other * other - 2.0 * one * other * cosine, 0.0))
