@@ -57,19 +57,17 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
     visits: list[int] = []
     taken: dict[int, int] = {}
     closed: tuple[int, int] | None = None
-    first_visit: dict[int, int] = {}
     at = 0
     while at < len(items):
         item = items[at]
-        if item.command not in jumps or at not in targets:
-            first_visit.setdefault(at, len(visits))
-            visits.append(at + 1)
+        visits.append(at + 1)
+        target = targets.get(at)
+        if target is None:
             at += 1
         elif closed is not None and closed[0] == at:
             break
         else:
             repeats = _repeats(item)
-            target = targets[at]
             is_endless = repeats == _FOREVER or (
                 meaning is Autopilot.PX4 and repeats == _PX4_FOREVER
             )
@@ -81,7 +79,7 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
                 at = target
             else:
                 at += 1
-        if len(visits) >= MOST_VISITS or sum(taken.values()) > MOST_VISITS:
+        if len(visits) >= MOST_VISITS:
             findings.append(
                 JUMPS_TOO_LONG.finding(
                     f"the jumps lead past more than {MOST_VISITS} items: "

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import item, jump, mission, takeoff, waypoint
+
+from planner.autopilot import Autopilot
+from planner.mission.jumps import MOST_VISITS, flown_order
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+
+
+def order(*items: MissionItem, meaning: Autopilot | None = None) -> tuple[int, ...]:
+    return flown_order(mission(*items).items, meaning).visits
+
+
+def test_without_jumps_items_are_flown_as_they_stand() -> None:
+    assert order(takeoff(10), waypoint(5, 10), waypoint(9, 10)) == (1, 2, 3)
+
+
+def test_a_jump_back_is_taken_as_often_as_it_says_and_then_passed() -> None:
+    flown = order(takeoff(10), waypoint(5, 10), waypoint(9, 10), jump(2, 2), waypoint(1, 10))
+    assert flown == (1, 2, 3, 4, 2, 3, 4, 2, 3, 4, 5)
+
+
+def test_a_jump_forward_leaves_items_out() -> None:
+    # Taken once, it is never met again; the item behind it stays unflown.
+    assert order(takeoff(10), jump(4, 1), waypoint(5, 10), waypoint(9, 10)) == (1, 2, 4)
+
+
+def test_an_inner_loop_is_not_started_anew_by_an_outer_one() -> None:
+    # Both autopilots count jumps for the whole mission, see planner/mission/jumps.py.
+    flown = order(takeoff(10), waypoint(1, 10), jump(2, 1), waypoint(2, 10), jump(2, 1))
+    assert flown == (1, 2, 3, 2, 3, 4, 5, 2, 3, 4, 5)
+
+
+def test_an_endless_jump_is_flown_once_round() -> None:
+    found = flown_order(
+        mission(takeoff(10), waypoint(5, 10), waypoint(9, 10), jump(2, -1), waypoint(1, 10)).items,
+        None,
+    )
+    assert found.visits == (1, 2, 3, 4, 2, 3, 4)
+    assert found.lap_start == 4
+    assert found.lap_item == 4
+
+
+def test_a_count_of_65535_is_endless_on_px4_only() -> None:
+    items = mission(takeoff(10), waypoint(5, 10), jump(2, 65535)).items
+    assert flown_order(items, Autopilot.PX4).lap_item == 3
+    assert flown_order(items, Autopilot.ARDUPILOT).lap_item is None
+
+
+@pytest.mark.parametrize(
+    ("jumps", "problem"), [(jump(9, 1), "there is no item 9"), (jump(3, 1), "jumps to itself")]
+)
+def test_a_jump_to_nowhere_or_to_itself_is_a_finding_and_passed(
+    jumps: MissionItem, problem: str
+) -> None:
+    found = flown_order(mission(takeoff(10), waypoint(5, 10), jumps, waypoint(9, 10)).items, None)
+    assert found.visits == (1, 2, 3, 4)
+    [finding] = found.findings
+    assert finding.code == "M103"
+    assert finding.item == 3
+    assert problem in finding.message
+
+
+def test_a_jump_tag_is_found_by_its_number_and_unknown_to_px4() -> None:
+    items = mission(
+        takeoff(10),
+        item(600, params=(70.0, 0.0, 0.0, 0.0)),
+        waypoint(5, 10),
+        item(601, params=(70.0, 1.0, 0.0, 0.0)),
+    ).items
+    assert flown_order(items, Autopilot.ARDUPILOT).visits == (1, 2, 3, 4, 2, 3, 4)
+    assert flown_order(items, Autopilot.PX4).visits == (1, 2, 3, 4)
+
+
+def test_ids_of_the_file_count_not_positions() -> None:
+    first, second = item(16, 47.0, 10.0, jump_id=640), item(16, 47.0, 20.0, jump_id=645)
+    assert order(takeoff(10), first, second, jump(640, 1)) == (1, 2, 3, 4, 2, 3, 4)
+
+
+def test_too_many_repeats_are_cut_and_said() -> None:
+    found = flown_order(mission(takeoff(10), waypoint(5, 10), jump(2, 1e9)).items, None)
+    assert len(found.visits) <= MOST_VISITS + 1
+    assert [f.code for f in found.findings] == ["T106"]
+
+
+def test_jumps_that_lead_in_a_circle_without_an_item_between_end() -> None:
+    found = flown_order(mission(takeoff(10), jump(3, -1), jump(2, -1)).items, None)
+    assert found.lap_item == 3

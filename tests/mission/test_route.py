@@ -1,0 +1,306 @@
+"""What a mission asks for, by the rules of formats.md part c."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
+
+from planner.autopilot import Autopilot
+from planner.errors import MissionFileError
+from planner.mission.items import Home, MissionItem, VehicleKind
+from planner.mission.route import make_route
+from planner.mission.stage import Route, StageKind
+
+if TYPE_CHECKING:
+    from planner.geo.terrain import MaskedHeights
+
+PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
+
+
+def route(
+    *items: MissionItem, meaning: Autopilot | None = None, home_amsl_m: float | None = None
+) -> Route:
+    return make_route(mission(*items), meaning=meaning, home_amsl_m=home_amsl_m)
+
+
+def codes(found: Route) -> list[str]:
+    return [finding.code for finding in found.findings if finding.code != "X902"]
+
+
+def heights(found: Route) -> list[float]:
+    return [stage.height_m for stage in found.stages]
+
+
+def test_a_plain_mission_is_laid_out_in_metres_about_home() -> None:
+    found = route(takeoff(50), waypoint(1000, 80, hold_s=5), rtl())
+    assert [s.kind for s in found.stages] == [StageKind.TAKEOFF, StageKind.GO, StageKind.RETURN]
+    assert found.stages[1].north_m == pytest.approx(1000.0, abs=1.0)
+    assert found.stages[1].east_m == pytest.approx(0.0, abs=1e-6)
+    assert found.stages[1].hold_s == 5.0
+    assert heights(found) == [50.0, 80.0, 0.0]
+    assert codes(found) == []
+
+
+def test_amsl_altitudes_count_from_the_altitude_of_home() -> None:
+    found = route(takeoff(50), item(16, north(100), 480.0, frame=0), rtl())
+    assert found.stages[1].height_m == 80.0
+    moved = route(takeoff(50), item(16, north(100), 480.0, frame=0), rtl(), home_amsl_m=430.0)
+    assert moved.stages[1].height_m == 50.0
+
+
+def test_amsl_altitudes_without_a_home_altitude_are_said() -> None:
+    home = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=None)
+    found = make_route(mission(takeoff(50), item(16, north(9), 480.0, frame=5), rtl(), home=home))
+    assert "A105" in codes(found)
+
+
+def test_speeds_are_carried_along_and_each_autopilot_reads_them_its_own_way() -> None:
+    items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(3.0, kind=2.0), waypoint(1, 9), rtl())
+    ardupilot = route(*items, meaning=ARDUPILOT).stages
+    assert [s.speed_m_s for s in ardupilot] == [None, 7.0, 7.0, 7.0]
+    assert [s.climb_speed_m_s for s in ardupilot] == [None, None, 3.0, 3.0]
+    # PX4 does not look at the type of a speed.
+    assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, 3.0, 3.0]
+
+
+def test_a_speed_of_zero_or_less_resets_px4_and_means_nothing_to_ardupilot() -> None:
+    items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(-2.0), waypoint(1, 9), rtl())
+    assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, None, None]
+    assert [s.speed_m_s for s in route(*items, meaning=ARDUPILOT).stages] == [None, 7.0, 7.0, 7.0]
+
+
+def test_altitude_zero_keeps_the_height_on_ardupilot_and_is_zero_on_px4() -> None:
+    items = (takeoff(20), waypoint(100, 0), rtl())
+    assert heights(route(*items, meaning=ARDUPILOT))[1] == 20.0
+    assert heights(route(*items, meaning=PX4))[1] == 0.0
+
+
+def test_zero_latitude_and_longitude_mean_here_and_px4_is_warned_of() -> None:
+    items = (takeoff(20), waypoint(100, 20), item(21, 0.0, 0.0, longitude_deg=0.0))
+    ardupilot = route(*items, meaning=ARDUPILOT)
+    assert ardupilot.stages[-1].north_m == pytest.approx(100.0, abs=0.1)
+    assert codes(ardupilot) == []
+    px4 = route(*items, meaning=PX4)
+    assert px4.stages[-1].north_m == pytest.approx(100.0, abs=0.1)
+    assert codes(px4) == ["M110"]
+
+
+def test_ardupilot_takes_off_where_it_stands_px4_flies_to_the_takeoffs_place() -> None:
+    items = (item(22, north(30), 20.0), waypoint(100, 20), rtl())
+    assert route(*items, meaning=ARDUPILOT).stages[0].north_m == pytest.approx(0.0, abs=1e-9)
+    assert route(*items, meaning=PX4).stages[0].north_m == pytest.approx(30.0, abs=0.05)
+
+
+def test_ardupilot_holds_whole_seconds() -> None:
+    items = (takeoff(20), waypoint(100, 20, hold_s=2.7), rtl())
+    assert route(*items, meaning=ARDUPILOT).stages[1].hold_s == 2.0
+    assert route(*items, meaning=PX4).stages[1].hold_s == 2.7
+
+
+def test_a_mission_without_takeoff_gets_one_and_says_so() -> None:
+    found = route(waypoint(100, 40), rtl())
+    assert [s.kind for s in found.stages] == [StageKind.TAKEOFF, StageKind.GO, StageKind.RETURN]
+    assert found.stages[0].height_m == 40.0
+    assert found.stages[0].north_m == pytest.approx(0.0, abs=1e-9)
+    assert codes(found) == ["M101"]
+
+
+def test_a_mission_that_ends_in_the_air_says_so() -> None:
+    assert codes(route(takeoff(20), waypoint(100, 20))) == ["M102"]
+
+
+def test_items_behind_the_landing_are_not_flown_and_said() -> None:
+    found = route(takeoff(20), rtl(), waypoint(100, 20), waypoint(200, 20))
+    assert len(found.stages) == 2
+    [finding] = [f for f in found.findings if f.code == "T104"]
+    assert finding.item == 3
+    assert "2 items from 3 on" in finding.message
+
+
+def test_items_behind_the_landing_that_a_jump_has_led_past_are_flown() -> None:
+    items = (takeoff(20), jump(5, 1), item(21, 0.0, 0.0), item(16, north(9), 20.0), waypoint(9, 9))
+    found = route(*items, jump(3, 1))
+    assert [s.item for s in found.stages] == [1, 5, 3]
+
+
+def test_a_zero_takeoff_is_an_error() -> None:
+    assert "A106" in codes(route(takeoff(0), waypoint(9, 20), rtl()))
+
+
+def test_an_empty_mission_holds_no_flight() -> None:
+    assert codes(route()) == ["M108"]
+    assert codes(route(item(206, frame=2))) == ["M108"]
+
+
+def test_cameras_and_places_to_look_at_cost_nothing_and_are_not_mentioned() -> None:
+    found = route(
+        takeoff(20), item(206, frame=2), item(195, north(50), 0.0), waypoint(9, 20), rtl()
+    )
+    assert [s.item for s in found.stages] == [1, 4, 5]
+    assert codes(found) == []
+
+
+def test_an_item_that_is_not_modelled_is_said_once_with_its_count() -> None:
+    winch = item(42600, frame=2)
+    found = route(takeoff(20), winch, winch, waypoint(9, 20), rtl())
+    [finding] = [f for f in found.findings if f.code == "T102"]
+    assert finding.item == 2
+    assert "DO_WINCH" in finding.message
+    assert "and 1 more" in finding.message
+
+
+def test_the_distances_conditions_wait_for_cost_no_time() -> None:
+    found = route(takeoff(20), item(112, params=(30.0, 0.0, 0.0, 0.0)), waypoint(9, 20), rtl())
+    assert [s.hold_s for s in found.stages] == [0.0, 0.0, 0.0]
+
+
+def test_a_delay_in_the_air_is_flown_and_on_the_ground_only_said() -> None:
+    delay = item(93, params=(60.0, -1.0, -1.0, -1.0), frame=2)
+    air = route(takeoff(20), delay, rtl())
+    assert air.stages[1].kind is StageKind.DELAY
+    assert air.stages[1].hold_s == 60.0
+    ground = route(delay, takeoff(20), rtl())
+    assert [s.kind for s in ground.stages] == [StageKind.TAKEOFF, StageKind.RETURN]
+    assert codes(ground) == ["T107"]
+
+
+def test_a_delay_until_a_time_of_day_cannot_be_counted() -> None:
+    found = route(takeoff(20), item(93, params=(-1.0, 14.0, 30.0, -1.0), frame=2), rtl())
+    [finding] = [f for f in found.findings if f.code == "T107"]
+    assert "14:30:--" in finding.message
+    # PX4 looks at the seconds only, and takes none for none.
+    px4 = route(takeoff(20), item(93, params=(-1.0, 14.0, 30.0, -1.0), frame=2), rtl(), meaning=PX4)
+    assert codes(px4) == []
+
+
+def test_an_unlimited_loiter_ends_the_prediction_as_an_error() -> None:
+    found = route(takeoff(20), item(17, north(50), 20.0), waypoint(9, 20), rtl())
+    assert [s.kind for s in found.stages] == [StageKind.TAKEOFF, StageKind.LOITER]
+    assert "T101" in codes(found)
+
+
+def test_circles_carry_turns_and_radius() -> None:
+    circle = item(18, north(200), 30.0, params=(3.0, 0.0, -25.0, 0.0))
+    stage = route(takeoff(20), circle, rtl()).stages[1]
+    assert stage.kind is StageKind.CIRCLE
+    assert (stage.turns, stage.radius_m) == (3.0, -25.0)
+
+
+def test_a_moved_home_moves_the_return_and_the_heights_above_home() -> None:
+    moved = item(179, north(500), 440.0, params=(0.0, 0.0, 0.0, 0.0), frame=0)
+    found = route(takeoff(50), moved, waypoint(600, 50), rtl())
+    assert found.stages[1].height_m == pytest.approx(90.0)  # 50 m above a home 40 m higher
+    assert found.stages[2].north_m == pytest.approx(500.0, abs=0.5)
+    assert found.stages[2].height_m == pytest.approx(40.0)
+
+
+def test_terrain_altitudes_without_terrain_are_taken_above_home_and_said() -> None:
+    found = route(takeoff(20), item(16, north(9), 30.0, frame=10), rtl())
+    assert found.stages[1].height_m == 30.0
+    assert codes(found) == ["A108"]
+
+
+class Slope:
+    """Terrain that rises one metre for each of the latitude's 1e-5 degrees beyond home's."""
+
+    def height_amsl_m(self, latitude_deg: float, _longitude_deg: float) -> MaskedHeights:
+        return np.ma.masked_array(400.0 + (latitude_deg - 47.0) * 1e5)
+
+
+def test_terrain_altitudes_with_terrain_follow_it_and_landings_reach_it() -> None:
+    found = make_route(
+        mission(takeoff(20), item(16, 47.001, 30.0, frame=10), item(21, 47.002, 0.0)),
+        terrain=Slope(),  # type: ignore[arg-type]  # as much of a grid as a route asks for
+    )
+    assert found.stages[1].height_m == pytest.approx(130.0)
+    assert found.stages[2].height_m == pytest.approx(200.0)
+    assert codes(found) == []
+
+
+def test_an_item_without_altitude_cannot_be_flown() -> None:
+    found = route(takeoff(20), item(16, north(9), None), rtl())
+    assert found.stages[1].height_m == 20.0
+    assert codes(found) == ["A109"]
+
+
+def test_an_unknown_frame_is_an_error() -> None:
+    assert "A103" in codes(route(takeoff(20), item(16, north(9), 10.0, frame=1), rtl()))
+
+
+def test_autocontinue_off_stops_px4_for_ever_and_not_ardupilot() -> None:
+    held = item(16, north(9), 20.0, autocontinue=False)
+    assert codes(route(takeoff(20), held, rtl(), meaning=PX4)) == ["T108"]
+    assert codes(route(takeoff(20), held, rtl(), meaning=ARDUPILOT)) == []
+
+
+def test_without_home_the_flight_starts_at_the_first_place() -> None:
+    found = make_route(mission(takeoff(20), waypoint(100, 20), rtl(), home=None))
+    assert found.stages[1].north_m == pytest.approx(100.0, abs=0.1)
+    assert "M107" in codes(found)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        waypoint(10, 20, hold_s=1e9),
+        waypoint(10, 1e9),
+        speed(1e308),
+        item(93, params=(1e300, 0.0, 0.0, 0.0)),
+        item(18, 47.0, 10.0, params=(1e300, 0.0, 5.0, 0.0)),
+    ],
+)
+def test_numbers_no_vehicle_can_fly_are_refused_with_the_item(bad: MissionItem) -> None:
+    with pytest.raises(MissionFileError, match="item 2"):
+        route(takeoff(20), bad, rtl())
+
+
+@pytest.mark.parametrize(
+    "kind", [VehicleKind.FIXED_WING, VehicleKind.VTOL, VehicleKind.ROVER, VehicleKind.SUBMARINE]
+)
+def test_missions_of_other_vehicles_are_refused(kind: VehicleKind) -> None:
+    with pytest.raises(MissionFileError, match=f"{kind}.*multicopters only"):
+        make_route(mission(takeoff(20), rtl(), vehicle_kind=kind))
+
+
+def test_an_endless_mission_carries_its_lap() -> None:
+    found = route(takeoff(20), waypoint(100, 20), waypoint(0, 20), jump(2, -1))
+    assert found.lap is not None
+    assert found.lap.item == 4
+    assert found.stages[found.lap.first_stage].item == 2
+    assert [s.item for s in found.stages] == [1, 2, 3, 2, 3]
+    assert "M102" not in codes(found)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(
+        st.builds(
+            item,
+            st.sampled_from([16, 17, 18, 19, 20, 21, 22, 31, 82, 93, 94, 112, 177, 178, 179, 206]),
+            st.one_of(st.none(), st.floats(46.9, 47.1), st.just(0.0)),
+            st.one_of(st.none(), st.floats(-100, 500)),
+            params=st.tuples(*[st.one_of(st.none(), st.floats(-5, 20))] * 4),
+            frame=st.sampled_from([0, 2, 3, 5, 6, 10, 11]),
+        ),
+        max_size=12,
+    ),
+    st.sampled_from([None, PX4, ARDUPILOT]),
+)
+def test_any_items_make_a_route_of_finite_stages(
+    items: list[MissionItem], meaning: Autopilot | None
+) -> None:
+    found = route(*items, meaning=meaning)
+    for stage in found.stages:
+        assert np.isfinite([stage.east_m, stage.north_m, stage.height_m, stage.hold_s]).all()
+        assert stage.hold_s >= 0.0
+        assert 1 <= stage.item <= len(items)
+    assert set(found.reached) <= set(range(1, len(items) + 1))
+
+
+def test_heights_count_from_home() -> None:
+    assert HOME.altitude_amsl_m == route(takeoff(20), rtl()).home_amsl_m
