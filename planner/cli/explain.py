@@ -10,7 +10,7 @@ from planner import __version__, catalogue
 from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError
-from planner.report.json_report import rule_json
+from planner.report.catalogue_json import rule_json
 from planner.report.rule_text import rule_text
 from planner.vehicle.keys import nearest_hint
 
