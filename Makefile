@@ -23,9 +23,9 @@ demo: $(MADE) ## check a sample mission
 	@$(BIN)/mavjoule check $(SAMPLE)
 	@echo
 	@echo "Try next:"
-	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan   a no-go, and why"
-	@echo "  $(BIN)/mavjoule segments $(SAMPLE)     the flight, segment by segment"
-	@echo "  $(BIN)/mavjoule check YOUR.plan --battery 5.2Ah@14.8V  your own mission"
+	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan    a no-go, and why"
+	@echo "  $(BIN)/mavjoule segments $(SAMPLE)  the flight, segment by segment"
+	@echo "  $(BIN)/mavjoule check YOUR.plan --battery 5.2Ah@14.8V   your own mission"
 
 test: lint types layers unit ## the whole gate
 
