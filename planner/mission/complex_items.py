@@ -12,6 +12,7 @@ from planner.catalogue.loader import (
 )
 from planner.mission import structure_scan
 from planner.mission.item_sequence import ItemSequence
+from planner.mission.items import MOST_ITEMS
 from planner.mission.json_document import describe
 from planner.mission.json_fields import JsonFields
 from planner.mission.landing_pattern import LAND_COMMANDS, expand_landing_pattern
@@ -107,6 +108,8 @@ class ComplexItemReader:
         """Return the items that the file holds, as they are."""
         transects = item.fields("TransectStyleComplexItem", item.title)
         raws: list[Any] = transects.listed("Items")
+        if first_number - 1 + len(raws) > MOST_ITEMS:
+            transects.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "Items")
         for index, raw in enumerate(raws):
             if type(raw) is not dict:
                 transects.refuse(

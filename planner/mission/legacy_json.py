@@ -72,14 +72,15 @@ def read_legacy(document: JsonDocument, source: str) -> Mission:
         place = document.place(mission.value, "complexItems")
         remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
     read = read_items(mission, remarks, is_legacy=True)
+    home = _read_home(mission)
     firmware_key = "MAV_AUTOPILOT" if "MAV_AUTOPILOT" in mission.value else "firmwareType"
     return Mission(
         source=source,
         file_format=MissionFormat.PLAN,
         items=read.items,
-        home=_read_home(mission),
+        home=home,
         autopilot=read_autopilot(mission, firmware_key),
-        vehicle_kind=read_vehicle_kind(mission),
+        vehicle_kind=read_vehicle_kind(mission, read.items, home),
         findings=(*document.findings, *remarks.findings()),
         document=PlanDocument(json=document, origins=read.origins),
     )

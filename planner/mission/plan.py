@@ -8,30 +8,25 @@ from typing import TYPE_CHECKING
 from planner.autopilot import Autopilot
 from planner.catalogue.loader import MISSION_VERSION, REQUIRED_KEY
 from planner.errors import MissionFileError
-from planner.mission.items import Home, Mission, MissionFormat, VehicleKind
+from planner.mission.items import Home, Mission, MissionFormat
 from planner.mission.json_document import JsonDocument, describe, parse_json
 from planner.mission.json_fields import JsonFields
 from planner.mission.plan_areas import read_fence, read_rally_points
 from planner.mission.plan_items import read_items
 from planner.mission.remarks import Remarks
+from planner.mission.vehicle_kind import tell_vehicle
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.geo.fence import Fence, RallyPoint
+    from planner.mission.items import MissionItem, VehicleKind
 
 FILE_VERSION = 1
 SECTION_VERSION = 2
 
 AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
 """By MAV_AUTOPILOT."""
-VEHICLE_KINDS = {
-    1: VehicleKind.FIXED_WING,
-    **dict.fromkeys((2, 13, 14, 15, 29, 35), VehicleKind.MULTICOPTER),
-    10: VehicleKind.ROVER,
-    11: VehicleKind.BOAT,
-    12: VehicleKind.SUBMARINE,
-    **dict.fromkeys(range(19, 26), VehicleKind.VTOL),
-}
-"""By MAV_TYPE."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,29 +81,12 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
     """
     remarks = Remarks()
     plan = _plan_fields(document)
-    missing = _check_head(plan)
     section = plan.fields("mission", "the mission")
-    missing += [
-        f"mission.{key}"
-        for key in ("plannedHomePosition", "firmwareType")
-        if key not in section.value
-    ]
-    rally_section = plan.value.get("rallyPoints")
-    if isinstance(rally_section, dict) and "version" not in rally_section:
-        missing.append("rallyPoints.version")
-    if missing:
-        keys = ", ".join(f"'{key}'" for key in missing)
-        unchecked = [
-            what
-            for key, what in (("geoFence", "no fence"), ("rallyPoints", "no rally points"))
-            if key in missing
-        ]
-        message = f"{keys} missing: QGroundControl refuses the file" + (
-            f", MAVSDK too, and {' and '.join(unchecked)} can be checked" if unchecked else ""
-        )
-        remarks.add(REQUIRED_KEY, message, place=document.place(plan.value))
+    _check_file_version(plan)
+    _check_required_keys(plan, section, remarks)
     _check_mission_version(section, remarks)
     read = read_items(section, remarks)
+    home = read_home(section)
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
     if "geoFence" in plan.value:
@@ -119,9 +97,9 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
         source=source,
         file_format=MissionFormat.PLAN,
         items=read.items,
-        home=read_home(section),
+        home=home,
         autopilot=read_autopilot(section, "firmwareType"),
-        vehicle_kind=read_vehicle_kind(section),
+        vehicle_kind=read_vehicle_kind(section, read.items, home),
         fence=fence,
         rally=rally,
         findings=(*document.findings, *remarks.findings()),
@@ -155,16 +133,33 @@ def _plan_fields(document: JsonDocument) -> JsonFields:
     return JsonFields(document=document, value=root, title="the plan")
 
 
-def _check_head(plan: JsonFields) -> list[str]:
-    """Refuse versions nobody can read; return the keys that are missing at the top."""
+def _check_file_version(plan: JsonFields) -> None:
     if plan.value.get("version", FILE_VERSION) != FILE_VERSION:
         plan.refuse(
             f"its version is {describe(plan.value['version'])}, expected {FILE_VERSION}: "
             "it was written by a program from another time",
             "version",
         )
-    required = ("fileType", "version", "groundStation", "geoFence", "rallyPoints")
-    return [key for key in required if key not in plan.value]
+
+
+def _check_required_keys(plan: JsonFields, section: JsonFields, remarks: Remarks) -> None:
+    """Tell which of the keys are missing that QGroundControl requires and we can do without."""
+    head = ("fileType", "version", "groundStation", "geoFence", "rallyPoints")
+    missing = [key for key in head if key not in plan.value]
+    missing += [
+        f"mission.{key}"
+        for key in ("plannedHomePosition", "firmwareType")
+        if key not in section.value
+    ]
+    rally_points = plan.value.get("rallyPoints")
+    if isinstance(rally_points, dict) and "version" not in rally_points:
+        missing.append("rallyPoints.version")
+    if not missing:
+        return
+    message = f"{', '.join(missing)} missing: QGroundControl refuses the file"
+    if "geoFence" in missing:
+        message += ", MAVSDK too, and no fence can be checked"
+    remarks.add(REQUIRED_KEY, message, place=plan.document.place(plan.value))
 
 
 def _check_mission_version(section: JsonFields, remarks: Remarks) -> None:
@@ -195,7 +190,13 @@ def read_home(section: JsonFields) -> Home | None:
     return Home(latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_amsl_m=altitude_m)
 
 
-def read_vehicle_kind(section: JsonFields) -> VehicleKind | None:
-    """Return the kind of vehicle, ``None`` where the file does not say."""
-    vehicle_type = section.whole("vehicleType", most=255, default=0)
-    return VEHICLE_KINDS.get(vehicle_type, VehicleKind.OTHER) if vehicle_type else None
+def read_vehicle_kind(
+    section: JsonFields, items: Sequence[MissionItem], home: Home | None
+) -> VehicleKind | None:
+    """Return the kind of vehicle by the file's word, else by its commands; ``None`` if unsure."""
+    vehicle = tell_vehicle(
+        items,
+        vehicle_type=section.whole("vehicleType", most=255, default=0),
+        home_altitude_amsl_m=None if home is None else home.altitude_amsl_m,
+    )
+    return vehicle.kind if vehicle is not None and vehicle.is_certain else None

@@ -36,7 +36,7 @@ _COPY_TOLERANCE_M = 0.01
 _MIXED, _RELATIVE, _AMSL, _CALCULATED, _TERRAIN = range(5)
 _MODE_NAMES = ("mixed", "above home", "AMSL", "AMSL from terrain", "above terrain")
 """QGroundControl's AltitudeMode since version 4.2 (May 2021)."""
-_MODE_OF_FRAME: dict[int, int] = {
+ALTITUDE_MODE_OF_FRAME: dict[int, int] = {
     Frame.GLOBAL_RELATIVE_ALT: _RELATIVE,
     Frame.GLOBAL_RELATIVE_ALT_INT: _RELATIVE,
     Frame.GLOBAL: _AMSL,
@@ -44,6 +44,13 @@ _MODE_OF_FRAME: dict[int, int] = {
     Frame.GLOBAL_TERRAIN_ALT: _TERRAIN,
     Frame.GLOBAL_TERRAIN_ALT_INT: _TERRAIN,
 }
+"""The AltitudeMode that says the same as a frame."""
+
+
+def is_complex(raw: dict[str, Any]) -> bool:
+    """Return whether an element of a plan is a complex item, in whatever version."""
+    kind = raw.get("type")
+    return kind != "SimpleItem" and (kind in ("ComplexItem", "survey") or "complexItemType" in raw)
 
 
 class SimpleItemReader:
@@ -107,7 +114,8 @@ class SimpleItemReader:
             ):
                 self._refuse_position(raw, number, values)
             if "Altitude" in raw and (
-                raw["Altitude"] != altitude or raw.get("AltitudeMode") != _MODE_OF_FRAME[frame]
+                raw["Altitude"] != altitude
+                or raw.get("AltitudeMode") != ALTITUDE_MODE_OF_FRAME[frame]
             ):
                 self._compare_copies(raw, number, place, altitude, frame)
         autocontinue = raw.get("autoContinue")
@@ -140,7 +148,7 @@ class SimpleItemReader:
             If it is neither a simple nor a complex item.
         """
         kind = raw.get("type")
-        if kind in ("ComplexItem", "survey") or "complexItemType" in raw:
+        if is_complex(raw):
             return False
         if "command" not in raw:
             self._fields(raw, number).refuse(
@@ -178,32 +186,37 @@ class SimpleItemReader:
             elif type(value) in _NUMBER_TYPES and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
                 values.append(float(value))
             else:
-                self._refuse_parameter(raw, number, len(values), value)
+                self._refuse_parameter(
+                    raw, number, len(values), value, "a number of at most 32 bits or null"
+                )
         return values
 
     def _refuse_position(
         self, raw: dict[str, Any], number: int, values: list[float | None]
     ) -> NoReturn:
         """Raise the error about a place that is not on the Earth or nobody flies to."""
-        limits = (90.0, 180.0, LARGEST_LENGTH_M)
-        index = next(n for n, limit in enumerate(limits, 4) if abs(values[n] or 0.0) > limit)
-        self._refuse_parameter(raw, number, index, values[index])
+        limits = (
+            (90.0, "from −90 to 90°"),
+            (180.0, "from −180 to 180°"),
+            (LARGEST_LENGTH_M, f"within {LARGEST_LENGTH_M / 1000.0:g} km"),
+        )
+        for index, (limit, expected) in enumerate(limits, start=4):
+            value = abs(values[index] or 0.0)
+            if value > limit:
+                hint = " (this looks like degrees × 10⁷)" if index < 6 and value > 1e5 else ""
+                self._refuse_parameter(raw, number, index, values[index], f"{expected}{hint}")
+        raise AssertionError  # called only where one of them is beyond its limit
 
     def _refuse_parameter(
-        self, raw: dict[str, Any], number: int, index: int, value: object
+        self, raw: dict[str, Any], number: int, index: int, value: object, expected: str
     ) -> NoReturn:
         """Raise the error about one of the seven parameters."""
-        expected = "a number or null"
-        if isinstance(value, float):
-            expected = ("from −90 to 90°", "from −180 to 180°", "within 100 km")[index - 4]
-            if index < 6 and abs(value) > 1e5:
-                expected += " (this looks like degrees × 10⁷)"
-        place_of = "coordinate" if "coordinate" in raw and index >= 4 else "params"
-        self._fields(raw, number).refuse(
-            f"its {_PARAMETERS[index]} is {describe(value)}, expected {expected}",
-            place_of,
-            index - 4 if place_of == "coordinate" else index,
-        )
+        if "coordinate" in raw and index >= 4:
+            path: tuple[str | int, ...] = ("coordinate", index - 4)
+        else:
+            path = ("params", index) if "params" in raw else (f"param{index + 1}",)
+        message = f"its {_PARAMETERS[index]} is {describe(value)}, expected {expected}"
+        self._fields(raw, number).refuse(message, *path)
 
     def _older_shape(self, raw: dict[str, Any], number: int, place: Place) -> list[Any]:
         """Return the seven parameters of an item in one of the forms before the present one."""
@@ -253,11 +266,11 @@ class SimpleItemReader:
         if (
             altitude is not None
             and type(shown) in _NUMBER_TYPES
-            and not abs(shown - altitude) <= _COPY_TOLERANCE_M
+            and not altitude - _COPY_TOLERANCE_M <= shown <= altitude + _COPY_TOLERANCE_M
         ):
             message = f"item {number} is shown at {describe(shown)} m and flown at {altitude:g} m"
             self._remarks.add(ALTITUDE_COPY, message, item=number, place=place)
-        flown = _MODE_OF_FRAME[frame]
+        flown = ALTITUDE_MODE_OF_FRAME[frame]
         if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
             return
         if mode != flown and (mode, flown) != (_CALCULATED, _AMSL):

@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from planner.autopilot import Autopilot
+from planner.errors import MissionFileError
+from planner.mission.items import Home, Mission
+from planner.mission.json_document import parse_json
+from planner.mission.legacy_json import is_legacy, read_legacy
+
+
+def legacy_item(number: int, command: int = 16, **changes: Any) -> dict[str, Any]:  # noqa: ANN401 (JSON)
+    return {
+        "autoContinue": True,
+        "command": command,
+        "coordinate": [47.4, 8.5 + number / 1000, 30],
+        "frame": 3,
+        "id": number,
+        "param1": 5,
+        "param2": 0,
+        "param3": 0,
+        "param4": 90,
+        "type": "missionItem",
+    } | changes
+
+
+VERSION_1 = {
+    "MAV_AUTOPILOT": 3,
+    "complexItems": [],
+    "groundStation": "QGroundControl",
+    "items": [legacy_item(1, 22), legacy_item(2), legacy_item(3, 177)],
+    "plannedHomePosition": legacy_item(0, coordinate=[47.39, 8.49, 400], frame=0),
+    "version": "1.0",
+}
+VERSION_2 = {
+    "firmwareType": 12,
+    "vehicleType": 2,
+    "groundStation": "QGroundControl",
+    "items": [
+        {
+            "autoContinue": True,
+            "command": 16,
+            "coordinate": [47.4, 8.5, 30],
+            "doJumpId": 1,
+            "frame": 3,
+            "params": [0, 0, 0, 0],
+            "type": "SimpleItem",
+        }
+    ],
+    "plannedHomePosition": [47.39, 8.49, 400],
+    "version": 2,
+}
+
+
+def read(value: dict[str, Any]) -> Mission:
+    document = parse_json(json.dumps(value), source="a.mission")
+    assert is_legacy(document)
+    return read_legacy(document, "a.mission")
+
+
+def test_version_one_has_parameters_by_name_and_an_item_for_home() -> None:
+    mission = read(VERSION_1)
+    assert [item.command for item in mission.items] == [22, 16, 177]
+    assert [item.jump_id for item in mission.items] == [1, 2, 3]
+    item = mission.items[1]
+    assert (item.param1, item.param4, item.longitude_deg) == (5.0, 90.0, 8.502)
+    assert mission.home == Home(latitude_deg=47.39, longitude_deg=8.49, altitude_amsl_m=400.0)
+    assert mission.autopilot is Autopilot.ARDUPILOT
+    assert [finding.code for finding in mission.findings] == ["L117"]
+
+
+@pytest.mark.parametrize("file_type", [None, "Mission"])
+def test_version_two_is_a_mission_section_alone(file_type: str | None) -> None:
+    value = VERSION_2 if file_type is None else VERSION_2 | {"fileType": file_type}
+    mission = read(value)
+    assert (mission.items[0].altitude_m, mission.items[0].param4) == (30.0, 0.0)
+    assert mission.autopilot is Autopilot.PX4
+    assert mission.home is not None
+    assert [finding.code for finding in mission.findings] == ["L117"]
+
+
+def test_a_missing_home_is_unknown() -> None:
+    value = {key: each for key, each in VERSION_1.items() if key != "plannedHomePosition"}
+    assert read(value).home is None
+
+
+def test_complex_items_of_version_one_are_left_out_with_an_error() -> None:
+    mission = read(VERSION_1 | {"complexItems": [{"complexItemType": "survey", "id": 2}]})
+    assert "L112" in [finding.code for finding in mission.findings]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {"fileType": "Plan", "items": [], "firmwareType": 12},
+        {"mission": {}, "items": [], "firmwareType": 12},
+        {"items": []},
+        {"items": {}, "firmwareType": 12},
+        [],
+    ],
+)
+def test_a_plan_or_anything_else_is_not_taken_for_a_legacy_file(value: object) -> None:
+    assert not is_legacy(parse_json(json.dumps(value), source="a.mission"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"version": 3}, "its version is 3, expected"),
+        ({"items": [{"type": "missionItem"}]}, "item 1: its type is the text 'missionItem'"),
+        ({"items": [legacy_item(1, coordinate=[1, 2])]}, "must be [latitude, longitude, altitude]"),
+        ({"items": [legacy_item(1, coordinate=[91, 2, 3])]}, "its latitude is 91"),
+        ({"items": [legacy_item(1, param2="x")]}, "its parameter 2 is the text 'x'"),
+        ({"plannedHomePosition": {"coordinate": [1, 2]}}, "the planned home: 'coordinate' must be"),
+        ({"plannedHomePosition": {}}, "the planned home: 'coordinate' is missing"),
+        ({"MAV_AUTOPILOT": "PX4"}, "'MAV_AUTOPILOT' is the text 'PX4', expected a number"),
+    ],
+)
+def test_a_legacy_file_that_cannot_be_understood_is_refused_with_its_place(
+    changes: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(MissionFileError) as caught:
+        read(VERSION_1 | changes)
+    assert sentence in caught.value.message
+    assert caught.value.place is not None
+
+
+def test_a_missing_parameter_is_refused() -> None:
+    item = {key: value for key, value in legacy_item(1).items() if key != "param3"}
+    with pytest.raises(MissionFileError, match="'param3' is missing"):
+        read(VERSION_1 | {"items": [item]})
