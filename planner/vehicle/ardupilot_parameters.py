@@ -151,6 +151,14 @@ class ArduPilotParameters:
         at_least=0.1,
         at_most=1.5,
     )
+    attitude_time_constant_s: float = parameter(
+        "ATC_INPUT_TC",
+        "s",
+        0.15,
+        "time constant of the attitude; jerk rises within twice of it",
+        at_least=0.0,
+        at_most=1.0,
+    )
     circle_radius_m: float = parameter(
         "CIRCLE_RADIUS_M",
         "m",
@@ -248,6 +256,9 @@ class ArduPilotParameters:
 
     spool_up_s: float = parameter(
         "MOT_SPOOL_TIME", "s", 0.5, "time for motors to spool up", at_least=0.0
+    )
+    hover_throttle: float = parameter(
+        "MOT_THST_HOVER", "", 0.35, "throttle at which it hovers", above=0.0, at_most=1.0
     )
     takeoff_slew_s: float = parameter(
         "TKOFF_SLEW_TIME", "s", 2.0, "time over which thrust builds up", at_least=0.0
