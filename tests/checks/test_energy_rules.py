@@ -1,0 +1,113 @@
+"""The battery, the reserve and the way home."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import mission, rtl, takeoff, waypoint
+
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.service import CheckResult
+
+VEHICLE = load_vehicle("falkowski-2023-quadrotor")
+OUT_AND_BACK = mission(takeoff(100), waypoint(1000, 100), rtl())
+
+
+def checked(capacity_wh: float | None, *, charge: float = 1.0, reserve: float = 0.2) -> CheckResult:
+    battery = None if capacity_wh is None else Battery(capacity_wh=capacity_wh)
+    return check(OUT_AND_BACK, VEHICLE, battery=battery, charge=charge, reserve=reserve)
+
+
+NEED_WH = checked(1000.0).totals.energy_wh
+
+
+def errors(result: CheckResult) -> list[str]:
+    return [f.code for f in result.findings if f.severity is Severity.ERROR]
+
+
+def test_an_unknown_battery_is_a_no_go() -> None:
+    result = checked(None)
+    assert errors(result) == ["E100"]
+    assert result.verdict == "no-go"
+    assert result.battery is None
+
+
+def test_enough_above_the_reserve_is_a_go() -> None:
+    # 20 % reserve: the need is 80 % of this capacity; a thousandth more is enough.
+    result = checked(NEED_WH / 0.8 * 1.001)
+    assert errors(result) == []
+    assert result.verdict == "go"
+    assert result.battery is not None
+    assert 0.0 < result.battery.margin_wh < 0.01 * NEED_WH
+
+
+def test_a_little_too_little_is_a_no_go_and_names_the_item_that_touches_the_reserve() -> None:
+    result = checked(NEED_WH / 0.8 * 0.999)
+    assert "E101" in errors(result)
+    assert result.verdict == "no-go"
+    [finding] = [f for f in result.findings if f.code == "E101"]
+    assert finding.item == 3
+
+
+def test_exactly_enough_is_a_go() -> None:
+    result = checked(NEED_WH, reserve=0.0)
+    assert result.battery is not None
+    assert result.battery.margin_wh == 0.0
+    assert result.verdict == "go"
+
+
+def test_charge_and_reserve_are_shares_of_the_capacity() -> None:
+    result = checked(100.0, charge=0.7, reserve=0.25)
+    assert result.battery is not None
+    assert result.battery.usable_wh == pytest.approx(70.0)
+    assert result.battery.margin_wh == pytest.approx(45.0 - NEED_WH)
+    assert result.battery.used_fraction == pytest.approx(NEED_WH / 100.0)
+
+
+def test_capacity_changes_only_shares() -> None:
+    small, large = checked(100.0), checked(10_000.0)
+    assert small.totals == large.totals
+    assert small.battery is not None
+    assert large.battery is not None
+    assert small.battery.used_fraction == pytest.approx(100.0 * large.battery.used_fraction)
+
+
+def test_the_way_home_is_tightest_where_energy_used_and_way_home_are_most() -> None:
+    result = checked(100.0)
+    assert result.way_home is not None
+    assert result.way_home.tightest_item == 2
+    # Home from the far end is what is left of the mission: its own return.
+    used = next(i.energy_used_wh for i in result.items if i.item == 2)
+    assert used is not None
+    assert result.way_home.energy_home_wh == pytest.approx(NEED_WH - used)
+    assert result.way_home.margin_wh == pytest.approx(80.0 - NEED_WH)
+
+
+def test_a_mission_that_ends_far_away_has_no_way_home_in_its_reserve() -> None:
+    one_way = mission(takeoff(100), waypoint(1000, 100))
+    need = check(one_way, VEHICLE, battery=Battery(capacity_wh=1e3)).totals.energy_wh
+    result = check(one_way, VEHICLE, battery=Battery(capacity_wh=need / 0.8 * 1.01))
+    assert "E101" not in errors(result)
+    assert "E102" in errors(result)
+
+
+@pytest.mark.parametrize(("charge", "reserve"), [(1.1, 0.2), (-0.1, 0.2), (1.0, float("nan"))])
+def test_shares_beyond_all_are_refused(charge: float, reserve: float) -> None:
+    with pytest.raises(UsageError, match="must be a fraction"):
+        checked(100.0, charge=charge, reserve=reserve)
+
+
+def test_charge_needs_a_voltage() -> None:
+    assert checked(100.0).totals.charge_mah is None
+    with_voltage = check(
+        OUT_AND_BACK, VEHICLE, battery=Battery(capacity_ah=5.0, nominal_voltage_v=20.0)
+    )
+    # 1 Wh at 20 V is 50 mAh.
+    assert with_voltage.totals.charge_mah == pytest.approx(50.0 * NEED_WH)

@@ -1,0 +1,135 @@
+"""Flight outside what the model knows: always said, at the boundary too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+
+from planner.autopilot import Autopilot
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.physics.wind import Wind
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.mission.items import Mission, MissionItem
+
+VEHICLE = load_vehicle("falkowski-2023-quadrotor")
+BATTERY = Battery(capacity_wh=500.0)
+
+
+def found(code: str, *items: MissionItem, autopilot: Autopilot | None = None) -> list[Finding]:
+    return of(code, mission(*items, autopilot=autopilot))
+
+
+def of(code: str, one: Mission) -> list[Finding]:
+    return [f for f in check(one, VEHICLE, battery=BATTERY).findings if f.code == code]
+
+
+@pytest.mark.parametrize(("speed_m_s", "fires"), [(9.9, False), (10.0, False), (10.1, True)])
+def test_a_speed_beyond_the_identified_one_is_an_error(speed_m_s: float, fires: bool) -> None:  # noqa: FBT001 - a table of cases
+    [*beyond] = [
+        f
+        for f in found("E105", takeoff(100), speed(speed_m_s), waypoint(900, 100), rtl())
+        if f.severity is Severity.ERROR
+    ]
+    assert bool(beyond) is fires
+    if fires:
+        assert beyond[0].item == 3
+        assert "10.1 m/s" in beyond[0].message
+
+
+@pytest.mark.parametrize(("height_m", "fires"), [(199.0, False), (200.0, False), (202.0, True)])
+def test_a_climb_longer_than_the_identified_step_is_marked(height_m: float, fires: bool) -> None:  # noqa: FBT001 - a table of cases
+    down = waypoint(0, 110)
+    marked = [
+        f
+        for f in found("E105", takeoff(100), waypoint(0, height_m), down, waypoint(0, 50), rtl())
+        if f.severity is Severity.WARNING
+    ]
+    assert bool(marked) is fires
+
+
+def test_a_height_beyond_the_identified_ones_is_marked() -> None:
+    steps = [waypoint(0, 100.0 * k) for k in range(2, 6)]
+    marked = found("E105", takeoff(100), *steps, *reversed(steps[:-1]), waypoint(0, 100), rtl())
+    assert any("500 m" in f.message for f in marked)
+
+
+def test_hovering_below_the_hover_data_is_said_and_above_is_not() -> None:
+    low = found("E105", takeoff(60), waypoint(300, 60), rtl())
+    assert [f.severity for f in low] == [Severity.INFO]
+    assert found("E105", takeoff(100), waypoint(300, 100), rtl()) == []
+
+
+def test_the_stand_in_for_cruise_power_is_said_where_there_is_a_cruise() -> None:
+    assert len(found("E107", takeoff(100), waypoint(300, 100), rtl())) == 1
+    # 20 m are flown in one acceleration and one stop.
+    assert found("E107", takeoff(100), waypoint(20, 100), rtl()) == []
+
+
+def test_conditions_the_model_cannot_count_are_said() -> None:
+    one = mission(takeoff(100), waypoint(300, 100), rtl())
+    asked = check(
+        one,
+        VEHICLE,
+        battery=BATTERY,
+        wind=Wind(speed_m_s=5.0, from_deg=90.0),
+        payload_kg=0.5,
+        temperature_c=30.0,
+    )
+    calm = check(one, VEHICLE, battery=BATTERY)
+    assert len([f for f in asked.findings if f.code == "E108"]) == 3
+    assert [f for f in calm.findings if f.code == "E108"] == []
+    assert asked.totals == calm.totals
+
+
+def test_a_file_for_an_autopilot_is_said_to_be_flown_in_steps() -> None:
+    items = (takeoff(100), waypoint(300, 100), rtl())
+    assert len(found("M109", *items, autopilot=Autopilot.PX4)) == 1
+    assert found("M109", *items) == []
+
+
+def test_the_articles_vehicle_is_not_flown_by_an_autopilot() -> None:
+    with pytest.raises(UsageError, match="cannot be flown as PX4"):
+        check(mission(takeoff(100), rtl()), VEHICLE, battery=BATTERY, autopilot=Autopilot.PX4)
+
+
+def test_an_endless_mission_is_an_error_with_the_time_and_energy_of_a_lap() -> None:
+    one = mission(takeoff(100), waypoint(500, 100), waypoint(0, 100), jump(2, -1))
+    result = check(one, VEHICLE, battery=BATTERY)
+    [finding] = [f for f in result.findings if f.code == "T101"]
+    assert finding.severity is Severity.ERROR
+    assert finding.item == 4
+    # One lap is two legs of 500 m, each 500 / 9.94705 + 6.6234 s long.
+    assert f"{2 * (500 / 9.94705 + 6.6234):.0f} s" in finding.message
+    lap_wh = sum(s.energy_wh for s in result.segments[-6:])
+    assert f"{lap_wh:.2f} Wh" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "one", "words"),
+    [
+        (Autopilot.PX4, item(82, north(50), 100.0), "refuses NAV_SPLINE_WAYPOINT at upload"),
+        (Autopilot.PX4, item(16, north(50), 100.0, frame=10), "refuses NAV_WAYPOINT in frame 10"),
+        (Autopilot.PX4, item(112, frame=2), "will not arm with CONDITION_DELAY"),
+    ],
+)
+def test_an_item_the_autopilot_refuses_is_an_error(
+    autopilot: Autopilot, one: MissionItem, words: str
+) -> None:
+    [finding] = found("M105", takeoff(100), one, rtl(), autopilot=autopilot)
+    assert finding.severity is Severity.ERROR
+    assert finding.item == 2
+    assert words in finding.message
+    assert found("M105", takeoff(100), one, rtl()) == []
+
+
+def test_splines_flown_straight_are_said() -> None:
+    [finding] = found("T102", takeoff(100), item(82, north(50), 100.0), rtl())
+    assert "1 spline" in finding.message
