@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner.mission.items import Home, Mission, MissionFormat, MissionItem, VehicleKind
+from planner.mission.items import Home, Mission, MissionFormat, MissionItem, VehicleEvidence
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
@@ -73,7 +73,7 @@ def mission(
     *items: MissionItem,
     home: Home | None = HOME,
     autopilot: Autopilot | None = None,
-    vehicle_kind: VehicleKind | None = None,
+    vehicle: VehicleEvidence | None = None,
 ) -> Mission:
     """Return a mission; items without a jump id get their number."""
     numbered = tuple(
@@ -86,7 +86,7 @@ def mission(
         items=numbered,
         home=home,
         autopilot=autopilot,
-        vehicle_kind=vehicle_kind,
+        vehicle=vehicle,
     )
 
 

@@ -100,3 +100,20 @@ ZERO_POSITION = Rule(
     example="NAV_LAND at 0°, 0°: PX4 would fly there; taken as 'here'",
     fix="give the item the place it should be flown to",
 )
+
+OTHER_VEHICLE = Rule(
+    code="M111",
+    name="other-vehicle",
+    severity=Severity.WARNING,
+    summary="The mission may be one for another kind of vehicle.",
+    why=(
+        "A fixed-wing or VTOL mission timed as a multicopter's is wrong in every leg "
+        "(QGroundControl #7662); text files do not say what they were written for."
+    ),
+    how=(
+        "The vehicle type of the file, else what its commands tell: take-off pitch with a landing "
+        "approach, VTOL items, depths.  What is certain is refused."
+    ),
+    example="this may be a fixed-wing mission (item 1 takes off with a pitch of 15°)",
+    fix="check that this is the file you meant to fly",
+)

@@ -148,7 +148,7 @@ def _make_mission(
         items=(),
         home=None,
         autopilot=None,
-        vehicle_kind=None,
+        vehicle=None,
         fence=fence,
         rally=rally,
         findings=(*(findings or ()), TEXT_NO_MISSION.finding(what)),

@@ -7,7 +7,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 from planner.catalogue.loader_text import FILE_SUFFIX
-from planner.errors import MissionFileError
+from planner.errors import MissionFileError, UsageError
 from planner.mission.area_text import (
     is_fence_line,
     is_rally_line,
@@ -15,6 +15,7 @@ from planner.mission.area_text import (
     read_rally_list,
 )
 from planner.mission.container import read_bytes, read_text
+from planner.mission.conversion import convert_mission
 from planner.mission.foreign import describe_text, describe_xml
 from planner.mission.items import MissionFormat
 from planner.mission.json_document import parse_json
@@ -22,6 +23,7 @@ from planner.mission.legacy_json import is_legacy, read_legacy
 from planner.mission.plan import read_plan
 from planner.mission.wpl import has_wpl_header, read_wpl
 from planner.mission.wpl_rows import is_row, read_lines
+from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -32,6 +34,13 @@ _SUFFIXES = {
     MissionFormat.WPL: frozenset({".waypoints", ".txt", ".wpl"}),
 }
 """Where QGroundControl and Mission Planner look for each format."""
+_WRITTEN_SUFFIXES = {
+    ".plan": MissionFormat.PLAN,
+    ".json": MissionFormat.PLAN,
+    ".waypoints": MissionFormat.WPL,
+    ".txt": MissionFormat.WPL,
+}
+"""QGroundControl chooses its reader by the suffix and opens nothing else."""
 
 
 def read_mission(path: str | Path) -> Mission:
@@ -80,6 +89,38 @@ def read_mission_bytes(data: bytes, *, source: str) -> Mission:
     mission = _read_content(content.text, source=source)
     findings = [*content.findings, *_check_suffix(mission, content.inner_name or source)]
     return replace(mission, findings=(*findings, *mission.findings)) if findings else mission
+
+
+def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
+    """Write a mission to a file, whole or not at all.
+
+    Parameters
+    ----------
+    mission : Mission
+        One read from a plan keeps in a plan all that its file held.
+    path : str or Path
+        ``.plan`` or ``.json`` for a plan, ``.waypoints`` or ``.txt`` for ``QGC WPL`` text.
+
+    Returns
+    -------
+    tuple of Finding
+        What the file does not hold, and what reading it brings to light.
+
+    Raises
+    ------
+    UsageError
+        If the suffix is none of these.
+    OutputError
+        If the format cannot hold the mission, or the file cannot be written.
+    """
+    file_format = _WRITTEN_SUFFIXES.get(PurePath(path).suffix.lower())
+    if file_format is None:
+        known = ", ".join(_WRITTEN_SUFFIXES)
+        msg = f"{path}: the suffix tells the format to write: give a name that ends in {known}"
+        raise UsageError(msg)
+    conversion = convert_mission(mission, file_format)
+    write_output_file(Path(path), conversion.text)
+    return conversion.findings
 
 
 def _read_content(text: str, *, source: str) -> Mission:

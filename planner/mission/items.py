@@ -38,6 +38,17 @@ class VehicleKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleEvidence:
+    """A kind of vehicle and what tells it."""
+
+    kind: VehicleKind
+    is_certain: bool
+    """``False`` where a multicopter's mission may look the same."""
+    reason: str
+    """What tells it, fit to stand behind "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionItem:
     """One item, with the meaning MAVLink gives its seven parameters.
 
@@ -86,11 +97,16 @@ class Mission:
     home: Home | None
     autopilot: Autopilot | None
     """Firmware the file was written for; ``None`` where it does not say."""
-    vehicle_kind: VehicleKind | None
-    """``None`` where the file does not say and the commands do not tell."""
+    vehicle: VehicleEvidence | None
+    """What it was written for; ``None`` where the file does not say and the commands do not tell."""
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
     findings: tuple[Finding, ...] = ()
     """What reading it brought to light."""
     document: Any = field(default=None, compare=False, repr=False)
     """The file's own content, kept so that writing it back loses nothing."""
+
+    @property
+    def vehicle_kind(self) -> VehicleKind | None:
+        """The kind of vehicle it was certainly written for; ``None`` where nothing proves one."""
+        return self.vehicle.kind if self.vehicle is not None and self.vehicle.is_certain else None

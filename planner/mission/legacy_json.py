@@ -16,7 +16,7 @@ from planner.mission.plan import (
     PlanDocument,
     read_autopilot,
     read_home,
-    read_vehicle_kind,
+    read_vehicle,
 )
 from planner.mission.plan_items import read_items
 from planner.mission.remarks import Remarks
@@ -80,9 +80,9 @@ def read_legacy(document: JsonDocument, source: str) -> Mission:
         items=read.items,
         home=home,
         autopilot=read_autopilot(mission, firmware_key),
-        vehicle_kind=read_vehicle_kind(mission, read.items, home),
+        vehicle=read_vehicle(mission, read.items, home),
         findings=(*document.findings, *remarks.findings()),
-        document=PlanDocument(json=document, origins=read.origins),
+        document=PlanDocument(json=document, section=mission.value, origins=read.origins),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.catalogue.loader import MISSION_VERSION, REQUIRED_KEY
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.geo.fence import Fence, RallyPoint
-    from planner.mission.items import MissionItem, VehicleKind
+    from planner.mission.items import MissionItem, VehicleEvidence
 
 FILE_VERSION = 1
 SECTION_VERSION = 2
@@ -36,9 +36,17 @@ class PlanDocument:
     json: JsonDocument
     """The whole file as parsed: unknown keys, complex items, fence and rally points as they were;
     ``json.origin.text`` is the file itself."""
+    section: dict[str, Any]
+    """The mission section; in a file from before plans the whole of it."""
     origins: tuple[int, ...]
-    """For each mission item the index of the element of the file's ``items`` it comes from; the
-    items of one complex item share theirs."""
+    """For each mission item the index of the element it comes from; the items of one complex item
+    share theirs."""
+
+    @property
+    def elements(self) -> list[dict[str, Any]]:
+        """The section's simple and complex items."""
+        elements: list[dict[str, Any]] = self.section["items"]
+        return elements
 
 
 def read_plan_text(text: str, *, source: str) -> Mission:
@@ -99,11 +107,11 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
         items=read.items,
         home=home,
         autopilot=read_autopilot(section, "firmwareType"),
-        vehicle_kind=read_vehicle_kind(section, read.items, home),
+        vehicle=read_vehicle(section, read.items, home),
         fence=fence,
         rally=rally,
         findings=(*document.findings, *remarks.findings()),
-        document=PlanDocument(json=document, origins=read.origins),
+        document=PlanDocument(json=document, section=section.value, origins=read.origins),
     )
 
 
@@ -190,13 +198,12 @@ def read_home(section: JsonFields) -> Home | None:
     return Home(latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_amsl_m=altitude_m)
 
 
-def read_vehicle_kind(
+def read_vehicle(
     section: JsonFields, items: Sequence[MissionItem], home: Home | None
-) -> VehicleKind | None:
-    """Return the kind of vehicle by the file's word, else by its commands; ``None`` if unsure."""
-    vehicle = tell_vehicle(
+) -> VehicleEvidence | None:
+    """Return the kind of vehicle by the file's word, else by its commands."""
+    return tell_vehicle(
         items,
         vehicle_type=section.whole("vehicleType", most=255, default=0),
         home_altitude_amsl_m=None if home is None else home.altitude_amsl_m,
     )
-    return vehicle.kind if vehicle is not None and vehicle.is_certain else None

@@ -9,6 +9,7 @@ from planner.catalogue.mission import (
     HOME_UNKNOWN,
     LANDING_MISSING,
     NOTHING_TO_FLY,
+    OTHER_VEHICLE,
     TAKEOFF_MISSING,
 )
 from planner.catalogue.time import ITEMS_NOT_FLOWN
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
 
-_FLOWN_KINDS = frozenset({None, VehicleKind.MULTICOPTER, VehicleKind.OTHER})
+_FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
 
 
 def make_route(
@@ -61,14 +62,9 @@ def make_route(
     MissionFileError
         If the mission is not a multicopter's, or an item holds a number no vehicle can fly.
     """
-    if mission.vehicle_kind not in _FLOWN_KINDS:
-        message = (
-            f"this is a mission for another kind of vehicle ({mission.vehicle_kind}); "
-            "mavjoule predicts multicopters only"
-        )
-        raise MissionFileError(message, source=mission.source)
     order = flown_order(mission.items, meaning)
     course, findings = _begin(mission, meaning, home_amsl_m, terrain)
+    findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []
     lap_start: int | None = None
@@ -130,6 +126,26 @@ def _begin(
         longitude_deg=place[1],
     )
     return course, findings
+
+
+def _other_vehicle(mission: Mission) -> list[Finding]:
+    """Return that a mission is probably no multicopter's; refuse one that certainly is none."""
+    vehicle = mission.vehicle
+    if vehicle is None or vehicle.kind in _FLOWN_KINDS:
+        return []
+    article = "an" if vehicle.kind is VehicleKind.OTHER else "a"
+    if vehicle.is_certain:
+        message = (
+            f"this is {article} {vehicle.kind} mission ({vehicle.reason}); "
+            "mavjoule predicts multicopters only"
+        )
+        raise MissionFileError(message, source=mission.source)
+    return [
+        OTHER_VEHICLE.finding(
+            f"this may be {article} {vehicle.kind} mission ({vehicle.reason}); "
+            "it is predicted as a multicopter's"
+        )
+    ]
 
 
 def _left_out(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.mission.commands import (
@@ -13,7 +12,7 @@ from planner.mission.commands import (
     command_name,
     is_destination,
 )
-from planner.mission.items import VehicleKind
+from planner.mission.items import VehicleEvidence, VehicleKind
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -52,17 +51,6 @@ _LEAST_PITCH_DEG = 5.0
 _MOST_PITCH_DEG = 45.0
 _SURVEY_TAKEOFF = (20.0, 30.0)
 """Pitch [°] and altitude [m] that Mission Planner's survey writes for every kind of vehicle."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VehicleEvidence:
-    """A kind of vehicle and what tells it."""
-
-    kind: VehicleKind
-    is_certain: bool
-    """``False`` where a multicopter's mission may look the same."""
-    reason: str
-    """What tells it, fit to stand behind "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
 
 
 def tell_vehicle(

@@ -107,7 +107,7 @@ def read_wpl(text: str, *, source: str) -> Mission:
         items=items,
         home=home,
         autopilot=None,
-        vehicle_kind=vehicle.kind if vehicle is not None and vehicle.is_certain else None,
+        vehicle=vehicle,
         fence=fence,
         rally=rally,
         findings=tuple(findings),

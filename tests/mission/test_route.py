@@ -12,7 +12,7 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
-from planner.mission.items import Home, MissionItem, VehicleKind
+from planner.mission.items import Home, MissionItem, VehicleEvidence, VehicleKind
 from planner.mission.route import make_route
 from planner.mission.stage import Route, StageKind
 
@@ -259,12 +259,22 @@ def test_numbers_no_vehicle_can_fly_are_refused_with_the_item(bad: MissionItem) 
         route(takeoff(20), bad, rtl())
 
 
-@pytest.mark.parametrize(
-    "kind", [VehicleKind.FIXED_WING, VehicleKind.VTOL, VehicleKind.ROVER, VehicleKind.SUBMARINE]
-)
-def test_missions_of_other_vehicles_are_refused(kind: VehicleKind) -> None:
-    with pytest.raises(MissionFileError, match=f"{kind}.*multicopters only"):
-        make_route(mission(takeoff(20), rtl(), vehicle_kind=kind))
+def evidence(kind: VehicleKind, *, is_certain: bool) -> VehicleEvidence:
+    return VehicleEvidence(kind=kind, is_certain=is_certain, reason="it looks like one")
+
+
+@pytest.mark.parametrize("kind", sorted(set(VehicleKind) - {VehicleKind.MULTICOPTER}))
+def test_missions_of_other_vehicles_are_refused_with_what_tells_them(kind: VehicleKind) -> None:
+    told = evidence(kind, is_certain=True)
+    with pytest.raises(MissionFileError, match=f"{kind}.*looks like one.*multicopters only"):
+        make_route(mission(takeoff(20), rtl(), vehicle=told))
+
+
+def test_a_mission_that_is_probably_another_vehicles_is_flown_with_a_warning() -> None:
+    told = evidence(VehicleKind.FIXED_WING, is_certain=False)
+    assert "M111" in codes(make_route(mission(takeoff(20), rtl(), vehicle=told)))
+    multicopter = evidence(VehicleKind.MULTICOPTER, is_certain=True)
+    assert codes(make_route(mission(takeoff(20), rtl(), vehicle=multicopter))) == []
 
 
 def test_an_endless_mission_carries_its_lap() -> None:

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from planner.mission.items import MissionItem, VehicleKind
-from planner.mission.vehicle_kind import VehicleEvidence, tell_vehicle
+from planner.mission.items import MissionItem, VehicleEvidence, VehicleKind
+from planner.mission.vehicle_kind import tell_vehicle
 
 
 def make_item(
