@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
-    from planner.mission.files import read_mission
+    from planner.mission.files import read_mission, write_mission
     from planner.mission.items import Mission
     from planner.physics.wind import Wind
     from planner.service import CheckResult, check
@@ -38,6 +38,7 @@ __all__ = [
     "check",
     "load_vehicle",
     "read_mission",
+    "write_mission",
 ]
 
 _HOMES = {
@@ -55,12 +56,13 @@ _HOMES = {
     "check": "planner.service",
     "load_vehicle": "planner.vehicle.library",
     "read_mission": "planner.mission.files",
+    "write_mission": "planner.mission.files",
 }
 
 
 def __getattr__(name: str) -> object:
     """Import the module a public name lives in, at its first use."""
-    from importlib import import_module  # noqa: PLC0415 - only when a name is asked for
+    from importlib import import_module
 
     home = _HOMES.get(name)
     if home is None:

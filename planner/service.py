@@ -22,12 +22,11 @@ from planner.flight.budget import (
 from planner.flight.conditions import Conditions
 from planner.flight.prediction import predict_flight
 from planner.flight.trace import sample_trace
-from planner.mission.files import read_mission
+from planner.mission.files import read_mission, write_mission
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import read_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,6 +105,20 @@ class UnreadableMission:
     findings: tuple[Finding, ...]
     """X901 file-unreadable."""
     verdict: Literal["no-go"] = "no-go"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConversionResult:
+    """A mission written to another file."""
+
+    file: str
+    target: str
+    items: int
+    """How many items were written, home not counted."""
+    findings: tuple[Finding, ...]
+    """What reading the mission brought to light."""
+    losses: tuple[Finding, ...]
+    """What the target does not hold, and what reading it brings to light."""
 
 
 def check(
@@ -259,7 +272,11 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
     vehicle = load_vehicle(request.vehicle)
-    parameters = None if request.parameters is None else read_parameters(request.parameters)
+    parameters = None
+    if request.parameters is not None:
+        from planner.vehicle.parameter_file import read_parameters
+
+        parameters = read_parameters(request.parameters)
     try:
         mission = read_mission(path)
         return check(
@@ -282,6 +299,28 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
     except MissionFileError as error:
         finding = FILE_UNREADABLE.finding(str(error), place=error.place)
         return UnreadableMission(file=str(path), findings=(finding,))
+
+
+def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
+    """Read a mission and write it in the format that the target's suffix names.
+
+    Raises
+    ------
+    MissionFileError
+        If the mission cannot be read.
+    UsageError
+        If the suffix names no format.
+    OutputError
+        If the format cannot hold the mission, or the file cannot be written.
+    """
+    mission = read_mission(source)
+    return ConversionResult(
+        file=mission.source,
+        target=str(target),
+        items=len(mission.items),
+        findings=mission.findings,
+        losses=write_mission(mission, target),
+    )
 
 
 def chosen(

@@ -94,7 +94,7 @@ def read_configuration(path: Path) -> Configuration | None:
 
 
 def _document(path: Path) -> dict[str, Any]:
-    import tomllib  # noqa: PLC0415 - most missions have no configuration
+    import tomllib
 
     try:
         data = path.read_bytes()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "check": "planner.cli.check",
     "segments": "planner.cli.segments",
+    "convert": "planner.cli.convert",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",
     "explain": "planner.cli.explain",
@@ -99,7 +100,7 @@ def _where_help_is(error: click.ClickException) -> str:
 
 def _tell_bug(error: Exception) -> None:
     if os.environ.get(TRACEBACK_VARIABLE):
-        import traceback  # noqa: PLC0415 - only where it is asked for
+        import traceback
 
         traceback.print_exception(error)
     narrate(

@@ -41,7 +41,7 @@ def write_data(text: str, *, output: Path | None = None) -> None:
         If the report cannot be written.
     """
     if output is not None:
-        from planner.output_file import write_output_file  # noqa: PLC0415 - seldom asked for
+        from planner.output_file import write_output_file
 
         write_output_file(output, text)
         return

@@ -139,7 +139,7 @@ class PolygonBarrier:
         ndarray, shape (n,)
             Signed distance. [m]
         """
-        import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+        import shapely
 
         distance, _ = self._edge_distance_m(points_m)
         inside = shapely.intersects_xy(self.region, points_m[:, 0], points_m[:, 1])
@@ -147,7 +147,7 @@ class PolygonBarrier:
 
     def leg_clearance(self, legs: PathLegs) -> LegClearance:
         """Return the least signed distance of each leg; a depth is right within 1 cm."""
-        import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+        import shapely
 
         lines = _lines(legs)
         nearest = self.edges.geometries[self.edges.nearest(lines)]
@@ -170,7 +170,7 @@ class PolygonBarrier:
 
     def stretches_outside(self, legs: PathLegs) -> LegStretches:
         """Return the pieces of legs on the wrong side, by cutting each leg with the polygon."""
-        import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+        import shapely
 
         lines = _lines(legs)
         if self.keep_inside:
@@ -198,7 +198,7 @@ class PolygonBarrier:
 
     def _edge_distance_m(self, points_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Distance of points to the nearest edge, and that edge's ends, shape (n, 2, 2)."""
-        import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+        import shapely
 
         nearest = self.edges.geometries[self.edges.nearest(shapely.points(points_m))]
         edge = shapely.get_coordinates(nearest).reshape(-1, 2, 2)
@@ -250,7 +250,7 @@ def polygon_barrier(
     place: Place | None = None,
 ) -> PolygonBarrier:
     """Return the barrier of a valid, non-empty polygon or multipolygon in local metres."""
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     shapely.prepare(region)
     rings = shapely.get_parts(shapely.boundary(region))
@@ -266,7 +266,7 @@ def polygon_barrier(
 
 
 def _lines(legs: PathLegs) -> Any:  # noqa: ANN401 - an array of shapely's, which has no types
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     return shapely.linestrings(np.stack([legs.start_m, legs.end_m], axis=1))
 

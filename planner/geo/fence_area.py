@@ -251,7 +251,7 @@ def _polygon_barrier(
     polygon: FencePolygon, number: int, frame: LocalFrame, findings: list[Finding]
 ) -> Barrier | None:
     """Return the barrier of a polygon, ``None`` where it encloses nothing; add to findings."""
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     label = _label(polygon, "polygon", number)
 
@@ -310,7 +310,7 @@ def _circle_barrier(
 
 def _region(barrier: Barrier) -> Any:  # noqa: ANN401 - shapely has no types
     """Return what a barrier encloses as a polygon, a circle as one inscribed."""
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     if not isinstance(barrier, CircleBarrier):
         return barrier.region
@@ -324,7 +324,7 @@ def _region(barrier: Barrier) -> Any:  # noqa: ANN401 - shapely has no types
 
 def _united(inclusions: list[Barrier], regions: list[Any]) -> Barrier:
     """Return the union of inclusion areas as one barrier, its seams closed."""
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     # Mitred corners are restored by the second buffer exactly.
     wider = shapely.union_all(shapely.buffer(regions, _SEAM_M, join_style="mitre"))
@@ -339,7 +339,7 @@ def _united(inclusions: list[Barrier], regions: list[Any]) -> Barrier:
 
 def _check_common_place(inclusions: list[Barrier], regions: list[Any]) -> list[Finding]:
     """Return a finding where the inclusion areas have no place in common."""
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     if not is_thin(shapely.intersection_all(regions)):
         return []

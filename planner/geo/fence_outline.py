@@ -108,7 +108,7 @@ def outline_problem(points_m: FloatArray, edge: IndexArray) -> str | None:
     edge : ndarray of int, shape (n,)
         The edge of each point, likewise.
     """
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     region = shapely.Polygon(points_m)
     if not region.is_valid:
@@ -125,7 +125,7 @@ def outline_problem(points_m: FloatArray, edge: IndexArray) -> str | None:
 
 def _first_crossing(points_m: FloatArray, edge: IndexArray) -> tuple[int, int] | None:
     """Return the vertices, from 1, after which two edges begin that meet but are no neighbours."""
-    import shapely  # noqa: PLC0415 - heavy, and most missions have no fence
+    import shapely
 
     closed = np.concatenate([points_m, points_m[:1]])
     starts = np.searchsorted(edge, np.arange(edge[-1] + 2))

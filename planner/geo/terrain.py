@@ -99,7 +99,7 @@ class TerrainTile:
         eastward = (longitude - west) % 360.0
         if self.projection_wkt is None:
             return west + eastward, latitude
-        from rasterio.warp import transform  # noqa: PLC0415 - heavy, for projected grids only
+        from rasterio.warp import transform
 
         near = (latitude >= south) & (latitude <= north) & (eastward <= (east - west) % 360.0)
         x, y = np.full(latitude.shape, np.nan), np.full(latitude.shape, np.nan)
@@ -239,12 +239,12 @@ def read_terrain(*paths: str | PathLike[str]) -> TerrainGrid:
 def _read_tile(path: Path) -> TerrainTile:
     source = str(path)
     try:
-        import rasterio  # noqa: PLC0415 - heavy, and an optional extra
-        from rasterio.errors import (  # noqa: PLC0415 - as above
+        import rasterio
+        from rasterio.errors import (
             NotGeoreferencedWarning,
             RasterioError,
         )
-        from rasterio.warp import transform, transform_bounds  # noqa: PLC0415 - as above
+        from rasterio.warp import transform, transform_bounds
     except ImportError as error:
         msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
         raise TerrainFileError(msg, source=source) from error

@@ -190,7 +190,9 @@ def monotone_between(
         if any(part[0] <= low for part in moduli.parts):
             slope = _Slope(response=response, order=derivative + 1, size=moduli, bend=curvature)
             cuts.append(slope.sign_changes(low, high))
-    return np.unique(np.concatenate(cuts))
+    rising = np.sort(np.concatenate(cuts))
+    # np.unique would do, but brings numpy.ma along
+    return rising[np.concatenate(([True], rising[1:] > rising[:-1]))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,7 +9,6 @@ from planner.autopilot import Autopilot
 from planner.physics.response import StepResponse
 from planner.vehicle.consistency import mass_problems, reference_problems
 from planner.vehicle.hover_law import DensityLaw
-from planner.vehicle.parameters import parameter_problems
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
     CRUISE,
@@ -202,6 +201,8 @@ class VehicleModel:
             ),
         ]
         if self.reference is not Autopilot.STEP:
+            from planner.vehicle.parameters import parameter_problems
+
             problems += parameter_problems(self.reference, dict(self.parameters))
         if problems:
             raise ValueError("; ".join(f"{key} {problem}" for key, problem in problems))

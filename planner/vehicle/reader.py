@@ -24,7 +24,6 @@ from planner.vehicle.model import (
     VehicleModel,
     VerticalPower,
 )
-from planner.vehicle.parameters import parameter_problems
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
     ALTITUDE_LAW,
@@ -244,6 +243,8 @@ class _Content:
             )
             parameters = self._cleaned.get(PARAMETERS.name, {})
             if reference != Autopilot.STEP:
+                from planner.vehicle.parameters import parameter_problems
+
                 self.problems += [
                     (_dotted(PARAMETERS.name, key), problem)
                     for key, problem in parameter_problems(Autopilot(reference), parameters)

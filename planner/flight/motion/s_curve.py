@@ -183,6 +183,8 @@ class SCurves:
     length_m: FloatArray
     start_m_s: FloatArray
     """Speed at the beginning. (n,) [m s⁻¹]"""
+    end_m_s: FloatArray
+    """Speed at the end. (n,) [m s⁻¹]"""
     peak_m_s: FloatArray
     up: SpeedRamps
     """From the first speed to the peak."""
@@ -317,6 +319,7 @@ def s_curves(
     return SCurves(
         length_m=length_m,
         start_m_s=start,
+        end_m_s=end,
         peak_m_s=peak,
         up=up,
         down=down,
