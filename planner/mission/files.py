@@ -118,8 +118,6 @@ def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
         known = ", ".join(_WRITTEN_SUFFIXES)
         msg = f"{path}: the suffix tells the format to write: give a name that ends in {known}"
         raise UsageError(msg)
-    from planner.mission.conversion import convert_mission
-
     conversion = convert_mission(mission, file_format)
     write_output_file(Path(path), conversion.text)
     return conversion.findings

@@ -1,0 +1,31 @@
+"""``mavjoule convert``: a mission in another file format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from planner import service
+from planner.cli.output import narrate, refuse_overwriting
+from planner.report.finding_text import finding_lines
+from planner.report.medium import Medium
+
+
+@click.command("convert")
+@click.argument("source", metavar="IN")
+@click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
+def command(*, source: str, target: Path) -> None:
+    """Write a mission in another file format.
+
+    IN is a QGroundControl plan, an older JSON mission or a QGC WPL file, or - for standard input.
+    OUT ends in .plan or .json for a plan, in .waypoints or .txt for QGC WPL text.  What is odd
+    about the mission and what OUT cannot hold is said on standard error.
+    """
+    refuse_overwriting(target, (source,))
+    result = service.convert_file(source, target)
+    for file, findings in ((result.file, result.findings), (result.target, result.losses)):
+        for finding in findings:
+            for line in finding_lines(finding, file=file, medium=Medium()):
+                narrate(line)
+    narrate(f"{result.items} items of {result.file} are written to {result.target}")

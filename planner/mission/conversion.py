@@ -1,0 +1,242 @@
+"""A mission in another file format, and what it loses on the way.
+
+Nothing is called written before it was read back: most losses are found by comparing what the
+text holds with what the mission holds.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+from planner.catalogue.loader_writer import (
+    AREAS_NOT_WRITTEN,
+    COMMENTS_NOT_WRITTEN,
+    COMPLEX_ITEM_NOT_WRITTEN,
+    COMPLEX_ITEMS_WRITTEN_OUT,
+    HOME_NOT_KNOWN,
+    JUMP_NOT_WRITTEN,
+    KEYS_NOT_WRITTEN,
+    WRITTEN_DIFFERENTLY,
+)
+from planner.errors import MissionFileError, OutputError
+from planner.mission.commands import Command
+from planner.mission.items import MissionFormat
+from planner.mission.jump_numbers import numbered_in_order
+from planner.mission.plan import PlanDocument, read_plan_text
+from planner.mission.plan_writer import plan_text
+from planner.mission.remarks import Remarks
+from planner.mission.simple_item import is_complex
+from planner.mission.wpl import read_wpl
+from planner.mission.wpl_writer import wpl_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from planner.findings import Finding
+    from planner.geo.fence import Fence, RallyPoint
+    from planner.mission.items import Mission, MissionItem
+
+_FORMAT_NAMES = {MissionFormat.PLAN: "a plan", MissionFormat.WPL: "QGC WPL text"}
+_WRITTEN_KEYS = frozenset(
+    {"fileType", "version", "groundStation", "mission", "geoFence", "rallyPoints"}
+    | {"items", "plannedHomePosition"}
+)
+"""Keys of a plan whose content the text has, or whose loss is told on its own."""
+_WRITTEN_ITEM_KEYS = frozenset(
+    {"type", "command", "frame", "params", "autoContinue", "doJumpId"}
+    | {"Altitude", "AltitudeMode", "AMSLAltAboveTerrain"}
+    | {"coordinate", "id", "param1", "param2", "param3", "param4"}
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conversion:
+    """The text of a mission in a file format."""
+
+    text: str
+    findings: tuple[Finding, ...]
+    """What it does not hold, and what reading it brings to light that was not known before."""
+
+
+def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
+    """Return the text of a mission in a file format, and what it loses.
+
+    Parameters
+    ----------
+    mission : Mission
+        Read from a file of any format.
+    file_format : MissionFormat
+        The format to write.
+
+    Raises
+    ------
+    OutputError
+        If the format cannot hold what the mission holds, so that the text could not be read.
+    """
+    is_plan = file_format is MissionFormat.PLAN
+    text = plan_text(mission) if is_plan else wpl_text(mission)
+    try:
+        back = (read_plan_text if is_plan else read_wpl)(text, source=mission.source)
+    except MissionFileError as error:
+        name = _FORMAT_NAMES[file_format]
+        msg = f"{mission.source}: cannot be written as {name}: {error.message}"
+        raise OutputError(msg) from error
+    known = {finding.code for finding in mission.findings}
+    findings = (
+        *_check_items(mission, back),
+        *_check_jumps(mission.items),
+        *_check_areas(mission, back),
+        *_check_home(mission, back),
+        *_check_complex_items(mission, back),
+        *_check_keys(mission, back),
+        *_check_comments(mission),
+        *(finding for finding in back.findings if finding.code not in known),
+    )
+    return Conversion(text=text, findings=findings)
+
+
+def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
+    """Yield a finding where the items read back differently; their numbers may."""
+    pairs = zip(numbered_in_order(mission.items), numbered_in_order(back.items), strict=False)
+    for number, (item, read) in enumerate(pairs, start=1):
+        if item != replace(read, place=item.place):
+            changed = ", ".join(
+                field.name
+                for field in fields(item)
+                if field.name != "place" and getattr(item, field.name) != getattr(read, field.name)
+            )
+            message = f"item {number} reads back with another {changed}"
+            yield WRITTEN_DIFFERENTLY.finding(message, item=number)
+            return
+    if len(mission.items) != len(back.items):
+        message = f"{len(mission.items)} items are written, {len(back.items)} read back"
+        yield WRITTEN_DIFFERENTLY.finding(message)
+
+
+def _check_jumps(items: Sequence[MissionItem]) -> tuple[Finding, ...]:
+    remarks = Remarks()
+    for number, item in enumerate(numbered_in_order(items), start=1):
+        if item.command != Command.DO_JUMP:
+            continue
+        if item.param1 is None or not 1 <= int(item.param1) <= len(items):
+            named = items[number - 1].param1
+            what = "no item" if named is None else f"item {named:g}, which is not there"
+            remarks.add(JUMP_NOT_WRITTEN, f"the DO_JUMP of item {number} names {what}", item=number)
+    return remarks.findings()
+
+
+def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
+    lost: list[str] = []
+    fence, rally = _placeless_fence(mission.fence), _placeless_points(mission.rally)
+    read_fence, read_rally = _placeless_fence(back.fence), _placeless_points(back.rally)
+    if fence is not None and read_fence is None:
+        areas = len(fence.polygons) + len(fence.circles)
+        lost.append(f"the fence ({_count(areas, 'area')})")
+    elif fence != read_fence:
+        yield WRITTEN_DIFFERENTLY.finding("the fence reads back with other areas")
+    if rally and not read_rally:
+        lost.append(_count(len(rally), "rally point"))
+    elif rally != read_rally:
+        yield WRITTEN_DIFFERENTLY.finding("the rally points read back at other places")
+    if lost:
+        message = f"left out {' and '.join(lost)}: QGC WPL text has no place for them beside items"
+        yield AREAS_NOT_WRITTEN.finding(message)
+
+
+def _placeless_fence(fence: Fence | None) -> Fence | None:
+    """Return a fence without places in a file, ``None`` for one that holds nothing."""
+    if fence is None or not (fence or fence.breach_return_deg_m):
+        return None
+    breach_return = fence.breach_return_deg_m
+    if breach_return is not None:  # no autopilot uses its altitude, and text has 0 for none
+        breach_return = (*breach_return[:2], breach_return[2] or 0.0)
+    return replace(
+        fence,
+        polygons=tuple(replace(polygon, place=None) for polygon in fence.polygons),
+        circles=tuple(replace(circle, place=None) for circle in fence.circles),
+        breach_return_deg_m=breach_return,
+    )
+
+
+def _placeless_points(points: Sequence[RallyPoint]) -> tuple[RallyPoint, ...]:
+    return tuple(replace(point, place=None) for point in points)
+
+
+def _check_home(mission: Mission, back: Mission) -> Iterator[Finding]:
+    if mission.home != back.home:
+        yield WRITTEN_DIFFERENTLY.finding("home reads back at another place")
+    elif back.file_format is MissionFormat.WPL and mission.items:
+        if mission.home is None:
+            yield HOME_NOT_KNOWN.finding("home is not known: its row says 0, 0")
+        elif mission.home.altitude_amsl_m is None:
+            message = "the altitude of home is not known: its row says 0 m, above home itself"
+            yield HOME_NOT_KNOWN.finding(message)
+
+
+def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
+    expanded, unexpanded = (
+        before - after
+        for before, after in zip(_complex_kinds(mission), _complex_kinds(back), strict=True)
+    )
+    if expanded:
+        items = _count(expanded.total(), "complex item")
+        message = f"{items} ({', '.join(expanded)}) written as the items they stand for"
+        yield COMPLEX_ITEMS_WRITTEN_OUT.finding(message)
+    if unexpanded:
+        items = _count(unexpanded.total(), "complex item")
+        message = f"{items} ({', '.join(unexpanded)}) cannot be expanded: not in the written file"
+        yield COMPLEX_ITEM_NOT_WRITTEN.finding(message)
+
+
+def _complex_kinds(mission: Mission) -> tuple[Counter[str], Counter[str]]:
+    """Return the kinds of complex items that stand for items, and of those that stand for none."""
+    kinds: tuple[Counter[str], Counter[str]] = (Counter(), Counter())
+    document = mission.document
+    if isinstance(document, PlanDocument):
+        with_items = set(document.origins)
+        for index, raw in enumerate(document.elements):
+            if is_complex(raw):
+                kind = str(raw.get("complexItemType", raw.get("type")))
+                kinds[index not in with_items][kind] += 1
+    return kinds
+
+
+def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
+    """Yield what a plan says beyond its items, home, fence and rally points."""
+    lost: list[str] = []
+    document = mission.document
+    if isinstance(document, PlanDocument):
+        if back.file_format is MissionFormat.WPL:
+            lost += _unwritten(document.json.root, _WRITTEN_KEYS)
+            lost += _unwritten(document.section, _WRITTEN_KEYS)
+            simple = (raw for raw in document.elements if not is_complex(raw))
+            keys = dict.fromkeys(key for raw in simple for key in raw)
+            lost += (f"items.{key}" for key in _unwritten(keys, _WRITTEN_ITEM_KEYS))
+    else:
+        if mission.autopilot is not None and back.autopilot is not mission.autopilot:
+            lost.append("the firmware")
+        if mission.vehicle_kind is not None and back.vehicle_kind is not mission.vehicle_kind:
+            lost.append("the kind of vehicle")
+    if lost:
+        names = ", ".join(dict.fromkeys(lost))
+        message = f"{_FORMAT_NAMES[back.file_format]} has no place for {names}: left out"
+        yield KEYS_NOT_WRITTEN.finding(message)
+
+
+def _unwritten(keys: Iterable[str], written: frozenset[str]) -> list[str]:
+    return [key for key in keys if key not in written]
+
+
+def _check_comments(mission: Mission) -> Iterator[Finding]:
+    if isinstance(mission.document, str):
+        comments = sum(
+            "#" in line or line.lstrip().startswith("//") for line in mission.document.splitlines()
+        )
+        if comments:
+            yield COMMENTS_NOT_WRITTEN.finding(f"{_count(comments, 'comment')} left out")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")

@@ -1,0 +1,119 @@
+"""A mission as ``QGC WPL 110`` text: the rows that every ground station reads.
+
+The first row is home, then each item has the row of its number.  The format has one list in a
+file: fence and rally rows among the items of a mission make autopilots refuse the upload, so they
+are written only where there is no mission, as MAVProxy and Mission Planner save them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.mission.commands import Command, Frame
+from planner.mission.jump_numbers import numbered_in_order
+from planner.mission.wpl import HEADER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.geo.fence import Fence
+    from planner.mission.items import Home, Mission
+
+_Values = tuple[float | None, float | None, float | None]
+
+
+def wpl_text(mission: Mission) -> str:
+    """Return a mission as the text of a ``QGC WPL 110`` file.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its items are numbered anew.  Where it has none, its fence is written, and where it has no
+        fence either, its rally points; with items neither is.
+
+    Returns
+    -------
+    str
+        Twelve fields between tabs in each row, numbers in the fewest digits that read back the
+        same, ``nan`` where a value is not specified.
+    """
+    if mission.items or not (mission.fence or mission.rally):
+        rows = [_home_row(mission.home), *_item_rows(mission)]
+    else:
+        rows = [] if mission.home is None else [_home_row(mission.home)]
+        rows += _fence_rows(mission.fence) if mission.fence else _rally_rows(mission)
+    numbered = [f"{number}\t{int(number == 0)}\t{row}\n" for number, row in enumerate(rows)]
+    return "".join([f"{HEADER}\n", *numbered])
+
+
+def _home_row(home: Home | None) -> str:
+    """Return the row of home; 0, 0 is how ground stations write that they know none."""
+    if home is None:
+        return _row(Command.NAV_WAYPOINT, Frame.GLOBAL, position=(0.0, 0.0, 0.0))
+    place = (home.latitude_deg, home.longitude_deg)
+    if home.altitude_amsl_m is None:
+        return _row(Command.NAV_WAYPOINT, Frame.GLOBAL_RELATIVE_ALT, position=(*place, 0.0))
+    return _row(Command.NAV_WAYPOINT, Frame.GLOBAL, position=(*place, home.altitude_amsl_m))
+
+
+def _item_rows(mission: Mission) -> Iterator[str]:
+    for item in numbered_in_order(mission.items):
+        yield _row(
+            item.command,
+            item.frame,
+            item.param1,
+            item.param2,
+            item.param3,
+            item.param4,
+            position=(item.latitude_deg, item.longitude_deg, item.altitude_m),
+            autocontinue=item.autocontinue,
+        )
+
+
+def _fence_rows(fence: Fence) -> Iterator[str]:
+    """Yield the rows of a fence as mission items; ``make_fence`` reads them back."""
+    if fence.breach_return_deg_m is not None:
+        latitude_deg, longitude_deg, height_m = fence.breach_return_deg_m
+        # ArduPilot refuses a fence with a value that is not a number, and does not use this one.
+        position = (latitude_deg, longitude_deg, 0.0 if height_m is None else height_m)
+        yield _row(Command.NAV_FENCE_RETURN_POINT, Frame.GLOBAL_RELATIVE_ALT, position=position)
+    for polygon in fence.polygons:
+        vertex = (
+            Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION
+            if polygon.inclusion
+            else Command.NAV_FENCE_POLYGON_VERTEX_EXCLUSION
+        )
+        count = float(len(polygon.vertices_deg))
+        for place in polygon.vertices_deg:
+            yield _row(vertex, Frame.GLOBAL, count, position=(*place, 0.0))
+    for circle in fence.circles:
+        command = (
+            Command.NAV_FENCE_CIRCLE_INCLUSION
+            if circle.inclusion
+            else Command.NAV_FENCE_CIRCLE_EXCLUSION
+        )
+        position = (circle.latitude_deg, circle.longitude_deg, 0.0)
+        yield _row(command, Frame.GLOBAL, circle.radius_m, position=position)
+
+
+def _rally_rows(mission: Mission) -> Iterator[str]:
+    for point in mission.rally:
+        position = (point.latitude_deg, point.longitude_deg, point.height_above_home_m)
+        yield _row(Command.NAV_RALLY_POINT, Frame.GLOBAL_RELATIVE_ALT, position=position)
+
+
+def _row(
+    command: int,
+    frame: int,
+    *parameters: float | None,
+    position: _Values,
+    autocontinue: bool = True,
+) -> str:
+    """Return a row after its first two fields; parameters that are not given are 0."""
+    values = (*parameters, *(0.0,) * (4 - len(parameters)), *position)
+    fields = [str(int(frame)), str(int(command)), *map(_number, values), str(int(autocontinue))]
+    return "\t".join(fields)
+
+
+def _number(value: float | None) -> str:
+    return "nan" if value is None else repr(value).removesuffix(".0")
