@@ -15,7 +15,6 @@ from planner.mission.area_text import (
     read_rally_list,
 )
 from planner.mission.container import read_bytes, read_text
-from planner.mission.conversion import convert_mission
 from planner.mission.foreign import describe_text, describe_xml
 from planner.mission.items import MissionFormat
 from planner.mission.json_document import parse_json
@@ -118,6 +117,8 @@ def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
         known = ", ".join(_WRITTEN_SUFFIXES)
         msg = f"{path}: the suffix tells the format to write: give a name that ends in {known}"
         raise UsageError(msg)
+    from planner.mission.conversion import convert_mission  # a check writes none
+
     conversion = convert_mission(mission, file_format)
     write_output_file(Path(path), conversion.text)
     return conversion.findings
