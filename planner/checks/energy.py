@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.catalogue.energy import (
     BATTERY_UNKNOWN,
     RESERVE_BELOW_MINIMUM,
@@ -22,7 +23,8 @@ def check_battery(case: Case) -> Iterator[Finding]:
     battery, needed_wh = case.battery, case.totals.energy_wh
     if battery is None:
         yield BATTERY_UNKNOWN.finding(
-            f"no battery is known: the flight needs {needed_wh:.1f} Wh, the capacity is not given"
+            f"no battery is known: the flight needs {numbers.energy(needed_wh)}, "
+            "the capacity is not given"
         )
         return
     if battery.margin_wh >= 0.0:
@@ -37,8 +39,10 @@ def check_battery(case: Case) -> Iterator[Finding]:
         None,
     )
     yield RESERVE_BELOW_MINIMUM.finding(
-        f"the flight needs {needed_wh:.1f} Wh, {max(available_wh, 0.0):.1f} Wh are there above the "
-        f"reserve of {100.0 * battery.reserve_fraction:.0f} %: short by {-battery.margin_wh:.1f} Wh",
+        f"the flight needs {numbers.energy(needed_wh)}, "
+        f"{numbers.energy(max(available_wh, 0.0))} are there above the reserve of "
+        f"{numbers.percent(battery.reserve_fraction)}: "
+        f"short by {numbers.energy(-battery.margin_wh)}",
         item=item,
         place=None if item is None else case.mission.items[item - 1].place,
     )
@@ -50,8 +54,8 @@ def check_way_home(case: Case) -> Iterator[Finding]:
     if way is None or way.margin_wh is None or way.margin_wh >= 0.0:
         return
     yield RETURN_BELOW_RESERVE.finding(
-        f"from item {way.tightest_item} the way home takes {way.energy_home_wh:.1f} Wh, "
-        f"{-way.margin_wh:.1f} Wh more than is left above the reserve",
+        f"from here the way home takes {numbers.energy(way.energy_home_wh)}, "
+        f"{numbers.energy(-way.margin_wh)} more than is left above the reserve",
         item=way.tightest_item,
         place=case.mission.items[way.tightest_item - 1].place,
     )

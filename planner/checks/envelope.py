@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.energy import (
     CONDITION_NOT_MODELLED,
@@ -37,12 +38,13 @@ def check_speed(case: Case) -> Iterator[Finding]:
         return
     fastest = max(beyond, key=lambda stage: stage.speed_m_s or 0.0)
     yield MODEL_OUTSIDE_ENVELOPE.finding(
-        f"{fastest.speed_m_s:.1f} m/s is commanded, the model was identified from {limit.low:.1f} "
-        f"to {limit.high:.1f} m/s: time and energy of {_items(len(beyond))} cannot be trusted",
+        f"{numbers.speed(fastest.speed_m_s)} is commanded, the model was identified from "
+        f"{numbers.decimals(limit.low, 1)} to {numbers.speed(limit.high)}: "
+        f"time and energy of {numbers.count(len(beyond), 'leg')} cannot be trusted",
         severity=Severity.ERROR,
         item=beyond[0].item,
         place=case.mission.items[beyond[0].item - 1].place,
-        fix=f"command {limit.high:.1f} m/s or less, or identify the vehicle on such flights",
+        fix=f"command {numbers.speed(limit.high)} or less, or identify the vehicle on such flights",
     )
 
 
@@ -58,8 +60,9 @@ def check_climbs(case: Case) -> Iterator[Finding]:
     item = int(columns.item[beyond[0]])
     longest = float(np.abs(columns.climb_m[beyond]).max())
     yield MODEL_OUTSIDE_ENVELOPE.finding(
-        f"{len(beyond)} climbs or descents of up to {longest:.0f} m are longer than the identified "
-        f"{response.identified_step_m:.0f} m: flown at the peak rate of the identified step",
+        f"{numbers.count(len(beyond), 'climb')} or descents of up to {numbers.height(longest)}, "
+        f"longer than the identified {numbers.height(response.identified_step_m)}: "
+        "flown at the peak rate of the identified step",
         item=item,
         place=case.mission.items[item - 1].place,
     )
@@ -76,8 +79,9 @@ def check_heights(case: Case) -> Iterator[Finding]:
         if outside.any():
             worst = int(np.argmax(np.where(outside, np.abs(heights), -1.0)))
             yield MODEL_OUTSIDE_ENVELOPE.finding(
-                f"{_items(int(outside.sum()))} at heights of up to {heights[worst]:.0f} m above "
-                f"home: the model was identified from {limit.low:.0f} to {limit.high:.0f} m",
+                f"{numbers.count(int(outside.sum()), 'leg')} at heights of up to "
+                f"{numbers.height(heights[worst])} above home: the model was identified from "
+                f"{numbers.height(limit.low)} to {numbers.height(limit.high)}",
                 item=case.route.stages[worst].item,
                 place=case.mission.items[case.route.stages[worst].item - 1].place,
             )
@@ -86,8 +90,8 @@ def check_heights(case: Case) -> Iterator[Finding]:
         low = float(heights.max())
         if low < measured.low:
             yield MODEL_OUTSIDE_ENVELOPE.finding(
-                f"the flight stays below {low:.0f} m, hover power was measured from "
-                f"{measured.low:.0f} m up: the hover law is used below its data",
+                f"the flight goes no higher than {numbers.height(low)}, hover power was measured "
+                f"from {numbers.height(measured.low)} up: the hover law is used below its data",
                 severity=Severity.INFO,
                 fix="",
             )
@@ -101,8 +105,8 @@ def check_cruise_power(case: Case) -> Iterator[Finding]:
     cruising = columns.state == STATE_INDEX[FlightState.CRUISE]
     if cruising.any():
         yield CRUISE_POWER_ASSUMED.finding(
-            f"cruise power is taken as hover power over {columns.distance_m[cruising].sum() / 1e3:.2f} "
-            "km: the model gives none"
+            "cruise power is taken as hover power over "
+            f"{numbers.distance(float(columns.distance_m[cruising].sum()))}: the model gives none"
         )
 
 
@@ -111,18 +115,18 @@ def check_conditions(case: Case) -> Iterator[Finding]:
     conditions, vehicle = case.conditions, case.vehicle
     if conditions.wind.speed_m_s > 0.0:
         yield CONDITION_NOT_MODELLED.finding(
-            f"the wind of {conditions.wind.speed_m_s:.1f} m/s is not counted: "
+            f"the wind of {numbers.speed(conditions.wind.speed_m_s)} is not counted: "
             "the model gives no power over airspeed"
         )
     if isinstance(vehicle.hover, AltitudeLaw):
         if conditions.payload_kg > 0.0:
             yield CONDITION_NOT_MODELLED.finding(
-                f"the payload of {conditions.payload_kg:.2f} kg is not counted: "
+                f"the payload of {numbers.mass(conditions.payload_kg)} is not counted: "
                 "the model's hover law knows no mass"
             )
         if conditions.temperature_c is not None:
             yield CONDITION_NOT_MODELLED.finding(
-                f"the temperature of {conditions.temperature_c:.1f} °C is not counted: "
+                f"the temperature of {numbers.temperature(conditions.temperature_c)} is not counted: "
                 "the model's hover law knows no air density"
             )
 
@@ -140,7 +144,3 @@ def check_autopilot(case: Case) -> Iterator[Finding]:
     yield AUTOPILOT_DIFFERS.finding(
         f"the file was written for {written_for.label}; the prediction is {flown}"
     )
-
-
-def _items(count: int) -> str:
-    return "1 leg" if count == 1 else f"{count} legs"

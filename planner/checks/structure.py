@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.mission import COMMAND_UNSUPPORTED
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
@@ -31,7 +32,7 @@ def check_endless(case: Case) -> Iterator[Finding]:
     time_s = float(motion.segments.duration_s[begin:].sum())
     energy_wh = wh_from_j(float(case.flight.segment_energy_j[begin:].sum()))
     yield ENDLESS.finding(
-        f"jumps back for ever: one lap takes {time_s:.0f} s and {energy_wh:.2f} Wh; "
+        f"jumps back for ever: one lap takes {numbers.duration(time_s)} and {numbers.energy(energy_wh)}; "
         "the totals hold the way to it and one more lap",
         item=lap.item,
         place=case.mission.items[lap.item - 1].place,
@@ -74,7 +75,7 @@ def check_curves(case: Case) -> Iterator[Finding]:
     splines = [stage for stage in case.route.stages if stage.kind is StageKind.SPLINE]
     if splines:
         yield ITEM_NOT_MODELLED.finding(
-            f"{len(splines)} spline waypoints are flown straight, with a stop at each: the model "
+            f"{numbers.count(len(splines), 'spline')} flown straight, with a stop at each: the model "
             "answers steps of its reference",
             item=splines[0].item,
             place=case.mission.items[splines[0].item - 1].place,

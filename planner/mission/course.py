@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NoReturn
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.altitude import (
     ALTITUDE_UNKNOWN,
@@ -171,7 +172,10 @@ class Course:
         self._add(StageKind.TAKEOFF, number).yaw_deg = item.param4
         if is_first and self.height_m <= 0.0:
             self._remark(
-                ZERO_TAKEOFF, number, item, f"takes off to {self.height_m:.1f} m above home"
+                ZERO_TAKEOFF,
+                number,
+                item,
+                f"takes off to {numbers.height(self.height_m)} above home",
             )
 
     def land(self, number: int, item: MissionItem) -> None:
@@ -211,7 +215,7 @@ class Course:
                 WAIT_NOT_COUNTED,
                 number,
                 item,
-                f"waits {seconds:g} s on the ground before the take-off: not counted",
+                f"waits {numbers.duration(seconds)} on the ground before the take-off: not counted",
             )
         elif seconds > 0.0:
             self._add(StageKind.DELAY, number).hold_s = seconds
@@ -357,7 +361,7 @@ class Course:
             TERRAIN_ASSUMED_LEVEL,
             number,
             item,
-            f"is {item.altitude_m:.1f} m above terrain that is not known: "
+            f"is {numbers.height(item.altitude_m)} above terrain that is not known: "
             "taken as height above home",
         )
         return self.datum_m

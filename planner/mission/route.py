@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.catalogue.altitude import HOME_ALTITUDE_UNKNOWN
 from planner.catalogue.mission import (
     HOME_UNKNOWN,
@@ -182,7 +183,7 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
         findings.append(
             TAKEOFF_MISSING.finding(
                 f"the flight begins with {command_name(item.command)}: "
-                f"a vertical take-off to {height_m:.1f} m is assumed",
+                f"a vertical take-off to {numbers.height(height_m)} is assumed",
                 item=first.item,
                 place=item.place,
             )
@@ -215,7 +216,9 @@ def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
             )
         )
     if course.drafts and course.terrain is None:
-        level = "" if course.home_amsl_m is None else f" ({course.home_amsl_m:.1f} m AMSL)"
+        level = (
+            "" if course.home_amsl_m is None else f" ({numbers.height(course.home_amsl_m)} AMSL)"
+        )
         findings.append(
             NO_TERRAIN_DATA.finding(
                 f"the ground is taken to be level with home{level}; "

@@ -6,8 +6,8 @@ import re
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.findings import Finding, Severity
-from planner.report import numbers
 from planner.report.plain_text import printable
 
 if TYPE_CHECKING:

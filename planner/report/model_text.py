@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.report import numbers
+from planner import numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

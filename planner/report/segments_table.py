@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.report import numbers
+from planner import numbers
 from planner.report.columns_csv import columns_csv
 from planner.report.json_report import SEGMENT_KEYS
 from planner.report.table import table_lines

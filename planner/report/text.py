@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.findings import Severity
 from planner.flight.state import STATES
-from planner.report import numbers
 from planner.report.finding_text import closing_line, finding_lines, note_lines
 from planner.report.finding_text import tally as finding_tally
 from planner.report.plain_text import printable

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
-from planner.report import numbers
+from planner import numbers
 from planner.report.json_report import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.report import numbers
+from planner import numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
