@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival, Segment
     from planner.flight.trace import Trace
+    from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -58,6 +59,8 @@ class CheckRequest:
     """``None``: the model's own way of commanding."""
     parameters: Path | None = None
     """Autopilot parameter file."""
+    terrain: tuple[Path, ...] = ()
+    """Grids of ground heights; none: the ground is level with home."""
     battery: Battery | None = None
     """``None``: the model's own."""
     charge: float = 1.0
@@ -134,6 +137,7 @@ def check(
     home_amsl_m: float | None = None,
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
+    terrain: TerrainGrid | None = None,
     select: tuple[str, ...] = (),
     ignore: tuple[str, ...] = (),
     fail_on: Severity = Severity.ERROR,
@@ -165,6 +169,8 @@ def check(
         Who shapes the references; default the model's own way.
     parameters : ParameterSet, optional
         The vehicle's own autopilot parameters; not used by a model of step references.
+    terrain : TerrainGrid, optional
+        Heights of the ground; default level with home.
     select, ignore : tuple of str
         Codes, or beginnings of codes, of the findings to report and not to report.
     fail_on : Severity
@@ -199,6 +205,7 @@ def check(
         mission,
         meaning=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
         home_amsl_m=home_amsl_m,
+        terrain=terrain,
     )
     conditions = Conditions(
         wind=wind or Wind(),
@@ -268,7 +275,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
 
     Raises
     ------
-    VehicleFileError, ParameterFileError, UsageError
+    VehicleFileError, ParameterFileError, TerrainFileError, UsageError
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
     vehicle = load_vehicle(request.vehicle)
@@ -277,6 +284,11 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
         from planner.vehicle.parameter_file import read_parameters
 
         parameters = read_parameters(request.parameters)
+    terrain = None
+    if request.terrain:
+        from planner.geo.terrain import read_terrain
+
+        terrain = read_terrain(*request.terrain)
     try:
         mission = read_mission(path)
         return check(
@@ -291,6 +303,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             home_amsl_m=request.conditions.home_amsl_m,
             autopilot=request.autopilot,
             parameters=parameters,
+            terrain=terrain,
             select=request.select,
             ignore=request.ignore,
             fail_on=request.fail_on,

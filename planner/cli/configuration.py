@@ -116,15 +116,22 @@ def _document(path: Path) -> dict[str, Any]:
 
 def _value(setting: Setting, raw: object, *, folder: Path) -> object:
     """Return the value of a setting from what TOML holds, by the reader of its option."""
+    if isinstance(raw, list) and all(isinstance(one, str) for one in raw):
+        if setting.kind is Kind.TEXTS:
+            return setting.read(",".join(raw))
+        if setting.kind is Kind.PATHS:
+            return tuple(folder / one for one in raw)
+    return _single(setting, raw, folder=folder)
+
+
+def _single(setting: Setting, raw: object, *, folder: Path) -> object:
     match setting.kind:
         case Kind.NUMBER | Kind.QUANTITY if is_number(raw):
             return setting.read(repr(raw))
         case Kind.SWITCH if isinstance(raw, bool):
             return raw
-        case Kind.TEXTS if isinstance(raw, list) and all(isinstance(one, str) for one in raw):
-            return setting.read(",".join(raw))
-        case Kind.PATH if isinstance(raw, str):
-            return folder / raw
+        case Kind.PATH | Kind.PATHS if isinstance(raw, str):
+            return folder / raw if setting.kind is Kind.PATH else (folder / raw,)
         case Kind.MODEL if isinstance(raw, str):
             is_path = raw.endswith(".toml") or Path(raw).name != raw
             return str(folder / raw) if is_path else raw

@@ -51,7 +51,7 @@ def given_settings(options: Mapping[str, object]) -> dict[str, object]:
     for key, value in options.items():
         if isinstance(value, tuple):  # a repeatable option: one tuple for each time
             if value:
-                given[key] = tuple(code for codes in value for code in codes)
+                given[key] = tuple(one for several in value for one in several)
         elif value is not None:
             given[key] = value
     return given
@@ -65,6 +65,6 @@ def _option(setting: Setting) -> Callable[[Command], Command]:
         setting.key,
         type=SettingType(setting),
         metavar=setting.metavar,
-        multiple=setting.kind is Kind.TEXTS,
+        multiple=setting.kind in {Kind.TEXTS, Kind.PATHS},
         help=setting.meaning,
     )

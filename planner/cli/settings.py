@@ -27,6 +27,7 @@ class Kind(Enum):
     NUMBER = "number"
     QUANTITY = "text or number"
     PATH = "path"
+    PATHS = "path or list of paths"
     MODEL = "name of a vehicle model or path of its file"
     TEXTS = "text or list of texts"
     SWITCH = "true or false"
@@ -93,6 +94,14 @@ FLIGHT_SETTINGS = (
         meaning="autopilot parameters: ArduPilot .param or QGroundControl .params",
         read=Path,
         kind=Kind.PATH,
+    ),
+    Setting(
+        key="terrain",
+        option="--terrain",
+        metavar="FILE",
+        meaning="heights of the ground, GeoTIFF or .hgt; repeatable (needs mavjoule[terrain])",
+        read=lambda text: (Path(text),),
+        kind=Kind.PATHS,
     ),
     Setting(
         key="autopilot",
@@ -243,6 +252,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         **own,
         autopilot=None if autopilot == "auto" else autopilot,
         parameters=values.get("params"),
+        terrain=values.get("terrain", ()),
         with_trace="trace" in values,
         conditions=Conditions(**conditions),
     )

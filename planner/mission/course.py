@@ -48,6 +48,12 @@ MOST_TURNS = 100_000.0
 LARGEST_RADIUS_M = 100_000.0
 
 
+def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: float) -> float | None:
+    """Return the ground's altitude at a place; ``None`` where the grid does not know it. [m AMSL]"""
+    ground = terrain.height_amsl_m(latitude_deg, longitude_deg)
+    return None if ground.mask.any() else float(ground)
+
+
 @dataclass(slots=True)
 class Draft:
     """A stage before its place is laid into the frame of home."""
@@ -353,10 +359,9 @@ class Course:
 
     def _terrain_m(self, number: int, item: MissionItem) -> float:
         """Return the ground's height above the first home at the present place."""
-        if self.terrain is not None and self.home_amsl_m is not None:
-            ground = self.terrain.height_amsl_m(self.latitude_deg, self.longitude_deg)
-            if not ground.mask.any():
-                return float(ground) - self.home_amsl_m
+        ground_m = self._known_ground_m()
+        if ground_m is not None:
+            return ground_m
         self._remark(
             TERRAIN_ASSUMED_LEVEL,
             number,
@@ -368,11 +373,14 @@ class Course:
 
     def _ground_m(self) -> float:
         """Return the height of the ground at the present place; home's where it is not known."""
-        if self.terrain is not None and self.home_amsl_m is not None:
-            ground = self.terrain.height_amsl_m(self.latitude_deg, self.longitude_deg)
-            if not ground.mask.any():
-                return float(ground) - self.home_amsl_m
-        return self.datum_m
+        ground_m = self._known_ground_m()
+        return self.datum_m if ground_m is None else ground_m
+
+    def _known_ground_m(self) -> float | None:
+        if self.terrain is None or self.home_amsl_m is None:
+            return None
+        ground_m = ground_amsl_m(self.terrain, self.latitude_deg, self.longitude_deg)
+        return None if ground_m is None else ground_m - self.home_amsl_m
 
     def _remark(self, rule: Rule, number: int, item: MissionItem, message: str) -> None:
         self.remarks.add(rule, message, item=number, place=item.place)

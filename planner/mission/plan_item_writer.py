@@ -127,6 +127,6 @@ def _altitude_copies(item: MissionItem) -> dict[str, Any]:
 
 def _number(value: float | None) -> float | None:
     """Return a number that is written in the fewest digits: ``5`` for 5.0."""
-    if value is None or not value.is_integer() or abs(value) > _LARGEST_EXACT:
+    if value is None or value % 1.0 or abs(value) > _LARGEST_EXACT:
         return value
     return int(value)

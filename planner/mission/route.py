@@ -18,7 +18,7 @@ from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.errors import MissionFileError
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
-from planner.mission.course import Course, Draft
+from planner.mission.course import Course, Draft, ground_amsl_m
 from planner.mission.items import VehicleKind
 from planner.mission.jumps import flown_order
 from planner.mission.stage import Lap, Route, Stage, StageKind
@@ -116,6 +116,8 @@ def _begin(
                     )
                 )
                 break
+    if amsl_m is None and terrain is not None:
+        amsl_m = ground_amsl_m(terrain, *place)
     course = Course(
         source=mission.source,
         meaning=meaning,

@@ -314,3 +314,12 @@ def test_any_items_make_a_route_of_finite_stages(
 
 def test_heights_count_from_home() -> None:
     assert HOME.altitude_amsl_m == route(takeoff(20), rtl()).home_amsl_m
+
+
+def test_an_unknown_altitude_of_home_is_taken_from_the_terrain() -> None:
+    home = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=None)
+    made = mission(takeoff(20), item(16, 47.001, 530.0, frame=0), rtl(), home=home)
+    found = make_route(made, terrain=Slope())  # type: ignore[arg-type]  # as much of a grid as is asked
+    assert found.home_amsl_m == 400.0
+    assert found.stages[1].height_m == pytest.approx(130.0)
+    assert codes(found) == []

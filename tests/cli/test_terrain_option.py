@@ -1,0 +1,73 @@
+"""``--terrain`` from the command line and the configuration, with a grid made here."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+import rasterio
+from made_missions import item, mission, rtl, takeoff
+from rasterio.transform import from_origin
+
+from planner.cli.main import main
+from planner.mission.files import write_mission
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture
+def slope(tmp_path: Path) -> Path:
+    """A grid that rises 100 m for each hundredth of a degree of latitude, 400 m at 47° north."""
+    latitude_deg = 47.05 - (np.arange(100) + 0.5) * 0.001
+    heights = 400.0 + (latitude_deg - 47.0) * 1e4
+    grid = np.repeat(heights[:, None], 100, axis=1).astype(np.float32)
+    path = tmp_path / "slope.tif"
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        width=100,
+        height=100,
+        count=1,
+        dtype="float32",
+        crs="EPSG:4326",
+        transform=from_origin(7.95, 47.05, 0.001, 0.001),
+    ) as raster:
+        raster.write(grid, 1)
+    return path
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    path = tmp_path / "terrain.plan"
+    # 0.01° north the ground is 100 m higher: 30 m above it are 130 m above home.
+    write_mission(mission(takeoff(20), item(16, 47.01, 30.0, frame=10), rtl()), path)
+    return path
+
+
+def climb_m(capsys: pytest.CaptureFixture[str]) -> float:
+    found: float = json.loads(capsys.readouterr().out)["missions"][0]["totals"]["climb_m"]
+    return found
+
+
+def test_terrain_heights_follow_the_ground(
+    plan: Path, slope: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["check", str(plan), "--battery", "200Wh", "--format", "json", "--terrain", str(slope)])
+    assert climb_m(capsys) == pytest.approx(130.0, abs=0.5)  # float32 heights, half a cell
+
+
+def test_terrain_stands_in_the_configuration(
+    plan: Path, slope: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (plan.parent / "mavjoule.toml").write_text(f'terrain = ["{slope.name}"]\nbattery = "200Wh"\n')
+    main(["check", str(plan), "--format", "json"])
+    assert climb_m(capsys) == pytest.approx(130.0, abs=0.5)
+
+
+def test_an_unreadable_grid_is_a_sentence(plan: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(plan), "--terrain", str(plan)]) == 2
+    assert "terrain.plan" in capsys.readouterr().err
