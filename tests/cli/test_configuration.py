@@ -30,6 +30,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         """
         vehicle = "models/mine.toml"
         params = "mine.param"
+        terrain = ["north.tif", "south.tif"]
         autopilot = "px4"
         battery = "5.2Ah@14.8V"
         charge = "95%"
@@ -52,6 +53,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     request = check_request(values)
     assert request.vehicle == str(tmp_path / "models/mine.toml")
     assert request.parameters == tmp_path / "mine.param"
+    assert request.terrain == (tmp_path / "north.tif", tmp_path / "south.tif")
     assert request.autopilot is Autopilot.PX4
     assert request.battery is not None
     assert request.battery.energy_wh == pytest.approx(76.96)

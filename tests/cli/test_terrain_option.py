@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import rasterio
 from made_missions import item, mission, rtl, takeoff
-from rasterio.transform import from_origin
 
 from planner.cli.main import main
 from planner.mission.files import write_mission
@@ -34,7 +33,7 @@ def slope(tmp_path: Path) -> Path:
         count=1,
         dtype="float32",
         crs="EPSG:4326",
-        transform=from_origin(7.95, 47.05, 0.001, 0.001),
+        transform=rasterio.Affine(0.001, 0.0, 7.95, 0.0, -0.001, 47.05),
     ) as raster:
         raster.write(grid, 1)
     return path
