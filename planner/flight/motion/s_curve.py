@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 _NEWTON_ROUNDS = 8
 """The cubic is convex beyond its root: from above, Newton halves its error at least."""
 _BISECTIONS = 40
+_ALMOST = 1.0 - 1e-6
+"""Share of an acceleration that is nearly reached. [-]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,7 +78,10 @@ class SpeedRamps:
         acceleration = self.jerk_m_s3 * jerking
         speed = 0.5 * acceleration * jerking + acceleration * steady
         way = jerking * (acceleration * jerking / 6.0 + 0.5 * acceleration * steady)
-        return way + 0.5 * acceleration * steady**2, speed, acceleration
+        way += 0.5 * acceleration * steady**2
+        # The jerk falls gradually: the acceleration is all there only when it has.
+        rising = since < self.jerk_s + self.rest_s
+        return way, speed, np.where(rising, acceleration * _ALMOST, acceleration)
 
 
 def speed_ramps(

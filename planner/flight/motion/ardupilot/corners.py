@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 _BISECTIONS = 16
 """Halvings of a few seconds: to a tenth of a millisecond, where ArduPilot steps by 2.5 ms."""
-_STRICTLY = 1.0 - 1e-9
-"""ArduPilot wants speed and acceleration below their limits, not at them."""
+_BELOW = 1.0 - 1e-9
+"""What is below a limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,7 +87,7 @@ def half_overlap_s(
         WP_ACC_Z. [m s⁻²]
     """
     limits = (radius_m, corner_acceleration_m_s2, vertical_acceleration_m_s2)
-    half = 0.5 * np.minimum(corners.slowing.duration_s, corners.speeding.duration_s) * _STRICTLY
+    half = 0.5 * np.minimum(corners.slowing.duration_s, corners.speeding.duration_s) * _BELOW
     limited = ~_Limits.of(corners, *limits).allow(half)
     if limited.any():
         # Within half a ramp ways, speeds and accelerations only grow: one crossing each.
@@ -147,9 +147,9 @@ class _Limits:
         upward = gone_m_s2 * corners.after[:, 2] - left_m_s2 * corners.before[:, 2]
         return (
             (_length(gone_m, left_m, self.cosine) < self.radius_m)
-            & (_length(gone_m_s, left_m_s, -self.cosine) <= corners.speed_limit_m_s * _STRICTLY)
-            & (level <= self.corner_acceleration_m_s2 * _STRICTLY)
-            & (np.abs(upward) <= self.vertical_acceleration_m_s2 * _STRICTLY)
+            & (_length(gone_m_s, left_m_s, -self.cosine) <= corners.speed_limit_m_s * _BELOW)
+            & (level <= self.corner_acceleration_m_s2 * _BELOW)
+            & (np.abs(upward) <= self.vertical_acceleration_m_s2 * _BELOW)
         )
 
 

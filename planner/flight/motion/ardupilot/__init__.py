@@ -1,0 +1,1 @@
+"""Missions as ArduPilot's Copter flies them."""

@@ -1,0 +1,385 @@
+"""How ArduPilot's Copter flies a route: S-curves, corners flown through, take-off, landing, return.
+
+The autopilot moves a target along closed forms of time (``AC_WPNav``, ``SCurve``), and slows that
+target's time down where the vehicle falls behind; the vehicle follows within decimetres.  Motion here is
+that of the target.  Everything follows from the vehicle's parameters; constants are the source's own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.catalogue.mission import LANDING_MISSING
+from planner.flight.motion.ardupilot.legs import (
+    SLOTS,
+    jerk_rise_s,
+    plan_legs,
+    return_height_m,
+)
+from planner.flight.motion.ardupilot.splines import plan_splines
+from planner.flight.motion.ardupilot.stages import (
+    KIND_INDEX,
+    circle_rate_rad_s,
+    metres_of_autopilot,
+    return_columns,
+    stage_columns,
+)
+from planner.flight.motion.ardupilot.timeline import Circles, make_motion
+from planner.flight.motion.ardupilot.vertical import (
+    change_of_height,
+    landing,
+    set_down,
+    takeoff,
+)
+from planner.flight.motion.kinematics import CircleLaw
+from planner.flight.motion.manoeuvres import hold, make_manoeuvres
+from planner.flight.motion.s_curve import speed_ramps
+from planner.flight.state import FlightState
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.findings import Finding
+    from planner.flight.motion.ardupilot.legs import Legs
+    from planner.flight.motion.ardupilot.splines import Splines
+    from planner.flight.motion.ardupilot.stages import StageColumns
+    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.mission.stage import Stage
+    from planner.physics.wind import Wind
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+BRAKING_FRACTION = 0.97
+"""A stop counts from where the speed has fallen to this fraction of the cruise. [-]"""
+_LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
+"""``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""
+
+
+def fly_ardupilot(
+    stages: Sequence[Stage],
+    parameters: ArduPilotParameters,
+    *,
+    wind: Wind | None = None,
+    airspeed_limit_m_s: float | None = None,
+    home_latitude_deg: float | None = None,
+) -> Motion:
+    """Return how ArduPilot's Copter flies the stages of a route.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        At least one; the first begins at home, disarmed on the ground.
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    wind : Wind, optional
+        Steady wind; default none.  Ground speed is held until the lean angle reaches its limit.
+    airspeed_limit_m_s : float, optional
+        Airspeed at the greatest lean angle; default never reached. [m s⁻¹]
+    home_latitude_deg : float, optional
+        Latitude of home, for what ArduPilot takes for a metre; default metres are its own. [°]
+
+    Returns
+    -------
+    Motion
+        From arming to disarming.  A stage is arrived at when the autopilot announces it as reached:
+        half-way through a corner, after a hold, after a landing when disarmed.
+    """
+    scale = metres_of_autopilot(home_latitude_deg)
+    columns = stage_columns(stages, parameters, scale=scale)
+    return _flown(columns, parameters, wind, airspeed_limit_m_s, scale)
+
+
+def ardupilot_ways_home(
+    points_m: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    wind: Wind | None = None,
+    airspeed_limit_m_s: float | None = None,
+    home_latitude_deg: float | None = None,
+) -> Motion:
+    """Return the return to launch (RTL) from each of many points as one motion.
+
+    Parameters
+    ----------
+    points_m : ndarray
+        East, north, height above home; the vehicle stands there. (n, 3) [m]
+    parameters, wind, airspeed_limit_m_s, home_latitude_deg
+        As in :func:`fly_ardupilot`.
+
+    Returns
+    -------
+    Motion
+        The ways one after the other; the item of a segment is the position of its point.
+    """
+    scale = metres_of_autopilot(home_latitude_deg)
+    columns = return_columns(points_m, parameters, scale=scale)
+    return _flown(columns, parameters, wind, airspeed_limit_m_s, scale)
+
+
+def stopping_distance_m(speed_m_s: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
+    """Return the way from 97 % of a speed to standing still, as stops are measured. (n,) [m]
+
+    Parameters
+    ----------
+    speed_m_s : ndarray
+        Speeds, zero or more. (n,) [m s⁻¹]
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+
+    Notes
+    -----
+    The S-curve's braking from v lasts T and takes v T/2.  The speed has fallen by 3 % after
+    t = t_j/2 + sqrt(0.06 v/J), the way by then is v t − J (t − t_j/2)³/6.
+    """
+    speed = np.asarray(speed_m_s, np.float64)
+    full = np.ones(speed.shape)
+    ramps = speed_ramps(
+        speed,
+        acceleration_m_s2=full * parameters.acceleration_m_s2,
+        jerk_m_s3=full * parameters.jerk_m_s3,
+        jerk_rise_s=full * jerk_rise_s(parameters),
+    )
+    lost = (1.0 - BRAKING_FRACTION) * speed
+    since = np.sqrt(2.0 * lost / np.where(ramps.jerk_m_s3 > 0.0, ramps.jerk_m_s3, 1.0))
+    before = speed * (ramps.rest_s + since) - ramps.jerk_m_s3 * since**3 / 6.0
+    way: FloatArray = 0.5 * speed * ramps.duration_s - before
+    return way
+
+
+def _flown(
+    stages: StageColumns,
+    parameters: ArduPilotParameters,
+    wind: Wind | None,
+    airspeed_limit_m_s: float | None,
+    scale: tuple[float, float],
+) -> Motion:
+    """Return the motion of stages."""
+    splines = plan_splines(stages, parameters)
+    legs = plan_legs(stages, splines, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
+    circles = _circles(stages, parameters)
+
+    def stopping(speed_m_s: FloatArray) -> FloatArray:
+        return stopping_distance_m(speed_m_s, parameters)
+
+    manoeuvres = [
+        *_takeoffs(stages, parameters),
+        *_holds(stages, parameters),
+        *_landings(stages, parameters),
+        *_changes_of_height(stages, parameters),
+        *_set_down(stages, parameters),
+        _leaving_circles(stages, circles),
+        _flown_splines(stages, splines, legs),
+    ]
+    return make_motion(
+        legs,
+        manoeuvres,
+        circles,
+        item=stages.item,
+        scale=scale,
+        stopping_distance_m=stopping,
+        findings=(*legs.findings, *_hovering_returns(stages, parameters)),
+    )
+
+
+def _takeoffs(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
+    """Return the take-offs, from the ground and in the air."""
+    rows = stages.where(StageKind.TAKEOFF)
+    ground = stages.from_ground[rows]
+    return [
+        takeoff(
+            some * SLOTS,
+            stages.start_m[some],
+            stages.end_m[some, 2],
+            stages.climb_m_s[some],
+            parameters,
+            from_ground=grounded,
+        )
+        for some, grounded in ((rows[ground], True), (rows[~ground], False))
+    ]
+
+
+def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
+    """Return the holds at places, delays, waits over home, and turns on the spot."""
+    held = np.flatnonzero(stages.hold_s > 0.0)
+    home = stages.where(StageKind.RETURN)
+    over_m = stages.place_m[home].copy()
+    over_m[:, 2] = return_height_m(stages.start_m[home], stages.place_m[home], parameters)
+    spinning = stages.where(StageKind.CIRCLE)
+    spinning = spinning[stages.radius_m[spinning] == 0.0]
+    return [
+        hold(
+            held * SLOTS + 1,
+            FlightState.HOVER,
+            place_m=stages.end_m[held],
+            duration_s=stages.hold_s[held],
+        ),
+        hold(
+            home * SLOTS + 2,
+            FlightState.HOVER,
+            place_m=over_m,
+            duration_s=np.full(len(home), parameters.return_loiter_s),
+        ),
+        hold(
+            spinning * SLOTS + 1,
+            FlightState.HOVER,
+            place_m=stages.edge_m[spinning],
+            duration_s=_circling_s(stages, spinning, parameters)[1],
+        ),
+    ]
+
+
+def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
+    """Return the landings of landing items and of returns, or a return's last descent."""
+    land, home = stages.where(StageKind.LAND), stages.where(StageKind.RETURN)
+    place = stages.place_m[land].copy()
+    place[:, 2] = stages.start_m[land, 2]
+    over = stages.place_m[home].copy()
+    over[:, 2] = return_height_m(stages.start_m[home], stages.place_m[home], parameters)
+    last = (
+        landing(home * SLOTS + 3, over, stages.place_m[home, 2], parameters)
+        if parameters.return_final_altitude_m == 0.0
+        else change_of_height(
+            home * SLOTS + 3,
+            over,
+            np.minimum(stages.end_m[home, 2], over[:, 2]),
+            np.full(len(home), parameters.descent_speed_m_s),
+            parameters,
+            state=FlightState.DESCEND,
+        )
+    )
+    return [landing(land * SLOTS + 1, place, stages.place_m[land, 2], parameters), last]
+
+
+def _hovering_returns(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Finding, ...]:
+    """Return that returns do not land."""
+    home = stages.where(StageKind.RETURN)
+    if not len(home) or parameters.return_final_altitude_m == 0.0:
+        return ()
+    return (
+        LANDING_MISSING.finding(
+            f"RTL_ALT_FINAL: the return ends in the air at {parameters.return_final_altitude_m:.1f} m "
+            "above home: the landing is not counted",
+            item=int(stages.item[home[0]]),
+        ),
+    )
+
+
+def _changes_of_height(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
+    """Return the climbs and descents of LOITER_TO_ALT where the vehicle already is at the place."""
+    rows = stages.where(StageKind.CHANGE_HEIGHT)
+    start, end = stages.start_m[rows], stages.place_m[rows]
+    rows = rows[(start[:, :2] == end[:, :2]).all(axis=1)]
+    change = stages.place_m[rows, 2] - stages.start_m[rows, 2]
+    return [
+        change_of_height(
+            some * SLOTS + 1,
+            stages.start_m[some],
+            stages.place_m[some, 2],
+            speed[some],
+            parameters,
+            state=state,
+        )
+        for some, speed, state in (
+            (rows[change > 0.0], stages.climb_m_s, FlightState.CLIMB),
+            (rows[change < 0.0], stages.descent_m_s, FlightState.DESCEND),
+        )
+    ]
+
+
+def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Manoeuvres, ...]:
+    """Return how loads are set down."""
+    rows = stages.where(StageKind.SET_DOWN)
+    return set_down(rows * SLOTS + 1, stages.end_m[rows], stages.climb_m_s[rows], parameters)
+
+
+def _circling_s(
+    stages: StageColumns, rows: IntArray, parameters: ArduPilotParameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return mean rates and durations of circles. (n,) [rad s⁻¹], (n,) [s]
+
+    ``AC_Circle::update_ms``: the rate rises by A/R (2°/s² at least) to its limit, and the turns are
+    counted by the rate.
+    """
+    radius = stages.radius_m[rows]
+    rate = np.array(
+        [
+            circle_rate_rad_s(float(r), float(v), parameters)
+            for r, v in zip(radius, stages.speed_m_s[rows], strict=True)
+        ]
+    )
+    size = np.abs(radius)
+    rising = np.maximum(
+        np.divide(parameters.acceleration_m_s2, size, out=rate.copy(), where=size > 0.0),
+        _LEAST_ANGULAR_ACCELERATION_RAD_S2,
+    )
+    angle = 2.0 * math.pi * stages.turns[rows]
+    turning = (rate > 0.0) & (angle > 0.0)
+    duration = np.zeros(len(rate))
+    duration[turning] = angle[turning] / rate[turning] + 0.5 * rate[turning] / rising[turning]
+    mean = np.divide(angle, duration, out=np.zeros(len(rate)), where=duration > 0.0)
+    return mean, duration
+
+
+def _circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circles:
+    """Return the circles that lead round something."""
+    rows = stages.where(StageKind.CIRCLE)
+    rate, duration = _circling_s(stages, rows, parameters)
+    round_one = (stages.radius_m[rows] != 0.0) & (duration > 0.0)
+    rows, rate, duration = rows[round_one], rate[round_one], duration[round_one]
+    start, centre = stages.edge_m[rows], stages.place_m[rows, :2]
+    size = np.hypot(start[:, 0] - centre[:, 0], start[:, 1] - centre[:, 1])
+    return Circles(
+        key=rows * SLOTS + 1,
+        law=CircleLaw(
+            start_m=start,
+            centre_m=centre,
+            rate_rad_s=-np.copysign(rate, stages.radius_m[rows]),
+        ),
+        duration_s=duration,
+        speed_m_s=rate * size,
+    )
+
+
+def _leaving_circles(stages: StageColumns, circles: Circles) -> Manoeuvres:
+    """Return how the vehicle brakes out of circles, along the tangent to its stopping point."""
+    rows = circles.key // SLOTS
+    last = circles.law.state_at(np.arange(len(rows)), circles.duration_s)
+    exit_m = np.column_stack((last.east_m, last.north_m, last.height_m))
+    velocity = np.column_stack((last.east_m_s, last.north_m_s, last.climb_m_s))
+    end = stages.end_m[rows]
+    way = np.sqrt(((end - exit_m) ** 2).sum(axis=1))
+    speed = circles.speed_m_s
+    return make_manoeuvres(
+        rows * SLOTS + 2,
+        FlightState.BRAKE,
+        position_m=np.stack((exit_m, end), axis=1),
+        velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
+        duration_s=np.divide(2.0 * way, speed, out=np.zeros_like(way), where=speed > 0.0)[:, None],
+        stopping_distance_m=way,
+    )
+
+
+def _flown_splines(stages: StageColumns, splines: Splines, legs: Legs) -> Manoeuvres:
+    """Return the splines, as fast at their ends as the legs they join."""
+    count = len(stages.kind)
+    left, met = np.zeros(count), np.zeros(count)
+    leg_stage = legs.key // SLOTS
+    left[leg_stage] = legs.curves.end_m_s
+    first = legs.key % SLOTS == 0
+    met[leg_stage[first]] = legs.curves.start_m_s[first]
+    before = np.maximum(splines.stage - 1, 0)
+    after = np.minimum(splines.stage + 1, count - 1)
+    is_spline = stages.kind == KIND_INDEX[StageKind.SPLINE]
+    passed_before = (splines.stage > 0) & stages.is_passed[before]
+    passed = stages.is_passed[splines.stage]
+    start = np.where(is_spline[before], splines.speed_at_end_m_s[before], left[before])
+    end = np.where(is_spline[after], splines.speed_at_start_m_s[after], met[after])
+    return splines.flown(
+        splines.stage * SLOTS,
+        np.where(passed_before, start, 0.0),
+        np.where(passed, end, 0.0),
+    )

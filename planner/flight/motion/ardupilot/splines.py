@@ -1,0 +1,238 @@
+"""Splines as ArduPilot flies them: Hermite curves, slow where they bend.
+
+After ``AP_Math/SplineCurve.cpp`` and ``AC_WPNav::set_spline_destination_NED_m``.  Along the curve the
+vehicle speeds up and slows down with half its acceleration, and where the curve bends it is as fast as
+half its acceleration allows across.  The curve is cut into short pieces of constant acceleration along
+it, and flown as cubics between their ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.ardupilot.stages import KIND_INDEX
+from planner.flight.motion.manoeuvres import make_manoeuvres
+from planner.flight.state import FlightState
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from planner.flight.motion.ardupilot.stages import StageColumns
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+_PIECES = 24
+"""Pieces of a spline: a bend of 90° is then flown as ten of 9°."""
+_LONGEST_TANGENTS = 4.0
+"""``SPLINE_FACTOR``: both tangents together are at most so many times the way between the ends."""
+_ACCELERATION_SHARE = 0.5
+"""``TANGENTIAL_ACCEL_SCALER`` and ``LATERAL_ACCEL_SCALER``."""
+_APART_M2_S2 = 1e4
+"""More than any squared speed: puts splines that do not join out of each other's reach. [m² s⁻²]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Splines:
+    """The splines of a route, one per row, cut into pieces at k + 1 nodes."""
+
+    stage: IntArray
+    """Stage of each spline. (n,)"""
+    position_m: FloatArray
+    """(n, k + 1, 3) [m]"""
+    tangent: FloatArray
+    """Direction of flight. (n, k + 1, 3) [-]"""
+    piece_m: FloatArray
+    """Length of each piece. (n, k) [m]"""
+    limit_m_s: FloatArray
+    """Speed limit at the nodes. (n, k + 1) [m s⁻¹]"""
+    acceleration_m_s2: FloatArray
+    """Acceleration along each piece. (n, k) [m s⁻²]"""
+    joins_before: BoolArray
+    """Whether a spline continues the one in the row before. (n,)"""
+    speed_at_start_m_s: FloatArray
+    """For each stage of the route the highest speed at the beginning of its spline. (stages,) [m s⁻¹]"""
+    speed_at_end_m_s: FloatArray
+    """For each stage of the route the highest speed at the end of its spline. (stages,) [m s⁻¹]"""
+
+    def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
+        """Return the splines flown from speeds at their beginnings to speeds at their ends.
+
+        Parameters
+        ----------
+        key : ndarray of int
+            Place of each spline in the order of the flight. (n,)
+        start_m_s, end_m_s : ndarray
+            Highest speeds at the ends, zero at rest. (n,) [m s⁻¹]
+        """
+        squared = self.limit_m_s**2
+        squared[:, 0] = np.minimum(squared[:, 0], start_m_s**2)
+        squared[:, -1] = np.minimum(squared[:, -1], end_m_s**2)
+        # v² may not change by more than 2 a s between any two nodes: seen from the running sum of
+        # 2 a s it may only fall behind, forwards and backwards.
+        gain = np.zeros(squared.shape)
+        gain[:, 1:] = 2.0 * self.acceleration_m_s2 * self.piece_m
+        gain[:, 0] = np.where(self.joins_before, 0.0, _APART_M2_S2)
+        reach = np.cumsum(gain).reshape(gain.shape)
+        flat = np.minimum.accumulate((squared - reach).ravel()) + reach.ravel()
+        back = np.minimum.accumulate((flat + reach.ravel())[::-1])[::-1] - reach.ravel()
+        speed = np.sqrt(np.maximum(back, 0.0)).reshape(squared.shape)
+        both = speed[:, 1:] + speed[:, :-1]
+        return make_manoeuvres(
+            key,
+            FlightState.CRUISE,
+            position_m=self.position_m,
+            velocity_m_s=speed[..., None] * self.tangent,
+            duration_s=np.divide(
+                2.0 * self.piece_m, both, out=np.zeros_like(both), where=both > 0.0
+            ),
+        )
+
+
+def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splines:
+    """Return the splines among the stages.
+
+    Parameters
+    ----------
+    stages : StageColumns
+        At least one.
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    """
+    is_spline = stages.kind == KIND_INDEX[StageKind.SPLINE]
+    moves = (stages.place_m != stages.start_m).any(axis=1)
+    row = np.flatnonzero(is_spline & moves)
+    origin, end = stages.start_m[row], stages.place_m[row]
+    leaving, arriving = _tangents(stages, row, is_spline)
+    length = np.sqrt((leaving**2).sum(axis=1)) + np.sqrt((arriving**2).sum(axis=1))
+    most = _LONGEST_TANGENTS * np.sqrt(((end - origin) ** 2).sum(axis=1))
+    scale = np.divide(most, length, out=np.ones_like(most), where=length > most)[:, None]
+    leaving, arriving = leaving * scale, arriving * scale
+    cubic = (
+        origin,
+        leaving,
+        3.0 * (end - origin) - 2.0 * leaving - arriving,
+        2.0 * (origin - end) + leaving + arriving,
+    )
+    nodes = np.linspace(0.0, 1.0, _PIECES + 1)
+    position, slope, bend = _cubic_at(cubic, nodes)
+    tangent = _directions(slope, bend)
+    middle = _cubic_at(cubic, nodes[:-1] + 0.5 / _PIECES)[1]
+    pace = np.sqrt((slope**2).sum(axis=-1))
+    # Simpson's rule for the length of each piece.
+    piece = (pace[:, :-1] + 4.0 * np.sqrt((middle**2).sum(axis=-1)) + pace[:, 1:]) / (6 * _PIECES)
+    limit = np.minimum(
+        _kinematic_limit(
+            tangent,
+            stages.speed_m_s[row][:, None],
+            np.where(
+                tangent[..., 2] > 0.0,
+                stages.climb_m_s[row][:, None],
+                stages.descent_m_s[row][:, None],
+            ),
+        ),
+        _bend_limit_m_s(tangent, bend, pace, parameters),
+    )
+    acceleration = _ACCELERATION_SHARE * _kinematic_limit(
+        tangent,
+        np.asarray(parameters.acceleration_m_s2),
+        np.asarray(parameters.vertical_acceleration_m_s2),
+    )
+    joins = np.zeros(len(row), np.bool_)
+    joins[1:] = (row[1:] == row[:-1] + 1) & stages.is_passed[row[:-1]]
+    at_start, at_end = np.zeros(len(stages.kind)), np.zeros(len(stages.kind))
+    at_start[row], at_end[row] = limit[:, 0], limit[:, -1]
+    return Splines(
+        stage=row,
+        position_m=position,
+        tangent=tangent,
+        piece_m=piece,
+        limit_m_s=limit,
+        acceleration_m_s2=np.minimum(acceleration[:, 1:], acceleration[:, :-1]),
+        joins_before=joins,
+        speed_at_start_m_s=at_start,
+        speed_at_end_m_s=at_end,
+    )
+
+
+def _tangents(
+    stages: StageColumns, row: IntArray, is_spline: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the vectors with which splines leave and arrive; zero at rest. (n, 3) each [m]
+
+    They leave along the straight leg before, or as the spline before arrives; they arrive towards the
+    end of the straight leg after, or, before a spline, parallel to the line from their beginning to
+    that spline's end.
+    """
+    after = np.minimum(row + 1, len(stages.kind) - 1)
+    passed = stages.is_passed[row][:, None]
+    from_m = np.where(is_spline[after][:, None], stages.start_m[row], stages.place_m[row])
+    arriving = np.where(passed, stages.place_m[after] - from_m, 0.0)
+    before = np.maximum(row - 1, 0)
+    whole = np.zeros((len(stages.kind), 3))
+    whole[row] = arriving
+    leaving = np.where(
+        is_spline[before][:, None],
+        whole[before],
+        stages.place_m[before] - stages.start_m[before],
+    )
+    return np.where((stages.is_passed[before] & (row > 0))[:, None], leaving, 0.0), arriving
+
+
+def _cubic_at(
+    cubic: tuple[FloatArray, ...], u: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return value, first and second derivative of cubics at parameters. (n, len(u), 3) each"""
+    c0, c1, c2, c3 = (c[:, None] for c in cubic)
+    u = u[None, :, None]
+    return (
+        c0 + u * (c1 + u * (c2 + u * c3)),
+        c1 + u * (2.0 * c2 + 3.0 * u * c3),
+        2.0 * c2 + 6.0 * u * c3,
+    )
+
+
+def _directions(slope: FloatArray, bend: FloatArray) -> FloatArray:
+    """Return unit vectors along curves; at rest ends the slope vanishes and the bend shows the way."""
+    ways = slope.copy()
+    still = (slope == 0.0).all(axis=-1)
+    toward = bend.copy()
+    toward[:, -1] *= -1.0
+    ways[still] = toward[still]
+    size = np.sqrt((ways**2).sum(axis=-1))[..., None]
+    unit: FloatArray = np.divide(ways, size, out=np.zeros_like(ways), where=size > 0.0)
+    return unit
+
+
+def _bend_limit_m_s(
+    tangent: FloatArray, bend: FloatArray, pace: FloatArray, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return the speed at which bends need half the acceleration across. (n, k + 1) [m s⁻¹]"""
+    across = bend - (bend * tangent).sum(axis=-1)[..., None] * tangent
+    size = np.sqrt((across**2).sum(axis=-1))
+    allowed = _ACCELERATION_SHARE * _kinematic_limit(
+        across,
+        np.asarray(parameters.acceleration_m_s2),
+        np.asarray(parameters.vertical_acceleration_m_s2),
+    )
+    bent = (size > 0.0) & (pace > 0.0)
+    ratio = np.divide(allowed, size, out=np.full_like(size, np.inf), where=bent)
+    limit: FloatArray = np.where(bent, pace * np.sqrt(ratio), np.inf)
+    return limit
+
+
+def _kinematic_limit(
+    direction: FloatArray, horizontal: FloatArray, vertical: FloatArray
+) -> FloatArray:
+    """Return limits along directions of any length: ``kinematic_limit`` of AP_Math."""
+    size = np.sqrt((direction**2).sum(axis=-1))
+    level = np.hypot(direction[..., 0], direction[..., 1])
+    upward = np.abs(direction[..., 2])
+    over = np.full(size.shape, np.inf)
+    limit: FloatArray = np.minimum(
+        np.divide(horizontal * size, level, out=over.copy(), where=level > 0.0),
+        np.divide(vertical * size, upward, out=over, where=upward > 0.0),
+    )
+    return limit

@@ -1,0 +1,335 @@
+"""Stages as ArduPilot's Copter takes them: columns of where each begins and ends, and how fast."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.mission.stage import Stage
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+KINDS = tuple(StageKind)
+KIND_INDEX = {kind: index for index, kind in enumerate(KINDS)}
+"""Columns of stages hold positions in ``KINDS``."""
+
+_AUTOPILOT_EARTH_RADIUS_M = 6_378_100.0
+"""``RADIUS_OF_EARTH`` of AP_Math/definitions.h: metres per degree for both axes. [m]"""
+_EDGE_NEAR_M = 3.0
+"""``ModeAuto::circle_movetoedge_start`` flies to the edge from farther away only. [m]"""
+_STOPPING_GAIN_PER_S = 1.0
+"""PSC_NE_POS_P, which the stopping point is computed with: its default. [s⁻¹]"""
+_WHOLE_RADIUS_M = 255
+"""A larger circle's radius is kept in tens of metres: AP_Mission stores a byte. [m]"""
+_LARGEST_RADIUS_M = 2550
+_LOWEST_TAKEOFF_M = 1.0
+"""``ModeAuto::takeoff_start`` climbs this high at least. [m]"""
+
+_LEVEL_KINDS = (StageKind.LAND, StageKind.SET_DOWN)
+_NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_DOWN)
+"""``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StageColumns:
+    """Stages, one per row; places in the autopilot's own metres."""
+
+    kind: IntArray
+    """Positions in ``KINDS``. (n,)"""
+    item: IntArray
+    start_m: FloatArray
+    """East, north, height above home where each begins. (n, 3) [m]"""
+    place_m: FloatArray
+    """East and north of the place it names, its height. (n, 3) [m]"""
+    end_m: FloatArray
+    """Where it ends. (n, 3) [m]"""
+    edge_m: FloatArray
+    """Where a circle begins; the place of all others. (n, 3) [m]"""
+    speed_m_s: FloatArray
+    """Commanded horizontal speed. (n,) [m s⁻¹]"""
+    climb_m_s: FloatArray
+    descent_m_s: FloatArray
+    hold_s: FloatArray
+    turns: FloatArray
+    radius_m: FloatArray
+    """Radius of a circle, negative for counter-clockwise. (n,) [m]"""
+    is_passed: BoolArray
+    """Whether the end is flown through. (n,)"""
+    is_first_leg: BoolArray
+    """Whether the stage before was a take-off, whose end no file's coordinates meet exactly. (n,)"""
+    from_ground: BoolArray
+    """Whether a take-off leaves the ground. (n,)"""
+
+    def where(self, *kinds: StageKind) -> IntArray:
+        """Return the rows of some kinds."""
+        return np.flatnonzero(np.isin(self.kind, [KIND_INDEX[kind] for kind in kinds]))
+
+
+def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
+    """Return the autopilot's metres per metre, eastward and northward.
+
+    Parameters
+    ----------
+    latitude_deg : float or None
+        Latitude of home; ``None`` where metres are the autopilot's own. [°]
+
+    Notes
+    -----
+    ArduPilot's degrees of latitude are all 111,318.8 m long, and its degrees of longitude that times
+    the cosine of the latitude (``Location::get_vector_xy_from_origin_NE``).  On the WGS 84 ellipsoid
+    they are M π/180 and N cos φ π/180.  At 47° a leg to the north is 0.13 % longer for ArduPilot, and
+    takes so much longer.
+    """
+    if latitude_deg is None:
+        return 1.0, 1.0
+    eccentricity_squared = FLATTENING * (2.0 - FLATTENING)
+    root = 1.0 - eccentricity_squared * math.sin(math.radians(latitude_deg)) ** 2
+    transverse_m = SEMI_MAJOR_AXIS_M / math.sqrt(root)
+    meridional_m = transverse_m * (1.0 - eccentricity_squared) / root
+    return _AUTOPILOT_EARTH_RADIUS_M / transverse_m, _AUTOPILOT_EARTH_RADIUS_M / meridional_m
+
+
+def stage_columns(
+    stages: Sequence[Stage], parameters: ArduPilotParameters, *, scale: tuple[float, float]
+) -> StageColumns:
+    """Return the stages of a route, each beginning where the one before ends.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        At least one; the first begins at home on the ground.
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    scale : tuple of float
+        The autopilot's metres per metre, eastward and northward.
+    """
+    kind = np.array([KIND_INDEX[stage.kind] for stage in stages], dtype=np.intp)
+    numbers = np.array(
+        [
+            (
+                stage.east_m * scale[0],
+                stage.north_m * scale[1],
+                stage.height_m,
+                stage.item,
+                stage.speed_m_s,
+                stage.climb_speed_m_s,
+                stage.descent_speed_m_s,
+                stage.hold_s,
+                stage.turns,
+                stage.radius_m,
+            )
+            for stage in stages
+        ],
+        dtype=np.float64,
+    )
+    place = numbers[:, :3].copy()
+    speed, climb, descent = (
+        np.where(np.isnan(numbers[:, column]), default, numbers[:, column])
+        for column, default in (
+            (4, parameters.cruise_speed_m_s),
+            (5, parameters.climb_speed_m_s),
+            (6, parameters.descent_speed_m_s),
+        )
+    )
+    home = kind == KIND_INDEX[StageKind.RETURN]
+    speed[home] = parameters.return_speed_m_s  # ModeRTL::init starts from the parameters again
+    climb[home] = parameters.climb_speed_m_s
+    hold = numbers[:, 7].copy()
+    turns, radius = _stored_circles(numbers[:, 8], numbers[:, 9], parameters)
+    start, end, edge = _chained(
+        stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed
+    )
+    takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
+    landed = np.concatenate(([True], kind[:-1] == KIND_INDEX[StageKind.LAND]))
+    through = np.isin(kind, [KIND_INDEX[k] for k in (StageKind.GO, StageKind.SPLINE)])
+    onward = np.isin(kind, [KIND_INDEX[k] for k in _NEXT_MAY_BE])
+    return StageColumns(
+        kind=kind,
+        item=numbers[:, 3].astype(np.intp),
+        start_m=start,
+        place_m=place,
+        end_m=end,
+        edge_m=edge,
+        speed_m_s=speed,
+        climb_m_s=climb,
+        descent_m_s=descent,
+        hold_s=hold,
+        turns=turns,
+        radius_m=radius,
+        is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
+        is_first_leg=np.concatenate(([False], takeoff[:-1])),
+        from_ground=takeoff & landed,
+    )
+
+
+def return_columns(
+    points_m: FloatArray, parameters: ArduPilotParameters, *, scale: tuple[float, float]
+) -> StageColumns:
+    """Return a way home from each of n points, standing there; item i is point i.
+
+    Parameters
+    ----------
+    points_m : ndarray
+        East, north, height above home. (n, 3) [m]
+    parameters, scale
+        As in :func:`stage_columns`.
+    """
+    count = len(points_m)
+    start = np.array(points_m, np.float64, ndmin=2)
+    start[:, :2] *= scale
+    zero, never = np.zeros(count), np.zeros(count, np.bool_)
+    home = np.zeros((count, 3))
+    return StageColumns(
+        kind=np.full(count, KIND_INDEX[StageKind.RETURN]),
+        item=np.arange(count),
+        start_m=start,
+        place_m=home,
+        end_m=_return_end_m(home, parameters),
+        edge_m=home,
+        speed_m_s=np.full(count, parameters.return_speed_m_s),
+        climb_m_s=np.full(count, parameters.climb_speed_m_s),
+        descent_m_s=np.full(count, parameters.descent_speed_m_s),
+        hold_s=zero,
+        turns=zero,
+        radius_m=zero,
+        is_passed=never,
+        is_first_leg=never,
+        from_ground=never,
+    )
+
+
+def _stored_circles(
+    turns: FloatArray, radius_m: FloatArray, parameters: ArduPilotParameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return turns and radii as the autopilot's mission store keeps them.
+
+    Whole turns, a fraction only below one; metres up to 255, tens of metres up to 2550, and
+    CIRCLE_RADIUS where none is left.
+    """
+    size = np.floor(np.abs(radius_m))
+    large = np.minimum(10.0 * np.floor(size / 10.0), _LARGEST_RADIUS_M)
+    size = np.where(size > _WHOLE_RADIUS_M, large, size)
+    size = np.where(size == 0.0, parameters.circle_radius_m, size)
+    return np.where(turns < 1.0, turns, np.floor(turns)), np.where(radius_m < 0.0, -size, size)
+
+
+def _chained(
+    stages: Sequence[Stage],
+    kind: IntArray,
+    place_m: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    turns: FloatArray,
+    radius_m: FloatArray,
+    speed_m_s: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return where each stage begins, ends, and where its circle begins. (n, 3) each [m]
+
+    Most end at their place; only the others are looked at one by one.
+    """
+    end, edge = place_m.copy(), place_m.copy()
+    straight = [KIND_INDEX[k] for k in (StageKind.GO, StageKind.LOITER, StageKind.SPLINE)]
+    before = np.zeros(3)
+    for row in np.flatnonzero(~np.isin(kind, straight)).tolist():
+        before = end[row - 1] if row else before
+        match stages[row].kind:
+            case StageKind.TAKEOFF:
+                stands = row == 0 or stages[row - 1].kind is StageKind.LAND
+                end[row, :2] = before[:2]
+                end[row, 2] = max(place_m[row, 2], before[2] + _LOWEST_TAKEOFF_M * stands)
+            case StageKind.DELAY:
+                end[row] = before
+            case StageKind.SET_DOWN:
+                end[row, 2] = before[2]
+            case StageKind.RETURN:
+                end[row] = _return_end_m(place_m[row : row + 1], parameters)[0]
+            case StageKind.CIRCLE:
+                edge[row], end[row] = _circle_ends_m(
+                    before,
+                    place_m[row],
+                    turns=float(turns[row]),
+                    radius_m=float(radius_m[row]),
+                    rate_rad_s=circle_rate_rad_s(
+                        float(radius_m[row]), float(speed_m_s[row]), parameters
+                    ),
+                    parameters=parameters,
+                )
+    return np.vstack((np.zeros((1, 3)), end[:-1])), end, edge
+
+
+def circle_rate_rad_s(radius_m: float, speed_m_s: float, parameters: ArduPilotParameters) -> float:
+    """Return the rate at which a circle is flown, without sign. [rad s⁻¹]
+
+    Notes
+    -----
+    ``AC_Circle::calc_velocities``: CIRCLE_RATE, at most v/R with v the speed or sqrt(A R / 2).
+    """
+    rate = abs(parameters.circle_rate_rad_s)
+    size = abs(radius_m)
+    if size == 0.0:
+        return rate
+    fastest = min(speed_m_s, math.sqrt(0.5 * parameters.acceleration_m_s2 * size))
+    return min(rate, fastest / size)
+
+
+def stopping_point_m(speed_m_s: float, parameters: ArduPilotParameters) -> float:
+    """Return how far ahead the position controller puts its stopping point. [m]
+
+    Notes
+    -----
+    ``stopping_distance`` of AP_Math/control.cpp, the inverse of its square-root controller.
+    """
+    acceleration, gain = parameters.acceleration_m_s2, _STOPPING_GAIN_PER_S
+    linear = acceleration / gain
+    if speed_m_s <= linear:
+        return speed_m_s / gain
+    return 0.5 * (linear / gain + speed_m_s**2 / acceleration)
+
+
+def _circle_ends_m(
+    before_m: FloatArray,
+    place_m: FloatArray,
+    *,
+    turns: float,
+    radius_m: float,
+    rate_rad_s: float,
+    parameters: ArduPilotParameters,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the point of a circle nearest to where the vehicle comes from, and where it stops."""
+    size = abs(radius_m)
+    away = before_m[:2] - place_m[:2]
+    distance = math.hypot(*away)
+    # At the centre ArduPilot takes the point behind the vehicle; the heading is not known here.
+    direction = away / distance if distance >= 0.5 else np.array([0.0, -1.0])
+    edge = np.array([*(place_m[:2] + size * direction), place_m[2]])
+    if math.dist(edge, before_m) <= _EDGE_NEAR_M:
+        edge = before_m.copy()
+        direction, size = (away / distance, distance) if distance > 0.0 else (direction, 0.0)
+    # Clockwise from above for a positive radius.
+    angle = -math.copysign(2.0 * math.pi * turns, radius_m)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    out = np.array(
+        [
+            direction[0] * cosine - direction[1] * sine,
+            direction[0] * sine + direction[1] * cosine,
+        ]
+    )
+    ahead = math.copysign(1.0, -radius_m) * np.array([-out[1], out[0]])
+    stop_m = stopping_point_m(rate_rad_s * size, parameters)
+    return edge, np.array([*(place_m[:2] + size * out + stop_m * ahead), edge[2]])
+
+
+def _return_end_m(home_m: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
+    """Return where a return ends: on the ground, or at RTL_ALT_FINAL over it. (n, 3) [m]"""
+    end = home_m.copy()
+    end[:, 2] += parameters.return_final_altitude_m
+    return end

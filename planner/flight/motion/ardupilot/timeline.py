@@ -1,0 +1,383 @@
+"""Legs and manoeuvres put one after the other in time: the pieces and segments of a flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.ardupilot.legs import SLOTS
+from planner.flight.motion.kinematics import CircleLaw, Motion, PolynomialLaw, SegmentColumns
+from planner.flight.state import STATE_INDEX, FlightState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.findings import Finding
+    from planner.flight.motion.ardupilot.legs import Legs
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.flight.motion.s_curve import Phases
+
+STEADY_FRACTION = 0.98
+"""A corner passed at this fraction of the cruise is no braking and accelerating. [-]"""
+_INSTANT_S = 1e-9
+"""Shorter pieces are rounding. [s]"""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Circles:
+    """Circles, one per row."""
+
+    key: IntArray
+    """Place in the order of the flight. (n,)"""
+    law: CircleLaw
+    duration_s: FloatArray
+    speed_m_s: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Pieces:
+    """Pieces of motion of one source."""
+
+    start_s: FloatArray
+    end_s: FloatArray
+    coefficients: FloatArray
+    """(p, 3, 4)"""
+    is_curved: BoolArray
+    is_grounded: BoolArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Segments:
+    """Segments of one source."""
+
+    start_s: FloatArray
+    stage: IntArray
+    state: IntArray
+    speed_m_s: FloatArray
+    stopping_distance_m: FloatArray
+
+
+def make_motion(
+    legs: Legs,
+    manoeuvres: Sequence[Manoeuvres],
+    circles: Circles,
+    *,
+    item: IntArray,
+    scale: tuple[float, float],
+    stopping_distance_m: Callable[[FloatArray], FloatArray],
+    findings: tuple[Finding, ...],
+) -> Motion:
+    """Return the motion of legs, manoeuvres and circles in the order of their keys.
+
+    Parameters
+    ----------
+    legs : Legs
+        Straight legs.
+    manoeuvres : sequence of Manoeuvres
+        Everything else in cubic pieces.
+    circles : Circles
+        Turns about places.
+    item : ndarray of int
+        Item of each stage. (stages,)
+    scale : tuple of float
+        The autopilot's metres per metre, eastward and northward.
+    stopping_distance_m : callable
+        From speeds to ways to stand still.
+    findings : tuple of Finding
+        What has to be said of the motion.
+    """
+    key = np.concatenate((legs.key, *(m.key for m in manoeuvres), circles.key))
+    duration = np.concatenate(
+        (
+            legs.curves.duration_s - 2.0 * legs.half_overlap_s,
+            *(m.duration_s.sum(axis=1) for m in manoeuvres),
+            circles.duration_s,
+        )
+    )
+    order = np.argsort(key, kind="stable")
+    start = np.empty(len(key))
+    end = np.cumsum(duration[order])
+    start[order] = end - duration[order]
+    total_s = float(end[-1]) if len(end) else 0.0
+    counts = np.cumsum([len(legs.key), *(len(m.key) for m in manoeuvres)])
+    leg_start, *manoeuvre_start, circle_start = np.split(start, counts)
+
+    timed = _LegTimes.of(legs, leg_start)
+    sources = [timed.pieces(), *map(_manoeuvre_pieces, manoeuvres, manoeuvre_start)]
+    segments = [
+        timed.segments(stopping_distance_m),
+        *map(_manoeuvre_segments, manoeuvres, manoeuvre_start),
+        _Segments(
+            start_s=circle_start,
+            stage=circles.key // SLOTS,
+            state=np.full(len(circles.key), STATE_INDEX[FlightState.CRUISE]),
+            speed_m_s=circles.speed_m_s,
+            stopping_distance_m=stopping_distance_m(circles.speed_m_s),
+        ),
+    ]
+    return _joined(
+        sources,
+        segments,
+        circles,
+        circle_start,
+        total_s=total_s,
+        item=item,
+        scale=scale,
+        findings=findings,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _LegTimes:
+    """Legs on the clock of the flight."""
+
+    legs: Legs
+    breaks_s: FloatArray
+    """Beginning of each phase. (n, 9) [s]"""
+    end_s: FloatArray
+    begun_s: FloatArray
+    """When the leg is the current one: half-way through the corner before. (n,) [s]"""
+    reached_s: FloatArray
+    """When its end is announced: half-way through the corner after. (n,) [s]"""
+
+    @classmethod
+    def of(cls, legs: Legs, start_s: FloatArray) -> _LegTimes:
+        phases = legs.curves.phases()
+        end = start_s + legs.curves.duration_s
+        before = np.zeros(len(end))
+        before[1:] = legs.half_overlap_s[:-1]
+        return cls(
+            legs=legs,
+            breaks_s=start_s[:, None] + phases.start_s,
+            end_s=end,
+            begun_s=start_s + before,
+            reached_s=end - legs.half_overlap_s,
+        )
+
+    def pieces(self) -> _Pieces:
+        """Return the sum of the legs under way between any two breaks."""
+        legs, phases = self.legs, self.legs.curves.phases()
+        accelerated, braked = self._cruise()
+        times = np.unique(
+            np.concatenate(
+                (
+                    self.breaks_s.ravel(),
+                    self.end_s,
+                    self.begun_s,
+                    self.reached_s,
+                    accelerated,
+                    braked,
+                )
+            )
+        )
+        kept = np.diff(times, append=np.inf) > _INSTANT_S
+        times = times[kept]
+        start, end = times[:-1], times[1:]
+        middle = 0.5 * (start + end)
+        latest = np.searchsorted(self.breaks_s[:, 0], middle, side="right") - 1
+        flying = middle < self.end_s[latest] if len(times) else np.zeros(0, np.bool_)
+        start, end, middle = start[flying], end[flying], middle[flying]
+        latest = latest[flying]
+        coefficients = np.zeros((len(start), 3, 4))
+        coefficients[:, :, 0] = legs.start_m[latest]
+        coefficients += self._along(phases, leg=latest, time_s=start, middle_s=middle)
+        before = np.maximum(latest - 1, 0)
+        curved = (latest > 0) & (middle < self.end_s[before])
+        if curved.any():
+            leg = before[curved]
+            share = self._along(phases, leg=leg, time_s=start[curved], middle_s=middle[curved])
+            # The way still to go to the waypoint that the leg after counts from.
+            share[:, :, 0] -= legs.direction[leg] * legs.curves.length_m[leg][:, None]
+            coefficients[curved] += share
+        return _Pieces(
+            start_s=start,
+            end_s=end,
+            coefficients=coefficients,
+            is_curved=curved,
+            is_grounded=np.zeros(len(start), np.bool_),
+        )
+
+    def _along(
+        self, phases: Phases, *, leg: IntArray, time_s: FloatArray, middle_s: FloatArray
+    ) -> FloatArray:
+        """Return cubics from ``time_s`` on along legs, counted from their start. (p, 3, 4)"""
+        phase = (self.breaks_s[leg] <= middle_s[:, None]).sum(axis=1) - 1
+        at = (leg, phase)
+        t = time_s - self.breaks_s[at]
+        j, a, v = phases.jerk_m_s3[at], phases.acceleration_m_s2[at], phases.speed_m_s[at]
+        cubic = np.empty((len(leg), 4))
+        cubic[:, 0] = phases.way_m[at] + t * (v + t * (0.5 * a + t * j / 6.0))
+        cubic[:, 1] = v + t * (a + 0.5 * t * j)
+        cubic[:, 2] = 0.5 * (a + t * j)
+        cubic[:, 3] = j / 6.0
+        along: FloatArray = self.legs.direction[leg][:, :, None] * cubic[:, None, :]
+        return along
+
+    def _cruise(self) -> tuple[FloatArray, FloatArray]:
+        """Return when accelerating ends and when braking begins; one moment without a cruise."""
+        accelerated, braked = self.breaks_s[:, 4], self.breaks_s[:, 5]
+        middle = accelerated + self.legs.curves.up.rest_s
+        cruising = self.legs.curves.cruise_s > _INSTANT_S
+        return np.where(cruising, accelerated, middle), np.where(cruising, braked, middle)
+
+    def segments(self, stopping_distance_m: Callable[[FloatArray], FloatArray]) -> _Segments:
+        """Return the segments of the legs: accelerate, cruise, brake; climb or descend; hover."""
+        legs = self.legs
+        count = len(legs.key)
+        level = np.hypot(legs.direction[:, 0], legs.direction[:, 1])
+        upward = legs.direction[:, 2]
+        peak = legs.curves.peak_m_s
+        entered = legs.curves.start_m_s.copy()
+        entered[1:] = np.maximum(entered[1:], legs.corner_speed_m_s[:-1])
+        steady = STEADY_FRACTION * peak
+        accelerated, braked = self._cruise()
+        single = level <= np.abs(upward)
+        accelerated = np.where(single | (entered >= steady), self.begun_s, accelerated)
+        braked = np.where(single | (legs.corner_speed_m_s >= steady), self.reached_s, braked)
+        only = np.select(
+            [upward > 0.0, upward < 0.0],
+            [STATE_INDEX[FlightState.CLIMB], STATE_INDEX[FlightState.DESCEND]],
+            STATE_INDEX[FlightState.HOVER],
+        )
+        start = np.concatenate((self.begun_s, accelerated, braked))
+        end = np.concatenate((accelerated, braked, self.reached_s))
+        states = [
+            STATE_INDEX[s] for s in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
+        ]
+        state = np.repeat(states, count)
+        state[count : 2 * count][single] = only[single]
+        speed = peak * np.where(single, np.abs(upward), level)
+        stopping = np.full((3, count), np.nan)
+        stopping[1:] = np.where(single, np.nan, stopping_distance_m(speed))
+        lasting = end - start > _INSTANT_S
+        return _Segments(
+            start_s=start[lasting],
+            stage=np.tile(legs.key // SLOTS, 3)[lasting],
+            state=state[lasting],
+            speed_m_s=np.tile(speed, 3)[lasting],
+            stopping_distance_m=stopping.ravel()[lasting],
+        )
+
+
+def _manoeuvre_pieces(manoeuvres: Manoeuvres, start_s: FloatArray) -> _Pieces:
+    """Return the pieces of manoeuvres that begin at times."""
+    duration = manoeuvres.duration_s
+    end = start_s[:, None] + np.cumsum(duration, axis=1)
+    kept = duration > _INSTANT_S
+    return _Pieces(
+        start_s=(end - duration)[kept],
+        end_s=end[kept],
+        coefficients=manoeuvres.coefficients[kept],
+        is_curved=np.ones(kept.sum(), np.bool_),
+        is_grounded=np.broadcast_to(manoeuvres.is_grounded, kept.shape)[kept],
+    )
+
+
+def _manoeuvre_segments(manoeuvres: Manoeuvres, start_s: FloatArray) -> _Segments:
+    """Return one segment per manoeuvre that lasts."""
+    lasting = manoeuvres.duration_s.sum(axis=1) > _INSTANT_S
+    return _Segments(
+        start_s=start_s[lasting],
+        stage=(manoeuvres.key // SLOTS)[lasting],
+        state=manoeuvres.state_index[lasting],
+        speed_m_s=manoeuvres.speed_m_s[lasting],
+        stopping_distance_m=manoeuvres.stopping_distance_m[lasting],
+    )
+
+
+def _joined(
+    sources: Sequence[_Pieces],
+    segments: Sequence[_Segments],
+    circles: Circles,
+    circle_start_s: FloatArray,
+    *,
+    total_s: float,
+    item: IntArray,
+    scale: tuple[float, float],
+    findings: tuple[Finding, ...],
+) -> Motion:
+    """Return the motion of pieces and segments of several sources, put into order."""
+    per_metre = np.array([1.0 / scale[0], 1.0 / scale[1], 1.0])
+    cubic = np.concatenate([source.coefficients for source in sources]) * per_metre[:, None]
+    circle = circles.law
+    round_law = CircleLaw(
+        start_m=circle.start_m * per_metre,
+        centre_m=circle.centre_m * per_metre[:2],
+        rate_rad_s=circle.rate_rad_s,
+    )
+    cubics, rounds = len(cubic), len(circles.key)
+    start = np.concatenate([*(source.start_s for source in sources), circle_start_s])
+    order = np.argsort(start, kind="stable")
+    start = start[order]
+    duration = np.diff(start, append=total_s)
+    law = np.repeat([0, 1], [cubics, rounds])[order]
+    row = np.concatenate((np.arange(cubics), np.arange(rounds)))[order]
+    distance, rise = np.zeros(len(order)), np.zeros(len(order))
+    straight = law == 0
+    distance[straight], rise[straight] = _ways(
+        cubic[row[straight]],
+        duration[straight],
+        np.concatenate([source.is_curved for source in sources])[row[straight]],
+    )
+    distance[~straight] = (circles.speed_m_s * circles.duration_s)[row[~straight]]
+    grounded = np.zeros(len(order), np.bool_)
+    grounded[straight] = np.concatenate([source.is_grounded for source in sources])[row[straight]]
+
+    begin = np.concatenate([s.start_s for s in segments])
+    sequence = np.lexsort((np.concatenate([s.stage for s in segments]), begin))
+    begin = begin[sequence]
+    stage, state, speed, stopping = (
+        np.concatenate([getattr(s, name) for s in segments])[sequence]
+        for name in ("stage", "state", "speed_m_s", "stopping_distance_m")
+    )
+    piece_segment = np.searchsorted(begin, start + 0.5 * duration, side="right") - 1
+    distance_m, climb_m = np.zeros(len(begin)), np.zeros(len(begin))
+    distance_m += np.bincount(piece_segment, weights=distance, minlength=len(begin))
+    climb_m += np.bincount(piece_segment, weights=rise, minlength=len(begin))
+    done = np.searchsorted(stage, np.arange(len(item)), side="right") - 1
+    # Braking out of a circle comes after its last turn.
+    leaving = (done > 0) & np.isin(np.arange(len(item)), circles.key // SLOTS)
+    return Motion(
+        segments=SegmentColumns(
+            item=item[stage],
+            state=state,
+            duration_s=np.diff(begin, append=total_s),
+            distance_m=distance_m,
+            climb_m=climb_m,
+            speed_m_s=speed,
+            stopping_distance_m=stopping,
+        ),
+        laws=(PolynomialLaw(coefficients=cubic), round_law),
+        piece_segment=piece_segment,
+        piece_law=law,
+        piece_row=row,
+        piece_offset_s=np.zeros(len(order)),
+        piece_duration_s=duration,
+        arrival_segment=done - leaving,
+        done_segment=done,
+        piece_is_grounded=grounded,
+        findings=findings,
+    )
+
+
+def _ways(
+    cubic: FloatArray, duration_s: FloatArray, is_curved: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return horizontal way and rise of cubic pieces. (p,) each [m]
+
+    A straight piece's way is the distance of its ends; a curved one's is integrated by Gauss-Legendre
+    quadrature, exact to a millimetre for the short pieces of a corner.
+    """
+    t = duration_s[:, None]
+    moved = t * (cubic[..., 1] + t * (cubic[..., 2] + t * cubic[..., 3]))
+    way = np.hypot(moved[:, 0], moved[:, 1])
+    curved = cubic[is_curved, :2, None, :]
+    t = duration_s[is_curved, None, None] * _NODES
+    rate = curved[..., 1] + t * (2.0 * curved[..., 2] + 3.0 * t * curved[..., 3])
+    way[is_curved] = np.hypot(rate[:, 0], rate[:, 1]) @ _WEIGHTS * duration_s[is_curved]
+    return way, moved[:, 2]

@@ -1,0 +1,303 @@
+"""What ArduPilot flies straight up and down without an S-curve: take-offs, landings, changes of height.
+
+The vertical position controller shapes its own targets here (``AC_PosControl``, ``AP_Math/control.cpp``):
+it accelerates by WP_ACC_Z and slows down along a square root of the way left.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.manoeuvres import make_vertical
+from planner.flight.state import FlightState
+from planner.units import GRAVITY_M_S2
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+ARMING_DELAY_S = 2.0
+"""``ARMING_DELAY_SEC`` of ArduCopter/config.h: motors wait so long after arming. [s]"""
+_VERTICAL_JERK_M_S3 = 5.0
+"""PSC_JERK_D (before 4.7 PSC_JERK_Z), its default. [m s⁻³]"""
+_HEIGHT_GAIN_PER_S = 1.0
+"""PSC_D_POS_P (before 4.7 PSC_POSZ_P), its default. [s⁻¹]"""
+_BRAKING_SHARE = 0.5
+"""``shape_pos_vel_accel`` plans to stop with half the acceleration. [-]"""
+_DONE_SPEED_SHARE = 0.1
+"""A take-off is complete within the stopping distance of this share of the climb speed. [-]"""
+_HEIGHT_REACHED_M = 0.05
+"""``loiter_to_alt_run`` is done so near to its height. [m]"""
+_LOWEST_SLOW_HEIGHT_M = 1.0
+"""``land_run_vertical_control`` takes LAND_ALT_LOW for this at least. [m]"""
+_LANDED_S = 1.6
+"""From touch-down until landed: motors fall to their lower limit (0.6 s as recorded), stay there for
+``LAND_DETECTOR_TRIGGER_SEC`` 1.0. [s]"""
+_PLACED_S = 0.5
+"""``placed_check_duration_ms``: a load must stand so long before it is let go. [s]"""
+
+
+def takeoff(
+    key: IntArray,
+    start_m: FloatArray,
+    end_height_m: FloatArray,
+    climb_m_s: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    from_ground: bool,
+) -> Manoeuvres:
+    """Return take-offs straight up.
+
+    Parameters
+    ----------
+    key : ndarray of int
+        Place in the order of the flight. (n,)
+    start_m : ndarray
+        East, north, height above home. (n, 3) [m]
+    end_height_m : ndarray
+        Height above home to climb to. (n,) [m]
+    climb_m_s : ndarray
+        Climb speed. (n,) [m s⁻¹]
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    from_ground : bool
+        Whether they begin on the ground, with arming.
+
+    Notes
+    -----
+    ``_AutoTakeoff::run``.  On the ground: 2 s after arming, MOT_SPOOL_TIME of spooling up to idle, then
+    the throttle rises by 1/TKOFF_SLEW_TIME until the vehicle accelerates by WP_ACC_Z/2, at
+    MOT_THST_HOVER (1 + WP_ACC_Z/2g).  By default it lifts off after 3.24 s.
+    """
+    none = np.zeros(len(key))
+    throttle = parameters.hover_throttle * (
+        1.0 + 0.5 * parameters.vertical_acceleration_m_s2 / GRAVITY_M_S2
+    )
+    idle_s = (ARMING_DELAY_S + parameters.spool_up_s) * from_ground
+    thrust_s = parameters.takeoff_slew_s * min(throttle, 1.0) * from_ground
+    low = start_m[:, 2]
+    durations, rises, speeds = _climb(end_height_m - low, climb_m_s, parameters)
+    return make_vertical(
+        key,
+        FlightState.TAKEOFF if from_ground else FlightState.CLIMB,
+        place_m=start_m,
+        height_m=(low, low, *(low + rise for rise in rises)),
+        climb_m_s=(none, none, *speeds),
+        duration_s=(none + idle_s, none + thrust_s, *durations),
+        grounded=(0,),
+    )
+
+
+def _climb(
+    rise_m: FloatArray, climb_m_s: FloatArray, parameters: ArduPilotParameters
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """Return durations, rises and speeds of climbs to a height: speed up, climb, slow down.
+
+    The controller aims at v(e) = sqrt(2 b (e − b/2k²)), e the way left, b half the acceleration A and
+    k = J/2A, and follows it δ = A b/J faster, for its acceleration answers an error of speed by J/A.
+    Hence dv/dt = −b (1 + δ/v) down to v = b/k, and e falls exponentially with k below.  It is over when
+    e is the stopping distance from a tenth of the climb speed.
+    """
+    full = parameters.vertical_acceleration_m_s2
+    braking = _BRAKING_SHARE * full
+    gain = _BRAKING_SHARE * _VERTICAL_JERK_M_S3 / full
+    ahead = full * braking / _VERTICAL_JERK_M_S3
+    linear = braking / gain
+    # V²/2A to speed up, V²/2b + b/2k² to slow down.
+    root = np.sqrt(np.maximum(rise_m - 0.5 * linear / gain, 0.0))
+    peak = np.minimum(climb_m_s, root * np.sqrt(2.0 / (1.0 / full + 1.0 / braking)))
+    gained = 0.5 * peak**2 / full
+    left = np.minimum(0.5 * peak**2 / braking + 0.5 * linear / gain, rise_m - gained)
+    knee = np.minimum(peak, linear)
+    done = 0.5 * (_DONE_SPEED_SHARE * climb_m_s) ** 2 / full
+    last = np.minimum(gain * done, knee)
+    slow_s = (peak - knee - ahead * np.log((peak + ahead) / (knee + ahead))) / braking
+    slow_s += np.log((knee + ahead) / (last + ahead)) / gain
+    steady_s = np.divide(
+        np.maximum(rise_m - gained - left, 0.0), peak, out=np.zeros_like(peak), where=peak > 0.0
+    )
+    zero = np.zeros_like(peak)
+    return (
+        (peak / full, steady_s, slow_s),
+        (zero, gained, rise_m - left, rise_m),
+        (zero, peak, peak, zero),
+    )
+
+
+def landing(
+    key: IntArray,
+    start_m: FloatArray,
+    ground_m: FloatArray,
+    parameters: ArduPilotParameters,
+) -> Manoeuvres:
+    """Return landings, down to the ground and until disarmed.
+
+    Parameters
+    ----------
+    key, parameters
+        As in :func:`takeoff`.
+    start_m : ndarray
+        East, north, height above home; standing. (n, 3) [m]
+    ground_m : ndarray
+        Height of the ground above home. (n,) [m]
+
+    Notes
+    -----
+    ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, or WP_SPD_DN; slower along the square
+    root of the height above LAND_ALT_LOW; never slower than LAND_SPD.  Then 1.6 s until the landing is
+    detected and MOT_SPOOL_TIME until the motors stand still.
+    """
+    slow = parameters.land_speed_m_s
+    height = np.maximum(start_m[:, 2] - ground_m, 0.0)
+    above = np.maximum(height - max(parameters.land_slow_height_m, _LOWEST_SLOW_HEIGHT_M), 0.0)
+    durations, ways, speeds = _approach(
+        above,
+        np.full(len(key), max(parameters.land_high_speed_m_s, slow)),
+        slow,
+        parameters.vertical_acceleration_m_s2,
+    )
+    ways = tuple(np.minimum(way, height) for way in ways)
+    none = np.zeros(len(key))
+    rest_s = np.maximum(height - ways[-1], 0.0) / slow
+    top = start_m[:, 2]
+    return make_vertical(
+        key,
+        FlightState.LAND,
+        place_m=start_m,
+        # Touching down takes the speed away in no time.
+        height_m=(*(top - way for way in ways), ground_m, ground_m, ground_m),
+        climb_m_s=(*(-speed for speed in speeds), none - slow, none, none),
+        duration_s=(*durations, rest_s, none, none + _LANDED_S + parameters.spool_up_s),
+        grounded=(6,),
+    )
+
+
+def change_of_height(
+    key: IntArray,
+    start_m: FloatArray,
+    end_height_m: FloatArray,
+    speed_m_s: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    state: FlightState,
+) -> Manoeuvres:
+    """Return climbs or descents at a rate, as LOITER_TO_ALT makes them (``loiter_to_alt_run``).
+
+    Parameters
+    ----------
+    key, start_m, parameters
+        As in :func:`takeoff`.
+    end_height_m : ndarray
+        Height above home to reach within 5 cm. (n,) [m]
+    speed_m_s : ndarray
+        Climb or descent speed, positive. (n,) [m s⁻¹]
+    state : FlightState
+        Climb or descend.
+    """
+    change = end_height_m - start_m[:, 2]
+    sign, size = np.sign(change), np.abs(change)
+    durations, ways, speeds = _approach(
+        size,
+        speed_m_s,
+        _HEIGHT_GAIN_PER_S * _HEIGHT_REACHED_M,
+        parameters.vertical_acceleration_m_s2,
+    )
+    zero = np.zeros_like(size)
+    ways = (*(np.minimum(way, size) for way in ways[:-1]), size)
+    return make_vertical(
+        key,
+        state,
+        place_m=start_m,
+        height_m=tuple(start_m[:, 2] + sign * way for way in ways),
+        climb_m_s=(*(sign * speed for speed in speeds[:-1]), zero),
+        duration_s=durations,
+    )
+
+
+def _approach(
+    way_m: FloatArray, speed_m_s: FloatArray, last_m_s: float, acceleration_m_s2: float
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """Return durations, ways and speeds towards a height, the speed ending at ``last_m_s``.
+
+    ``sqrt_controller`` with gain k: v = sqrt(2 A (e − A/2k²)) with e left to go, and k e where that is
+    below A/k.  Four pieces: speed up by A, go on, slow down by A, slow down exponentially.
+    """
+    a, k = acceleration_m_s2, _HEIGHT_GAIN_PER_S
+    linear = a / k
+    # The speed at which speeding up meets the curve: v²/2A + e(v) = way.
+    on_root = np.sqrt(a * np.maximum(way_m - 0.5 * linear / k, 0.0))
+    on_line = np.sqrt(linear**2 + 2.0 * a * way_m) - linear
+    peak = np.minimum(speed_m_s, np.where(on_root >= linear, on_root, on_line))
+    peak = np.maximum(peak, last_m_s)
+    knee = np.maximum(np.minimum(peak, linear), last_m_s)
+    gained = 0.5 * peak**2 / a
+    rooted = 0.5 * (peak**2 - knee**2) / a
+    lined = (knee - last_m_s) / k
+    # e(v) at the peak: what is left when slowing down begins.
+    left = rooted + knee / k
+    steady = np.maximum(way_m - gained - left, 0.0)
+    zero = np.zeros_like(peak)
+    last = zero + last_m_s
+    return (
+        (peak / a, steady / peak, (peak - knee) / a, np.log(knee / last_m_s) / k),
+        (
+            zero,
+            gained,
+            gained + steady,
+            gained + steady + rooted,
+            gained + steady + rooted + lined,
+        ),
+        (zero, peak, peak, knee, last),
+    )
+
+
+def set_down(
+    key: IntArray,
+    start_m: FloatArray,
+    climb_m_s: FloatArray,
+    parameters: ArduPilotParameters,
+) -> tuple[Manoeuvres, Manoeuvres, Manoeuvres]:
+    """Return how loads are set down at home's level: descents, waits, climbs back.
+
+    Parameters
+    ----------
+    key : ndarray of int
+        Place of the descents in the order of the flight; waits and climbs follow. (n,)
+    start_m : ndarray
+        East, north, height above home. (n, 3) [m]
+    climb_m_s : ndarray
+        Climb speed. (n,) [m s⁻¹]
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+
+    Notes
+    -----
+    ``PayloadPlace::run``: down by PLDP_SPEED_DN or LAND_SPD, at most WP_SPD_DN, until the load stands
+    for 0.5 s; PLDP_DELAY; then back up.
+    """
+    down = min(parameters.place_descent_speed_m_s, parameters.descent_speed_m_s)
+    a = parameters.vertical_acceleration_m_s2
+    high, zero = start_m[:, 2], np.zeros(len(key))
+    gained = np.minimum(0.5 * down**2 / a, np.maximum(high, 0.0))
+    fast = np.sqrt(2.0 * a * gained)
+    descent = make_vertical(
+        key,
+        FlightState.DESCEND,
+        place_m=start_m,
+        height_m=(high, high - gained, np.minimum(high, 0.0)),
+        climb_m_s=(zero, -fast, -fast),
+        duration_s=(fast / a, np.maximum(high - gained, 0.0) / down),
+    )
+    low = np.column_stack((start_m[:, :2], np.minimum(high, 0.0)))
+    wait = make_vertical(
+        key + 1,
+        FlightState.HOVER,
+        place_m=low,
+        height_m=(low[:, 2], low[:, 2]),
+        climb_m_s=(zero, zero),
+        duration_s=(zero + _PLACED_S + parameters.place_delay_s,),
+    )
+    return descent, wait, takeoff(key + 2, low, high, climb_m_s, parameters, from_ground=False)
