@@ -1,0 +1,225 @@
+"""What a log tells of one flight: columns on one time base, and what was found where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.autopilot import Autopilot
+    from planner.findings import Finding
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+TextArray = npt.NDArray[np.str_]
+
+STEP_S = 0.1
+"""Time between the samples of a record: the rate autopilots log battery and references at. [s]"""
+
+
+class LogFormat(StrEnum):
+    """The file formats a log comes in."""
+
+    DATAFLASH = "dataflash"
+    """ArduPilot's on-board log, binary (``.bin``) or as text (``.log``)."""
+    ULOG = "ulog"
+    """PX4's on-board log."""
+    TLOG = "tlog"
+    """MAVLink telemetry with timestamps, as ground stations write it."""
+    CSV = "csv"
+    """Columns of text, with a mapping that says which is which."""
+
+
+class Boundary(StrEnum):
+    """What a flight begins or ends with."""
+
+    ARMING = "arming"
+    """The motors were armed, or disarmed: logged as such."""
+    AIR = "air"
+    """Take-off, or landing: arming is not logged, but being in the air is, or the heights tell."""
+    LOG = "log"
+    """The log begins, or ends, in mid-flight."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedHome:
+    """The home of a flight, the origin of its heights and of its local frame."""
+
+    latitude_deg: float | None
+    """``None`` for a flight without a global position. [°]"""
+    longitude_deg: float | None
+    """[°]"""
+    altitude_amsl_m: float | None
+    """[m AMSL]"""
+    found_in: str
+    """The message it comes from, or how it was chosen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedItem:
+    """A mission item as the vehicle held it, with MAVLink's seven parameters."""
+
+    item: int
+    """From 1, home not counted."""
+    command: int
+    """MAV_CMD number."""
+    frame: int
+    """MAV_FRAME number."""
+    param1: float | None
+    param2: float | None
+    param3: float | None
+    param4: float | None
+    latitude_deg: float | None
+    longitude_deg: float | None
+    altitude_m: float | None
+    """In the altitude reference of ``frame``. [m]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A row of the table that says what was found where."""
+
+    name: str
+    """The column of :class:`FlightRecord`."""
+    found_in: str | None
+    """Message and fields of the log, or what it is computed from; ``None`` where it is missing."""
+    rate_hz: float | None
+    """Median rate of the samples in the log; ``None`` where it is missing or told by events."""
+    coverage: float
+    """Share of the flight it is known for, 0 to 1. [-]"""
+    absence_cost: str
+    """What cannot be done without it; said of every quantity, found or missing."""
+
+    @property
+    def is_found(self) -> bool:
+        """Whether the log tells it at least once."""
+        return self.found_in is not None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightRecord:
+    """One flight, from arming to disarming, the vehicle armed throughout.
+
+    The columns are arrays of one length.  NaN stands in a column of numbers wherever the log does
+    not tell: before the first sample, in a gap, and throughout where the quantity is missing;
+    nothing is extrapolated.  Heights and the local frame have their origin at ``home``.
+
+    .. warning:: North, east and **up**: climbs are positive, whatever the log says (NED turns sign).
+    """
+
+    time_s: FloatArray
+    """Since the beginning of the flight, every :data:`STEP_S`. [s]"""
+
+    latitude_deg: FloatArray
+    longitude_deg: FloatArray
+    """In [−180, 180). [°]"""
+    altitude_amsl_m: FloatArray
+    north_m: FloatArray
+    """North of home. [m]"""
+    east_m: FloatArray
+    height_above_home_m: FloatArray
+
+    velocity_north_m_s: FloatArray
+    """Over ground. [m s⁻¹]"""
+    velocity_east_m_s: FloatArray
+    climb_m_s: FloatArray
+    """Vertical speed, positive upwards. [m s⁻¹]"""
+    ground_speed_m_s: FloatArray
+    airspeed_m_s: FloatArray
+    """Horizontal, measured, or from velocity and wind where both are known. [m s⁻¹]"""
+    wind_north_m_s: FloatArray
+    """Northward velocity of the moving air, as measured or as the autopilot estimates. [m s⁻¹]"""
+    wind_east_m_s: FloatArray
+
+    roll_deg: FloatArray
+    """Right side down is positive. [°]"""
+    pitch_deg: FloatArray
+    """Nose up is positive. [°]"""
+    yaw_deg: FloatArray
+    """Clockwise from north, in [0, 360). [°]"""
+
+    reference_north_m: FloatArray
+    """Position the controller was told to hold, north of home. [m]"""
+    reference_east_m: FloatArray
+    reference_height_m: FloatArray
+    """Height above home the controller was told to hold. [m]"""
+    reference_velocity_north_m_s: FloatArray
+    reference_velocity_east_m_s: FloatArray
+    reference_climb_m_s: FloatArray
+    """Positive upwards. [m s⁻¹]"""
+    reference_speed_m_s: FloatArray
+    """Horizontal speed the controller was told to fly, over ground. [m s⁻¹]"""
+
+    voltage_v: FloatArray
+    current_a: FloatArray
+    power_w: FloatArray
+    """Electrical power out of the battery; the mean around each sample where the log has more. [W]"""
+
+    mode: TextArray
+    """Flight mode by the autopilot's own name; empty where it is not known."""
+    is_landed: BoolArray
+    """Whether the vehicle stands on the ground."""
+    mission_item: IntArray
+    """The item being flown, from 1, home not counted; 0 where none is, or none is known."""
+
+    duration_s: float
+    """From beginning to end, exactly; the last sample is less than a step before it. [s]"""
+    begins_with: Boundary
+    ends_with: Boundary
+    number: int
+    """Which flight of the log it is, from 1."""
+    begins_in_log_s: float
+    """Beginning of the flight, on the log's own clock. [s]"""
+
+    home: LoggedHome
+    mission_items: tuple[LoggedItem, ...]
+    """The mission the vehicle held at the end of the flight; empty where it is not logged."""
+    parameters: Mapping[str, float]
+    """The autopilot's parameters during the flight, by their own names."""
+    autopilot: Autopilot | None
+    """Whose log it is; ``None`` where it is neither PX4's nor ArduPilot's."""
+    firmware: str
+    """Name and version as the log has it; empty where it does not say."""
+    vehicle: str
+    """What flew, as far as the log says (frame, airframe number); empty where it does not."""
+
+    source: str
+    """File name as the user gave it."""
+    sha256: str
+    """Of the file as it is, compressed or not."""
+    log_format: LogFormat
+    quantities: tuple[Quantity, ...]
+    """A row for every column but the time, in the order of the columns."""
+    findings: tuple[Finding, ...] = ()
+    """What is odd about the log or this flight of it."""
+
+    def __post_init__(self) -> None:
+        lengths = {len(column) for column in self.columns().values()}
+        if lengths != {len(self.time_s)}:
+            msg = f"the columns of a record must have one length, got {sorted(lengths)}"
+            raise ValueError(msg)
+
+    def columns(self) -> dict[str, FloatArray | BoolArray | IntArray | TextArray]:
+        """Return the columns by name, time first."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+
+    def quantity(self, name: str) -> Quantity:
+        """Return the row of the table about a column.
+
+        Raises
+        ------
+        KeyError
+            If no column has that name.
+        """
+        for row in self.quantities:
+            if row.name == name:
+                return row
+        raise KeyError(name)
