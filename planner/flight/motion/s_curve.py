@@ -16,11 +16,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
 
 _NEWTON_ROUNDS = 8
 """The cubic is convex beyond its root: from above, Newton halves its error at least."""
 _BISECTIONS = 40
+_ROOM_RISES = 12.0
 _ALMOST = 1.0 - 1e-6
 """Share of an acceleration that is nearly reached. [-]"""
 
@@ -183,7 +186,7 @@ def _shortened(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SCurves:
-    """Motion along lines, one per row: wait, speed up, cruise, slow down."""
+    """Motion along lines, one per row: wait, speed up, perhaps speed up again, cruise, slow down."""
 
     length_m: FloatArray
     start_m_s: FloatArray
@@ -192,7 +195,9 @@ class SCurves:
     """Speed at the end. (n,) [m s⁻¹]"""
     peak_m_s: FloatArray
     up: SpeedRamps
-    """From the first speed to the peak."""
+    """From the speed at the beginning to the peak, or to a first lower speed."""
+    again: SpeedRamps | None
+    """From that first speed to the peak; ``None`` where no row has one."""
     down: SpeedRamps
     """From the peak to the last speed, backwards in time a ramp as well."""
     wait_s: FloatArray
@@ -202,37 +207,29 @@ class SCurves:
     @property
     def duration_s(self) -> FloatArray:
         """Duration of each curve. (n,) [s]"""
-        return self.wait_s + self.up.duration_s + self.cruise_s + self.down.duration_s
+        up_s = self.up.duration_s
+        if self.again is not None:
+            up_s = up_s + self.again.duration_s
+        return self.wait_s + up_s + self.cruise_s + self.down.duration_s
 
     def phases(self) -> Phases:
-        """Return the parts of constant jerk, nine a row."""
-        up, down, zero = self.up, self.down, np.zeros_like(self.length_m)
-        duration = np.column_stack(
-            (
-                self.wait_s + up.rest_s,
-                up.jerk_s,
-                up.steady_s,
-                up.jerk_s,
-                up.rest_s + self.cruise_s + down.rest_s,
-                down.jerk_s,
-                down.steady_s,
-                down.jerk_s,
-                down.rest_s,
-            )
-        )
-        jerk = np.column_stack(
-            (
-                zero,
-                up.jerk_m_s3,
-                zero,
-                -up.jerk_m_s3,
-                zero,
-                -down.jerk_m_s3,
-                zero,
-                down.jerk_m_s3,
-                zero,
-            )
-        )
+        """Return the parts of constant jerk.
+
+        The last five are the cruise and the braking; the rests of the ramps are part of what they
+        rest in.
+        """
+        zero = np.zeros_like(self.length_m)
+        durations, jerks = [self.wait_s], [zero]
+        for ramps in (self.up, self.again):
+            if ramps is not None:
+                durations[-1] = durations[-1] + ramps.rest_s
+                durations += [ramps.jerk_s, ramps.steady_s, ramps.jerk_s, ramps.rest_s]
+                jerks += [ramps.jerk_m_s3, zero, -ramps.jerk_m_s3, zero]
+        down = self.down
+        durations[-1] = durations[-1] + self.cruise_s + down.rest_s
+        durations += [down.jerk_s, down.steady_s, down.jerk_s, down.rest_s]
+        jerks += [-down.jerk_m_s3, zero, down.jerk_m_s3, zero]
+        duration, jerk = np.column_stack(durations), np.column_stack(jerks)
         return Phases.after(self.start_m_s, duration, jerk)
 
 
@@ -280,6 +277,7 @@ def s_curves(
     jerk_rise_s: FloatArray,
     start_m_s: FloatArray | None = None,
     end_m_s: FloatArray | None = None,
+    first_m_s: FloatArray | None = None,
     wait_s: FloatArray | None = None,
 ) -> SCurves:
     """Return the fastest motion along lines within limits.
@@ -294,6 +292,9 @@ def s_curves(
         Time the jerk takes to rise to its limit. (n,) [s]
     start_m_s, end_m_s : ndarray, optional
         Speeds at the ends; default at rest, and never above the limit. (n,) [m s⁻¹]
+    first_m_s : ndarray, optional
+        Lower speed that lines from rest are planned with first; where it is below the limit they speed
+        up to it and then once more, as ``SCurve::set_speed_max`` has it; default infinite. (n,) [m s⁻¹]
     wait_s : ndarray, optional
         Time before anything moves; default none. (n,) [s]
     """
@@ -317,9 +318,16 @@ def s_curves(
         )
         # A speed that the length cannot take away or build up is left out at the end.
         start, end = np.minimum(start, peak), np.minimum(end, peak)
-    up = speed_ramps(peak - start, **limits)
-    down = up if start is end else speed_ramps(peak - end, **limits)
-    ramps_m = 0.5 * ((start + peak) * up.duration_s + (end + peak) * down.duration_s)
+    again = None
+    first = peak
+    if first_m_s is not None and (first_m_s < peak).any():
+        first, peak = _peak_again(length_m, first_m_s, peak, limits)
+        again = speed_ramps(peak - first, **limits)
+    up = speed_ramps(first - start, **limits)
+    down = up if again is None and start is end else speed_ramps(peak - end, **limits)
+    ramps_m = 0.5 * ((start + first) * up.duration_s + (end + peak) * down.duration_s)
+    if again is not None:
+        ramps_m += 0.5 * (first + peak) * again.duration_s
     left_m = np.maximum(length_m - ramps_m, 0.0)
     return SCurves(
         length_m=length_m,
@@ -327,10 +335,38 @@ def s_curves(
         end_m_s=end,
         peak_m_s=peak,
         up=up,
+        again=again,
         down=down,
         wait_s=zero if wait_s is None else wait_s,
         cruise_s=np.divide(left_m, peak, out=np.zeros_like(peak), where=peak > 0.0),
     )
+
+
+def _peak_again(
+    length_m: FloatArray,
+    first_m_s: FloatArray,
+    peak_m_s: FloatArray,
+    limits: dict[str, FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """Return first speed and peak where lines from rest speed up twice.
+
+    The second time needs 12 jerk rises at the first speed between speeding up and slowing down
+    (``SCurve::set_speed_max``); where they are not there, the first speed stays.
+    """
+    first = np.minimum(first_m_s, peak_m_s)
+    ramp_s = speed_ramps(first, **limits).duration_s
+    room = length_m - first * ramp_s
+    twice = (first < peak_m_s) & (room > _ROOM_RISES * limits["jerk_rise_s"] * first)
+    rows = {name: limit[twice] for name, limit in limits.items()}
+    begun, length = first[twice], length_m[twice] - 0.5 * (first * ramp_s)[twice]
+
+    def fits(peak: FloatArray) -> BoolArray:
+        more = 0.5 * (begun + peak) * speed_ramps(peak - begun, **rows).duration_s
+        return more + 0.5 * peak * speed_ramps(peak, **rows).duration_s <= length
+
+    peak = first.copy()
+    peak[twice] = _highest(fits, begun, peak_m_s[twice])
+    return first, peak
 
 
 def _peak_between(
@@ -349,10 +385,17 @@ def _peak_between(
             needed += 0.5 * (ends + peak) * speed_ramps(peak - ends, **limits).duration_s
         return needed <= length_m
 
-    low, high = np.zeros_like(speed_m_s), speed_m_s
-    unlimited = fits(high)
+    return _highest(fits, np.zeros_like(speed_m_s), speed_m_s)
+
+
+def _highest(
+    fits: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Return the highest values between two that fit, by bisection; ``low`` where none does."""
+    at_once = fits(high)
+    most = high
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         good = fits(middle)
         low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return np.where(unlimited, speed_m_s, low)
+    return np.where(at_once, most, low)

@@ -21,8 +21,8 @@ from planner.flight.motion.ardupilot.legs import (
 )
 from planner.flight.motion.ardupilot.splines import plan_splines
 from planner.flight.motion.ardupilot.stages import (
-    KIND_INDEX,
     circle_rate_rad_s,
+    is_kind,
     metres_of_autopilot,
     return_columns,
     stage_columns,
@@ -171,8 +171,8 @@ def _flown(
         *_landings(stages, parameters),
         *_changes_of_height(stages, parameters),
         *_set_down(stages, parameters),
-        _leaving_circles(stages, circles),
-        _flown_splines(stages, splines, legs),
+        *_leaving_circles(stages, circles),
+        *_flown_splines(stages, splines, legs),
     ]
     return make_motion(
         legs,
@@ -199,59 +199,68 @@ def _takeoffs(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
             from_ground=grounded,
         )
         for some, grounded in ((rows[ground], True), (rows[~ground], False))
+        if len(some)
     ]
 
 
 def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
     """Return the holds at places, delays, waits over home, and turns on the spot."""
-    held = np.flatnonzero(stages.hold_s > 0.0)
-    home = stages.where(StageKind.RETURN)
-    over_m = stages.place_m[home].copy()
-    over_m[:, 2] = return_height_m(stages.start_m[home], stages.place_m[home], parameters)
+    held, home = np.flatnonzero(stages.hold_s > 0.0), stages.where(StageKind.RETURN)
     spinning = stages.where(StageKind.CIRCLE)
     spinning = spinning[stages.radius_m[spinning] == 0.0]
-    return [
-        hold(
-            held * SLOTS + 1,
-            FlightState.HOVER,
-            place_m=stages.end_m[held],
-            duration_s=stages.hold_s[held],
-        ),
-        hold(
+    holds = (
+        (held * SLOTS + 1, stages.end_m[held], stages.hold_s[held]),
+        (
             home * SLOTS + 2,
-            FlightState.HOVER,
-            place_m=over_m,
-            duration_s=np.full(len(home), parameters.return_loiter_s),
+            _over_home_m(stages, home, parameters),
+            np.full(len(home), parameters.return_loiter_s),
         ),
-        hold(
+        (
             spinning * SLOTS + 1,
-            FlightState.HOVER,
-            place_m=stages.edge_m[spinning],
-            duration_s=_circling_s(stages, spinning, parameters)[1],
+            stages.edge_m[spinning],
+            _circling_s(stages, spinning, parameters)[1],
         ),
+    )
+    return [
+        hold(key, FlightState.HOVER, place_m=place, duration_s=duration)
+        for key, place, duration in holds
+        if len(key)
     ]
+
+
+def _over_home_m(
+    stages: StageColumns, home: IntArray, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return where returns arrive over home. (n, 3) [m]"""
+    over_m = stages.place_m[home].copy()
+    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters)
+    return over_m
 
 
 def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
     """Return the landings of landing items and of returns, or a return's last descent."""
     land, home = stages.where(StageKind.LAND), stages.where(StageKind.RETURN)
-    place = stages.place_m[land].copy()
-    place[:, 2] = stages.start_m[land, 2]
-    over = stages.place_m[home].copy()
-    over[:, 2] = return_height_m(stages.start_m[home], stages.place_m[home], parameters)
-    last = (
-        landing(home * SLOTS + 3, over, stages.place_m[home, 2], parameters)
-        if parameters.return_final_altitude_m == 0.0
-        else change_of_height(
-            home * SLOTS + 3,
-            over,
-            np.minimum(stages.end_m[home, 2], over[:, 2]),
-            np.full(len(home), parameters.descent_speed_m_s),
-            parameters,
-            state=FlightState.DESCEND,
+    over = _over_home_m(stages, home, parameters)
+    manoeuvres: list[Manoeuvres] = []
+    if len(land):
+        place = stages.place_m[land].copy()
+        place[:, 2] = stages.start_m[land, 2]
+        manoeuvres.append(landing(land * SLOTS + 1, place, stages.place_m[land, 2], parameters))
+    if len(home) and parameters.return_final_altitude_m == 0.0:
+        ground = stages.place_m[home, 2]
+        manoeuvres.append(landing(home * SLOTS + 3, over, ground, parameters))
+    elif len(home):
+        manoeuvres.append(
+            change_of_height(
+                home * SLOTS + 3,
+                over,
+                np.minimum(stages.end_m[home, 2], over[:, 2]),
+                np.full(len(home), parameters.descent_speed_m_s),
+                parameters,
+                state=FlightState.DESCEND,
+            )
         )
-    )
-    return [landing(land * SLOTS + 1, place, stages.place_m[land, 2], parameters), last]
+    return manoeuvres
 
 
 def _hovering_returns(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Finding, ...]:
@@ -287,12 +296,15 @@ def _changes_of_height(stages: StageColumns, parameters: ArduPilotParameters) ->
             (rows[change > 0.0], stages.climb_m_s, FlightState.CLIMB),
             (rows[change < 0.0], stages.descent_m_s, FlightState.DESCEND),
         )
+        if len(some)
     ]
 
 
 def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Manoeuvres, ...]:
     """Return how loads are set down."""
     rows = stages.where(StageKind.SET_DOWN)
+    if not len(rows):
+        return ()
     return set_down(rows * SLOTS + 1, stages.end_m[rows], stages.climb_m_s[rows], parameters)
 
 
@@ -344,8 +356,10 @@ def _circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circles:
     )
 
 
-def _leaving_circles(stages: StageColumns, circles: Circles) -> Manoeuvres:
+def _leaving_circles(stages: StageColumns, circles: Circles) -> tuple[Manoeuvres, ...]:
     """Return how the vehicle brakes out of circles, along the tangent to its stopping point."""
+    if not len(circles.key):
+        return ()
     rows = circles.key // SLOTS
     last = circles.law.state_at(np.arange(len(rows)), circles.duration_s)
     exit_m = np.column_stack((last.east_m, last.north_m, last.height_m))
@@ -353,18 +367,23 @@ def _leaving_circles(stages: StageColumns, circles: Circles) -> Manoeuvres:
     end = stages.end_m[rows]
     way = np.sqrt(((end - exit_m) ** 2).sum(axis=1))
     speed = circles.speed_m_s
-    return make_manoeuvres(
-        rows * SLOTS + 2,
-        FlightState.BRAKE,
-        position_m=np.stack((exit_m, end), axis=1),
-        velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
-        duration_s=np.divide(2.0 * way, speed, out=np.zeros_like(way), where=speed > 0.0)[:, None],
-        stopping_distance_m=way,
+    duration = np.divide(2.0 * way, speed, out=np.zeros_like(way), where=speed > 0.0)
+    return (
+        make_manoeuvres(
+            rows * SLOTS + 2,
+            FlightState.BRAKE,
+            position_m=np.stack((exit_m, end), axis=1),
+            velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
+            duration_s=duration[:, None],
+            stopping_distance_m=way,
+        ),
     )
 
 
-def _flown_splines(stages: StageColumns, splines: Splines, legs: Legs) -> Manoeuvres:
+def _flown_splines(stages: StageColumns, splines: Splines, legs: Legs) -> tuple[Manoeuvres, ...]:
     """Return the splines, as fast at their ends as the legs they join."""
+    if not len(splines.stage):
+        return ()
     count = len(stages.kind)
     left, met = np.zeros(count), np.zeros(count)
     leg_stage = legs.key // SLOTS
@@ -373,13 +392,15 @@ def _flown_splines(stages: StageColumns, splines: Splines, legs: Legs) -> Manoeu
     met[leg_stage[first]] = legs.curves.start_m_s[first]
     before = np.maximum(splines.stage - 1, 0)
     after = np.minimum(splines.stage + 1, count - 1)
-    is_spline = stages.kind == KIND_INDEX[StageKind.SPLINE]
+    is_spline = is_kind(stages.kind, StageKind.SPLINE)
     passed_before = (splines.stage > 0) & stages.is_passed[before]
     passed = stages.is_passed[splines.stage]
     start = np.where(is_spline[before], splines.speed_at_end_m_s[before], left[before])
     end = np.where(is_spline[after], splines.speed_at_start_m_s[after], met[after])
-    return splines.flown(
-        splines.stage * SLOTS,
-        np.where(passed_before, start, 0.0),
-        np.where(passed, end, 0.0),
+    return (
+        splines.flown(
+            splines.stage * SLOTS,
+            np.where(passed_before, start, 0.0),
+            np.where(passed, end, 0.0),
+        ),
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.catalogue.wind import AIRSPEED_LIMIT, NO_HEADWAY
 from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
-from planner.flight.motion.ardupilot.stages import KIND_INDEX
+from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.s_curve import s_curves
 from planner.mission.stage import StageKind
 from planner.units import GRAVITY_M_S2
@@ -114,19 +114,10 @@ def plan_legs(
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS
     level, upward = np.hypot(direction[:, 0], direction[:, 1]), np.abs(direction[:, 2])
-    horizontal, findings = _in_wind(
-        stages.speed_m_s[stage],
-        direction,
-        stages.item[stage],
-        wind,
-        airspeed_limit_m_s,
+    held, findings = _in_wind(
+        stages.speed_m_s[stage], direction, stages.item[stage], wind, airspeed_limit_m_s
     )
-    speed = _along(
-        horizontal,
-        np.where(direction[:, 2] > 0.0, stages.climb_m_s[stage], stages.descent_m_s[stage]),
-        level,
-        upward,
-    )
+    speed = _speed_along(stages, stage, held, direction, level)
     acceleration = _along(
         np.full(len(key), parameters.acceleration_m_s2),
         np.full(len(key), parameters.vertical_acceleration_m_s2),
@@ -135,13 +126,19 @@ def plan_legs(
     )
     rows = _corner_rows(stages, key, leads)
     # A spline ends where a leg begins, and the other way round; both at speed.
-    is_spline = stages.kind == KIND_INDEX[StageKind.SPLINE]
-    first = (key % SLOTS == 0) & leads
+    is_spline = is_kind(stages.kind, StageKind.SPLINE)
+    is_first = (key % SLOTS == 0) & leads
     before, after = np.maximum(stage - 1, 0), np.minimum(stage + 1, len(stages.kind) - 1)
-    leaves = first & (stage > 0) & is_spline[before] & stages.is_passed[before]
-    joins = first & (after > stage) & is_spline[after] & stages.is_passed[stage]
+    leaves = is_first & (stage > 0) & is_spline[before] & stages.is_passed[before]
+    joins = is_first & (after > stage) & is_spline[after] & stages.is_passed[stage]
+    entered = rows + 1
     from_rest = ~leaves
-    from_rest[rows + 1] = False
+    from_rest[entered] = False
+    # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
+    first = np.full(len(key), np.inf)
+    first[entered] = _speed_along(
+        stages, stage[rows], held[entered], direction[entered], level[entered]
+    )
     delay = _start_delay_s(
         speed,
         acceleration,
@@ -158,16 +155,17 @@ def plan_legs(
         jerk_rise_s=np.full(len(key), jerk_rise_s(parameters)),
         start_m_s=np.where(leaves, splines.speed_at_end_m_s[before], 0.0),
         end_m_s=np.where(joins, splines.speed_at_start_m_s[after], 0.0),
+        first_m_s=first,
         wait_s=np.where(from_rest & (leads | (shortest != _HEIGHT_STEP_M)), delay, 0.0),
     )
     half, corner_speed = np.zeros(len(key)), np.where(joins, curves.end_m_s, 0.0)
     if len(rows):
         corners = Corners(
             before=direction[rows],
-            after=direction[rows + 1],
+            after=direction[entered],
             slowing=curves.down.select(rows),
-            speeding=curves.up.select(rows + 1),
-            speed_limit_m_s=np.minimum(speed[rows], speed[rows + 1]),
+            speeding=curves.up.select(entered),
+            speed_limit_m_s=np.minimum(speed[rows], np.minimum(speed, first)[entered]),
         )
         half[rows] = half_overlap_s(
             corners,
@@ -248,9 +246,7 @@ def _shortest_m(stages: StageColumns, key: IntArray) -> FloatArray:
     of that step, a good second.
     """
     stage = key // SLOTS
-    rounded = np.isin(
-        stages.kind[stage], [KIND_INDEX[StageKind.LAND], KIND_INDEX[StageKind.RETURN]]
-    )
+    rounded = is_kind(stages.kind[stage], StageKind.LAND, StageKind.RETURN)
     step = np.where(stages.is_first_leg[stage], _COORDINATE_M, 0.0)
     return np.where(key % SLOTS == 0, np.where(rounded, _HEIGHT_STEP_M, step), 0.0)
 
@@ -261,6 +257,19 @@ def _corner_rows(stages: StageColumns, key: IntArray, leads: BoolArray) -> IntAr
     onward = (stage[1:] == stage[:-1] + 1) & (slot[1:] == 0) & stages.is_passed[stage[:-1]]
     returning = (stage[1:] == stage[:-1]) & (slot[1:] == 1)
     return np.flatnonzero(((onward & leads[:-1]) | returning) & leads[1:])
+
+
+def _speed_along(
+    stages: StageColumns,
+    stage: IntArray,
+    held_m_s: FloatArray,
+    direction: FloatArray,
+    level: FloatArray,
+) -> FloatArray:
+    """Return the speed along legs by the speeds commanded for stages and held in wind. (n,) [m s⁻¹]"""
+    vertical = np.where(direction[:, 2] > 0.0, stages.climb_m_s[stage], stages.descent_m_s[stage])
+    horizontal = np.minimum(stages.speed_m_s[stage], held_m_s)
+    return _along(horizontal, vertical, level, np.abs(direction[:, 2]))
 
 
 def _along(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.stages import KIND_INDEX
+from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.manoeuvres import make_manoeuvres
 from planner.flight.state import FlightState
 from planner.mission.stage import StageKind
@@ -101,7 +101,7 @@ def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splin
     parameters : ArduPilotParameters
         The vehicle's parameters.
     """
-    is_spline = stages.kind == KIND_INDEX[StageKind.SPLINE]
+    is_spline = is_kind(stages.kind, StageKind.SPLINE)
     moves = (stages.place_m != stages.start_m).any(axis=1)
     row = np.flatnonzero(is_spline & moves)
     origin, end = stages.start_m[row], stages.place_m[row]

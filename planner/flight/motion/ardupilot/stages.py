@@ -34,7 +34,6 @@ _LARGEST_RADIUS_M = 2550
 _LOWEST_TAKEOFF_M = 1.0
 """``ModeAuto::takeoff_start`` climbs this high at least. [m]"""
 
-_LEVEL_KINDS = (StageKind.LAND, StageKind.SET_DOWN)
 _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_DOWN)
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
 
@@ -71,7 +70,15 @@ class StageColumns:
 
     def where(self, *kinds: StageKind) -> IntArray:
         """Return the rows of some kinds."""
-        return np.flatnonzero(np.isin(self.kind, [KIND_INDEX[kind] for kind in kinds]))
+        return np.flatnonzero(is_kind(self.kind, *kinds))
+
+
+def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
+    """Return whether columns of kinds hold some of them. (n,)"""
+    wanted = np.zeros(len(KINDS), np.bool_)
+    wanted[[KIND_INDEX[k] for k in kinds]] = True
+    found: BoolArray = wanted[kind]
+    return found
 
 
 def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
@@ -150,8 +157,8 @@ def stage_columns(
     )
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
     landed = np.concatenate(([True], kind[:-1] == KIND_INDEX[StageKind.LAND]))
-    through = np.isin(kind, [KIND_INDEX[k] for k in (StageKind.GO, StageKind.SPLINE)])
-    onward = np.isin(kind, [KIND_INDEX[k] for k in _NEXT_MAY_BE])
+    through = is_kind(kind, StageKind.GO, StageKind.SPLINE)
+    onward = is_kind(kind, *_NEXT_MAY_BE)
     return StageColumns(
         kind=kind,
         item=numbers[:, 3].astype(np.intp),
@@ -237,9 +244,9 @@ def _chained(
     Most end at their place; only the others are looked at one by one.
     """
     end, edge = place_m.copy(), place_m.copy()
-    straight = [KIND_INDEX[k] for k in (StageKind.GO, StageKind.LOITER, StageKind.SPLINE)]
+    straight = is_kind(kind, StageKind.GO, StageKind.LOITER, StageKind.SPLINE)
     before = np.zeros(3)
-    for row in np.flatnonzero(~np.isin(kind, straight)).tolist():
+    for row in np.flatnonzero(~straight).tolist():
         before = end[row - 1] if row else before
         match stages[row].kind:
             case StageKind.TAKEOFF:

@@ -18,13 +18,12 @@ if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.manoeuvres import Manoeuvres
-    from planner.flight.motion.s_curve import Phases
 
 STEADY_FRACTION = 0.98
 """A corner passed at this fraction of the cruise is no braking and accelerating. [-]"""
 _INSTANT_S = 1e-9
 """Shorter pieces are rounding. [s]"""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
@@ -137,8 +136,10 @@ class _LegTimes:
     """Legs on the clock of the flight."""
 
     legs: Legs
+    phases: FloatArray
+    """Way, speed, half the acceleration, a sixth of the jerk at the beginning of each phase. (n, k, 4)"""
     breaks_s: FloatArray
-    """Beginning of each phase. (n, 9) [s]"""
+    """Beginning of each phase. (n, k) [s]"""
     end_s: FloatArray
     begun_s: FloatArray
     """When the leg is the current one: half-way through the corner before. (n,) [s]"""
@@ -153,6 +154,15 @@ class _LegTimes:
         before[1:] = legs.half_overlap_s[:-1]
         return cls(
             legs=legs,
+            phases=np.stack(
+                (
+                    phases.way_m,
+                    phases.speed_m_s,
+                    0.5 * phases.acceleration_m_s2,
+                    phases.jerk_m_s3 / 6.0,
+                ),
+                axis=-1,
+            ),
             breaks_s=start_s[:, None] + phases.start_s,
             end_s=end,
             begun_s=start_s + before,
@@ -161,12 +171,14 @@ class _LegTimes:
 
     def pieces(self) -> _Pieces:
         """Return the sum of the legs under way between any two breaks."""
-        legs, phases = self.legs, self.legs.curves.phases()
+        legs = self.legs
         accelerated, braked = self._cruise()
+        leads = legs.direction.any(axis=1)
         times = np.unique(
             np.concatenate(
                 (
-                    self.breaks_s.ravel(),
+                    self.breaks_s[leads].ravel(),
+                    self.breaks_s[~leads, 0],
                     self.end_s,
                     self.begun_s,
                     self.reached_s,
@@ -185,12 +197,12 @@ class _LegTimes:
         latest = latest[flying]
         coefficients = np.zeros((len(start), 3, 4))
         coefficients[:, :, 0] = legs.start_m[latest]
-        coefficients += self._along(phases, leg=latest, time_s=start, middle_s=middle)
+        coefficients += self._along(latest, start, middle)
         before = np.maximum(latest - 1, 0)
         curved = (latest > 0) & (middle < self.end_s[before])
         if curved.any():
             leg = before[curved]
-            share = self._along(phases, leg=leg, time_s=start[curved], middle_s=middle[curved])
+            share = self._along(leg, start[curved], middle[curved])
             # The way still to go to the waypoint that the leg after counts from.
             share[:, :, 0] -= legs.direction[leg] * legs.curves.length_m[leg][:, None]
             coefficients[curved] += share
@@ -202,26 +214,30 @@ class _LegTimes:
             is_grounded=np.zeros(len(start), np.bool_),
         )
 
-    def _along(
-        self, phases: Phases, *, leg: IntArray, time_s: FloatArray, middle_s: FloatArray
-    ) -> FloatArray:
+    def _along(self, leg: IntArray, time_s: FloatArray, middle_s: FloatArray) -> FloatArray:
         """Return cubics from ``time_s`` on along legs, counted from their start. (p, 3, 4)"""
+        count = self.breaks_s.shape[1]
         phase = (self.breaks_s[leg] <= middle_s[:, None]).sum(axis=1) - 1
-        at = (leg, phase)
-        t = time_s - self.breaks_s[at]
-        j, a, v = phases.jerk_m_s3[at], phases.acceleration_m_s2[at], phases.speed_m_s[at]
-        cubic = np.empty((len(leg), 4))
-        cubic[:, 0] = phases.way_m[at] + t * (v + t * (0.5 * a + t * j / 6.0))
-        cubic[:, 1] = v + t * (a + 0.5 * t * j)
-        cubic[:, 2] = 0.5 * (a + t * j)
-        cubic[:, 3] = j / 6.0
-        along: FloatArray = self.legs.direction[leg][:, :, None] * cubic[:, None, :]
+        at = leg * count + phase
+        t = time_s - self.breaks_s.ravel()[at]
+        s, v, a, j = self.phases.reshape(-1, 4)[at].T
+        along = np.empty((len(leg), 3, 4))
+        direction = self.legs.direction[leg].T
+        powers = (
+            s + t * (v + t * (a + t * j)),
+            v + t * (2.0 * a + 3.0 * t * j),
+            a + 3.0 * t * j,
+            j,
+        )
+        for power, value in enumerate(powers):
+            for axis in range(3):
+                np.multiply(direction[axis], value, out=along[:, axis, power])
         return along
 
     def _cruise(self) -> tuple[FloatArray, FloatArray]:
         """Return when accelerating ends and when braking begins; one moment without a cruise."""
-        accelerated, braked = self.breaks_s[:, 4], self.breaks_s[:, 5]
-        middle = accelerated + self.legs.curves.up.rest_s
+        accelerated, braked = self.breaks_s[:, -5], self.breaks_s[:, -4]
+        middle = braked - self.legs.curves.down.rest_s
         cruising = self.legs.curves.cruise_s > _INSTANT_S
         return np.where(cruising, accelerated, middle), np.where(cruising, braked, middle)
 
@@ -375,9 +391,9 @@ def _ways(
     """
     t = duration_s[:, None]
     moved = t * (cubic[..., 1] + t * (cubic[..., 2] + t * cubic[..., 3]))
-    way = np.hypot(moved[:, 0], moved[:, 1])
-    curved = cubic[is_curved, :2, None, :]
+    way = np.sqrt(moved[:, 0] ** 2 + moved[:, 1] ** 2)
+    _, c1, c2, c3 = np.moveaxis(cubic[is_curved, :2], -1, 0)[..., None]
     t = duration_s[is_curved, None, None] * _NODES
-    rate = curved[..., 1] + t * (2.0 * curved[..., 2] + 3.0 * t * curved[..., 3])
-    way[is_curved] = np.hypot(rate[:, 0], rate[:, 1]) @ _WEIGHTS * duration_s[is_curved]
+    rate = c1 + t * (2.0 * c2 + 3.0 * t * c3)
+    way[is_curved] = np.sqrt((rate**2).sum(axis=1)) @ _WEIGHTS * duration_s[is_curved]
     return way, moved[:, 2]
