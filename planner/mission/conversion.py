@@ -29,7 +29,7 @@ from planner.mission.plan_writer import plan_text
 from planner.mission.remarks import Remarks
 from planner.mission.simple_item import is_complex
 from planner.mission.wpl import read_wpl
-from planner.mission.wpl_writer import wpl_text
+from planner.mission.wpl_writer import with_unused_position_zero, wpl_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -99,7 +99,10 @@ def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
 
 def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
     """Yield a finding where the items read back differently; their numbers may."""
-    pairs = zip(numbered_in_order(mission.items), numbered_in_order(back.items), strict=False)
+    items = numbered_in_order(mission.items)
+    if back.file_format is MissionFormat.WPL:
+        items = tuple(map(with_unused_position_zero, items))
+    pairs = zip(items, numbered_in_order(back.items), strict=False)
     for number, (item, read) in enumerate(pairs, start=1):
         if item != replace(read, place=item.place):
             changed = ", ".join(

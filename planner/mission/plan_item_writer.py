@@ -66,7 +66,8 @@ def write_elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[d
 
 def put(fields: dict[str, Any], key: str, value: object) -> None:
     """Set a key, unless the file says the same in its own way of writing."""
-    if key not in fields or isinstance(fields[key], bool) or fields[key] != value:
+    was = fields.get(key)
+    if was != value or isinstance(was, bool) is not isinstance(value, bool):  # 1 == True
         fields[key] = value
 
 

@@ -185,7 +185,7 @@ def _completed(section: Mapping[str, Any], lists: Mapping[str, Any]) -> dict[str
     """
     content = {key: value for key, value in section.items() if value not in ([], {}, None)}
     if content.pop("version", 1) == SECTION_VERSION:
-        return dict(lists) | dict(section)
+        return dict(section) | {key: lists[key] for key in lists if key not in section}
     if content:
         return {"version": 1} | dict(section)
     return dict(lists) | {"version": SECTION_VERSION}

@@ -7,9 +7,10 @@ are written only where there is no mission, as MAVProxy and Mission Planner save
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner.mission.commands import Command, Frame
+from planner.mission.commands import Command, Frame, load_command_table
 from planner.mission.jump_numbers import numbered_in_order
 from planner.mission.wpl import HEADER
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.geo.fence import Fence
-    from planner.mission.items import Home, Mission
+    from planner.mission.items import Home, Mission, MissionItem
 
 _Values = tuple[float | None, float | None, float | None]
 
@@ -35,7 +36,7 @@ def wpl_text(mission: Mission) -> str:
     -------
     str
         Twelve fields between tabs in each row, numbers in the fewest digits that read back the
-        same, ``nan`` where a value is not specified.
+        same, ``nan`` where a value is not specified, but see `with_unused_position_zero`.
     """
     if mission.items or not (mission.fence or mission.rally):
         rows = [_home_row(mission.home), *_item_rows(mission)]
@@ -44,6 +45,25 @@ def wpl_text(mission: Mission) -> str:
         rows += _fence_rows(mission.fence) if mission.fence else _rally_rows(mission)
     numbered = [f"{number}\t{int(number == 0)}\t{row}\n" for number, row in enumerate(rows)]
     return "".join([f"{HEADER}\n", *numbered])
+
+
+def with_unused_position_zero(item: MissionItem) -> MissionItem:
+    """Return an item whose unset position values are 0 where its command has no use for them.
+
+    Loaders turn the position into whole numbers, which know no NaN: MAVSDK's makes −214.7° of it,
+    pymavlink's fails.  0 says the same there, and does neither.
+    """
+    definition = load_command_table().commands.get(item.command)
+    if definition is None or definition.has_location:
+        return item
+    values = (item.latitude_deg, item.longitude_deg, item.altitude_m)
+    latitude_deg, longitude_deg, altitude_m = (
+        0.0 if value is None and not name else value
+        for value, name in zip(values, definition.parameters[4:], strict=True)
+    )
+    return replace(
+        item, latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=altitude_m
+    )
 
 
 def _home_row(home: Home | None) -> str:
@@ -57,7 +77,7 @@ def _home_row(home: Home | None) -> str:
 
 
 def _item_rows(mission: Mission) -> Iterator[str]:
-    for item in numbered_in_order(mission.items):
+    for item in map(with_unused_position_zero, numbered_in_order(mission.items)):
         yield _row(
             item.command,
             item.frame,

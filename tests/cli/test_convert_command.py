@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import planner
+from planner.cli.main import main
+
+
+def test_a_mission_is_written_and_nothing_goes_to_standard_output(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["convert", mission, "there.plan"]) == 0
+    assert main(["convert", "there.plan", "back.waypoints"]) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.splitlines()[0] == (
+        "mavjoule: 3 items of out.waypoints are written to there.plan"
+    )
+    assert "mavjoule: back.waypoints: L204 keys-not-written [info] " in said.err
+    first, second = (planner.read_mission(name).items for name in (mission, "back.waypoints"))
+    assert first == second
+
+
+def test_a_mission_is_not_written_over_itself(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = Path(mission).read_bytes()
+    assert main(["convert", mission, f"./{mission}"]) == 2
+    assert "give another file to write to" in capsys.readouterr().err
+    assert Path(mission).read_bytes() == before
+
+
+@pytest.mark.parametrize("target", ["there.kml", "no/such/folder/there.plan"])
+def test_a_target_that_cannot_be_written_is_a_sentence(
+    target: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["convert", mission, target]) == 2
+    assert capsys.readouterr().err.startswith(f"mavjoule: {target}: ")
+
+
+def test_a_broken_mission_is_a_sentence(broken: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", broken, "there.plan"]) == 2
+    assert capsys.readouterr().err.startswith("mavjoule: broken.plan:1:")
+    assert not Path("there.plan").exists()
