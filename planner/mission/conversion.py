@@ -168,12 +168,16 @@ def _placeless_points(points: Sequence[RallyPoint]) -> tuple[RallyPoint, ...]:
 
 
 def _check_home(mission: Mission, back: Mission) -> Iterator[Finding]:
-    if mission.home != back.home:
+    home = mission.home
+    is_text = back.file_format is MissionFormat.WPL
+    if is_text and home is not None and home.latitude_deg == home.longitude_deg == 0.0:
+        yield HOME_NOT_KNOWN.finding("home at 0, 0 reads back as not known: so text writes it")
+    elif home != back.home:
         yield WRITTEN_DIFFERENTLY.finding("home reads back at another place")
-    elif back.file_format is MissionFormat.WPL and mission.items:
-        if mission.home is None:
+    elif is_text and mission.items:
+        if home is None:
             yield HOME_NOT_KNOWN.finding("home is not known: its row says 0, 0")
-        elif mission.home.altitude_amsl_m is None:
+        elif home.altitude_amsl_m is None:
             message = "the altitude of home is not known: its row says 0 m, above home itself"
             yield HOME_NOT_KNOWN.finding(message)
 

@@ -105,6 +105,8 @@ def test_an_unknown_home_is_said() -> None:
     somewhere = made(takeoff(30.0), home=replace(HOME, altitude_amsl_m=None))
     assert losses(somewhere, MissionFormat.WPL)["L205"].startswith("the altitude of home is not")
     assert losses(nowhere, MissionFormat.PLAN) == {}
+    at_zero = made(takeoff(30.0), home=replace(HOME, latitude_deg=0.0, longitude_deg=0.0))
+    assert losses(at_zero, MissionFormat.WPL)["L205"].startswith("home at 0, 0")
 
 
 def test_comments_of_a_text_are_counted() -> None:
