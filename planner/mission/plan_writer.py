@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from planner.geo.fence import Fence, RallyPoint
     from planner.mission.items import Home
 
-_FIRMWARE_TYPES = {autopilot: number for number, autopilot in AUTOPILOTS.items()}
+_FIRMWARE_TYPES: dict[Autopilot | None, int] = {
+    autopilot: number for number, autopilot in AUTOPILOTS.items()
+}
 _GENERIC_FIRMWARE = 0
 _VEHICLE_TYPES = {
     VehicleKind.MULTICOPTER: 2,
@@ -110,10 +112,10 @@ def _basis(mission: Mission) -> _Basis:
 def _mission_section(mission: Mission, basis: _Basis) -> dict[str, Any]:
     section = dict(basis.section)
     before = basis.before
-    if basis.text is None:  # a file from before plans has neither
+    if basis.text is None:  # plans may lack them, new ones have them
         section = _SPEEDS_M_S | section
     if "firmwareType" not in section or mission.autopilot is not before.autopilot:
-        section["firmwareType"] = _firmware_type(mission.autopilot)
+        section["firmwareType"] = _FIRMWARE_TYPES.get(mission.autopilot, _GENERIC_FIRMWARE)
     section["items"] = write_elements(mission.items, before=before)
     home = section.get("plannedHomePosition")
     if mission.home != before.home or not isinstance(home, list):
@@ -122,10 +124,6 @@ def _mission_section(mission: Mission, basis: _Basis) -> dict[str, Any]:
         section["vehicleType"] = _VEHICLE_TYPES[mission.vehicle_kind]
     put(section, "version", SECTION_VERSION)
     return section
-
-
-def _firmware_type(autopilot: Autopilot | None) -> int:
-    return _GENERIC_FIRMWARE if autopilot is None else _FIRMWARE_TYPES.get(autopilot, 0)
 
 
 def _home_list(home: Home | None) -> list[float | None]:
