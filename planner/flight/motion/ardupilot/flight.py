@@ -205,7 +205,8 @@ def _takeoffs(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
 
 def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
     """Return the holds at places, delays, waits over home, and turns on the spot."""
-    held, home = np.flatnonzero(stages.hold_s > 0.0), stages.where(StageKind.RETURN)
+    held = stages.where(StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.DELAY)
+    held, home = held[stages.hold_s[held] > 0.0], stages.where(StageKind.RETURN)
     spinning = stages.where(StageKind.CIRCLE)
     spinning = spinning[stages.radius_m[spinning] == 0.0]
     holds = (

@@ -47,6 +47,8 @@ _SLOWEST_M_S = 0.1
 """What is left of a speed without headway, so that the flight ends; a finding says it. [m s⁻¹]"""
 _LEAST_RETURN_M = 0.3
 """``RTL_ALT_MIN_M``. [m]"""
+_CEILING = 1
+"""``AC_FENCE_TYPE_ALT_MAX`` among the bits of FENCE_TYPE."""
 _SHALLOWEST_CONE = 0.5
 """``RTL_MIN_CONE_SLOPE``: a shallower cone does not count. [-]"""
 
@@ -200,7 +202,8 @@ def return_height_m(
     Notes
     -----
     ``ModeRTL::compute_return_target``: RTL_ALT, at least RTL_CLIMB_MIN above the present height; with a
-    RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; never down.
+    RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; no higher than FENCE_ALT_MAX less
+    FENCE_MARGIN while that fence is on; never down.
     """
     present = start_m[:, 2] - home_m[:, 2]
     least = np.maximum(present + parameters.return_climb_min_m, _LEAST_RETURN_M)
@@ -208,6 +211,9 @@ def return_height_m(
     if parameters.return_cone_slope >= _SHALLOWEST_CONE:
         distance = np.hypot(start_m[:, 0] - home_m[:, 0], start_m[:, 1] - home_m[:, 1])
         height = np.minimum(height, np.maximum(distance * parameters.return_cone_slope, least))
+    if parameters.fence_enable and parameters.fence_type & _CEILING:
+        ceiling = parameters.fence_height_max_m - parameters.fence_margin_m
+        height = np.minimum(height, ceiling)
     lifted: FloatArray = home_m[:, 2] + np.maximum(height, present)
     return lifted
 

@@ -218,8 +218,8 @@ def _bend_limit_m_s(
         np.asarray(parameters.vertical_acceleration_m_s2),
     )
     bent = (size > 0.0) & (pace > 0.0)
-    ratio = np.divide(allowed, size, out=np.full_like(size, np.inf), where=bent)
-    limit: FloatArray = np.where(bent, pace * np.sqrt(ratio), np.inf)
+    limit = np.full(size.shape, np.inf)
+    limit[bent] = pace[bent] * np.sqrt(allowed[bent] / size[bent])
     return limit
 
 

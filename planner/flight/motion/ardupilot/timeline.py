@@ -110,7 +110,10 @@ def make_motion(
     sources = [timed.pieces(), *map(_manoeuvre_pieces, manoeuvres, manoeuvre_start)]
     segments = [
         timed.segments(stopping_distance_m),
-        *map(_manoeuvre_segments, manoeuvres, manoeuvre_start),
+        *(
+            _manoeuvre_segments(m, begin, stopping_distance_m)
+            for m, begin in zip(manoeuvres, manoeuvre_start, strict=True)
+        ),
         _Segments(
             start_s=circle_start,
             stage=circles.key // SLOTS,
@@ -294,15 +297,22 @@ def _manoeuvre_pieces(manoeuvres: Manoeuvres, start_s: FloatArray) -> _Pieces:
     )
 
 
-def _manoeuvre_segments(manoeuvres: Manoeuvres, start_s: FloatArray) -> _Segments:
+def _manoeuvre_segments(
+    manoeuvres: Manoeuvres,
+    start_s: FloatArray,
+    stopping_distance_m: Callable[[FloatArray], FloatArray],
+) -> _Segments:
     """Return one segment per manoeuvre that lasts."""
     lasting = manoeuvres.duration_s.sum(axis=1) > _INSTANT_S
+    stopping = manoeuvres.stopping_distance_m
+    if manoeuvres.state is FlightState.CRUISE:
+        stopping = stopping_distance_m(manoeuvres.speed_m_s)
     return _Segments(
         start_s=start_s[lasting],
         stage=(manoeuvres.key // SLOTS)[lasting],
         state=manoeuvres.state_index[lasting],
         speed_m_s=manoeuvres.speed_m_s[lasting],
-        stopping_distance_m=manoeuvres.stopping_distance_m[lasting],
+        stopping_distance_m=stopping[lasting],
     )
 
 
