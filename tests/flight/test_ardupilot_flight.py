@@ -328,13 +328,13 @@ def return_s(
 
 
 def way_back_s(distance: float = 1000.0, v: float = 10.0) -> float:
-    """Level leg and wait, without the delay of a start that the climb before it takes."""
+    """Level leg and wait, without the delay of a start from rest."""
     return leg_s(distance, v) - START_S + 5.0
 
 
 def test_a_return_above_rtl_alt_keeps_its_height() -> None:
     step = STEP_S / 2  # the centimetre before overlaps by half its time
-    expected = step + way_back_s() + landing_s(50.0) + 2.1
+    expected = step + START_S + way_back_s() + landing_s(50.0) + 2.1
     assert return_s(DEFAULTS) == pytest.approx(expected, abs=1e-3)
 
 

@@ -135,7 +135,7 @@ def plan_legs(
     joins = is_first & (after > stage) & is_spline[after] & stages.is_passed[stage]
     entered = rows + 1
     from_rest = ~leaves
-    from_rest[entered] = False
+    from_rest[entered] = ~leads[rows]
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
     first = np.full(len(key), np.inf)
     first[entered] = _speed_along(
