@@ -460,6 +460,11 @@ def test_a_circle_is_flown_to_from_more_than_three_metres() -> None:
     )
 
 
+def test_a_circle_of_no_turns_ends_at_its_edge() -> None:
+    motion = fly(takeoff(), stage(StageKind.CIRCLE, 100.0, turns=0, radius=20.0), go(100.0))
+    assert motion.segments.distance_m.sum() == pytest.approx(100.0, abs=1e-6)
+
+
 def test_circle_radius_is_used_where_the_item_has_none() -> None:
     motion = fly(
         takeoff(),

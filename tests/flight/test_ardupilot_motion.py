@@ -44,7 +44,7 @@ def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
             draw(HEIGHTS),
             speed=draw(st.sampled_from([None, 3.0, 8.0, 14.0])),
             hold=draw(st.sampled_from([0.0, 0.0, 0.0, 4.0])),
-            turns=draw(st.sampled_from([0.5, 1.0, 2.0])),
+            turns=draw(st.sampled_from([0.0, 0.5, 1.0, 2.0])),
             radius=draw(st.sampled_from([-30.0, 0.0, 12.0])),
         )
         for _ in range(draw(st.integers(1, 8)))

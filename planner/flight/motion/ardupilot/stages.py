@@ -321,6 +321,8 @@ def _circle_ends_m(
     if math.dist(edge, before_m) <= _EDGE_NEAR_M:
         edge = before_m.copy()
         direction, size = (away / distance, distance) if distance > 0.0 else (direction, 0.0)
+    if turns == 0.0 or rate_rad_s == 0.0:
+        return edge, edge.copy()
     # Clockwise from above for a positive radius.
     angle = -math.copysign(2.0 * math.pi * turns, radius_m)
     sine, cosine = math.sin(angle), math.cos(angle)
