@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.wind import AIRSPEED_LIMIT, NO_HEADWAY
 from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
+from planner.flight.motion.ardupilot.limits import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
+from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.s_curve import s_curves
 from planner.mission.stage import StageKind
 from planner.units import GRAVITY_M_S2
@@ -43,8 +44,6 @@ _COORDINATE_M = 1e-7 * math.radians(6_378_100.0)
 """Coordinates are whole 1e-7 degrees: 1.1 cm. [m]"""
 _HEIGHT_STEP_M = 0.01
 """Altitudes of locations are whole centimetres. [m]"""
-_SLOWEST_M_S = 0.1
-"""What is left of a speed without headway, so that the flight ends; a finding says it. [m s⁻¹]"""
 _LEAST_RETURN_M = 0.3
 """``RTL_ALT_MIN_M``. [m]"""
 _CEILING = 1
@@ -116,15 +115,16 @@ def plan_legs(
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS
     level, upward = np.hypot(direction[:, 0], direction[:, 1]), np.abs(direction[:, 2])
-    held, findings = _in_wind(
-        stages.speed_m_s[stage], direction, stages.item[stage], wind, airspeed_limit_m_s
+    held, findings = held_speeds_m_s(
+        stages.speed_m_s[stage],
+        direction[:, :2],
+        stages.item[stage],
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
     )
-    speed = _speed_along(stages, stage, held, direction, level)
-    acceleration = _along(
-        np.full(len(key), parameters.acceleration_m_s2),
-        np.full(len(key), parameters.vertical_acceleration_m_s2),
-        level,
-        upward,
+    speed = _speed_along(stages, stage, held, direction)
+    acceleration = limits_along(
+        direction, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
     rows = _corner_rows(stages, key, leads)
     # A spline ends where a leg begins, and the other way round; both at speed.
@@ -138,9 +138,7 @@ def plan_legs(
     from_rest[entered] = ~leads[rows]
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
     first = np.full(len(key), np.inf)
-    first[entered] = _speed_along(
-        stages, stage[rows], held[entered], direction[entered], level[entered]
-    )
+    first[entered] = _speed_along(stages, stage[rows], held[entered], direction[entered])
     delay = _start_delay_s(
         speed,
         acceleration,
@@ -270,24 +268,11 @@ def _speed_along(
     stage: IntArray,
     held_m_s: FloatArray,
     direction: FloatArray,
-    level: FloatArray,
 ) -> FloatArray:
     """Return the speed along legs by the speeds commanded for stages and held in wind. (n,) [m s⁻¹]"""
     vertical = np.where(direction[:, 2] > 0.0, stages.climb_m_s[stage], stages.descent_m_s[stage])
     horizontal = np.minimum(stages.speed_m_s[stage], held_m_s)
-    return _along(horizontal, vertical, level, np.abs(direction[:, 2]))
-
-
-def _along(
-    horizontal: FloatArray, vertical: FloatArray, level: FloatArray, upward: FloatArray
-) -> FloatArray:
-    """Return a limit along a line in space: ``kinematic_limit`` of AP_Math. (n,)"""
-    over = np.full_like(level, np.inf)
-    limit = np.minimum(
-        np.divide(horizontal, level, out=over.copy(), where=level > 0.0),
-        np.divide(vertical, upward, out=over, where=upward > 0.0),
-    )
-    return np.where(np.isinf(limit), horizontal, limit)
+    return limits_along(direction, horizontal, vertical)
 
 
 def _start_delay_s(
@@ -325,49 +310,3 @@ def _start_delay_s(
     lost = drag_per_s / _VELOCITY_INTEGRAL_PER_S2 * np.log(speeding_s / late_s)
     forgiven = _TIME_BUFFER * (speeding_s - late_s)
     return delay + level**2 * np.maximum(lost - forgiven, 0.0)
-
-
-def _in_wind(
-    speed_m_s: FloatArray,
-    direction: FloatArray,
-    item: IntArray,
-    wind: Wind | None,
-    airspeed_limit_m_s: float | None,
-) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Return the ground speeds that can be held, and what has to be said of them. (n,) [m s⁻¹]
-
-    Ground speed is held in wind until the lean angle reaches its limit; with the airspeed v_max there it
-    is w_along + sqrt(v_max² − w_across²).
-    """
-    if airspeed_limit_m_s is None or not len(speed_m_s):
-        return speed_m_s, ()
-    level = np.hypot(direction[:, 0], direction[:, 1])
-    east, north = (0.0, 0.0) if wind is None else (wind.east_m_s, wind.north_m_s)
-    safe = np.where(level > 0.0, level, 1.0)
-    along = (east * direction[:, 0] + north * direction[:, 1]) / safe
-    across = (north * direction[:, 0] - east * direction[:, 1]) / safe
-    limit = along + np.sqrt(np.maximum(airspeed_limit_m_s**2 - across**2, 0.0))
-    moves = level > 0.0
-    stuck = moves & ((limit <= _SLOWEST_M_S) | (np.abs(across) >= airspeed_limit_m_s))
-    slowed = moves & ~stuck & (limit < speed_m_s)
-    findings: list[Finding] = []
-    if stuck.any():
-        findings.append(
-            NO_HEADWAY.finding(
-                f"no headway on {stuck.sum()} legs from item {item[stuck][0]} on: "
-                f"{math.hypot(east, north):.1f} m/s of wind against {airspeed_limit_m_s:.1f} m/s of "
-                "airspeed",
-                item=int(item[stuck][0]),
-            )
-        )
-    if slowed.any():
-        slowest = np.flatnonzero(slowed)[np.argmin(limit[slowed])]
-        findings.append(
-            AIRSPEED_LIMIT.finding(
-                f"{slowed.sum()} legs from item {item[slowed][0]} on are slower than commanded, down "
-                f"to {limit[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s",
-                item=int(item[slowed][0]),
-            )
-        )
-    held = np.where(moves, np.minimum(speed_m_s, np.maximum(limit, _SLOWEST_M_S)), speed_m_s)
-    return np.where(stuck, _SLOWEST_M_S, held), tuple(findings)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.ardupilot.limits import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.manoeuvres import make_manoeuvres
 from planner.flight.state import FlightState
@@ -124,7 +125,7 @@ def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splin
     # Simpson's rule for the length of each piece.
     piece = (pace[:, :-1] + 4.0 * np.sqrt((middle**2).sum(axis=-1)) + pace[:, 1:]) / (6 * _PIECES)
     limit = np.minimum(
-        _kinematic_limit(
+        limits_along(
             tangent,
             stages.speed_m_s[row][:, None],
             np.where(
@@ -135,10 +136,10 @@ def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splin
         ),
         _bend_limit_m_s(tangent, bend, pace, parameters),
     )
-    acceleration = _ACCELERATION_SHARE * _kinematic_limit(
+    acceleration = _ACCELERATION_SHARE * limits_along(
         tangent,
-        np.asarray(parameters.acceleration_m_s2),
-        np.asarray(parameters.vertical_acceleration_m_s2),
+        parameters.acceleration_m_s2,
+        parameters.vertical_acceleration_m_s2,
     )
     joins = np.zeros(len(row), np.bool_)
     joins[1:] = (row[1:] == row[:-1] + 1) & stages.is_passed[row[:-1]]
@@ -212,27 +213,12 @@ def _bend_limit_m_s(
     """Return the speed at which bends need half the acceleration across. (n, k + 1) [m s⁻¹]"""
     across = bend - (bend * tangent).sum(axis=-1)[..., None] * tangent
     size = np.sqrt((across**2).sum(axis=-1))
-    allowed = _ACCELERATION_SHARE * _kinematic_limit(
+    allowed = _ACCELERATION_SHARE * limits_along(
         across,
-        np.asarray(parameters.acceleration_m_s2),
-        np.asarray(parameters.vertical_acceleration_m_s2),
+        parameters.acceleration_m_s2,
+        parameters.vertical_acceleration_m_s2,
     )
     bent = (size > 0.0) & (pace > 0.0)
     limit = np.full(size.shape, np.inf)
     limit[bent] = pace[bent] * np.sqrt(allowed[bent] / size[bent])
-    return limit
-
-
-def _kinematic_limit(
-    direction: FloatArray, horizontal: FloatArray, vertical: FloatArray
-) -> FloatArray:
-    """Return limits along directions of any length: ``kinematic_limit`` of AP_Math."""
-    size = np.sqrt((direction**2).sum(axis=-1))
-    level = np.hypot(direction[..., 0], direction[..., 1])
-    upward = np.abs(direction[..., 2])
-    over = np.full(size.shape, np.inf)
-    limit: FloatArray = np.minimum(
-        np.divide(horizontal * size, level, out=over.copy(), where=level > 0.0),
-        np.divide(vertical * size, upward, out=over, where=upward > 0.0),
-    )
     return limit

@@ -177,7 +177,7 @@ class _LegTimes:
         legs = self.legs
         accelerated, braked = self._cruise()
         leads = legs.direction.any(axis=1)
-        times = np.unique(
+        times = np.sort(
             np.concatenate(
                 (
                     self.breaks_s[leads].ravel(),
