@@ -220,7 +220,7 @@ class _LegTimes:
     def _along(self, leg: IntArray, time_s: FloatArray, middle_s: FloatArray) -> FloatArray:
         """Return cubics from ``time_s`` on along legs, counted from their start. (p, 3, 4)"""
         count = self.breaks_s.shape[1]
-        phase = (self.breaks_s[leg] <= middle_s[:, None]).sum(axis=1) - 1
+        phase = (self.breaks_s.T[:, leg] <= middle_s).sum(axis=0) - 1
         at = leg * count + phase
         t = time_s - self.breaks_s.ravel()[at]
         s, v, a, j = self.phases.reshape(-1, 4)[at].T
