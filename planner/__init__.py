@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot
+    from planner.checks.selection import Selection
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
@@ -31,6 +32,7 @@ __all__ = [
     "MavjouleError",
     "Mission",
     "Place",
+    "Selection",
     "Severity",
     "VehicleModel",
     "Wind",
@@ -50,6 +52,7 @@ _HOMES = {
     "MavjouleError": "planner.errors",
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
+    "Selection": "planner.checks.selection",
     "Severity": "planner.findings",
     "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",

@@ -8,6 +8,7 @@
     │   ├── VehicleFileError     2
     │   ├── ParameterFileError   2
     │   ├── TerrainFileError     2
+    │   ├── BaselineFileError    2
     │   └── LogFileError         2
     ├── UsageError               2   options that make no sense together
     ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
@@ -96,6 +97,10 @@ class ParameterFileError(InputError):
 
 class TerrainFileError(InputError):
     """A terrain grid that cannot be read."""
+
+
+class BaselineFileError(InputError):
+    """A baseline of known findings that cannot be read."""
 
 
 class LogFileError(InputError):

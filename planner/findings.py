@@ -44,6 +44,8 @@ class Finding:
     """Mission item from 1 in flown order, home not counted; ``None`` where none applies."""
     place: Place | None = None
     """Where in the mission file."""
+    suppression: str = ""
+    """Why it is not reported, though it was found; empty where it is reported."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

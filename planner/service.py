@@ -10,6 +10,7 @@ from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
 from planner.checks.registry import check_case
+from planner.checks.selection import Selection
 from planner.errors import MissionFileError, UsageError
 from planner.findings import Severity
 from planner.flight.budget import (
@@ -68,10 +69,10 @@ class CheckRequest:
     reserve: float = 0.2
     """Share of the capacity that stays in the battery. [-]"""
     conditions: Conditions = field(default_factory=Conditions)
-    select: tuple[str, ...] = ()
-    """Codes, or beginnings of codes, of the findings to report; empty: all."""
-    ignore: tuple[str, ...] = ()
-    """Codes, or beginnings of codes, of the findings not to report."""
+    selection: Selection = field(default_factory=Selection)
+    """Which findings are reported."""
+    baseline: Path | None = None
+    """File of the findings that are known already."""
     fail_on: Severity = Severity.ERROR
     """From which severity on a finding makes the mission a no-go."""
     with_trace: bool = False
@@ -95,7 +96,9 @@ class CheckResult:
     findings: tuple[Finding, ...]
     """Worst first, then by item."""
     suppressed: tuple[Finding, ...] = ()
-    """Findings that ``select`` and ``ignore`` keep out of the report and of the verdict."""
+    """Findings kept out of the report and of the verdict, each with the reason."""
+    fail_on: Severity = Severity.ERROR
+    """From which severity on a finding made the mission a no-go."""
     trace: Trace | None = None
     """The flight sampled over time, where it was asked for and something is flown."""
 
@@ -108,6 +111,8 @@ class UnreadableMission:
     findings: tuple[Finding, ...]
     """X901 file-unreadable."""
     verdict: Literal["no-go"] = "no-go"
+    suppressed: tuple[Finding, ...] = ()
+    """Nothing ever is: that a file cannot be read is always told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,8 +143,7 @@ def check(
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
     terrain: TerrainGrid | None = None,
-    select: tuple[str, ...] = (),
-    ignore: tuple[str, ...] = (),
+    selection: Selection | None = None,
     fail_on: Severity = Severity.ERROR,
     with_trace: bool = False,
 ) -> CheckResult:
@@ -171,8 +175,8 @@ def check(
         The vehicle's own autopilot parameters; not used by a model of step references.
     terrain : TerrainGrid, optional
         Heights of the ground; default level with home.
-    select, ignore : tuple of str
-        Codes, or beginnings of codes, of the findings to report and not to report.
+    selection : Selection, optional
+        Which findings to report; default all.
     fail_on : Severity
         From which severity on a finding makes the mission a no-go.
     with_trace : bool
@@ -247,7 +251,7 @@ def check(
                 way_home=home,
             )
         )
-    reported, suppressed = chosen(findings, select=select, ignore=ignore)
+    reported, suppressed = (selection or Selection()).divide(findings, file=mission.source)
     return CheckResult(
         file=mission.source,
         verdict=verdict(reported, fail_on),
@@ -266,6 +270,7 @@ def check(
         items=items,
         findings=reported,
         suppressed=suppressed,
+        fail_on=fail_on,
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
     )
 
@@ -275,7 +280,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
 
     Raises
     ------
-    VehicleFileError, ParameterFileError, TerrainFileError, UsageError
+    VehicleFileError, ParameterFileError, TerrainFileError, BaselineFileError, UsageError
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
     vehicle = load_vehicle(request.vehicle)
@@ -289,6 +294,11 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
         from planner.geo.terrain import read_terrain
 
         terrain = read_terrain(*request.terrain)
+    selection = request.selection
+    if request.baseline is not None:
+        from planner.checks.baseline import read_baseline
+
+        selection = replace(selection, baseline=read_baseline(request.baseline))
     try:
         mission = read_mission(path)
         return check(
@@ -304,8 +314,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             autopilot=request.autopilot,
             parameters=parameters,
             terrain=terrain,
-            select=request.select,
-            ignore=request.ignore,
+            selection=selection,
             fail_on=request.fail_on,
             with_trace=request.with_trace,
         )
@@ -334,20 +343,6 @@ def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
         findings=mission.findings,
         losses=write_mission(mission, target),
     )
-
-
-def chosen(
-    findings: list[Finding], *, select: tuple[str, ...], ignore: tuple[str, ...]
-) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return the findings asked for and those not, each worst first, then by item."""
-    asked: list[Finding] = []
-    other: list[Finding] = []
-    for finding in sorted(findings, key=lambda f: (-f.severity, f.item or 0, f.code)):
-        is_asked = (not select or finding.code.startswith(select)) and not finding.code.startswith(
-            ignore
-        )
-        (asked if is_asked else other).append(finding)
-    return tuple(asked), tuple(other)
 
 
 def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:

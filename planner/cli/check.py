@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from planner import __version__, service
+from planner import service
 from planner.cli.configuration import mission_settings
-from planner.cli.options import given_settings, setting_options
-from planner.cli.output import narrate, refuse_overwriting, standard_medium, write_data
+from planner.cli.formats import refuse_statistics, rendered
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.output import narrate, progress, refuse_overwriting, write_data
 from planner.cli.settings import (
     BUDGET_SETTINGS,
     FLIGHT_SETTINGS,
@@ -18,23 +21,31 @@ from planner.cli.settings import (
     report_request,
 )
 from planner.errors import ExitCode, UsageError
-from planner.report.columns_csv import columns_csv
-from planner.report.json_report import check_json, check_json_lines
-from planner.report.text import check_text, tally
+from planner.report.text import caveat, tally
 from planner.service import UnreadableMission
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
-    from planner.cli.settings import ReportRequest
     from planner.service import CheckResult
+
+    Results = Sequence[CheckResult | UnreadableMission]
+
+SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
 
 
 @click.command("check")
-@click.argument("missions", metavar="MISSION...", nargs=-1, required=True)
+@click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
 @setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS))
-def command(missions: tuple[str, ...], **options: object) -> ExitCode:
+@click.option(
+    "--write-baseline",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="write what is found to a file for --baseline, itself judged without any",
+)
+def command(
+    missions: tuple[str, ...], *, write_baseline: Path | None, **options: object
+) -> ExitCode:
     """Predict missions and judge each: go or no-go.
 
     MISSION is a QGroundControl plan or a QGC WPL file, or - for standard input.  Defaults come
@@ -50,34 +61,32 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     given = given_settings(options)
     settings = [mission_settings(mission, given) for mission in missions]
     report = report_request(settings)
+    refuse_statistics(report)
     if report.trace is not None and len(missions) > 1:
         msg = "--trace takes a single mission: check them one by one"
         raise UsageError(msg)
-    refuse_overwriting(report.output, missions)
-    refuse_overwriting(report.trace, missions)
-    results = [
-        service.check_file(mission, check_request(values))
-        for mission, values in zip(missions, settings, strict=True)
-    ]
+    for written in (report.output, report.trace, write_baseline):
+        refuse_overwriting(written, missions)
+    if write_baseline is not None:
+        settings = [values | {"baseline": None} for values in settings]
+    with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
+        results = [service.check_file(mission, check_request(values)) for mission, values in jobs]
     if report.trace is not None:
         _write_trace(results[0], report.trace)
-    write_data(_rendered(results, report), output=report.output)
+    if write_baseline is not None:
+        _write_baseline(results, write_baseline)
+    exit_code = _exit_code(results, is_zero=report.exit_zero)
+    write_data(rendered(results, report, exit_code=exit_code), output=report.output)
+    if report.format == "github":
+        _add_summary(results)
     if report.output is not None:
-        narrate(f"{tally(results)}; the report is in {report.output}")
-    return _exit_code(results, is_zero=report.exit_zero)
-
-
-def _rendered(results: Sequence[CheckResult | UnreadableMission], report: ReportRequest) -> str:
-    match report.format:
-        case "json":
-            return check_json(results, version=__version__)
-        case "json-lines":
-            return check_json_lines(results, version=__version__)
-        case _:
-            return check_text(results, medium=standard_medium(report.output))
+        narrate(f"{tally(results)}{caveat(results)}; the report is in {report.output}")
+    return exit_code
 
 
 def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
+    from planner.report.columns_csv import columns_csv
+
     trace = None if isinstance(result, UnreadableMission) else result.trace
     if trace is None:
         narrate(f"nothing is flown: {path} is not written")
@@ -85,7 +94,37 @@ def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
         write_data(columns_csv(trace.columns()), output=path)
 
 
-def _exit_code(results: Sequence[CheckResult | UnreadableMission], *, is_zero: bool) -> ExitCode:
+def _write_baseline(results: Results, path: Path) -> None:
+    from planner import numbers
+    from planner.checks.baseline import write_baseline
+
+    for result in results:
+        if isinstance(result, UnreadableMission):
+            narrate(f"{result.file} cannot be read: {path} is not written")
+            return
+    found = [(result.file, finding) for result in results for finding in result.findings]
+    written, refused = write_baseline(path, found)
+    text = f"{numbers.count(written, 'finding')} written to {path}"
+    if refused:
+        text += f"; {numbers.count(refused, 'error')} of energy left out: mend the mission"
+    narrate(text)
+
+
+def _add_summary(results: Results) -> None:
+    """Add a table of the missions to the page of a GitHub workflow, where there is one."""
+    page = os.environ.get(SUMMARY_VARIABLE)
+    if not page:
+        return
+    from planner.report.github import github_summary
+
+    try:
+        with Path(page).open("a", encoding="utf-8", newline="") as file:
+            file.write(github_summary(results, folder=Path.cwd()))
+    except OSError as error:  # the annotations are out, and the verdict stands
+        narrate(f"{SUMMARY_VARIABLE}: {page} cannot be written: {error.strerror or error}")
+
+
+def _exit_code(results: Results, *, is_zero: bool) -> ExitCode:
     if any(isinstance(result, UnreadableMission) for result in results):
         return ExitCode.UNUSABLE
     if any(result.verdict == "no-go" for result in results) and not is_zero:

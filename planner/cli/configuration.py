@@ -1,7 +1,8 @@
 """Settings from ``mavjoule.toml`` or ``[tool.mavjoule]`` of a ``pyproject.toml``.
 
 The nearest folder of a mission upward that has one wins, and alone: nothing is merged.  A key is
-the long option with underscores and the unit where it has one; a path is relative to the file.
+the long option with underscores and the unit where it has one, or with hyphens as the option; a
+path is relative to the file.
 """
 
 from __future__ import annotations
@@ -10,12 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.cli.file_ignores import make_file_ignore
 from planner.cli.settings import SETTINGS, Kind, Setting
 from planner.errors import ConfigurationError
 from planner.vehicle.keys import described, is_number, nearest_hint
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from planner.cli.file_ignores import FileIgnore
 
 OWN_FILE = "mavjoule.toml"
 SHARED_FILE = "pyproject.toml"
@@ -26,7 +30,7 @@ _SHARED_TABLE = "tool.mavjoule"
 class Configuration:
     """What one file sets."""
 
-    values: Mapping[str, object]
+    values: Mapping[str, Any]
     """Values by the key of their setting."""
     path: Path | None = None
     """``None`` where there is no file."""
@@ -79,16 +83,20 @@ def read_configuration(path: Path) -> Configuration | None:
             msg = f"{path}: {_SHARED_TABLE} must be a table, got {described(document)}"
             raise ConfigurationError(msg)
     values = {}
-    for key, raw in document.items():
+    for name, raw in document.items():
+        key = name.replace("-", "_")
         setting = SETTINGS.get(key)
         if setting is None:
-            shown = key if key.isprintable() else repr(key)
+            shown = name if name.isprintable() else repr(name)
             msg = f"{path}: {prefix}{shown} is no setting{nearest_hint(key, SETTINGS)}"
             raise ConfigurationError(msg)
+        if key in values:
+            msg = f"{path}: {prefix}{name} is given twice, with hyphens and with underscores"
+            raise ConfigurationError(msg)
         try:
-            values[key] = _value(setting, raw, folder=path.parent)
+            values[key] = _value(setting, raw, path=path)
         except ValueError as error:
-            msg = f"{path}: {prefix}{key}: {error}"
+            msg = f"{path}: {prefix}{name}: {error}"
             raise ConfigurationError(msg) from error
     return Configuration(values=values, path=path)
 
@@ -114,14 +122,29 @@ def _document(path: Path) -> dict[str, Any]:
         raise ConfigurationError(msg) from error
 
 
-def _value(setting: Setting, raw: object, *, folder: Path) -> object:
+def _value(setting: Setting, raw: object, *, path: Path) -> object:
     """Return the value of a setting from what TOML holds, by the reader of its option."""
+    folder = path.parent
+    if setting.kind is Kind.TABLE and isinstance(raw, dict):
+        return tuple(_file_ignore(setting, key, codes, path=path) for key, codes in raw.items())
     if isinstance(raw, list) and all(isinstance(one, str) for one in raw):
         if setting.kind is Kind.TEXTS:
             return setting.read(",".join(raw))
         if setting.kind is Kind.PATHS:
             return tuple(folder / one for one in raw)
     return _single(setting, raw, folder=folder)
+
+
+def _file_ignore(setting: Setting, key: str, raw: object, *, path: Path) -> FileIgnore:
+    codes = [raw] if isinstance(raw, str) else raw
+    if not isinstance(codes, list) or not all(isinstance(one, str) for one in codes):
+        msg = f"{key!r}: must be {Kind.TEXTS.value}, got {described(raw)}"
+        raise ValueError(msg)
+    try:
+        return make_file_ignore(key, setting.read(",".join(codes)), configuration=path)
+    except ValueError as error:
+        msg = f"{key!r}: {error}"
+        raise ValueError(msg) from error
 
 
 def _single(setting: Setting, raw: object, *, folder: Path) -> object:
@@ -150,5 +173,18 @@ def mission_settings(mission: str, given: Mapping[str, object]) -> dict[str, obj
         Path of the mission, ``-`` for standard input, whose folder is the current one.
     given : mapping of str to value
         What the command line sets.
+
+    Returns
+    -------
+    dict
+        With ``per_file_ignores`` as the exemptions that this mission meets.
     """
-    return {**find_configuration(Path(mission).parent).values, **given}
+    path = Path(mission)
+    values = {**find_configuration(path.parent).values, **given}
+    ignores = values.get("per_file_ignores", ())
+    if ignores:
+        whole = path.parent.resolve() / path.name
+        values["per_file_ignores"] = tuple(
+            ignore.exemption() for ignore in ignores if ignore.meets(whole)
+        )
+    return values

@@ -18,8 +18,14 @@ if TYPE_CHECKING:
     from planner.findings import Rule
 
 
+def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
+    rules = catalogue.rules()
+    known = [*rules, *(rule.name for rule in rules.values())]
+    return [text for text in known if text.lower().startswith(incomplete.lower())]
+
+
 @click.command("explain")
-@click.argument("code")
+@click.argument("code", shell_complete=_offers)
 @format_option("text", "json")
 def command(code: str, *, file_format: str) -> None:
     """Explain a rule: what it says, why, how it is computed, what to do.

@@ -11,7 +11,12 @@ from planner.cli.settings import Kind, Setting
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from click.shell_completion import CompletionItem
+
     Command = Callable[..., Any]
+
+MISSION_PATH = click.Path(readable=False)
+"""A mission's path as text, completed by a shell; whether it can be read is a finding."""
 
 
 class SettingType(click.ParamType[object]):
@@ -32,6 +37,27 @@ class SettingType(click.ParamType[object]):
             return self.setting.read(value)
         except ValueError as error:
             self.fail(str(error), param, ctx)
+
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002 - given by click
+        param: click.Parameter,  # noqa: ARG002 - given by click
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Return what a shell offers for the text so far: files, then the setting's choices."""
+        from click.shell_completion import CompletionItem
+
+        offers = []
+        if self.setting.kind in {Kind.PATH, Kind.PATHS, Kind.MODEL}:
+            offers.append(CompletionItem(incomplete, type="file"))
+        before, comma, start = "", "", incomplete
+        if self.setting.kind is Kind.TEXTS:
+            before, comma, start = incomplete.rpartition(",")
+        return offers + [
+            CompletionItem(f"{before}{comma}{choice}")
+            for choice in self.setting.choices()
+            if choice.lower().startswith(start.lower())
+        ]
 
 
 def setting_options(settings: Sequence[Setting]) -> Callable[[Command], Command]:

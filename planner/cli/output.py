@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import OutputError, UsageError
 from planner.report.medium import Medium
 from planner.report.plain_text import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
+    from contextlib import AbstractContextManager
+
+One = TypeVar("One")
 
 _WIDEST = 100
 """Lines of text longer than this are hard to read, however wide the terminal."""
@@ -66,6 +69,15 @@ def refuse_overwriting(output: Path | None, missions: Sequence[str]) -> None:
         if Path(mission).exists() and output.samefile(mission):
             msg = f"{output} is a mission of this call: give another file to write to"
             raise UsageError(msg)
+
+
+def progress(jobs: Sequence[One], *, label: str) -> AbstractContextManager[Iterable[One]]:
+    """Return the jobs one by one, with a bar on standard error where several make someone wait."""
+    if len(jobs) < 2 or sys.stderr is None or not sys.stderr.isatty():
+        return nullcontext(jobs)
+    import click
+
+    return click.progressbar(jobs, label=label, file=sys.stderr)
 
 
 def narrate(text: str) -> None:

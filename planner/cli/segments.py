@@ -9,7 +9,7 @@ import click
 from planner import __version__, service
 from planner.cli.configuration import mission_settings
 from planner.cli.format_option import format_option
-from planner.cli.options import given_settings, setting_options
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, refuse_overwriting, write_data
 from planner.cli.settings import FLIGHT_SETTINGS, check_request
 from planner.errors import ExitCode
@@ -19,7 +19,7 @@ from planner.service import UnreadableMission
 
 
 @click.command("segments")
-@click.argument("mission")
+@click.argument("mission", type=MISSION_PATH)
 @setting_options(FLIGHT_SETTINGS)
 @format_option("text", "json", "csv")
 @click.option(

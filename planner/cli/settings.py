@@ -9,15 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 from planner import catalogue
 from planner.autopilot import Autopilot
+from planner.checks.selection import Selection
 from planner.cli import quantities
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
 from planner.service import CheckRequest
 from planner.vehicle.keys import nearest_hint
+from planner.vehicle.library import model_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+AUTOPILOTS = ("auto", *Autopilot)
+SEVERITIES = ("error", "warning")
+FORMATS = ("text", "json", "json-lines", "sarif", "junit", "github", "gitlab")
 
 
 class Kind(Enum):
@@ -31,6 +37,7 @@ class Kind(Enum):
     MODEL = "name of a vehicle model or path of its file"
     TEXTS = "text or list of texts"
     SWITCH = "true or false"
+    TABLE = "table of codes by file"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,24 +47,26 @@ class Setting:
     key: str
     """Key of the configuration, with its unit."""
     option: str
-    """Name on the command line."""
+    """Name on the command line; empty where it only stands in a configuration."""
     metavar: str
     meaning: str
     read: Callable[[str], Any]
     """From text to value; raises ``ValueError`` with a sentence."""
     kind: Kind = Kind.TEXT
+    choices: Callable[[], Iterable[str]] = tuple
+    """What a shell offers for it."""
 
 
 def _autopilot(text: str) -> Autopilot | str:
-    return text if text == "auto" else Autopilot(_one_of(text, ("auto", *Autopilot)))
+    return text if text == "auto" else Autopilot(_one_of(text, AUTOPILOTS))
 
 
 def _severity(text: str) -> Severity:
-    return Severity[_one_of(text, ("error", "warning")).upper()]
+    return Severity[_one_of(text, SEVERITIES).upper()]
 
 
 def _format(text: str) -> str:
-    return _one_of(text, ("text", "json", "json-lines"))
+    return _one_of(text, FORMATS)
 
 
 def _one_of(text: str, choices: tuple[str, ...]) -> str:
@@ -86,6 +95,7 @@ FLIGHT_SETTINGS = (
         "[default: the article's quadrotor]",
         read=str,
         kind=Kind.MODEL,
+        choices=model_names,
     ),
     Setting(
         key="params",
@@ -109,6 +119,7 @@ FLIGHT_SETTINGS = (
         metavar="auto|px4|ardupilot|step",
         meaning="who flies the mission [default: auto, the model's own]",
         read=_autopilot,
+        choices=lambda: AUTOPILOTS,
     ),
     Setting(
         key="payload_kg",
@@ -176,6 +187,16 @@ BUDGET_SETTINGS = (
         meaning="report only these codes, or codes that begin so; commas, repeatable",
         read=_codes,
         kind=Kind.TEXTS,
+        choices=catalogue.rules,
+    ),
+    Setting(
+        key="extend_select",
+        option="--extend-select",
+        metavar="CODES",
+        meaning="report these codes too, whatever --select and --ignore say",
+        read=_codes,
+        kind=Kind.TEXTS,
+        choices=catalogue.rules,
     ),
     Setting(
         key="ignore",
@@ -184,6 +205,15 @@ BUDGET_SETTINGS = (
         meaning="do not report these codes, or codes that begin so; commas, repeatable",
         read=_codes,
         kind=Kind.TEXTS,
+        choices=catalogue.rules,
+    ),
+    Setting(
+        key="baseline",
+        option="--baseline",
+        metavar="FILE",
+        meaning="do not report the findings in this file, which --write-baseline wrote",
+        read=Path,
+        kind=Kind.PATH,
     ),
     Setting(
         key="fail_on",
@@ -191,6 +221,7 @@ BUDGET_SETTINGS = (
         metavar="error|warning",
         meaning="how bad a finding makes a no-go [default: error]",
         read=_severity,
+        choices=lambda: SEVERITIES,
     ),
 )
 """What decides whether a mission is a go."""
@@ -199,9 +230,10 @@ REPORT_SETTINGS = (
     Setting(
         key="format",
         option="--format",
-        metavar="text|json|json-lines",
+        metavar="|".join(FORMATS),
         meaning="format of the report [default: text]",
         read=_format,
+        choices=lambda: FORMATS,
     ),
     Setting(
         key="output",
@@ -220,6 +252,14 @@ REPORT_SETTINGS = (
         kind=Kind.PATH,
     ),
     Setting(
+        key="statistics",
+        option="--statistics/--no-statistics",
+        metavar="",
+        meaning="count the findings by code; with the formats text and json [default: no]",
+        read=bool,
+        kind=Kind.SWITCH,
+    ),
+    Setting(
         key="exit_zero",
         option="--exit-zero/--no-exit-zero",
         metavar="",
@@ -230,8 +270,21 @@ REPORT_SETTINGS = (
 )
 """What holds for a whole call: where its report goes, and how."""
 
+FILE_SETTINGS = (
+    Setting(
+        key="per_file_ignores",
+        option="",
+        metavar="",
+        meaning="codes not to report of some files, or of an item: 'site.plan#12'",
+        read=_codes,
+        kind=Kind.TABLE,
+    ),
+)
+"""What only a configuration holds."""
+
 SETTINGS = {
-    setting.key: setting for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS)
+    setting.key: setting
+    for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS, *FILE_SETTINGS)
 }
 
 
@@ -244,9 +297,10 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
     }
     own = {
         key: values[key]
-        for key in ("vehicle", "battery", "charge", "reserve", "select", "ignore", "fail_on")
+        for key in ("vehicle", "battery", "charge", "reserve", "baseline", "fail_on")
         if key in values
     }
+    selection = {key: values[key] for key in ("select", "extend_select", "ignore") if key in values}
     autopilot = values.get("autopilot", "auto")
     return CheckRequest(
         **own,
@@ -255,6 +309,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         terrain=values.get("terrain", ()),
         with_trace="trace" in values,
         conditions=Conditions(**conditions),
+        selection=Selection(**selection, exemptions=values.get("per_file_ignores", ())),
     )
 
 
@@ -267,6 +322,7 @@ class ReportRequest:
     """``None``: standard output."""
     trace: Path | None = None
     """``None``: none is written."""
+    statistics: bool = False
     exit_zero: bool = False
 
 

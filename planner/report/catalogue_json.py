@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.report.json_document import envelope, json_text, values
+from planner.report.rule_text import way_off
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,4 +39,7 @@ def models_json(vehicles: Sequence[VehicleModel], *, version: str) -> str:
 
 
 def _rule(rule: Rule) -> Document:
-    return values(rule, _RULE_KEYS) | {"severity": rule.severity.label}
+    return values(rule, _RULE_KEYS) | {
+        "severity": rule.severity.label,
+        "turn_off": way_off(rule),
+    }

@@ -24,7 +24,7 @@ def finding_lines(finding: Finding, *, file: str, medium: Medium) -> list[str]:
     head = f"{printable(file)}:"
     if finding.place is not None:
         head += f"{finding.place.line}:{finding.place.column}:"
-    text = f"{head} {_label(finding)} [{finding.severity.label}] {_said(finding)}"
+    text = f"{head} {label(finding)} [{finding.severity.label}] {said(finding)}"
     first, *rest = medium.wrapped(text, indent=_INDENT)
     first = first.replace(
         f" {finding.code} ", f" {medium.paint(finding.code, _STYLES[finding.severity])} ", 1
@@ -38,7 +38,7 @@ def finding_lines(finding: Finding, *, file: str, medium: Medium) -> list[str]:
 
 def note_lines(finding: Finding, *, medium: Medium) -> list[str]:
     """Return a finding of severity info as a note, without file and fix."""
-    return medium.wrapped(f"  {_label(finding)}: {_said(finding)}", indent=_INDENT)
+    return medium.wrapped(f"  {label(finding)}: {said(finding)}", indent=_INDENT)
 
 
 def tally(findings: Sequence[Finding]) -> str:
@@ -65,11 +65,13 @@ def closing_line(findings: Sequence[Finding], *, suppressed: Sequence[Finding]) 
     return text
 
 
-def _label(finding: Finding) -> str:
+def label(finding: Finding) -> str:
+    """Return what a finding is called: ``E101 reserve-below-minimum``."""
     return f"{finding.code} {finding.name}"
 
 
-def _said(finding: Finding) -> str:
+def said(finding: Finding) -> str:
+    """Return the message of a finding, safe to print, with its item."""
     message = printable(finding.message)
     if finding.item is None or re.search(rf"\bitem {finding.item}\b", message):
         return message

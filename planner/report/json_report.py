@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.report.json_document import envelope, json_text, value, values
+from planner.report.statistics import count_codes
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
@@ -42,13 +43,24 @@ _TOTALS_KEYS = (
 )
 _BATTERY_KEYS = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
 _RETURN_KEYS = ("tightest_item", "energy_home_wh", "margin_wh")
+_COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
 _ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
 
 
-def check_json(results: Sequence[CheckResult | UnreadableMission], *, version: str) -> str:
-    """Return all missions of a call as one JSON document."""
-    missions = [_mission(result) for result in results]
-    return json_text(envelope(version) | {"missions": missions}, indent=2)
+def check_json(
+    results: Sequence[CheckResult | UnreadableMission],
+    *,
+    version: str,
+    with_statistics: bool = False,
+) -> str:
+    """Return all missions of a call as one JSON document, if asked with a count of each code."""
+    document: Document = {"missions": [_mission(result) for result in results]}
+    if with_statistics:
+        document["statistics"] = [
+            values(one, _COUNT_KEYS) | {"severity": one.severity.label}
+            for one in count_codes(results)
+        ]
+    return json_text(envelope(version) | document, indent=2)
 
 
 def check_json_lines(results: Sequence[CheckResult | UnreadableMission], *, version: str) -> str:
@@ -61,6 +73,16 @@ def segments_json(result: CheckResult, *, version: str) -> str:
     mission = _mission(result)
     keys = ("file", "vehicle", "conditions", "segments")
     return json_text(envelope(version) | {key: mission[key] for key in keys}, indent=2)
+
+
+def figures(result: CheckResult | UnreadableMission) -> Document:
+    """Return what a flight takes, leaves and needs to get home, as the keys of the contract."""
+    flown = result if isinstance(result, CheckResult) else None
+    return {
+        "totals": values(value(flown, "totals"), _TOTALS_KEYS),
+        "battery": values(value(flown, "battery"), _BATTERY_KEYS),
+        "return": values(value(flown, "way_home"), _RETURN_KEYS),
+    }
 
 
 def _mission(result: CheckResult | UnreadableMission) -> Document:
@@ -80,13 +102,14 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
             "wind_from_deg": value(wind, "from_deg"),
             **values(conditions, ("home_amsl_m", "temperature_c", "payload_kg")),
         },
-        "totals": values(value(flown, "totals"), _TOTALS_KEYS),
-        "battery": values(value(flown, "battery"), _BATTERY_KEYS),
-        "return": values(value(flown, "way_home"), _RETURN_KEYS),
+        **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [values(one, _ITEM_KEYS) for one in (flown.items if flown else ())],
         "findings": [_finding(finding) for finding in result.findings],
-        "suppressed": [_finding(finding) for finding in (flown.suppressed if flown else ())],
+        "suppressed": [
+            _finding(finding) | {"suppression": value(finding, "suppression")}
+            for finding in result.suppressed
+        ],
     }
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.catalogue.tool import FILE_UNREADABLE
+from planner.checks.baseline import ENERGY_FAMILY
+from planner.findings import Severity
 from planner.report.table import table_lines
 
 if TYPE_CHECKING:
@@ -23,13 +26,31 @@ def rule_text(rule: Rule, *, medium: Medium) -> str:
     """Return one rule in full: what, why, how, an example, what to do, how to turn it off."""
     lines = [medium.paint(f"{rule.code} {rule.name} [{rule.severity.label}]", "bold")]
     lines += medium.wrapped(rule.summary)
-    parts = (
+    for title, text in explanation(rule):
+        lines += ["", *medium.wrapped(f"{title + ':':<10}{text}", indent=10)]
+    return "\n".join(lines) + "\n"
+
+
+def explanation(rule: Rule) -> tuple[tuple[str, str], ...]:
+    """Return the parts of a rule's explanation, each with its title."""
+    return (
         ("Why", rule.why),
         ("How", rule.how),
         ("Example", rule.example),
         ("Fix", rule.fix),
-        ("Turn off", f'--ignore {rule.code}, or ignore = ["{rule.code}"] in mavjoule.toml'),
+        ("Turn off", way_off(rule)),
     )
-    for title, text in parts:
-        lines += ["", *medium.wrapped(f"{title + ':':<10}{text}", indent=10)]
-    return "\n".join(lines) + "\n"
+
+
+def way_off(rule: Rule) -> str:
+    """Return how to turn a rule off: everywhere, for a file, for an item, for what is known."""
+    code = rule.code
+    if code == FILE_UNREADABLE.code:
+        return "not possible: a mission that cannot be read is never a go"
+    text = (
+        f'--ignore {code}, or ignore = ["{code}"] in mavjoule.toml; for one file or item, under '
+        f'[per_file_ignores], "site.plan" = ["{code}"] or "site.plan#12" = ["{code}"]; '
+    )
+    if code.startswith(ENERGY_FAMILY) and rule.severity is Severity.ERROR:
+        return text + "no --baseline takes it. It stays counted beside the verdict."
+    return text + "for what is there already, --baseline."

@@ -16,7 +16,6 @@ from planner.service import CheckResult
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.report.medium import Medium
     from planner.service import UnreadableMission
@@ -53,9 +52,27 @@ def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
     return f"{missions}: {going} GO, {len(results) - going} NO-GO"
 
 
+def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
+    """Return the remark that verdicts need which were reached by not looking; else nothing."""
+    grave = [
+        finding
+        for result in results
+        for finding in result.suppressed
+        if finding.severity > Severity.INFO
+    ]
+    return f" (not counting {finding_tally(grave)})" if grave else ""
+
+
+def statistics_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
+    """Return the verdicts of a call, a line per mission, and how often each rule fired."""
+    from planner.report.statistics import count_codes, statistics_lines
+
+    lines = _summary_lines(results, medium=medium)
+    return "\n".join([*lines, "", *statistics_lines(count_codes(results))]) + "\n"
+
+
 def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -> list[str]:
-    suppressed = result.suppressed if isinstance(result, CheckResult) else ()
-    lines = [f"{_verdict(result, medium)}  {printable(result.file)}{_caveat(suppressed)}"]
+    lines = [f"{_verdict(result, medium)}  {printable(result.file)}{caveat([result])}"]
     lines += medium.wrapped(headline(result))
     findings = [finding for finding in result.findings if finding.severity > Severity.INFO]
     notes = [finding for finding in result.findings if finding.severity is Severity.INFO]
@@ -69,7 +86,7 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
         lines += ["", "Assumed"]
     for note in notes:
         lines += note_lines(note, medium=medium)
-    lines += ["", closing_line(result.findings, suppressed=suppressed)]
+    lines += ["", closing_line(result.findings, suppressed=result.suppressed)]
     if result.findings:
         lines.append(f"More about a code: mavjoule explain {result.findings[0].code}")
     return lines
@@ -78,12 +95,6 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
 def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int = 0) -> str:
     text = f"{result.verdict.upper():<{width}}"
     return medium.paint(text, "green" if result.verdict == "go" else "red")
-
-
-def _caveat(suppressed: Sequence[Finding]) -> str:
-    """Return the remark a verdict needs that was reached by not looking."""
-    grave = [finding for finding in suppressed if finding.severity > Severity.INFO]
-    return f" (not counting {finding_tally(grave)})" if grave else ""
 
 
 def _left(battery: BatteryBudget) -> str:
@@ -200,7 +211,7 @@ def _summary_lines(
     width = max(len(result.verdict) for result in results)
     for result in results:
         verdict = f"  {result.verdict.upper():<{width}}"
-        text = f"{verdict}  {printable(result.file)}: {headline(result)}"
+        text = f"{verdict}  {printable(result.file)}{caveat([result])}: {headline(result)}"
         first, *rest = medium.wrapped(text, indent=width + 4)
         lines += [first.replace(verdict, f"  {_verdict(result, medium, width)}", 1), *rest]
     return lines

@@ -22,7 +22,7 @@ SQUARE = """QGC WPL 110
 def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Run in a folder of its own, in an environment that asks for nothing."""
     monkeypatch.chdir(tmp_path)
-    for name in ("NO_COLOR", "MAVJOULE_TRACEBACK"):
+    for name in ("NO_COLOR", "MAVJOULE_TRACEBACK", "GITHUB_STEP_SUMMARY"):
         monkeypatch.delenv(name, raising=False)
 
 

@@ -40,17 +40,23 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         home_amsl_m = 488
         temperature_c = -5.5
         select = ["E", "F"]
+        extend_select = "A1"
         ignore = "E107, T"
+        baseline = "known.json"
         fail_on = "warning"
         format = "json"
         output = "out/report.json"
         trace = "out/trace.csv"
+        statistics = true
         exit_zero = true
+        [per_file_ignores]
+        "a.plan" = "E105"
+        "b.plan" = "F1"
         """,
     )
     values = find_configuration(tmp_path).values
     assert set(values) == set(SETTINGS), "this test names every setting"
-    request = check_request(values)
+    request = check_request(mission_settings(str(tmp_path / "a.plan"), {}))
     assert request.vehicle == str(tmp_path / "models/mine.toml")
     assert request.parameters == tmp_path / "mine.param"
     assert request.terrain == (tmp_path / "north.tif", tmp_path / "south.tif")
@@ -62,11 +68,14 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert request.conditions.payload_kg == 0.5
     assert request.conditions.home_amsl_m == 488.0
     assert request.conditions.temperature_c == -5.5
-    assert request.select == ("E", "F")
-    assert request.ignore == ("E107", "T")
+    assert request.selection.select == ("E", "F")
+    assert request.selection.extend_select == ("A1",)
+    assert request.selection.ignore == ("E107", "T")
+    assert [one.codes for one in request.selection.exemptions] == [("E105",)]
+    assert request.baseline == tmp_path / "known.json"
     assert request.fail_on is Severity.WARNING
     report = report_request([values])
-    assert (report.format, report.exit_zero) == ("json", True)
+    assert (report.format, report.statistics, report.exit_zero) == ("json", True, True)
     assert report.output == path.parent / "out/report.json"
     assert report.trace == path.parent / "out/trace.csv"
     assert request.with_trace
@@ -91,6 +100,11 @@ def test_a_table_of_pyproject_serves_as_well_and_one_without_is_passed_over(
     assert find_configuration(near).values == {"reserve": 0.35}
     _own(tmp_path, 'reserve = "15%"\n')
     assert find_configuration(near).values == {"reserve": 0.15}
+
+
+def test_a_key_is_spelled_with_hyphens_as_well(tmp_path: Path) -> None:
+    _own(tmp_path, 'fail-on = "warning"\n')
+    assert find_configuration(tmp_path).values == {"fail_on": Severity.WARNING}
 
 
 def test_a_folder_without_any_has_no_settings(tmp_path: Path) -> None:
@@ -128,12 +142,35 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
         ("exit_zero = 1", "exit_zero: must be true or false, got 1"),
         ("select = [1]", "select: must be text or list of texts, got [1]"),
         ("ignore = 'Q999'", "ignore: 'Q999' begins no code of a rule"),
-        ("format = 'xml'", "format: 'xml' is none of text, json, json-lines"),
+        (
+            "format = 'xml'",
+            "format: 'xml' is none of text, json, json-lines, sarif, junit, github, gitlab",
+        ),
         ("fail_on = 'info'", "fail_on: 'info' is none of error, warning"),
         ("autopilot = 'apm'", "autopilot: 'apm' is none of auto, step, px4, ardupilot"),
         ("battery = '5Ah'", "battery: '5Ah' is no battery"),
         ("wind = 5", "wind: '5' is no wind"),
         ("params = []", "params: must be path, got []"),
+        ("fail-on = 'error'\nfail_on = 'error'", "fail_on is given twice"),
+        ("per_file_ignores = 'E1'", "per_file_ignores: must be table of codes by file, got 'E1'"),
+        (
+            "[per-file-ignores]\n'a.plan' = 'E1O1'",
+            "per-file-ignores: 'a.plan': 'E1O1' begins no code of a rule; did you mean E101?",
+        ),
+        (
+            "[per_file_ignores]\na = 1",
+            "per_file_ignores: 'a': must be text or list of texts, got 1",
+        ),
+        (
+            "[per_file_ignores]\n'a.plan#0' = 'E1'",
+            "per_file_ignores: 'a.plan#0': items count from 1",
+        ),
+        (
+            "[per_file_ignores]\n'../a' = 'E1'",
+            "per_file_ignores: '../a': must be a path below this",
+        ),
+        ("[per_file_ignores]\n'/a' = 'E1'", "per_file_ignores: '/a': must be a path below this"),
+        ("[per_file_ignores]\n'a\\b' = 'E1'", "per_file_ignores: 'a\\\\b': must be a path below"),
         ("reserve = [", "is not TOML: "),
         ("a = 1\na = 2", "is not TOML: Cannot overwrite a value"),
         ("[tool.mavjoule]\nreserve = 0.2", "tool is no setting"),

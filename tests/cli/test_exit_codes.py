@@ -9,6 +9,7 @@ import pytest
 
 from planner import errors, service
 from planner.cli.main import main
+from planner.cli.settings import FORMATS
 from planner.errors import ExitCode, MavjouleError
 
 ENOUGH = ("--battery", "77Wh")
@@ -38,6 +39,20 @@ TOO_SMALL = ("--battery", "5Wh")
         (("check", "out.waypoints", "--output", "out.waypoints"), 2),
         (("check", "out.waypoints", "--output", "nowhere/report.txt"), 2),
         (("check", "out.waypoints", "--select", "Q1"), 2),
+        (("check", "out.waypoints", *TOO_SMALL, "--select", "X", "--extend-select", "E1"), 1),
+        (("check", "out.waypoints", *TOO_SMALL, "--ignore", "E1"), 0),
+        (("check", "out.waypoints", "--extend-select", "Q1"), 2),
+        (("check", "out.waypoints", "--baseline", "missing.json"), 2),
+        (("check", "out.waypoints", *ENOUGH, "--statistics"), 0),
+        (("check", "out.waypoints", *TOO_SMALL, "--statistics"), 1),
+        (("check", "out.waypoints", *ENOUGH, "--statistics", "--format", "sarif"), 2),
+        (("check", "out.waypoints", *ENOUGH, "--write-baseline", "out.waypoints"), 2),
+        (("check", "out.waypoints", *TOO_SMALL, "--write-baseline", "known.json"), 1),
+        *(
+            (("check", "out.waypoints", *battery, "--format", name), code)
+            for name in FORMATS
+            for battery, code in ((ENOUGH, 0), (TOO_SMALL, 1))
+        ),
         (("segments", "out.waypoints"), 0),
         (("segments", "broken.plan"), 2),
         (("models",), 0),

@@ -28,7 +28,8 @@ def _generated(what: str) -> str:
     """Return what a block of the README is to hold."""
     if what == "settings":
         rows = [
-            f"| `{setting.key}` | {setting.kind.value} | `{setting.option}` |"
+            f"| `{setting.key}` | {setting.kind.value} | "
+            f"{f'`{setting.option}`' if setting.option else 'in a file only'} |"
             for setting in SETTINGS.values()
         ]
         return "\n".join(["| key | holds | option |", "|---|---|---|", *rows, ""])

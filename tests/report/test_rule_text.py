@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Rule, Severity
 from planner.report.medium import Medium
-from planner.report.rule_text import rule_text, rules_text
+from planner.report.rule_text import rule_text, rules_text, way_off
 
 RULE = Rule(
     code="Z101",
@@ -31,8 +34,28 @@ def test_a_rule_is_explained_in_full_with_the_way_to_turn_it_off() -> None:
         "",
         "Fix:      do it right",
         "",
-        'Turn off: --ignore Z101, or ignore = ["Z101"] in mavjoule.toml',
+        f"Turn off: {way_off(RULE)}",
     ]
+
+
+def test_the_ways_to_turn_a_rule_off_are_made_from_its_code() -> None:
+    assert way_off(RULE) == (
+        '--ignore Z101, or ignore = ["Z101"] in mavjoule.toml; for one file or item, under '
+        '[per_file_ignores], "site.plan" = ["Z101"] or "site.plan#12" = ["Z101"]; for what is '
+        "there already, --baseline."
+    )
+
+
+def test_an_error_of_energy_is_said_to_be_in_no_baseline() -> None:
+    grave = replace(RULE, code="E999", severity=Severity.ERROR)
+    assert "no --baseline takes it. It stays counted" in way_off(grave)
+    assert "for what is there already, --baseline" in way_off(
+        replace(grave, severity=Severity.WARNING)
+    )
+
+
+def test_that_a_file_cannot_be_read_cannot_be_turned_off() -> None:
+    assert way_off(FILE_UNREADABLE).startswith("not possible")
 
 
 def test_the_list_of_rules_has_a_line_each() -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
 from planner import numbers
+from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
 from planner.report.json_report import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally
@@ -179,6 +179,9 @@ def test_what_is_not_reported_is_still_counted_beside_the_verdict(
     blind = replace(flown, findings=(), suppressed=grounded.findings)
     lines = check_text([blind], medium=Medium()).splitlines()
     assert lines[0] == "GO  site.plan (not counting 1 error, 1 warning)"
+    summary = check_text([blind, flown], medium=Medium()).splitlines()[-2:]
+    assert summary[0].startswith("  GO  site.plan (not counting 1 error, 1 warning): 11 min")
+    assert summary[1].startswith("  GO  site.plan: 11 min")
     assert lines[-1] == (
         "All checks passed. Not reported, as asked: 1 error, 1 warning, 1 assumption."
     )

@@ -1,0 +1,114 @@
+"""Results as annotations of a GitHub workflow, and its summary in Markdown.
+
+GitHub shows ten annotations of each severity and drops the rest without a word: they come worst
+first, and what is beyond is counted.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.findings import Severity
+from planner.report.finding_text import label, said
+from planner.report.pipeline import pipeline_path
+from planner.report.plain_text import printable
+from planner.report.text import caveat, headline, tally
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from planner.findings import Finding
+    from planner.service import CheckResult, UnreadableMission
+
+    Results = Sequence[CheckResult | UnreadableMission]
+
+_COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
+_MOST_OF_A_SEVERITY = 10
+_MOST_ROWS = 500
+"""A summary of more than 1 MiB is refused whole."""
+_MARKDOWN = str.maketrans(
+    {character: f"\\{character}" for character in "\\`*_[]<>|#~"} | {"&": "&amp;"}
+)
+
+
+def check_github(results: Results, *, folder: Path) -> str:
+    """Return the findings of a call as workflow commands, worst first, and a tally.
+
+    Parameters
+    ----------
+    results : sequence of CheckResult or UnreadableMission
+    folder : Path
+        Where the call runs: paths of missions below it are relative to it.
+    """
+    lines = []
+    shown: Counter[Severity] = Counter()
+    for path, finding in _worst_first(results, folder=folder):
+        shown[finding.severity] += 1
+        if shown[finding.severity] <= _MOST_OF_A_SEVERITY:
+            lines.append(_command(finding, path=path))
+    more = sum(shown.values()) - len(lines)
+    lines.append(f"{tally(results)}{caveat(results)}")
+    if more:
+        lines.append(f"{numbers.count(more, 'finding')} more, without annotation")
+    return "\n".join(lines) + "\n"
+
+
+def github_summary(results: Results, *, folder: Path) -> str:
+    """Return a call as Markdown: a table of the missions, and one of what was found."""
+    lines = [
+        f"### mavjoule: {tally(results)}",
+        "",
+        "| verdict | mission | flight |",
+        "|---|---|---|",
+    ]
+    for result in results[:_MOST_ROWS]:
+        path = pipeline_path(result.file, folder=folder)
+        cells = (f"{result.verdict.upper()}{caveat([result])}", path, headline(result))
+        lines.append(_row(*cells))
+    lines += _more(len(results))
+    found = _worst_first(results, folder=folder)
+    if found:
+        lines += ["", "| severity | where | code | finding |", "|---|---|---|---|"]
+    for path, finding in found[:_MOST_ROWS]:
+        where = path if finding.place is None else f"{path}:{finding.place.line}"
+        lines.append(_row(finding.severity.label, where, label(finding), said(finding)))
+    lines += _more(len(found))
+    return "\n".join(lines) + "\n\n"
+
+
+def _worst_first(results: Results, *, folder: Path) -> list[tuple[str, Finding]]:
+    found = [
+        (pipeline_path(result.file, folder=folder), finding)
+        for result in results
+        for finding in result.findings
+    ]
+    return sorted(found, key=lambda pair: -pair[1].severity)
+
+
+def _command(finding: Finding, *, path: str) -> str:
+    properties = {"title": f"mavjoule {label(finding)}", "file": printable(path)}
+    if finding.place is not None:
+        properties |= {"line": str(finding.place.line), "col": str(finding.place.column)}
+    listed = ",".join(f"{name}={_property(text)}" for name, text in properties.items())
+    text = f"{said(finding)}\nfix: {printable(finding.fix)}" if finding.fix else said(finding)
+    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(text)}"
+
+
+def _data(text: str) -> str:
+    # The percent sign first, or it would escape the escapes.
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def _row(*cells: str) -> str:
+    return "| " + " | ".join(printable(cell).translate(_MARKDOWN) for cell in cells) + " |"
+
+
+def _more(number: int) -> list[str]:
+    return ["", f"{number - _MOST_ROWS} more"] if number > _MOST_ROWS else []

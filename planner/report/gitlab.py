@@ -1,0 +1,48 @@
+"""Results as GitLab's code quality report."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from planner.findings import Severity
+from planner.report.finding_text import label, said
+from planner.report.pipeline import fingerprints, pipeline_path
+from planner.report.plain_text import well_formed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from planner.service import CheckResult, UnreadableMission
+
+_SEVERITIES = {Severity.ERROR: "blocker", Severity.WARNING: "major", Severity.INFO: "info"}
+
+
+def check_gitlab(results: Sequence[CheckResult | UnreadableMission], *, folder: Path) -> str:
+    """Return the findings of a call as a list of issues.
+
+    A place is required: a finding about the whole file stands at its first line.
+
+    Parameters
+    ----------
+    results : sequence of CheckResult or UnreadableMission
+    folder : Path
+        Where the call runs, the top of the repository: paths are relative to it.
+    """
+    issues = []
+    for result in results:
+        path = pipeline_path(result.file, folder=folder)
+        marks = fingerprints(result.findings, path=path)
+        for finding, mark in zip(result.findings, marks, strict=True):
+            line = 1 if finding.place is None else finding.place.line
+            issues.append(
+                {
+                    "description": well_formed(f"{label(finding)}: {said(finding)}"),
+                    "check_name": finding.code,
+                    "fingerprint": mark,
+                    "severity": _SEVERITIES[finding.severity],
+                    "location": {"path": well_formed(path), "lines": {"begin": line}},
+                }
+            )
+    return json.dumps(issues, ensure_ascii=True, indent=2) + "\n"

@@ -1,0 +1,150 @@
+"""Results as SARIF 2.1.0, which code scanning and editors read.
+
+Every finding names its file and, where it is known, line and column; one that is not reported is
+there too, as suppressed.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from planner.findings import Severity
+from planner.report.finding_text import said
+from planner.report.json_document import json_text
+from planner.report.json_report import figures
+from planner.report.pipeline import fingerprints, pipeline_path
+from planner.report.plain_text import printable
+from planner.report.rule_text import explanation
+from planner.service import CheckResult
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from planner.errors import ExitCode
+    from planner.findings import Finding, Rule
+    from planner.report.json_document import Document
+    from planner.service import UnreadableMission
+
+_SCHEMA = (
+    "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+)
+_LEVELS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
+
+
+def check_sarif(
+    results: Sequence[CheckResult | UnreadableMission],
+    *,
+    rules: Mapping[str, Rule],
+    version: str,
+    exit_code: ExitCode,
+    folder: Path,
+) -> str:
+    """Return all missions of a call as one SARIF log of one run.
+
+    Parameters
+    ----------
+    results : sequence of CheckResult or UnreadableMission
+    rules : mapping of str to Rule
+        The catalogue by code.
+    version : str
+        Of this program.
+    exit_code : ExitCode
+        In which the call ends.
+    folder : Path
+        Where the call runs: paths of missions below it are relative to it.
+    """
+    indices = {code: index for index, code in enumerate(rules)}
+    run = {
+        "tool": {
+            "driver": {
+                "name": "mavjoule",
+                "semanticVersion": version,
+                "rules": [_rule(rule) for rule in rules.values()],
+            }
+        },
+        "invocations": [
+            {
+                "executionSuccessful": all(isinstance(result, CheckResult) for result in results),
+                "exitCode": int(exit_code),
+                "exitCodeDescription": exit_code.name.lower().replace("_", "-"),
+            }
+        ],
+        "columnKind": "unicodeCodePoints",
+        "results": [
+            finding for result in results for finding in _results(result, indices, folder=folder)
+        ],
+        "properties": {"missions": [_mission(result, folder=folder) for result in results]},
+    }
+    return json_text({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
+
+
+def _rule(rule: Rule) -> Document:
+    parts = explanation(rule)
+    return {
+        "id": rule.code,
+        "name": rule.name,
+        "shortDescription": {"text": rule.summary},
+        "fullDescription": {"text": rule.why},
+        "help": {
+            "text": "\n".join(f"{title}: {text}" for title, text in parts),
+            "markdown": "\n\n".join(f"**{title}:** {text}" for title, text in parts),
+        },
+        "defaultConfiguration": {"level": _LEVELS[rule.severity]},
+    }
+
+
+def _results(
+    result: CheckResult | UnreadableMission, indices: Mapping[str, int], *, folder: Path
+) -> list[Document]:
+    findings = (*result.findings, *result.suppressed)
+    path = pipeline_path(result.file, folder=folder)
+    marks = fingerprints(findings, path=path)
+    return [
+        _result(finding, mark, indices[finding.code], uri=_uri(path))
+        for finding, mark in zip(findings, marks, strict=True)
+    ]
+
+
+def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Document:
+    location: Document = {"artifactLocation": {"uri": uri}}
+    if finding.place is not None:
+        location["region"] = {
+            "startLine": finding.place.line,
+            "startColumn": finding.place.column,
+        }
+    document: Document = {
+        "ruleId": finding.code,
+        "ruleIndex": rule_index,
+        "level": _LEVELS[finding.severity],
+        "message": {"text": _message(finding)},
+        "locations": [{"physicalLocation": location}],
+        "partialFingerprints": {"mavjoule/v1": mark},
+        "properties": {"item": finding.item},
+    }
+    if finding.suppression:
+        justification = printable(finding.suppression)
+        document["suppressions"] = [{"kind": "external", "justification": justification}]
+    return document
+
+
+def _message(finding: Finding) -> str:
+    return f"{said(finding)}. Fix: {printable(finding.fix)}" if finding.fix else said(finding)
+
+
+def _mission(result: CheckResult | UnreadableMission, *, folder: Path) -> Document:
+    return {
+        "file": _uri(pipeline_path(result.file, folder=folder)),
+        "verdict": result.verdict,
+        **figures(result),
+    }
+
+
+def _uri(path: str) -> str:
+    """Return a path as a URI: relative, or of a file where the path is absolute."""
+    if PurePath(path).is_absolute():
+        return PurePath(path).as_uri()
+    return quote(os.fsencode(path))

@@ -1,0 +1,88 @@
+"""Which missions and items a key of ``[per_file_ignores]`` means."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.cli.file_ignores import make_file_ignore
+from planner.cli.main import main
+
+SITE = Path("/site")
+
+
+def _meets(key: str, mission: str) -> bool:
+    ignore = make_file_ignore(key, ("F102",), configuration=SITE / "mavjoule.toml")
+    return ignore.meets(SITE / mission)
+
+
+@pytest.mark.parametrize(
+    ("key", "mission", "met"),
+    [
+        ("a.plan", "a.plan", "met"),
+        ("a.plan", "deep/er/a.plan", "met"),
+        ("a.plan", "b.plan", "passed by"),
+        ("a.plan", "aa.plan", "passed by"),
+        ("*.plan", "deep/a.plan", "met"),
+        ("*.plan", "a.waypoints", "passed by"),
+        ("*.plan", "a.plan/b", "passed by"),
+        ("deep/a.plan", "deep/a.plan", "met"),
+        ("deep/a.plan", "a.plan", "passed by"),
+        ("deep/a.plan", "er/deep/a.plan", "passed by"),
+        ("deep/*", "deep/a.plan", "met"),
+        ("deep/*", "deep/er/a.plan", "passed by"),
+        ("deep/**", "deep/er/a.plan", "met"),
+        ("deep/**/a.plan", "deep/a.plan", "met"),
+        ("deep/**/a.plan", "deep/e/r/a.plan", "met"),
+        ("**/er/*", "deep/er/a.plan", "met"),
+        ("**/er/*", "deep/a.plan", "passed by"),
+        ("[ab].plan", "b.plan", "met"),
+        ("A.plan", "a.plan", "passed by"),
+        ("a.plan#12", "a.plan", "met"),
+        ("a.plan#12", "a.plan#12", "passed by"),
+        ("odd#name.plan", "odd#name.plan", "met"),
+    ],
+)
+def test_a_key_means_these_missions(key: str, mission: str, met: str) -> None:
+    assert _meets(key, mission) is (met == "met")
+
+
+def test_a_number_after_the_sign_is_an_item() -> None:
+    def item(key: str) -> int | None:
+        return make_file_ignore(key, (), configuration=SITE / "mavjoule.toml").exemption().item
+
+    assert item("a.plan#12") == 12
+    assert item("a.plan") is None
+    assert item("a.plan#home") is None
+
+
+def test_a_configuration_ignores_by_file_and_by_item(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = Path(mission).read_text(encoding="utf-8")
+    Path("deep").mkdir()
+    for path in ("deep/a.waypoints", "deep/b.waypoints"):
+        Path(path).write_text(text, encoding="utf-8")
+    # A battery of 5 Wh makes E102 at item 2 and E101 at item 3.
+    Path("mavjoule.toml").write_text(
+        """
+        battery = "5Wh"
+        [per-file-ignores]
+        "deep/*" = ["E101", "E107"]
+        "a.waypoints#2" = ["E102"]
+        "b.waypoints#3" = ["E102"]
+        """,
+        encoding="utf-8",
+    )
+    assert main(["check", mission]) == 1
+    assert "E101" in capsys.readouterr().out
+    assert main(["check", "deep/a.waypoints"]) == 0
+    out = capsys.readouterr().out
+    assert "E10" not in out
+    assert "(not counting 2 errors)" in out.splitlines()[0]
+    assert main(["check", "deep/b.waypoints"]) == 1
+    out = capsys.readouterr().out
+    assert "E102" in out
+    assert "E101" not in out
+    assert "(not counting 1 error)" in out.splitlines()[0]
