@@ -1,7 +1,8 @@
 """The catalogue of rules, one module per family.
 
 A code is stable: never renumbered, never reused.  Families: E energy, T time and items, F fence,
-A altitude, M mission structure, W wind, P parameters, L loaders, S several vehicles, X the tool.
+A altitude, M mission structure, W wind, P parameters, L loaders, R records of flights,
+S several vehicles, I identification, X the tool.
 """
 
 from __future__ import annotations

@@ -42,8 +42,10 @@ class Boundary(StrEnum):
 
     ARMING = "arming"
     """The motors were armed, or disarmed: logged as such."""
+    POWER = "power"
+    """The motors began, or ceased, to draw power: arming is not logged."""
     AIR = "air"
-    """Take-off, or landing: arming is not logged, but being in the air is, or the heights tell."""
+    """Take-off, or landing: neither arming nor power is logged."""
     LOG = "log"
     """The log begins, or ends, in mid-flight."""
 
@@ -70,8 +72,8 @@ class LoggedItem:
     """From 1, home not counted."""
     command: int
     """MAV_CMD number."""
-    frame: int
-    """MAV_FRAME number."""
+    frame: int | None
+    """MAV_FRAME number; ``None`` where the log does not say (ArduPilot before 4.0)."""
     param1: float | None
     param2: float | None
     param3: float | None
@@ -96,6 +98,8 @@ class Quantity:
     """Share of the flight it is known for, 0 to 1. [-]"""
     absence_cost: str
     """What cannot be done without it; said of every quantity, found or missing."""
+    remark: str = ""
+    """What is not as it should be: ``BAT.Curr is 0 throughout: no current sensor``."""
 
     @property
     def is_found(self) -> bool:
@@ -198,7 +202,7 @@ class FlightRecord:
     quantities: tuple[Quantity, ...]
     """A row for every column but the time, in the order of the columns."""
     findings: tuple[Finding, ...] = ()
-    """What is odd about the log or this flight of it."""
+    """What is odd about this flight or its log; what concerns the whole log, every flight has."""
 
     def __post_init__(self) -> None:
         lengths = {len(column) for column in self.columns().values()}

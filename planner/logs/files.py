@@ -1,0 +1,80 @@
+"""Flight logs from files, recognised by their content."""
+
+from __future__ import annotations
+
+import hashlib
+import mmap
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner.errors import LogFileError
+from planner.logs.assembly import flight_record
+from planner.logs.dataflash_binary import HEADER
+from planner.logs.flights import flight_spans
+from planner.logs.record import LogFormat
+from planner.logs.recording import LogFile
+
+if TYPE_CHECKING:
+    from planner.logs.record import FlightRecord
+    from planner.logs.recording import Recording
+
+
+def read_log(path: str | Path) -> tuple[FlightRecord, ...]:
+    """Read a flight log.
+
+    Parameters
+    ----------
+    path : str or Path
+        ArduPilot's DataFlash (binary or text), PX4's ULog, MAVLink telemetry, or CSV of a known
+        kind; recognised by its content.
+
+    Returns
+    -------
+    tuple of FlightRecord
+        The flights in it, in the order they were flown; at least one.
+
+    Raises
+    ------
+    LogFileError
+        If it cannot be read, is no log, or holds no flight.
+    """
+    path = Path(path)
+    source = str(path)
+    try:
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+            if not path.stat().st_size:
+                msg = "is empty"
+                raise LogFileError(msg, source=source)
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                recordings = _recordings(data, source, digest)
+    except (OSError, ValueError) as error:
+        msg = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise LogFileError(msg, source=source) from error
+    return _flights(recordings, source)
+
+
+def _recordings(data: mmap.mmap, source: str, sha256: str) -> tuple[Recording, ...]:
+    from planner.logs.dataflash import dataflash_recordings
+
+    def file(log_format: LogFormat) -> LogFile:
+        return LogFile(source=source, sha256=sha256, log_format=log_format)
+
+    return dataflash_recordings(data, file(LogFormat.DATAFLASH), is_binary=data[:2] == HEADER)
+
+
+def _flights(recordings: tuple[Recording, ...], source: str) -> tuple[FlightRecord, ...]:
+    records: list[FlightRecord] = []
+    is_armed = False
+    for recording in recordings:
+        spans, left_out = flight_spans(recording)
+        is_armed |= bool(left_out)
+        for span in spans:
+            records.append(flight_record(recording, span, len(records) + 1, left_out))
+    if not records:
+        why = (
+            "the vehicle is armed but never leaves the ground" if is_armed else "nothing takes off"
+        )
+        msg = f"holds no flight: {why}"
+        raise LogFileError(msg, source=source)
+    return tuple(records)
