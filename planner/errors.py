@@ -13,6 +13,7 @@
     ├── UsageError               2   options that make no sense together
     ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
     ├── OutputError              2   a report that cannot be written
+    ├── IdentificationError      2   flights that do not tell what a model needs
     └── LinkError                3   the vehicle on the line
 """
 
@@ -117,6 +118,10 @@ class ConfigurationError(MavjouleError):
 
 class OutputError(MavjouleError):
     """A report that cannot be written."""
+
+
+class IdentificationError(MavjouleError):
+    """Flight data that do not determine what is asked of them."""
 
 
 class LinkError(MavjouleError):

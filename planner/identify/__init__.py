@@ -1,0 +1,1 @@
+"""Identification: from manoeuvres in flight records to models with their uncertainty."""

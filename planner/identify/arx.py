@@ -1,0 +1,258 @@
+r"""ARX identification as in the article: its equations 1 and 2.
+
+.. math:: A(q)\, y_t = B(q)\, u_{t - k} + e_t, \qquad
+          A = 1 + a_1 q^{-1} + \dots + a_n q^{-n}, \quad
+          B = b_1 + b_2 q^{-1} + \dots + b_m q^{-m + 1},
+
+least squares in one regression over all manoeuvres, the delay k and the orders by search.  The
+conversion to G(s) is the exact inverse of sampling behind a zero-order hold,
+
+.. math:: \begin{bmatrix} \Phi & \Gamma \\ 0 & 1 \end{bmatrix}
+          = \exp\left( h \begin{bmatrix} F & g \\ 0 & 0 \end{bmatrix} \right),
+
+by the matrix logarithm: ``control`` 0.10 samples systems but does not convert them back.
+
+.. warning:: Noise of the measurement biases ARX, the more the faster the sampling
+   (`planner.catalogue.identification.ARX_BIASED`).  `planner.identify.output_error` is consistent.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from planner.catalogue.identification import ARX_BIASED
+from planner.errors import IdentificationError
+from planner.identify.manoeuvre import ReferenceForm
+from planner.physics.transfer_function import TransferFunction
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.findings import Finding
+    from planner.identify.manoeuvre import Manoeuvre
+
+FloatArray = npt.NDArray[np.float64]
+
+MOST_POLES = 4
+"""Highest order that is searched."""
+
+
+class Criterion(StrEnum):
+    """What an order has to earn."""
+
+    AIC = "aic"
+    """Akaike's: two per coefficient."""
+    BIC = "bic"
+    """Schwarz's: ln(samples) per coefficient."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArxModel:
+    """A fitted ARX model."""
+
+    a: tuple[float, ...]
+    """a₁ … a_n of the past answers. [-]"""
+    b: tuple[float, ...]
+    """b₁ … b_m of the past references. [output/input]"""
+    delay_samples: int
+    """k, at least 1: a hold and a system without feedthrough take one sample."""
+    step_s: float
+    """Sampling step. [s]"""
+    noise_deviation: float
+    """Standard deviation of e. [output]"""
+    samples: int
+    """Number of equations of the regression."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """The warning that goes with every such model."""
+        message = f"fitted by ARX({len(self.a)}, {len(self.b)}) alone: noise biases its poles"
+        return (ARX_BIASED.finding(message),)
+
+    def criterion(self, criterion: Criterion) -> float:
+        """Return the information criterion, the less the better [-]."""
+        coefficients = len(self.a) + len(self.b)
+        each = 2.0 if criterion is Criterion.AIC else math.log(self.samples)
+        fit = 2.0 * self.samples * math.log(max(self.noise_deviation, 1e-300))
+        return fit + each * coefficients
+
+    def transfer_function(self) -> TransferFunction:
+        """Convert to continuous time: the model whose samples behind a hold this is.
+
+        Returns
+        -------
+        TransferFunction
+            With a delay of k - 1 sampling steps.
+
+        Raises
+        ------
+        IdentificationError
+            If no continuous system of this order samples to it, or that system is not stable.
+        """
+        return _continuous(self)
+
+
+def fit_arx(
+    manoeuvres: Sequence[Manoeuvre], *, poles: int, zeros: int, delay_samples: int
+) -> ArxModel:
+    """Fit an ARX model of given orders and delay; equation 1 of the article.
+
+    Parameters
+    ----------
+    manoeuvres : sequence of Manoeuvre
+        At one sampling step, references held.  The mean answer before the command is taken off,
+        as in the article.
+    poles, zeros : int
+        n, and m - 1, less than n.
+    delay_samples : int
+        k, at least 1.
+
+    Returns
+    -------
+    ArxModel
+        The least-squares estimate.
+
+    Raises
+    ------
+    IdentificationError
+        If the manoeuvres do not determine the coefficients, or do not fit together.
+    ValueError
+        If the orders or the delay are out of range.
+    """
+    if not 0 <= zeros < poles or delay_samples < 1:
+        msg = f"no ARX model has {poles} poles, {zeros} zeros and a delay of {delay_samples}"
+        raise ValueError(msg)
+    return _fit(manoeuvres, poles, zeros, delay_samples, skipped=max(poles, delay_samples + zeros))
+
+
+def select_arx(
+    manoeuvres: Sequence[Manoeuvre],
+    *,
+    longest_delay_s: float,
+    poles: Sequence[int] = range(1, MOST_POLES + 1),
+    zeros: Sequence[int] | None = None,
+    criterion: Criterion = Criterion.BIC,
+) -> ArxModel:
+    """Search the delay and the orders, each by an information criterion on the same samples.
+
+    Parameters
+    ----------
+    manoeuvres : sequence of Manoeuvre
+        As for `fit_arx`.
+    longest_delay_s : float
+        Upper bound of the delay. [s]
+    poles : sequence of int
+        Orders n to try.
+    zeros : sequence of int, optional
+        Numbers of zeros to try; left out, all below n.
+    criterion : Criterion
+        What an additional coefficient has to earn.
+
+    Returns
+    -------
+    ArxModel
+        The one with the least criterion.
+
+    Raises
+    ------
+    IdentificationError
+        If the manoeuvres determine none of the models.
+    """
+    _same_step(manoeuvres)
+    longest = round(longest_delay_s / manoeuvres[0].step_s) + 1
+    skipped = longest + max(poles)
+    best: ArxModel | None = None
+    for order in poles:
+        for degree in range(order) if zeros is None else zeros:
+            for delay in range(1, longest + 1):
+                try:
+                    model = _fit(manoeuvres, order, degree, delay, skipped=skipped)
+                except IdentificationError:
+                    continue
+                if best is None or model.criterion(criterion) < best.criterion(criterion):
+                    best = model
+    if best is None:
+        msg = "the manoeuvres are too short for an ARX model with such a delay"
+        raise IdentificationError(msg)
+    return best
+
+
+def _same_step(manoeuvres: Sequence[Manoeuvre]) -> None:
+    if not manoeuvres:
+        msg = "there is no manoeuvre to fit an ARX model to"
+        raise IdentificationError(msg)
+    steps = [m.step_s for m in manoeuvres]
+    if not math.isclose(min(steps), max(steps), rel_tol=1e-6):
+        msg = f"ARX needs one sampling step, the manoeuvres have {min(steps):g} to {max(steps):g} s"
+        raise IdentificationError(msg)
+    if any(m.reference_form is not ReferenceForm.HELD for m in manoeuvres):
+        msg = "ARX needs references that are held between samples"
+        raise IdentificationError(msg)
+
+
+def _fit(
+    manoeuvres: Sequence[Manoeuvre], poles: int, zeros: int, delay: int, *, skipped: int
+) -> ArxModel:
+    _same_step(manoeuvres)
+    rows, targets = [], []
+    for manoeuvre in manoeuvres:
+        answer = manoeuvre.answer - manoeuvre.answer_before
+        reference = manoeuvre.reference - manoeuvre.reference[0]
+        at = np.arange(skipped, answer.size)
+        past = [-answer[at - i] for i in range(1, poles + 1)]
+        inputs = [reference[at - delay - i] for i in range(zeros + 1)]
+        rows.append(np.stack([*past, *inputs], axis=-1))
+        targets.append(answer[at])
+    design, target = np.concatenate(rows), np.concatenate(targets)
+    coefficients, _, rank, _ = np.linalg.lstsq(design, target)
+    if rank < design.shape[1] or design.shape[0] <= design.shape[1]:
+        msg = "the manoeuvres do not determine the coefficients of the ARX model"
+        raise IdentificationError(msg)
+    left = target - design @ coefficients
+    return ArxModel(
+        a=tuple(float(c) for c in coefficients[:poles]),
+        b=tuple(float(c) for c in coefficients[poles:]),
+        delay_samples=delay,
+        step_s=manoeuvres[0].step_s,
+        noise_deviation=float(np.sqrt(left @ left / (target.size - coefficients.size))),
+        samples=target.size,
+    )
+
+
+def _continuous(model: ArxModel) -> TransferFunction:
+    """Invert the sampling behind a zero-order hold by the matrix logarithm; equation 2."""
+    from scipy.linalg import logm
+
+    order = len(model.a)
+    if not np.all(np.abs(np.roots([1.0, *model.a])) < 1.0):
+        msg = "the ARX model is not stable: refine it, or fit another order"
+        raise IdentificationError(msg)
+    # controllable form; the output picks b from the past inputs
+    held = np.zeros((order + 1, order + 1))
+    held[0, :order] = -np.array(model.a)
+    held[np.arange(1, order), np.arange(order - 1)] = 1.0
+    held[0, order] = held[order, order] = 1.0
+    output = np.zeros(order)
+    output[: len(model.b)] = model.b
+    generator = np.asarray(logm(held)) / model.step_s
+    if not np.isfinite(generator).all() or np.abs(generator.imag).max() > 1e-9 / model.step_s:
+        msg = (
+            "no continuous system of this order samples to the ARX model: it has a pole at or left "
+            "of z = 0"
+        )
+        raise IdentificationError(msg)
+    system, drive = generator.real[:order, :order], generator.real[:order, order]
+    denominator = np.poly(system).real
+    # det(sI - F + g c) - det(sI - F) = c adj(sI - F) g
+    numerator = np.poly(system - np.outer(drive, output)).real - denominator
+    return TransferFunction(
+        numerator=tuple(float(c) for c in numerator[1:]),
+        denominator=tuple(float(c) for c in denominator),
+        delay_s=(model.delay_samples - 1) * model.step_s,
+    )

@@ -1,0 +1,225 @@
+r"""Hover power over height, or over mass and air density, from mean powers of hovers.
+
+The article's law is :math:`P(H) = K H^z` (its equation 4), fitted to the mean power at each level.  The
+density form, :math:`P = P_0 (m/m_0)^a (\rho/\rho_0)^b`, takes the exponents of momentum theory, 3/2 and
+-1/2, where the hovers do not differ enough in mass or density to tell their own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import IdentificationError
+from planner.identify.estimate import Estimate
+from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from planner.identify.steady import SteadyPower
+
+    FloatArray = npt.NDArray[np.float64]
+
+MASS_EXPONENT = 1.5
+"""Of momentum theory, P = T^(3/2) / sqrt(2 ρ A). [-]"""
+DENSITY_EXPONENT = -0.5
+"""Of momentum theory. [-]"""
+_LARGEST_EXPONENT_ERROR = 0.15
+"""Standard error above which an exponent of the density form is taken from theory. [-]"""
+_LEAST_RELATIVE_ERROR = 1e-6
+"""Of a mean power: keeps the weights finite where there is no noise. [-]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AltitudeLawFit:
+    """The article's law with the covariance of K and z."""
+
+    law: AltitudeLaw
+    covariance: FloatArray
+    """Of coefficient_w and exponent. (2, 2)"""
+    rms_w: float
+    """Root mean square of what the levels differ from the law by. [W]"""
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """K and z with their errors."""
+        errors = np.sqrt(np.diagonal(self.covariance))
+        return (
+            Estimate(name="coefficient_w", value=self.law.coefficient_w, error=float(errors[0])),
+            Estimate(name="exponent", value=self.law.exponent, error=float(errors[1])),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DensityLawFit:
+    """The density form, and which of its exponents were measured."""
+
+    law: DensityLaw
+    estimates: tuple[Estimate, ...]
+    """hover_power_w, then the exponents that were measured."""
+    exponents_from_theory: tuple[str, ...]
+    """Names of the exponents the hovers do not tell."""
+
+
+def fit_altitude_law(
+    hovers: Sequence[SteadyPower], *, lowest_height_m: float = 1.0
+) -> AltitudeLawFit:
+    """Fit P(H) = K H^z to hovers; equation 4 of the article.
+
+    Weighted nonlinear least squares.  Where the levels scatter more than their own errors explain,
+    the covariance grows with the scatter.
+
+    Parameters
+    ----------
+    hovers : sequence of SteadyPower
+        Hovers at two heights at least.
+    lowest_height_m : float
+        Height below which the law is held constant; hovers below it are counted there. [m]
+
+    Returns
+    -------
+    AltitudeLawFit
+        The law and its covariance.
+
+    Raises
+    ------
+    IdentificationError
+        If the hovers are at one height only, or the power changes faster than with the height.
+    """
+    from scipy.optimize import least_squares
+
+    heights = np.maximum([h.height_above_home_m for h in hovers], lowest_height_m)
+    if not heights.size or np.ptp(np.log(heights)) < 0.01:
+        msg = "hovers at two heights at least are needed for a law over height"
+        raise IdentificationError(msg)
+    powers, errors = _powers_and_errors(hovers)
+    logs = np.log(heights)
+    slope, intercept = np.polyfit(logs, np.log(powers), 1, w=powers / errors)
+
+    # about the middle of the levels K and z hardly influence each other
+    middle = float(np.average(logs, weights=(powers / errors) ** 2))
+
+    def residuals(x: FloatArray) -> FloatArray:
+        return np.asarray((x[0] * np.exp(x[1] * (logs - middle)) - powers) / errors)
+
+    found = least_squares(residuals, [math.exp(intercept + slope * middle), slope], x_scale="jac")
+    level, exponent = (float(x) for x in found.x)
+    if not (level > 0.0 and abs(exponent) <= 1.0):
+        msg = f"hover power over height follows no usable law: its exponent would be {exponent:.3g}"
+        raise IdentificationError(msg)
+    covariance = np.linalg.inv(found.jac.T @ found.jac)
+    surplus = heights.size - 2
+    if surplus > 0:
+        covariance *= max(1.0, 2.0 * float(found.cost) / surplus)
+    coefficient = level * math.exp(-exponent * middle)
+    chain = np.array([[coefficient / level, -coefficient * middle], [0.0, 1.0]])
+    return AltitudeLawFit(
+        law=AltitudeLaw(
+            coefficient_w=coefficient, exponent=exponent, lowest_height_m=lowest_height_m
+        ),
+        covariance=chain @ covariance @ chain.T,
+        rms_w=float(np.sqrt(np.mean((found.fun * errors) ** 2))),
+    )
+
+
+def fit_density_law(hovers: Sequence[SteadyPower]) -> DensityLawFit:
+    """Fit the density form to hovers with known mass and air density.
+
+    Parameters
+    ----------
+    hovers : sequence of SteadyPower
+        One at least, each with mass and air density.
+
+    Returns
+    -------
+    DensityLawFit
+        The law at the mean mass and density of the hovers, exponents measured where the hovers
+        tell them within 0.15, else of momentum theory.
+
+    Raises
+    ------
+    IdentificationError
+        If there is no hover, mass or density is not known, or a measured exponent makes no sense.
+    """
+    if not hovers:
+        msg = "there is no hover to fit a law to"
+        raise IdentificationError(msg)
+    powers, errors = _powers_and_errors(hovers)
+    relative = errors / powers
+    ratios, means = [], []
+    for name in ("mass_kg", "air_density_kg_m3"):
+        values = [getattr(h, name) for h in hovers]
+        if None in values:
+            msg = f"a hover law over mass and air density needs {name} of every hover"
+            raise IdentificationError(msg)
+        means.append(float(np.exp(np.average(np.log(values), weights=relative**-2.0))))
+        ratios.append(np.log(np.array(values) / means[-1]))
+    exponents = [MASS_EXPONENT, DENSITY_EXPONENT]
+    measured = _measured_exponents(ratios, relative)
+    known = sum(
+        (exponents[i] * ratios[i] for i in (0, 1) if i not in measured), np.zeros(powers.size)
+    )
+    design = np.stack([np.ones(powers.size), *(ratios[i] for i in measured)], axis=-1)
+    weighted = design / relative[:, None]
+    solution = np.linalg.lstsq(weighted, (np.log(powers) - known) / relative)[0]
+    covariance = np.linalg.inv(weighted.T @ weighted)
+    left = (np.log(powers) - known - design @ solution) / relative
+    surplus = powers.size - design.shape[1]
+    if surplus > 0:
+        covariance *= max(1.0, float(left @ left) / surplus)
+    deviations = np.sqrt(np.diagonal(covariance))
+    power = float(np.exp(solution[0]))
+    names = ("mass_exponent", "density_exponent")
+    estimates = [Estimate(name="hover_power_w", value=power, error=power * float(deviations[0]))]
+    for position, i in enumerate(measured, start=1):
+        exponents[i] = float(solution[position])
+        estimates.append(
+            Estimate(name=names[i], value=exponents[i], error=float(deviations[position]))
+        )
+    if not (0.0 <= exponents[0] <= 3.0 and -2.0 <= exponents[1] <= 0.0):
+        msg = (
+            f"hover power over mass and air density follows no usable law: exponents "
+            f"{exponents[0]:.3g} and {exponents[1]:.3g}; look for wind or a wrong mass"
+        )
+        raise IdentificationError(msg)
+    return DensityLawFit(
+        law=DensityLaw(
+            hover_power_w=power,
+            reference_mass_kg=means[0],
+            reference_density_kg_m3=means[1],
+            mass_exponent=exponents[0],
+            density_exponent=exponents[1],
+        ),
+        estimates=tuple(estimates),
+        exponents_from_theory=tuple(names[i] for i in (0, 1) if i not in measured),
+    )
+
+
+def _powers_and_errors(hovers: Sequence[SteadyPower]) -> tuple[FloatArray, FloatArray]:
+    powers = np.array([h.power_w for h in hovers])
+    errors = np.array([h.error_w for h in hovers])
+    if not np.all(powers > 0.0):
+        msg = "hover power must be positive: a hover without power is no hover"
+        raise IdentificationError(msg)
+    return powers, np.maximum(errors, _LEAST_RELATIVE_ERROR * powers)
+
+
+def _measured_exponents(ratios: Sequence[FloatArray], relative: FloatArray) -> list[int]:
+    """Positions of the exponents that the hovers tell well enough: both, one, or none."""
+    for candidate in ([0, 1], [0], [1]):
+        design = np.stack([np.ones(relative.size), *(ratios[i] for i in candidate)], axis=-1)
+        if relative.size <= design.shape[1]:
+            continue
+        weighted = design / relative[:, None]
+        normal = weighted.T @ weighted
+        if np.linalg.cond(normal) > 1e12:
+            continue
+        if np.all(np.sqrt(np.diagonal(np.linalg.inv(normal))[1:]) < _LARGEST_EXPONENT_ERROR):
+            return candidate
+    return []

@@ -1,0 +1,211 @@
+r"""What a fit leaves over: noise with a memory, and what it does to errors of estimates.
+
+Residuals of flights are seldom white: gusts last seconds.  They are described as autoregressive,
+
+.. math:: e_t = \sum_{i=1}^p \varphi_i e_{t-i} + w_t,
+
+by the Yule-Walker equations, p by Schwarz's criterion [1]_; p = 0 is white noise.
+
+References
+----------
+.. [1] G. Schwarz, "Estimating the Dimension of a Model", Annals of Statistics 6 (1978) 461.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from planner.errors import IdentificationError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+FloatArray = npt.NDArray[np.float64]
+
+_LONGEST_MEMORY = 20
+_SAMPLES_PER_COEFFICIENT = 20
+_WORST_CONDITION = 1e10
+"""Of a scaled normal matrix; beyond, some combination of parameters leaves no trace."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Stationary noise at even sampling steps."""
+
+    variance: float
+    """[unit²]"""
+    memory: tuple[float, ...] = ()
+    """Coefficients φ of the past samples, nearest first; empty for white noise. [-]"""
+    correlations: tuple[float, ...] = ()
+    """Autocorrelations at the first lags, as many as there are coefficients. [-]"""
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation [unit]."""
+        return math.sqrt(self.variance)
+
+    @property
+    def innovation_variance(self) -> float:
+        """Variance of w, what the past does not tell [unit²]."""
+        told = sum(c * r for c, r in zip(self.memory, self.correlations, strict=True))
+        return self.variance * (1.0 - told)
+
+    @property
+    def is_white(self) -> bool:
+        """Whether no sample tells anything about the next."""
+        return not self.memory
+
+    def autocovariances(self, count: int) -> FloatArray:
+        """Autocovariances at lags 0, 1, …, count - 1 [unit²]."""
+        correlations = np.zeros(max(count, len(self.memory) + 1))
+        correlations[0] = 1.0
+        known = len(self.memory)
+        correlations[1 : known + 1] = self.correlations
+        memory = np.array(self.memory[::-1])
+        if known:
+            for lag in range(known + 1, count):
+                correlations[lag] = memory @ correlations[lag - known : lag]
+        return self.variance * correlations[:count]
+
+
+def fit_noise(residuals: Sequence[FloatArray], *, parameters: int) -> Noise:
+    """Noise of which stretches of residuals are made.
+
+    Parameters
+    ----------
+    residuals : sequence of ndarray, each shape (n,)
+        Stretches of one noise, each without a gap. [unit]
+    parameters : int
+        Number of parameters that were fitted to them.
+
+    Returns
+    -------
+    Noise
+        Its variance corrected for the parameters fitted.
+
+    Raises
+    ------
+    ValueError
+        If there are not more residuals than parameters.
+    """
+    samples = sum(r.size for r in residuals)
+    if samples <= parameters:
+        msg = f"{samples} residuals say nothing about the noise beside {parameters} parameters"
+        raise ValueError(msg)
+    longest = min(_LONGEST_MEMORY, samples // _SAMPLES_PER_COEFFICIENT)
+    covariances = (
+        np.array(
+            [
+                sum(float(r[lag:] @ r[: r.size - lag]) for r in residuals if r.size > lag)
+                for lag in range(longest + 1)
+            ]
+        )
+        / samples
+    )
+    variance = covariances[0] * samples / (samples - parameters)
+    if variance == 0.0:
+        return Noise(variance=0.0)
+    correlations = covariances / covariances[0]
+    memory = _memory(correlations, samples)
+    return Noise(
+        variance=float(variance),
+        memory=memory,
+        correlations=tuple(float(c) for c in correlations[1 : len(memory) + 1]),
+    )
+
+
+def _memory(correlations: FloatArray, samples: int) -> tuple[float, ...]:
+    """Return the coefficients of the order with the least criterion, by Levinson's recursion."""
+    best: tuple[float, ...] = ()
+    least = 0.0  # of samples·ln(share of variance left) + order·ln(samples)
+    coefficients = np.zeros(0)
+    left = 1.0
+    for order in range(1, correlations.size):
+        reflection = (correlations[order] - coefficients @ correlations[order - 1 : 0 : -1]) / left
+        coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
+        left *= 1.0 - reflection**2
+        if left <= 0.0:
+            break
+        criterion = samples * math.log(left) + order * math.log(samples)
+        if criterion < least:
+            least, best = criterion, tuple(float(c) for c in coefficients)
+    return best
+
+
+def mean_with_error(stretches: Sequence[FloatArray]) -> tuple[float, float]:
+    """Mean of one quantity over stretches of samples, and its standard error.
+
+    Parameters
+    ----------
+    stretches : sequence of ndarray, each shape (n,)
+        Stretches at one sampling step, each without a gap. [unit]
+
+    Returns
+    -------
+    mean, error : float
+        The error counts the memory of the noise. [unit]
+    """
+    joined = np.concatenate(stretches)
+    mean = float(joined.mean())
+    noise = fit_noise([s - mean for s in stretches], parameters=1)
+    variance_of_sum = 0.0
+    for stretch in stretches:
+        lags = np.arange(stretch.size)
+        weights = np.where(lags == 0, 1.0, 2.0) * (stretch.size - lags)
+        variance_of_sum += float(weights @ noise.autocovariances(stretch.size))
+    return mean, math.sqrt(max(variance_of_sum, 0.0)) / joined.size
+
+
+def least_squares_covariance(blocks: Sequence[tuple[float, FloatArray, Noise]]) -> FloatArray:
+    r"""Covariance of a weighted least-squares estimate under noise with a memory.
+
+    .. math:: N^{-1} \left( \sum_m w_m^4 J_m^T \Gamma_m J_m \right) N^{-1},
+              \qquad N = \sum_m w_m^2 J_m^T J_m,
+
+    with the autocovariances Γ of the noise; for white noise and weights of one
+    :math:`\sigma^2 (J^T J)^{-1}`.
+
+    Parameters
+    ----------
+    blocks : sequence of (float, ndarray of shape (n, p), Noise)
+        For each stretch of samples without a gap its weight, the derivatives of its residuals to
+        the parameters, and its noise.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        Covariance of the parameters.
+
+    Raises
+    ------
+    IdentificationError
+        If the residuals do not determine the parameters.
+    """
+    normal = sum((w**2 * slopes.T @ slopes for w, slopes, _ in blocks), np.zeros(()))
+    scale = np.sqrt(np.diagonal(normal))
+    if (
+        not np.all(scale > 0.0)
+        or np.linalg.cond(normal / np.outer(scale, scale)) > _WORST_CONDITION
+    ):
+        msg = "the flights do not determine all parameters of the model: take a simpler one"
+        raise IdentificationError(msg)
+    inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+    middle = sum(
+        (w**4 * slopes.T @ _correlated(noise, slopes) for w, slopes, noise in blocks), np.zeros(())
+    )
+    covariance: FloatArray = inverse @ middle @ inverse
+    return covariance
+
+
+def _correlated(noise: Noise, columns: FloatArray) -> FloatArray:
+    """Covariance matrix of a stretch of noise times columns."""
+    from scipy.linalg import matmul_toeplitz
+
+    if noise.is_white:
+        return noise.variance * columns
+    return np.asarray(matmul_toeplitz(noise.autocovariances(columns.shape[0]), columns))
