@@ -1,18 +1,39 @@
-"""The wind as a vector."""
+r"""The wind as a vector, and how its speed grows with the height above the ground.
+
+Two laws of the surface layer are known,
+
+.. math:: U(h) = U_r (h / h_r)^a, \qquad U(h) = U_r \frac{\ln(h / z_0)}{\ln(h_r / z_0)},
+
+the power law and the logarithmic law with roughness length :math:`z_0` (IEC 61400-1, normal wind
+profile; a = 0.2 there).  Without either the wind is the same at every height.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wind:
-    """A steady horizontal wind."""
+    """A steady horizontal wind, at every height the same or with a profile."""
 
     speed_m_s: float = 0.0
+    """At the reference height, if there is one. [m s⁻¹]"""
     from_deg: float = 0.0
     """Direction it blows from, clockwise from north. [°]"""
+    reference_height_m: float | None = None
+    """Height above ground at which the speed holds; ``None``: at every height. [m]"""
+    shear_exponent: float | None = None
+    """Exponent of the power law. [-]"""
+    roughness_length_m: float | None = None
+    """Roughness length of the logarithmic law. [m]"""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
@@ -20,6 +41,27 @@ class Wind:
             raise ValueError(msg)
         if not math.isfinite(self.from_deg):
             msg = f"wind from_deg must be a number, got {self.from_deg}"
+            raise ValueError(msg)
+        profiles = [self.shear_exponent, self.roughness_length_m]
+        if profiles.count(None) != (2 if self.reference_height_m is None else 1):
+            msg = (
+                "a wind profile has reference_height_m and one of shear_exponent and "
+                "roughness_length_m; a wind without profile has none of them"
+            )
+            raise ValueError(msg)
+        if self.reference_height_m is not None and not 0.0 < self.reference_height_m < math.inf:
+            msg = f"wind reference_height_m must be positive, got {self.reference_height_m}"
+            raise ValueError(msg)
+        if self.shear_exponent is not None and not 0.0 <= self.shear_exponent <= 1.0:
+            msg = f"wind shear_exponent must be 0 to 1, got {self.shear_exponent}"
+            raise ValueError(msg)
+        if self.roughness_length_m is not None and not (
+            0.0 < self.roughness_length_m < (self.reference_height_m or 0.0)
+        ):
+            msg = (
+                "wind roughness_length_m must be positive and below reference_height_m, "
+                f"got {self.roughness_length_m}"
+            )
             raise ValueError(msg)
 
     @property
@@ -31,3 +73,35 @@ class Wind:
     def north_m_s(self) -> float:
         """Northward component of the moving air. [m s⁻¹]"""
         return -self.speed_m_s * math.cos(math.radians(self.from_deg))
+
+    def speed_factor(self, height_m: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return the speed at heights over that at the reference height.
+
+        Parameters
+        ----------
+        height_m : array_like
+            Height above ground; at and below the ground the profiles have no wind. [m]
+
+        Returns
+        -------
+        ndarray
+            Factor on ``speed_m_s``, in the shape of the heights. [-]
+
+        Examples
+        --------
+        Four times the height, at an exponent of one half, has twice the wind:
+
+        >>> wind = Wind(speed_m_s=5.0, reference_height_m=10.0, shear_exponent=0.5)
+        >>> print(f"{wind.speed_factor(40.0):.1f}")
+        2.0
+        """
+        height = np.asarray(height_m, dtype=np.float64)
+        if self.reference_height_m is None:
+            return np.ones(height.shape)
+        if self.shear_exponent is not None:
+            ratio = np.maximum(height, 0.0) / self.reference_height_m
+            return np.asarray(ratio**self.shear_exponent)
+        roughness_m = self.roughness_length_m
+        assert roughness_m is not None  # __post_init__ has asked for one of the two
+        logarithm = np.log(np.maximum(height, roughness_m) / roughness_m)
+        return np.asarray(logarithm / math.log(self.reference_height_m / roughness_m))

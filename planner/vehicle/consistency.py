@@ -78,12 +78,34 @@ def power_problems(raw: Mapping[str, Any]) -> Problems:
 
 def cruise_problems(raw: Mapping[str, Any]) -> Problems:
     """Yield what is wrong between the lists of a cruise table."""
-    yield from _length_problems(raw, "speed_m_s", "power_above_hover_w")
+    yield from _curve_problems(raw, "speed_m_s")
 
 
 def vertical_problems(raw: Mapping[str, Any]) -> Problems:
     """Yield what is wrong between the lists of a table over climb rate."""
-    yield from _length_problems(raw, "climb_rate_m_s", "power_above_hover_w")
+    yield from _curve_problems(raw, "climb_rate_m_s")
+
+
+def _curve_problems(raw: Mapping[str, Any], rates: str) -> Problems:
+    """Yield what is wrong with a curve of power above hover: it is none at rest."""
+    powers = "power_above_hover_w"
+    problems = list(_length_problems(raw, rates, powers))
+    yield from problems
+    for rate, power_w in () if problems else zip(raw[rates], raw[powers], strict=True):
+        if rate == 0.0 and power_w != 0.0:
+            yield powers, f"must be 0 where {rates} is 0, got {power_w:g}: at rest it is hover"
+
+
+def momentum_problems(raw: Mapping[str, Any]) -> Problems:
+    """Yield what is wrong between the factors of momentum theory."""
+    if raw["induced_factor"] + raw["profile_factor"] < 1.0:
+        yield "induced_factor", "and profile_factor are less than 1 together: better than ideal"
+
+
+def polynomial_problems(raw: Mapping[str, Any]) -> Problems:
+    """Yield what is wrong with a polynomial of power over speed."""
+    if not raw["coefficients"][-1] > 0.0:
+        yield "coefficients", "must end with hover power, greater than 0"
 
 
 def _length_problems(raw: Mapping[str, Any], first: str, second: str) -> Problems:
@@ -92,25 +114,64 @@ def _length_problems(raw: Mapping[str, Any], first: str, second: str) -> Problem
 
 
 def battery_problems(raw: Mapping[str, Any]) -> Problems:
-    """Yield what does not fit together in a battery."""
-    given = {"capacity_ah", "capacity_wh", "nominal_voltage_v"} & set(raw)
-    if not given & {"capacity_ah", "capacity_wh"}:
+    """Yield what does not fit together in a battery; its chemistry has been looked up before."""
+    yield from _capacity_problems(raw)
+    yield from _pair_problems(raw, "internal_resistance_ohm", "cell_resistance_ohm")
+    for cell in ("chemistry", "cell_resistance_ohm"):
+        if cell in raw and "cells_in_series" not in raw:
+            yield "cells_in_series", f"is missing: {cell} needs it"
+    yield from _together_problems(raw, "resistance_temperature_c", "resistance_factor")
+    if not {"ocv_soc", "ocv_v"} & set(raw):
+        return
+    problems = list(_together_problems(raw, "ocv_soc", "ocv_v"))
+    yield from problems or _open_circuit_problems(raw, "ocv_soc")
+    if "ocv_v" in raw and raw.get("cutoff_voltage_v", 0.0) >= raw["ocv_v"][-1]:
+        yield "cutoff_voltage_v", "must be below the voltage of the full battery"
+
+
+def _capacity_problems(raw: Mapping[str, Any]) -> Problems:
+    """Yield what is wrong with charge, energy and nominal voltage."""
+    yield from _pair_problems(raw, "capacity_ah", "cell_capacity_ah")
+    charge_ah = raw.get("capacity_ah")
+    if charge_ah is None and "cell_capacity_ah" in raw:
+        charge_ah = raw["cell_capacity_ah"] * raw.get("cells_in_parallel", 1)
+    if charge_ah is None and "capacity_wh" not in raw:
         yield "capacity_ah", "is missing, and capacity_wh as well: give at least one"
-    elif given == {"capacity_ah"}:
-        yield "nominal_voltage_v", "is missing: capacity_ah alone is no energy"
-    elif len(given) == 3:
-        product_wh = raw["capacity_ah"] * raw["nominal_voltage_v"]
+    elif charge_ah is not None and not {"capacity_wh", "nominal_voltage_v", "ocv_v"} & set(raw):
+        yield "nominal_voltage_v", "is missing: a charge alone is no energy"
+    elif charge_ah is not None and {"capacity_wh", "nominal_voltage_v"} <= set(raw):
+        product_wh = charge_ah * raw["nominal_voltage_v"]
         if not math.isclose(raw["capacity_wh"], product_wh, rel_tol=_CAPACITY_TOLERANCE):
             yield "capacity_wh", f"is not capacity_ah x nominal_voltage_v = {product_wh:g} Wh"
-    if ("ocv_soc" in raw) != ("ocv_v" in raw):
-        missing, present = ("ocv_v", "ocv_soc") if "ocv_soc" in raw else ("ocv_soc", "ocv_v")
+    if "ocv_v" in raw and charge_ah is None and "nominal_voltage_v" not in raw:
+        yield "capacity_ah", "is missing: an open-circuit curve runs over the charge"
+
+
+def chemistry_problems(raw: Mapping[str, Any]) -> Problems:
+    """Yield what does not fit together in a kind of cell."""
+    problems = list(_length_problems(raw, "ocv_soc", "cell_ocv_v"))
+    yield from problems or _open_circuit_problems(raw, "ocv_soc")
+    yield from _together_problems(raw, "resistance_temperature_c", "resistance_factor")
+
+
+def _open_circuit_problems(raw: Mapping[str, Any], soc: str) -> Problems:
+    if raw[soc][0] != 0.0 or raw[soc][-1] != 1.0:
+        yield soc, "must run from 0 to 1: nothing is extrapolated"
+
+
+def _pair_problems(raw: Mapping[str, Any], whole: str, cell: str) -> Problems:
+    """Yield the problem where a battery is described twice."""
+    if whole in raw and cell in raw:
+        yield cell, f"is given and {whole} as well: give one"
+
+
+def _together_problems(raw: Mapping[str, Any], first: str, second: str) -> Problems:
+    """Yield what is wrong with two lists of which neither means anything alone."""
+    if (first in raw) != (second in raw):
+        missing, present = (second, first) if first in raw else (first, second)
         yield missing, f"is missing: {present} is given"
-    elif "ocv_soc" in raw:
-        yield from _length_problems(raw, "ocv_soc", "ocv_v")
-        if raw["ocv_soc"][0] != 0.0 or raw["ocv_soc"][-1] != 1.0:
-            yield "ocv_soc", "must run from 0 to 1: nothing is extrapolated"
-        if raw.get("cutoff_voltage_v", 0.0) >= raw["ocv_v"][-1]:
-            yield "cutoff_voltage_v", "must be below the voltage of the full battery"
+    elif first in raw:
+        yield from _length_problems(raw, first, second)
 
 
 def validity_problems(raw: Mapping[str, Any]) -> Problems:
@@ -155,7 +216,34 @@ def reference_problems(
         yield "speed", problem
 
 
-def mass_problems(*, has_density_law: bool, has_mass: bool) -> Problems:
-    """Yield (dotted key, problem) where a hover law needs a mass that is not there."""
-    if has_density_law and not has_mass:
-        yield "mass_kg", 'is missing: law = "density" needs the mass that flies'
+def power_problems_together(
+    *,
+    is_hover_of_cruise: bool,
+    is_hover_known: bool,
+    is_cruise_whole: bool,
+    is_cruise_known: bool,
+    has_vertical: bool,
+) -> Problems:
+    """Yield (dotted key, problem) where hover, cruise and climb do not fit together.
+
+    A cruise law is whole where it gives all the power, hover and climb included.
+    """
+    if is_hover_of_cruise and not is_cruise_whole:
+        problem = (
+            "is of-cruise, but the [cruise] of this file is no law that knows hover: "
+            "momentum, liu or di-franco-buttazzo"
+        )
+        yield "hover.law", problem
+    if not is_hover_known and (is_cruise_known or has_vertical):
+        yield (
+            "hover.law",
+            "is not-given: then [cruise] must be not-given as well, and [vertical] left out",
+        )
+    if is_cruise_whole and has_vertical:
+        yield "vertical", "has no meaning here: the [cruise] law of this file knows the climb"
+
+
+def mass_problems(*, needing: Sequence[str], has_mass: bool) -> Problems:
+    """Yield (dotted key, problem) where laws need a mass that is not there."""
+    if needing and not has_mass:
+        yield "mass_kg", f"is missing: {' and '.join(needing)} needs the mass that flies"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from planner.physics.hover import altitude_law_hover_power_w, density_law_hover_power_w
-from planner.vehicle.schema import ALTITUDE_LAW, DENSITY_LAW
+from planner.vehicle.power_schema import ALTITUDE_LAW, DENSITY_LAW
 
 if TYPE_CHECKING:
     import numpy as np

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.errors import VehicleFileError
 from planner.vehicle.keys import nearest_hint, shortened
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml
+from planner.vehicle.shipped import models_root
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 DEFAULT_MODEL = "falkowski-2023-quadrotor"
 """The article's quadrotor, used where no vehicle is named."""
-
-
-def models_root() -> Path:
-    """Return the folder of the shipped models."""
-    packaged = Path(str(files("planner"))) / "_data" / "models"  # in a wheel
-    return packaged if packaged.is_dir() else Path(__file__).resolve().parents[2] / "models"
 
 
 def model_names() -> tuple[str, ...]:

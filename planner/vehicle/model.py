@@ -7,22 +7,23 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.physics.response import StepResponse
-from planner.vehicle.consistency import mass_problems, reference_problems
-from planner.vehicle.hover_law import DensityLaw
-from planner.vehicle.response_schema import RESPONSE_TABLES
-from planner.vehicle.schema import (
-    CRUISE,
-    PROVENANCE,
-    TOP,
-    VALID_FOR,
-    VERTICAL,
+from planner.vehicle.consistency import (
+    mass_problems,
+    power_problems_together,
+    reference_problems,
 )
+from planner.vehicle.cruise_law import MASS_LAWS, MomentumLaw, WholeLaw
+from planner.vehicle.hover_law import DensityLaw
+from planner.vehicle.power_schema import LOADS
+from planner.vehicle.response_schema import RESPONSE_TABLES
+from planner.vehicle.schema import PROVENANCE, TOP, VALID_FOR
 
 if TYPE_CHECKING:
     import datetime as dt
 
     from planner.physics.transfer_function import TransferFunction
     from planner.vehicle.battery import Battery
+    from planner.vehicle.cruise_law import CruiseLaw, VerticalPower
     from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Interval
 
@@ -88,29 +89,16 @@ class Responses:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CruisePower:
-    """Steady power in level flight above hover power, over airspeed."""
+class Loads:
+    """What draws power besides flying."""
 
-    speed_m_s: tuple[float, ...]
-    """Airspeeds, rising. [m/s]"""
-    power_above_hover_w: tuple[float, ...]
-    """Power minus hover power at each speed. [W]"""
-
-    def __post_init__(self) -> None:
-        CRUISE.refuse(self)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VerticalPower:
-    """Steady power in vertical flight above hover power, over climb rate."""
-
-    climb_rate_m_s: tuple[float, ...]
-    """Climb rates, rising, descent negative. [m/s]"""
-    power_above_hover_w: tuple[float, ...]
-    """Power minus hover power at each climb rate. [W]"""
+    avionics_w: float
+    """Avionics and payload electronics, added to every power of the model. [W]"""
+    ground_idle_w: float
+    """Motors before lift-off and after touch-down, avionics not counted. [W]"""
 
     def __post_init__(self) -> None:
-        VERTICAL.refuse(self)
+        LOADS.refuse(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,14 +158,19 @@ class VehicleModel:
     reference: Autopilot
     """Who shapes the references the model answers."""
     description: str
-    hover: HoverLaw
+    hover: HoverLaw | None
+    """``None`` where the cruise law knows hover as well, or the power was not identified."""
     responses: Responses
     valid_for: ValidFor
     provenance: Provenance
-    cruise: CruisePower | None = None
+    cruise: CruiseLaw | None = None
     """``None`` where the source of the model gives no cruise power."""
     vertical: VerticalPower | None = None
+    loads: Loads | None = None
+    """``None``: nothing is added in the air, and turning rotors on the ground cost hover power."""
     battery: Battery | None = None
+    airspeed_limit_m_s: float | None = None
+    """Highest airspeed the vehicle can hold, at its lean limit; ``None``: not known. [m s⁻¹]"""
     mass_kg: float | None = None
     """Take-off mass with battery, without payload. [kg]"""
     default_speed_m_s: float | None = None
@@ -195,8 +188,19 @@ class VehicleModel:
                 has_default_speed=self.default_speed_m_s is not None,
                 has_parameters=bool(self.parameters),
             ),
+            *power_problems_together(
+                is_hover_of_cruise=self.hover is None and self.cruise is not None,
+                is_hover_known=self.hover is not None or self.cruise is not None,
+                is_cruise_whole=isinstance(self.cruise, WholeLaw),
+                is_cruise_known=self.cruise is not None,
+                has_vertical=self.vertical is not None,
+            ),
             *mass_problems(
-                has_density_law=isinstance(self.hover, DensityLaw),
+                needing=[
+                    name
+                    for name, law in (("hover", self.hover), ("cruise", self.cruise))
+                    if isinstance(law, (DensityLaw, *MASS_LAWS))
+                ],
                 has_mass=self.mass_kg is not None,
             ),
         ]
@@ -206,3 +210,23 @@ class VehicleModel:
             problems += parameter_problems(self.reference, dict(self.parameters))
         if problems:
             raise ValueError("; ".join(f"{key} {problem}" for key, problem in problems))
+
+    @property
+    def is_power_known(self) -> bool:
+        """Whether the power of the vehicle was identified at all."""
+        return self.hover is not None or self.cruise is not None
+
+    @property
+    def knows_airspeed(self) -> bool:
+        """Whether the power depends on the airspeed, and so on the wind."""
+        return self.cruise is not None and self.reference is not Autopilot.STEP
+
+    @property
+    def knows_mass(self) -> bool:
+        """Whether the power depends on the mass, and so on the payload."""
+        return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MASS_LAWS)
+
+    @property
+    def knows_air_density(self) -> bool:
+        """Whether the power depends on the density of the air."""
+        return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MomentumLaw)

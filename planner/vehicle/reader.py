@@ -12,24 +12,45 @@ from planner.errors import VehicleFileError
 from planner.findings import Place
 from planner.physics.transfer_function import TransferFunction
 from planner.vehicle.battery import Battery
-from planner.vehicle.consistency import mass_problems, reference_problems
-from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
-from planner.vehicle.keys import described, nearest_hint, shortened
-from planner.vehicle.model import (
+from planner.vehicle.battery_schema import BATTERY
+from planner.vehicle.chemistry import chemistry_names, with_chemistry
+from planner.vehicle.consistency import (
+    mass_problems,
+    power_problems_together,
+    reference_problems,
+)
+from planner.vehicle.cruise_law import (
     CruisePower,
+    DiFrancoButtazzoLaw,
+    LiuLaw,
+    MomentumLaw,
+    VerticalPower,
+)
+from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
+from planner.vehicle.keys import Kind, described, nearest_hint, shortened
+from planner.vehicle.model import (
+    Loads,
     ManoeuvreResponse,
     Provenance,
     Responses,
     ValidFor,
     VehicleModel,
-    VerticalPower,
+)
+from planner.vehicle.power_schema import (
+    ALTITUDE_LAW,
+    CRUISE,
+    CRUISE_NOT_GIVEN,
+    DENSITY_LAW,
+    DI_FRANCO_BUTTAZZO,
+    HOVER_NOT_GIVEN,
+    HOVER_OF_CRUISE,
+    LIU,
+    LOADS,
+    MOMENTUM,
+    VERTICAL,
 )
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
-    ALTITUDE_LAW,
-    BATTERY,
-    CRUISE,
-    DENSITY_LAW,
     FIT,
     PARAMETERS,
     PROVENANCE,
@@ -39,14 +60,17 @@ from planner.vehicle.schema import (
     TOP,
     VALID_FOR,
     VERSION,
-    VERTICAL,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.vehicle.cruise_law import CruiseLaw
+    from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Table
 
+_MASS_LAWS = (DENSITY_LAW, MOMENTUM, LIU)
+_WHOLE_LAWS = (MOMENTUM, LIU, DI_FRANCO_BUTTAZZO)
 MOST_BYTES = 1 << 18
 """A model file is a few kilobytes; anything larger is another kind of file."""
 
@@ -208,11 +232,25 @@ class _Content:
             return
         if table.selector is not None:
             raw = {key: value for key, value in raw.items() if key != table.selector[0]}
+        if table is BATTERY:
+            raw = self._with_chemistry(raw)
         problems = table.problems(raw, tables_inside=_tables_inside(name))
         self.problems += [(_dotted(name, key), problem) for key, problem in problems]
         if not problems:
             self._cleaned[name] = table.cleaned(raw)
             self._chosen[name] = table
+
+    def _with_chemistry(self, raw: dict[str, Any]) -> dict[str, Any]:
+        """Return a battery with the curves of its kind of cell, if it names one that is known."""
+        chemistry = raw.get("chemistry")
+        if not isinstance(chemistry, str) or not Kind.INTEGER.holds(raw.get("cells_in_series")):
+            return raw  # what is wrong with either is told by the table
+        if chemistry not in (names := chemistry_names()):
+            hint = nearest_hint(chemistry, names)
+            problem = f"must be one of {', '.join(names)}, got {described(chemistry)}{hint}"
+            self.problems.append((_dotted(BATTERY.name, "chemistry"), problem))
+            return raw
+        return with_chemistry(raw)
 
     def _variant(self, variants: list[Table], raw: Mapping[str, Any]) -> Table | None:
         """Return the table the file selects; collect the problem where it selects none."""
@@ -249,10 +287,21 @@ class _Content:
                     (_dotted(PARAMETERS.name, key), problem)
                     for key, problem in parameter_problems(Autopilot(reference), parameters)
                 ]
-        self.problems += mass_problems(
-            has_density_law=self._chosen.get("hover") is DENSITY_LAW,
-            has_mass="mass_kg" in self.document,
-        )
+        hover, cruise = self._chosen.get("hover"), self._chosen.get("cruise")
+        if hover is not None and cruise is not None:
+            self.problems += power_problems_together(
+                is_hover_of_cruise=hover is HOVER_OF_CRUISE,
+                is_hover_known=hover is not HOVER_NOT_GIVEN,
+                is_cruise_whole=cruise in _WHOLE_LAWS,
+                is_cruise_known=cruise is not CRUISE_NOT_GIVEN,
+                has_vertical=self._raw(VERTICAL.name) is not None,
+            )
+        needing = [
+            f'{table.selector[0]} = "{table.selector[1]}"'
+            for table in (hover, cruise)
+            if table is not None and table.selector is not None and table in _MASS_LAWS
+        ]
+        self.problems += mass_problems(needing=needing, has_mass="mass_kg" in self.document)
 
     def _raw(self, dotted: str) -> object:
         """Return what the document holds under a dotted name, ``None`` where there is nothing."""
@@ -265,8 +314,8 @@ class _Content:
         """Return the model of a document without problems."""
         top = self._cleaned[TOP.name]
         reference = Autopilot(top.pop("reference"))
-        cruise = self._cleaned["cruise"] if self._chosen["cruise"] is CRUISE else None
         vertical = self._cleaned.get(VERTICAL.name)
+        loads = self._cleaned.get(LOADS.name)
         battery = self._cleaned.get(BATTERY.name)
         return VehicleModel(
             **top,
@@ -274,7 +323,8 @@ class _Content:
             reference=reference,
             hover=self._hover_law(),
             responses=self._responses(),
-            cruise=None if cruise is None else CruisePower(**cruise),
+            cruise=self._cruise_law(),
+            loads=None if loads is None else Loads(**loads),
             vertical=None if vertical is None else VerticalPower(**vertical),
             battery=None if battery is None else Battery(**battery),
             default_speed_m_s=self._cleaned.get(SPEED.name, {}).get("default_m_s"),
@@ -286,11 +336,21 @@ class _Content:
             ),
         )
 
-    def _hover_law(self) -> AltitudeLaw | DensityLaw:
+    def _hover_law(self) -> HoverLaw | None:
         values = self._cleaned["hover"]
-        return (
-            AltitudeLaw(**values) if self._chosen["hover"] is ALTITUDE_LAW else DensityLaw(**values)
-        )
+        if self._chosen["hover"] is ALTITUDE_LAW:
+            return AltitudeLaw(**values)
+        return DensityLaw(**values) if self._chosen["hover"] is DENSITY_LAW else None
+
+    def _cruise_law(self) -> CruiseLaw | None:
+        values, chosen = self._cleaned["cruise"], self._chosen["cruise"]
+        if chosen is CRUISE:
+            return CruisePower(**values)
+        if chosen is MOMENTUM:
+            return MomentumLaw(**values)
+        if chosen is LIU:
+            return LiuLaw(**values)
+        return DiFrancoButtazzoLaw(**values) if chosen is DI_FRANCO_BUTTAZZO else None
 
     def _responses(self) -> Responses:
         responses = {}

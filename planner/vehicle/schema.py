@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from planner.autopilot import Autopilot
-from planner.vehicle.consistency import (
-    battery_problems,
-    cruise_problems,
-    log_problems,
-    validity_problems,
-    vertical_problems,
-)
+from planner.vehicle.battery_schema import BATTERY
+from planner.vehicle.consistency import log_problems, validity_problems
 from planner.vehicle.keys import Key, Kind, Table
+from planner.vehicle.power_schema import (
+    ALTITUDE_LAW,
+    CRUISE,
+    CRUISE_NOT_GIVEN,
+    DENSITY_LAW,
+    DI_FRANCO_BUTTAZZO,
+    HOVER_NOT_GIVEN,
+    HOVER_OF_CRUISE,
+    LIU,
+    LOADS,
+    MOMENTUM,
+    VERTICAL,
+)
 from planner.vehicle.response_schema import RESPONSE_TABLES, RESPONSES
 
 SCHEMA_VERSION = 1
-
-NOT_GIVEN = "not-given"
-"""What a model file writes where its source gives no power: said, not left out."""
 
 VERSION = Key(name="schema", kind=Kind.INTEGER, meaning=f"version of this schema: {SCHEMA_VERSION}")
 """Read before everything else: the rest means something only in a known version."""
@@ -43,6 +48,14 @@ TOP = Table(
             required=False,
             above=0.0,
         ),
+        Key(
+            name="airspeed_limit_m_s",
+            kind=Kind.NUMBER,
+            unit="m/s",
+            meaning="highest airspeed the vehicle can hold, at its lean limit; never inferred",
+            required=False,
+            above=0.0,
+        ),
     ),
 )
 
@@ -53,210 +66,6 @@ SPEED = Table(
         '"step"; refused otherwise, where it is an autopilot parameter.'
     ),
     keys=(Key(name="default_m_s", kind=Kind.NUMBER, unit="m/s", meaning="speed", above=0.0),),
-)
-
-ALTITUDE_LAW = Table(
-    name="hover",
-    meaning=(
-        "Hover power over height: P = coefficient_w x H^exponent, H the height above home, held "
-        "constant below lowest_height_m."
-    ),
-    required=True,
-    selector=("law", "altitude-power"),
-    keys=(
-        Key(name="coefficient_w", kind=Kind.NUMBER, unit="W", meaning="power at 1 m", above=0.0),
-        Key(
-            name="exponent",
-            kind=Kind.NUMBER,
-            meaning="exponent of the height",
-            at_least=-1.0,
-            at_most=1.0,
-        ),
-        Key(
-            name="lowest_height_m",
-            kind=Kind.NUMBER,
-            unit="m",
-            meaning="height below which the power is held constant",
-            above=0.0,
-        ),
-    ),
-)
-
-DENSITY_LAW = Table(
-    name="hover",
-    meaning=(
-        "Hover power over mass and air density: P = hover_power_w x (m / reference_mass_kg)^"
-        "mass_exponent x (rho / reference_density_kg_m3)^density_exponent.  Momentum theory has "
-        "exponents 1.5 and -0.5.  Needs mass_kg at the top of the file."
-    ),
-    required=True,
-    selector=("law", "density"),
-    keys=(
-        Key(
-            name="hover_power_w",
-            kind=Kind.NUMBER,
-            unit="W",
-            meaning="power at the reference mass and density",
-            above=0.0,
-        ),
-        Key(name="reference_mass_kg", kind=Kind.NUMBER, unit="kg", meaning="mass", above=0.0),
-        Key(
-            name="reference_density_kg_m3",
-            kind=Kind.NUMBER,
-            unit="kg/m³",
-            meaning="air density",
-            above=0.0,
-            at_most=2.0,
-        ),
-        Key(
-            name="mass_exponent",
-            kind=Kind.NUMBER,
-            meaning="exponent of the mass ratio",
-            at_least=0.0,
-            at_most=3.0,
-        ),
-        Key(
-            name="density_exponent",
-            kind=Kind.NUMBER,
-            meaning="exponent of the density ratio, not positive",
-            at_least=-2.0,
-            at_most=0.0,
-        ),
-    ),
-)
-
-_CURVE_POWER = Key(
-    name="power_above_hover_w",
-    kind=Kind.NUMBERS,
-    unit="W",
-    meaning="steady power minus hover power",
-    least_count=2,
-)
-
-CRUISE = Table(
-    name="cruise",
-    meaning="Steady power in level flight over airspeed, as a table.",
-    required=True,
-    selector=("power", "table"),
-    keys=(
-        Key(
-            name="speed_m_s",
-            kind=Kind.NUMBERS,
-            unit="m/s",
-            meaning="airspeeds, rising",
-            at_least=0.0,
-            least_count=2,
-            is_rising=True,
-        ),
-        _CURVE_POWER,
-    ),
-    cross_check=cruise_problems,
-)
-
-CRUISE_NOT_GIVEN = Table(
-    name="cruise",
-    meaning=(
-        "The source of the model gives no cruise power: the planner takes hover power and says so "
-        "in a finding."
-    ),
-    required=True,
-    selector=("power", NOT_GIVEN),
-)
-
-VERTICAL = Table(
-    name="vertical",
-    meaning="Steady power in vertical flight over climb rate, as a table; optional.",
-    keys=(
-        Key(
-            name="climb_rate_m_s",
-            kind=Kind.NUMBERS,
-            unit="m/s",
-            meaning="climb rates, rising, descent negative",
-            least_count=2,
-            is_rising=True,
-        ),
-        _CURVE_POWER,
-    ),
-    cross_check=vertical_problems,
-)
-
-BATTERY = Table(
-    name="battery",
-    meaning=(
-        "The battery the vehicle flies with; optional, --battery replaces it.  Give an energy, "
-        "or a charge and the nominal voltage; an energy alone leaves the charge unknown."
-    ),
-    keys=(
-        Key(
-            name="capacity_ah",
-            kind=Kind.NUMBER,
-            unit="Ah",
-            meaning="charge of the full battery",
-            required=False,
-            above=0.0,
-        ),
-        Key(
-            name="capacity_wh",
-            kind=Kind.NUMBER,
-            unit="Wh",
-            meaning="energy of the full battery",
-            required=False,
-            above=0.0,
-        ),
-        Key(
-            name="nominal_voltage_v",
-            kind=Kind.NUMBER,
-            unit="V",
-            meaning="energy over charge of the full battery",
-            required=False,
-            above=0.0,
-        ),
-        Key(
-            name="cells_in_series",
-            kind=Kind.INTEGER,
-            meaning="number of cells in series",
-            required=False,
-            at_least=1,
-            at_most=400,
-        ),
-        Key(
-            name="internal_resistance_ohm",
-            kind=Kind.NUMBER,
-            unit="ohm",
-            meaning="resistance of the whole battery",
-            required=False,
-            at_least=0.0,
-        ),
-        Key(
-            name="ocv_soc",
-            kind=Kind.NUMBERS,
-            meaning="states of charge, rising from 0 to 1",
-            required=False,
-            at_least=0.0,
-            at_most=1.0,
-            least_count=2,
-            is_rising=True,
-        ),
-        Key(
-            name="ocv_v",
-            kind=Kind.NUMBERS,
-            unit="V",
-            meaning="open-circuit voltage at each ocv_soc, rising",
-            required=False,
-            above=0.0,
-            least_count=2,
-            is_rising=True,
-        ),
-        Key(
-            name="cutoff_voltage_v",
-            kind=Kind.NUMBER,
-            unit="V",
-            meaning="voltage under load at which the battery counts as empty",
-            required=False,
-            above=0.0,
-        ),
-    ),
-    cross_check=battery_problems,
 )
 
 PARAMETERS = Table(
@@ -332,11 +141,17 @@ SCHEMA = (
     SPEED,
     ALTITUDE_LAW,
     DENSITY_LAW,
+    HOVER_OF_CRUISE,
+    HOVER_NOT_GIVEN,
     RESPONSES,
     *RESPONSE_TABLES.values(),
     CRUISE_NOT_GIVEN,
     CRUISE,
+    MOMENTUM,
+    LIU,
+    DI_FRANCO_BUTTAZZO,
     VERTICAL,
+    LOADS,
     BATTERY,
     PARAMETERS,
     VALID_FOR,

@@ -215,7 +215,7 @@ def test_a_model_of_an_autopilot_carries_its_parameters_and_density_law() -> Non
         ("speed_m_s = [0, 5, 10]", "speed_m_s = [0, 10, 5]", "cruise.speed_m_s", "5 follows 10"),
         ("speed_m_s = [0, 5, 10]", "speed_m_s = [0, 10]", "cruise.power_above_hover_w", "3 values"),
         ("capacity_ah = 5.0", "", "battery.capacity_ah", "is missing"),
-        ("nominal_voltage_v = 14.8", "", "battery.nominal_voltage_v", "is missing"),
+        ("ocv_v = [13.2, 15.0, 16.8]", "", "battery.ocv_v", "is missing"),
         (
             "capacity_ah = 5.0",
             "capacity_ah = 5.0\ncapacity_wh = 100",

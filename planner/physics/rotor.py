@@ -1,0 +1,210 @@
+r"""Momentum theory of lifting rotors, taken together as one actuator disk.
+
+Everything is counted in the induced velocity of hover,
+
+.. math:: v_h = \sqrt{T / (2 \rho A)},
+
+and the induced velocity of a disk moving through the air is Glauert's [2]_
+
+.. math:: v_i \sqrt{V_p^2 + (V_a + v_i)^2} = v_h^2,
+
+with :math:`V_p` the speed in the plane of the disk and :math:`V_a` the speed through it, positive in
+a climb.  In hover and in pure climb this is the exact solution of momentum theory (equation 3 of
+[1]_ is its hover, with a misprinted exponent).
+
+Descent.  Between hover and a descent at :math:`2 v_h` the flow has no stream tube (vortex ring and
+turbulent wake states) and momentum theory has no valid solution.  The branch of the solution that is
+continuous with hover is followed down to :math:`V_a = -1.5\,v_h`, beyond which it is not the only one
+any more; a faster descent is counted like that one.  No power is ever won back from the air: what
+induction and descent take together is held at zero.  How fast a vehicle was seen to descend, its model
+says in ``valid_for.climb_rate_m_s``.
+
+References
+----------
+.. [1] K. Falkowski, M. Duda, "Dynamic Models Identification for Kinematics and Energy Consumption
+   of Rotary-Wing UAVs during Different Flight States", Sensors 2023, 23(23), 9378.
+.. [2] H. Glauert, "A General Theory of the Autogyro", ARC R&M 1111, 1926.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from planner.units import GRAVITY_M_S2
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+FASTEST_DESCENT_RATIO = -1.5
+"""Speed through the disk over the induced velocity of hover down to which there is one solution. [-]"""
+_NEWTON_STEPS = 4
+"""From the bounds below, four steps leave an error below 1e-10 over the whole domain."""
+_STANDSTILL = 1e-9
+"""Speed over induced velocity below which a disk stands still: keeps a bound finite. [-]"""
+
+
+def hover_induced_velocity_m_s(
+    thrust_n: npt.ArrayLike, air_density_kg_m3: npt.ArrayLike, *, disk_area_m2: float
+) -> FloatArray:
+    r"""Induced velocity of an ideal actuator disk in hover.
+
+    .. math:: v_h = \sqrt{T / (2 \rho A)}
+
+    Parameters
+    ----------
+    thrust_n : array_like
+        Thrust T of all rotors, not negative. [N]
+    air_density_kg_m3 : array_like
+        Air density, positive. [kg m⁻³]
+    disk_area_m2 : float
+        Area A of all rotor disks, positive. [m²]
+
+    Returns
+    -------
+    ndarray
+        Induced velocity, in the broadcast shape. [m s⁻¹]
+
+    Examples
+    --------
+    A 2 kg quadrotor with 0.2 m² of disk at sea level:
+
+    >>> v_h = hover_induced_velocity_m_s(2.0 * 9.80665, 1.225, disk_area_m2=0.2)
+    >>> print(f"{v_h:.2f} m/s")
+    6.33 m/s
+    """
+    thrust = np.asarray(thrust_n, dtype=np.float64)
+    density = np.asarray(air_density_kg_m3, dtype=np.float64)
+    velocity: FloatArray = np.asarray(np.sqrt(thrust / (2.0 * density * disk_area_m2)))
+    return velocity
+
+
+def induced_velocity_ratio(edgewise_ratio: npt.ArrayLike, axial_ratio: npt.ArrayLike) -> FloatArray:
+    r"""Induced velocity over that of hover, on the branch continuous with hover.
+
+    Solves :math:`u \sqrt{x^2 + (z + u)^2} = 1` (Glauert [2]_, module references) by a fixed number of
+    Newton steps from the smaller of two upper bounds: the solution of pure axial flight, and that of
+    fast edgewise flight, 1 / x.  From there the steps fall on the solution without passing it.
+
+    Parameters
+    ----------
+    edgewise_ratio : array_like
+        Speed in the plane of the disk over the induced velocity of hover, x ≥ 0. [-]
+    axial_ratio : array_like
+        Speed through the disk over the induced velocity of hover, z ≥ −1.5, positive in a climb. [-]
+
+    Returns
+    -------
+    ndarray
+        Ratio u, in the broadcast shape. [-]
+
+    Examples
+    --------
+    In a climb at the induced velocity of hover, u = (√5 − 1) / 2:
+
+    >>> print(f"{induced_velocity_ratio(0.0, 1.0):.6f}")
+    0.618034
+    """
+    x, z = np.broadcast_arrays(
+        np.asarray(edgewise_ratio, dtype=np.float64), np.asarray(axial_ratio, dtype=np.float64)
+    )
+    x_squared = x * x
+    u: FloatArray = np.minimum(
+        np.sqrt(0.25 * z * z + 1.0) - 0.5 * z, 1.0 / np.maximum(x, _STANDSTILL)
+    )
+    for _ in range(_NEWTON_STEPS):
+        through = z + u
+        resultant_squared = x_squared + through * through
+        resultant = np.sqrt(resultant_squared)
+        u = u - (u * resultant_squared - resultant) / (resultant_squared + u * through)
+    return u
+
+
+def momentum_power_w(
+    airspeed_m_s: npt.ArrayLike,
+    climb_rate_m_s: npt.ArrayLike,
+    *,
+    mass_kg: float,
+    air_density_kg_m3: npt.ArrayLike,
+    disk_area_m2: float,
+    drag_area_m2: float,
+    induced_factor: float,
+    axial_factor: float,
+    profile_factor: float,
+    profile_speed_factor: float,
+) -> FloatArray:
+    r"""Electrical power of a multicopter in steady flight, by momentum theory.
+
+    The thrust carries the weight and overcomes the drag of the body,
+    :math:`\vec T = m g \hat z + \tfrac12 \rho\, C_d A\, V \vec V`, and the disk lies across it.  Then
+
+    .. math::
+       P = k_i T v_i + k_a \vec T \cdot \vec V
+           + k_p T v_h \left(1 + k_v (V_p / v_h)^2\right),
+
+    induced power, the power of climb and drag, and profile power.  The factors are electrical watts
+    for each watt of the ideal disk: they hold the losses of the flow, the motors and the
+    controllers together, because a flight log cannot tell them apart.  For blades of one tip speed
+    ratio textbooks have :math:`k_v (V_p/v_h)^2 = 4.65 \mu^2`.
+
+    Parameters
+    ----------
+    airspeed_m_s : array_like
+        Horizontal speed through the air. [m s⁻¹]
+    climb_rate_m_s : array_like
+        Climb rate through the air, descent negative. [m s⁻¹]
+    mass_kg : float
+        Mass m with payload, positive. [kg]
+    air_density_kg_m3 : array_like
+        Air density ρ, positive. [kg m⁻³]
+    disk_area_m2 : float
+        Area A of all rotor disks, positive. [m²]
+    drag_area_m2 : float
+        Drag coefficient times frontal area of the body. [m²]
+    induced_factor : float
+        k_i. [-]
+    axial_factor : float
+        k_a. [-]
+    profile_factor : float
+        k_p, profile power over ideal power in hover. [-]
+    profile_speed_factor : float
+        k_v. [-]
+
+    Returns
+    -------
+    ndarray
+        Electrical power of the motors, in the broadcast shape. [W]
+
+    Examples
+    --------
+    An ideal disk in hover takes T v_h, here 19.6 N x 6.33 m/s:
+
+    >>> power_w = momentum_power_w(
+    ...     0.0, 0.0, mass_kg=2.0, air_density_kg_m3=1.225, disk_area_m2=0.2, drag_area_m2=0.02,
+    ...     induced_factor=1.0, axial_factor=1.0, profile_factor=0.0, profile_speed_factor=0.0,
+    ... )
+    >>> print(f"{power_w:.1f} W")
+    124.1 W
+    """
+    forward = np.asarray(airspeed_m_s, dtype=np.float64)
+    climb = np.asarray(climb_rate_m_s, dtype=np.float64)
+    density = np.asarray(air_density_kg_m3, dtype=np.float64)
+    speed_squared = forward * forward + climb * climb
+    drag_per_speed = (0.5 * drag_area_m2) * density * np.sqrt(speed_squared)
+    thrust_forward = drag_per_speed * forward
+    thrust_up = mass_kg * GRAVITY_M_S2 + drag_per_speed * climb
+    thrust = np.hypot(thrust_forward, thrust_up)
+    useful_w = thrust_forward * forward + thrust_up * climb  # of climb and drag
+    hover_velocity = hover_induced_velocity_m_s(thrust, density, disk_area_m2=disk_area_m2)
+    axial_ratio = np.maximum(useful_w / (thrust * hover_velocity), FASTEST_DESCENT_RATIO)
+    edgewise_squared = np.maximum(
+        speed_squared / (hover_velocity * hover_velocity) - axial_ratio * axial_ratio, 0.0
+    )
+    induced = induced_velocity_ratio(np.sqrt(edgewise_squared), axial_ratio)
+    of_flow = np.maximum(induced_factor * induced + axial_factor * axial_ratio, 0.0)
+    of_blades = profile_factor * (1.0 + profile_speed_factor * edgewise_squared)
+    power: FloatArray = np.asarray(thrust * hover_velocity * (of_flow + of_blades))
+    return power
