@@ -5,7 +5,7 @@ BIN := .venv/bin
 MADE := .venv/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
 
-.PHONY: help setup demo test lint types layers unit bench format readme clean
+.PHONY: help setup demo test lint types layers unit bench format golden readme clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -48,6 +48,9 @@ bench: $(MADE) ## measure what has to be fast
 format: $(MADE) ## put the code in shape
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+golden: $(MADE) ## write the sample reports in tests/report/golden anew
+	$(BIN)/python tests/report/test_golden.py
 
 readme: $(MADE) ## write the help and sample output in README.md anew
 	$(BIN)/python tests/project/test_readme.py

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.file_ignores import make_file_ignore
 from planner.cli.settings import SETTINGS, Kind, Setting
 from planner.errors import ConfigurationError
 from planner.vehicle.keys import described, is_number, nearest_hint
@@ -136,6 +135,8 @@ def _value(setting: Setting, raw: object, *, path: Path) -> object:
 
 
 def _file_ignore(setting: Setting, key: str, raw: object, *, path: Path) -> FileIgnore:
+    from planner.cli.file_ignores import make_file_ignore
+
     codes = [raw] if isinstance(raw, str) else raw
     if not isinstance(codes, list) or not all(isinstance(one, str) for one in codes):
         msg = f"{key!r}: must be {Kind.TEXTS.value}, got {described(raw)}"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from planner import numbers
 from planner.findings import Severity
 from planner.report.finding_text import label, said
+from planner.report.markdown import escaped
 from planner.report.pipeline import pipeline_path
 from planner.report.plain_text import printable
 from planner.report.text import caveat, headline, tally
@@ -29,9 +30,6 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO
 _MOST_OF_A_SEVERITY = 10
 _MOST_ROWS = 500
 """A summary of more than 1 MiB is refused whole."""
-_MARKDOWN = str.maketrans(
-    {character: f"\\{character}" for character in "\\`*_[]<>|#~"} | {"&": "&amp;"}
-)
 
 
 def check_github(results: Results, *, folder: Path) -> str:
@@ -107,7 +105,7 @@ def _property(text: str) -> str:
 
 
 def _row(*cells: str) -> str:
-    return "| " + " | ".join(printable(cell).translate(_MARKDOWN) for cell in cells) + " |"
+    return "| " + " | ".join(escaped(printable(cell)) for cell in cells) + " |"
 
 
 def _more(number: int) -> list[str]:

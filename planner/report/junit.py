@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 from planner.report.finding_text import label, said
 from planner.report.pipeline import pipeline_path
 from planner.report.plain_text import printable
-from planner.report.text import headline
+from planner.report.text import caveat, headline
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ def _suite(result: CheckResult | UnreadableMission, *, path: str) -> ET.Element:
         if finding.place is not None:
             case.set("line", str(finding.place.line))
         _judge(case, finding, result)
-    if isinstance(result, CheckResult):
-        ET.SubElement(suite, "system-out").text = headline(result)
+    said_last = f"{result.verdict.upper()}{caveat([result])}: {headline(result)}"
+    ET.SubElement(suite, "system-out").text = said_last
     _count(suite, "tests", "failures", "errors", "skipped")
     return suite
 
@@ -66,9 +66,10 @@ def _judge(case: ET.Element, finding: Finding, result: CheckResult | UnreadableM
     if finding.suppression:
         ET.SubElement(case, "skipped", message=printable(f"{finding.suppression}: {message}"))
     elif not isinstance(result, CheckResult):
-        ET.SubElement(case, "error", type=finding.code, message=message)
+        broken = ET.SubElement(case, "error", type=finding.code, message=message)
+        broken.text = printable(finding.fix)
     elif finding.severity >= result.fail_on:
-        failure = ET.SubElement(case, "failure", type=finding.severity.label, message=message)
+        failure = ET.SubElement(case, "failure", type=finding.code, message=message)
         failure.text = printable(finding.fix)
     else:
         ET.SubElement(case, "system-out").text = f"{finding.severity.label}: {message}"

@@ -15,6 +15,7 @@ from planner.findings import Severity
 from planner.report.finding_text import said
 from planner.report.json_document import json_text
 from planner.report.json_report import figures
+from planner.report.markdown import escaped
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.plain_text import printable
 from planner.report.rule_text import explanation
@@ -91,7 +92,7 @@ def _rule(rule: Rule) -> Document:
         "fullDescription": {"text": rule.why},
         "help": {
             "text": "\n".join(f"{title}: {text}" for title, text in parts),
-            "markdown": "\n\n".join(f"**{title}:** {text}" for title, text in parts),
+            "markdown": "\n\n".join(f"**{title}:** {escaped(text)}" for title, text in parts),
         },
         "defaultConfiguration": {"level": _LEVELS[rule.severity]},
     }
