@@ -21,6 +21,7 @@ from planner.flight.budget import (
     way_home,
 )
 from planner.flight.conditions import Conditions
+from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.trace import sample_trace
 from planner.mission.files import read_mission, write_mission
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameters import FlightParameters
 
 Verdict = Literal["go", "no-go"]
 
@@ -99,6 +101,8 @@ class CheckResult:
     """Findings kept out of the report and of the verdict, each with the reason."""
     fail_on: Severity = Severity.ERROR
     """From which severity on a finding made the mission a no-go."""
+    parameters: FlightParameters | None = None
+    """What the autopilot was taken to fly with, each value with its origin."""
     trace: Trace | None = None
     """The flight sampled over time, where it was asked for and something is flown."""
 
@@ -172,7 +176,8 @@ def check(
     autopilot : Autopilot, optional
         Who shapes the references; default the model's own way.
     parameters : ParameterSet, optional
-        The vehicle's own autopilot parameters; not used by a model of step references.
+        The vehicle's own autopilot parameters; else the model's, else the autopilot's defaults.
+        Not used by a model of step references.
     terrain : TerrainGrid, optional
         Heights of the ground; default level with home.
     selection : Selection, optional
@@ -199,12 +204,7 @@ def check(
             msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
             raise UsageError(msg)
     flown_by = vehicle.reference if autopilot is None else autopilot
-    if flown_by is not Autopilot.STEP or vehicle.reference is not Autopilot.STEP:
-        msg = (
-            f"{vehicle.name} answers {vehicle.reference.label}; "
-            f"it cannot be flown as {flown_by.label}"
-        )
-        raise UsageError(msg)
+    flown_with, findings = _flight_parameters(vehicle, flown_by, parameters)
     route = make_route(
         mission,
         meaning=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
@@ -221,22 +221,16 @@ def check(
     flight: Flight | None = None
     totals, budget, home = NOTHING_FLOWN, None, None
     items: tuple[ItemArrival, ...] = ()
-    findings = [*mission.findings, *route.findings]
-    if parameters is not None:
-        findings.append(
-            CONDITION_NOT_MODELLED.finding(
-                f"{parameters.source} is not used: {vehicle.name} answers step references, which "
-                "no autopilot parameter shapes",
-                fix="use a vehicle model that is flown by that autopilot",
-            )
-        )
+    findings += [*mission.findings, *route.findings]
     if route.stages:
-        flight = predict_flight(route, vehicle, conditions)
+        pilot = make_pilot(vehicle, flown_with, conditions)
+        flight = predict_flight(route, vehicle, conditions, pilot)
+        findings += flight.motion.findings
         totals = flight_totals(flight, known)
         items = item_arrivals(mission, route, flight)
         if known is not None:
             budget = battery_budget(totals, known, charge=charge, reserve=reserve)
-        home = way_home(route, flight, vehicle, budget)
+        home = way_home(route, flight, pilot, budget)
         findings += check_case(
             Case(
                 mission=mission,
@@ -271,8 +265,40 @@ def check(
         findings=reported,
         suppressed=suppressed,
         fail_on=fail_on,
+        parameters=flown_with,
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
     )
+
+
+def _flight_parameters(
+    vehicle: VehicleModel, flown_by: Autopilot, given: ParameterSet | None
+) -> tuple[FlightParameters | None, list[Finding]]:
+    """Return the parameters an autopilot flies with, none for reference steps, and their findings.
+
+    Raises
+    ------
+    UsageError
+        If the model cannot be flown this way.
+    """
+    if (flown_by is Autopilot.STEP) is not (vehicle.reference is Autopilot.STEP):
+        msg = (
+            f"{vehicle.name} answers {vehicle.reference.label}; "
+            f"it cannot be flown as {flown_by.label}"
+        )
+        raise UsageError(msg)
+    if flown_by is not Autopilot.STEP:
+        from planner.vehicle.parameters import resolve_parameters
+
+        resolved = resolve_parameters(flown_by, file=given, model=vehicle)
+        return resolved.values, list(resolved.findings)
+    if given is None:
+        return None, []
+    unused = CONDITION_NOT_MODELLED.finding(
+        f"{given.source} is not used: {vehicle.name} answers step references, which "
+        "no autopilot parameter shapes",
+        fix="use a vehicle model that is flown by that autopilot",
+    )
+    return None, [unused]
 
 
 def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:

@@ -98,3 +98,14 @@ CONDITION_NOT_MODELLED = Rule(
     example="the payload of 0.5 kg is not counted: the model does not know the vehicle's mass",
     fix="use a vehicle model that carries the missing quantity",
 )
+
+POWER_UNKNOWN = Rule(
+    code="E109",
+    name="power-not-identified",
+    severity=Severity.ERROR,
+    summary="The vehicle's power was not identified: time is predicted, energy is not.",
+    why="A mission without a known energy cannot be judged against a battery; it is never a 'go'.",
+    how='The vehicle model says law = "not-given" under [hover] and [cruise].',
+    example="px4-sih-quad has no power model: 0 Wh stand for 'not known'",
+    fix="identify the vehicle from logs with voltage and current, or fly another model",
+)

@@ -12,11 +12,11 @@ from planner.catalogue.energy import (
     CONDITION_NOT_MODELLED,
     CRUISE_POWER_ASSUMED,
     MODEL_OUTSIDE_ENVELOPE,
+    POWER_UNKNOWN,
 )
 from planner.catalogue.mission import AUTOPILOT_DIFFERS
 from planner.findings import Severity
 from planner.flight.state import STATE_INDEX, FlightState
-from planner.vehicle.hover_law import AltitudeLaw
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,38 +97,42 @@ def check_heights(case: Case) -> Iterator[Finding]:
             )
 
 
-def check_cruise_power(case: Case) -> Iterator[Finding]:
-    """Yield a finding where hover power stands in for a cruise power the model does not give."""
-    if case.vehicle.cruise is not None:
-        return
-    columns = case.flight.motion.segments
-    cruising = columns.state == STATE_INDEX[FlightState.CRUISE]
-    if cruising.any():
-        yield CRUISE_POWER_ASSUMED.finding(
-            "cruise power is taken as hover power over "
-            f"{numbers.distance(float(columns.distance_m[cruising].sum()))}: the model gives none"
+def check_power_known(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the model knows no power, or takes hover power for that of a cruise."""
+    vehicle = case.vehicle
+    if not vehicle.is_power_known:
+        yield POWER_UNKNOWN.finding(
+            f"{vehicle.name} has no power model: every energy and power here is 0 for 'not known'"
         )
+    elif vehicle.cruise is None:
+        columns = case.flight.motion.segments
+        cruising = columns.state == STATE_INDEX[FlightState.CRUISE]
+        if cruising.any():
+            yield CRUISE_POWER_ASSUMED.finding(
+                "cruise power is taken as hover power over "
+                f"{numbers.distance(float(columns.distance_m[cruising].sum()))}: "
+                "the model gives none"
+            )
 
 
 def check_conditions(case: Case) -> Iterator[Finding]:
     """Yield a finding for each condition the model cannot take into account."""
     conditions, vehicle = case.conditions, case.vehicle
-    if conditions.wind.speed_m_s > 0.0:
+    if conditions.wind.speed_m_s > 0.0 and not vehicle.knows_airspeed:
         yield CONDITION_NOT_MODELLED.finding(
-            f"the wind of {numbers.speed(conditions.wind.speed_m_s)} is not counted: "
+            f"the wind of {numbers.speed(conditions.wind.speed_m_s)} is not counted in the energy: "
             "the model gives no power over airspeed"
         )
-    if isinstance(vehicle.hover, AltitudeLaw):
-        if conditions.payload_kg > 0.0:
-            yield CONDITION_NOT_MODELLED.finding(
-                f"the payload of {numbers.mass(conditions.payload_kg)} is not counted: "
-                "the model's hover law knows no mass"
-            )
-        if conditions.temperature_c is not None:
-            yield CONDITION_NOT_MODELLED.finding(
-                f"the temperature of {numbers.temperature(conditions.temperature_c)} is not counted: "
-                "the model's hover law knows no air density"
-            )
+    if conditions.payload_kg > 0.0 and not vehicle.knows_mass:
+        yield CONDITION_NOT_MODELLED.finding(
+            f"the payload of {numbers.mass(conditions.payload_kg)} is not counted: "
+            "the model's power knows no mass"
+        )
+    if conditions.temperature_c is not None and not vehicle.knows_air_density:
+        yield CONDITION_NOT_MODELLED.finding(
+            f"the temperature of {numbers.temperature(conditions.temperature_c)} is not counted: "
+            "the model's power knows no air density"
+        )
 
 
 def check_autopilot(case: Case) -> Iterator[Finding]:

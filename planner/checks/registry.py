@@ -9,8 +9,8 @@ from planner.checks.envelope import (
     check_autopilot,
     check_climbs,
     check_conditions,
-    check_cruise_power,
     check_heights,
+    check_power_known,
     check_speed,
 )
 from planner.checks.structure import check_curves, check_endless, check_support
@@ -27,7 +27,7 @@ CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_speed,
     check_climbs,
     check_heights,
-    check_cruise_power,
+    check_power_known,
     check_conditions,
     check_autopilot,
     check_endless,

@@ -13,11 +13,11 @@ from planner.mission.commands import command_name
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 
 if TYPE_CHECKING:
+    from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
     from planner.mission.items import Mission
     from planner.mission.stage import Route
     from planner.vehicle.battery import Battery
-    from planner.vehicle.model import VehicleModel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,10 +139,10 @@ def battery_budget(
 
 
 def way_home(
-    route: Route, flight: Flight, vehicle: VehicleModel, battery: BatteryBudget | None
+    route: Route, flight: Flight, pilot: Pilot, battery: BatteryBudget | None
 ) -> ReturnBudget | None:
     """Return the stage from which the way home is tightest; ``None`` with no stage in the air."""
-    stage, home_j = return_energy_j(route, flight, vehicle)
+    stage, home_j = return_energy_j(route, pilot, flight.power)
     if not len(stage):
         return None
     home_wh = wh_from_j(home_j)

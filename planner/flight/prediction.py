@@ -8,21 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.step_legs import Legs
-from planner.flight.motion.step_response import fly_step_references
 from planner.flight.power import SteadyPower
 from planner.flight.segment import Segments
 from planner.physics.atmosphere import standard_temperature_c
 
 if TYPE_CHECKING:
     from planner.flight.conditions import Conditions
-    from planner.flight.motion.kinematics import FloatArray, Motion
+    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.pilot import Pilot
     from planner.flight.transients import Transients
     from planner.mission.stage import Route
     from planner.vehicle.model import VehicleModel
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
-# Gauss-Legendre on [0, 1]: exact to degree 11, so that a piece of smooth power needs no more.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+# Gauss-Legendre on [0, 1]: exact to degree 9, so that a piece of smooth power needs no more.
 QUADRATURE_NODES = 0.5 * (_NODES + 1.0)
 QUADRATURE_WEIGHTS = 0.5 * _WEIGHTS
 
@@ -63,18 +62,14 @@ class Flight:
     def power_w(self, time_s: FloatArray) -> FloatArray:
         """Return the electrical power at times since the start of the flight. [W]"""
         motion = self.motion
-        starts = motion.piece_start_s()
-        piece = np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, len(starts) - 1)
-        segment = motion.piece_segment[piece]
-        steady = self.power.power_w(
-            motion.state_at_time(time_s),
-            motion.segments.state[segment],
-            motion.segments.speed_m_s[segment],
-        )
-        return steady + self.transients.total_power_w(time_s)
+        piece, own_s = motion.piece_at(time_s)
+        steady_w = _steady_power_w(motion, piece, own_s, self.power)
+        return steady_w + self.transients.total_power_w(time_s)
 
 
-def predict_flight(route: Route, vehicle: VehicleModel, conditions: Conditions) -> Flight:
+def predict_flight(
+    route: Route, vehicle: VehicleModel, conditions: Conditions, pilot: Pilot
+) -> Flight:
     """Return the flight of a vehicle along a route.
 
     Parameters
@@ -82,9 +77,11 @@ def predict_flight(route: Route, vehicle: VehicleModel, conditions: Conditions) 
     route : Route
         At least one stage.
     vehicle : VehicleModel
-        A model of step references.
+        What power it takes.
     conditions : Conditions
         Air and load.
+    pilot : Pilot
+        How it moves.
 
     Returns
     -------
@@ -92,8 +89,7 @@ def predict_flight(route: Route, vehicle: VehicleModel, conditions: Conditions) 
         Energy by Gauss-Legendre quadrature of the steady power over each piece of motion in closed
         form, plus the exact integrals of the transients.
     """
-    legs = Legs.of(route.stages, default_speed_m_s=default_speed_m_s(vehicle))
-    motion, transients = fly_step_references(legs, vehicle.responses)
+    motion, transients = pilot.fly(route)
     power = SteadyPower(
         vehicle=vehicle,
         mass_kg=None if vehicle.mass_kg is None else vehicle.mass_kg + conditions.payload_kg,
@@ -103,14 +99,15 @@ def predict_flight(route: Route, vehicle: VehicleModel, conditions: Conditions) 
             if conditions.temperature_c is None
             else conditions.temperature_c
         ),
+        wind=conditions.wind,
     )
     return make_flight(motion, transients, power)
 
 
 def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:
     """Return a motion with its power and energy."""
-    node_s = QUADRATURE_NODES * motion.piece_duration_s[:, None]
-    steady_w = _steady_power_w(motion, node_s, power)
+    piece, node_s = _nodes(motion)
+    steady_w = _steady_power_w(motion, piece, node_s, power)
     at_nodes_w = steady_w + transients.total_power_w(motion.piece_start_s()[:, None] + node_s)
     return Flight(
         motion=motion,
@@ -123,18 +120,29 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
 
 def segment_energy_j(motion: Motion, transients: Transients, power: SteadyPower) -> FloatArray:
     """Return the energy of each segment of a motion. (n,) [J]"""
-    node_s = QUADRATURE_NODES * motion.piece_duration_s[:, None]
-    return _segment_energy_j(motion, transients, _steady_power_w(motion, node_s, power))
+    return _segment_energy_j(motion, transients, _steady_power_w(motion, *_nodes(motion), power))
 
 
-def _steady_power_w(motion: Motion, node_s: FloatArray, power: SteadyPower) -> FloatArray:
-    """Return the steady power at the nodes of every piece. (p, k) [W]"""
-    pieces = np.arange(len(motion.piece_segment))[:, None]
-    segment = np.broadcast_to(motion.piece_segment[:, None], node_s.shape)
+def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:
+    """Return the pieces (p, 1) and the times of the nodes of their quadrature (p, k). [s]"""
+    return (
+        np.arange(len(motion.piece_segment))[:, None],
+        QUADRATURE_NODES * motion.piece_duration_s[:, None],
+    )
+
+
+def _steady_power_w(
+    motion: Motion, piece: IntArray, own_s: FloatArray, power: SteadyPower
+) -> FloatArray:
+    """Return the steady power of pieces at times since each began; both broadcast. [W]"""
+    piece = np.broadcast_to(piece, own_s.shape)
+    segment = motion.piece_segment[piece]
+    grounded = motion.piece_is_grounded
     return power.power_w(
-        motion.state_at(pieces, node_s),
+        motion.state_at(piece, own_s),
         motion.segments.state[segment],
         motion.segments.speed_m_s[segment],
+        None if grounded is None else grounded[piece],
     )
 
 
@@ -145,11 +153,3 @@ def _segment_energy_j(motion: Motion, transients: Transients, steady_w: FloatArr
     energy_j += np.bincount(motion.piece_segment, weights=steady_j, minlength=count)
     energy_j += np.bincount(transients.segment, transients.energy_j(), minlength=count)
     return energy_j
-
-
-def default_speed_m_s(vehicle: VehicleModel) -> float:
-    """Return the speed a model of step references flies at where nothing is commanded. [m s⁻¹]"""
-    if vehicle.default_speed_m_s is None:
-        msg = f"{vehicle.name} does not answer step references"
-        raise ValueError(msg)
-    return vehicle.default_speed_m_s

@@ -8,6 +8,7 @@ once, with the segment that began it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,12 @@ import numpy as np
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.physics.response import StepResponse
+
+
+# The same few responses are asked for every mission: this question needs root finding.
+@lru_cache(maxsize=64)
+def _peak_s(unit: StepResponse, window_s: float, *, highest: bool) -> float:
+    return unit.extremum(window_s, highest=highest).time_s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +87,7 @@ class Transients:
                 continue
             for rising in (True, False):
                 chosen = rows & ((self.amplitude > 0.0) == rising)
-                times[chosen] = unit.extremum(window, highest=rising).time_s
+                times[chosen] = _peak_s(unit, window, highest=rising)
         late = times > self.pause_at_s
         return self.start_s + times + np.where(late, self.pause_s, 0.0)
 
@@ -101,3 +108,16 @@ class Transients:
                 chosen = row[valid]
                 total[valid] += self.power_w(chosen, time_s[valid] - self.start_s[chosen])
         return total
+
+
+NO_TRANSIENTS = Transients(
+    responses=(),
+    window_s=(),
+    segment=np.zeros(0, dtype=np.intp),
+    response=np.zeros(0, dtype=np.intp),
+    amplitude=np.zeros(0),
+    start_s=np.zeros(0),
+    pause_at_s=np.zeros(0),
+    pause_s=np.zeros(0),
+)
+"""What a vehicle has whose references are shaped."""

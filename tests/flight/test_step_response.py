@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from sampled_flight import Manoeuvre, SampledVehicle
 
 from planner.flight.conditions import Conditions
+from planner.flight.pilot import StepPilot
 from planner.flight.prediction import Flight, predict_flight
 from planner.flight.state import FlightState
 from planner.flight.trace import sample_trace
@@ -45,7 +46,7 @@ def stage(
 
 
 def fly(*stages: Stage) -> Flight:
-    return predict_flight(route(*stages), VEHICLE, Conditions())
+    return predict_flight(route(*stages), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
 
 
 def out_and_back() -> Route:
@@ -148,7 +149,7 @@ def test_a_manoeuvre_in_closed_form_is_the_sampled_one(manoeuvre: Manoeuvre) -> 
 
 
 def test_segments_are_contiguous_and_their_energies_sum_to_the_total() -> None:
-    flight = predict_flight(out_and_back(), VEHICLE, Conditions())
+    flight = predict_flight(out_and_back(), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
     end_s = 0.0
     for segment in flight.segments:
         assert segment.start_s == pytest.approx(end_s, abs=1e-9)
@@ -160,7 +161,7 @@ def test_segments_are_contiguous_and_their_energies_sum_to_the_total() -> None:
 
 def test_the_trace_integrates_to_the_energy_of_the_flight() -> None:
     flown = out_and_back()
-    flight = predict_flight(flown, VEHICLE, Conditions())
+    flight = predict_flight(flown, VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
     trace = sample_trace(flight, flown)
     energy_j = np.trapezoid(trace.power_w, trace.time_s)
     assert energy_j == pytest.approx(flight.energy_j, rel=1e-3)  # the bound
@@ -169,7 +170,7 @@ def test_the_trace_integrates_to_the_energy_of_the_flight() -> None:
 
 
 def test_the_flown_path_passes_its_waypoints() -> None:
-    flight = predict_flight(out_and_back(), VEHICLE, Conditions())
+    flight = predict_flight(out_and_back(), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
     columns = flight.motion.segments
     arrivals = columns.end_s[flight.motion.arrival_segment]
     state = flight.motion.state_at_time(arrivals - 1e-6)

@@ -130,12 +130,18 @@ class Motion:
             climb_m_s=columns[5],
         )
 
-    def state_at_time(self, time_s: FloatArray) -> KinematicState:
-        """Return the state at times since the start of the flight, clamped to its length."""
+    def piece_at(self, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the pieces at times since the start of the flight, and the time since each began.
+
+        Times before the start and after the end are those of the first and last piece.
+        """
         starts = self.piece_start_s()
         piece = np.clip(np.searchsorted(starts, time_s, side="right") - 1, 0, len(starts) - 1)
-        local = np.clip(time_s - starts[piece], 0.0, self.piece_duration_s[piece])
-        return self.state_at(piece, local)
+        return piece, np.clip(time_s - starts[piece], 0.0, self.piece_duration_s[piece])
+
+    def state_at_time(self, time_s: FloatArray) -> KinematicState:
+        """Return the state at times since the start of the flight."""
+        return self.state_at(*self.piece_at(time_s))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

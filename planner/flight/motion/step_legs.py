@@ -77,6 +77,25 @@ class Legs:
             rows=np.column_stack((first, last)),
         )
 
+    @classmethod
+    def home_from(cls, points_m: FloatArray, *, speed_m_s: float) -> Legs:
+        """Return a level leg home and a landing from each of many points (n, 3), on its own."""
+        count = len(points_m)
+        rows = np.arange(count)
+        return cls(
+            item=rows,
+            start_m=points_m,
+            end_m=np.zeros((count, 3)),
+            speed_m_s=np.full(count, speed_m_s),
+            hold_s=np.zeros(count),
+            centre_m=np.zeros((count, 2)),
+            circle_m=np.zeros(count),
+            turns=np.zeros(count),
+            climb_state=np.full(count, STATE_INDEX[FlightState.CLIMB]),
+            descent_state=np.full(count, STATE_INDEX[FlightState.LAND]),
+            rows=np.column_stack((rows, rows)),
+        )
+
 
 def _edge_m(centre_m: FloatArray, from_m: FloatArray, radius_m: float) -> FloatArray:
     """Return the point of a circle that is nearest to where the vehicle comes from."""

@@ -115,6 +115,13 @@ def _pace(speed_response: ManoeuvreResponse) -> _Pace:
 
 
 @lru_cache(maxsize=64)
+def _settled_s(altitude: ManoeuvreResponse, steps_m: tuple[float, ...]) -> FloatArray:
+    """Return the times after which the heights stay near the targets of steps. [s]"""
+    sizes = np.array(steps_m)
+    return settling_times_s(altitude.unit_step, np.minimum(VERTICAL_TOLERANCE_M / sizes, 1.0))
+
+
+@lru_cache(maxsize=64)
 def _steepest(altitude: ManoeuvreResponse) -> Extremum:
     """Return the highest rate of the answer to a unit step, and when."""
     return altitude.unit_step.peak_slope()
@@ -133,7 +140,8 @@ def _fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> _Part:
     peak_s = steepest.time_s
     pause = (size - step) / (steepest.value * step)
 
-    end = settling_times_s(unit, np.minimum(VERTICAL_TOLERANCE_M / step, 1.0)) + pause
+    sizes = tuple(sorted(set(step.tolist())))
+    end = _settled_s(altitude, sizes)[np.searchsorted(sizes, step)] + pause
     upward = rise > 0.0
     # The level leg is flown between the climb and the descent, at the start's or the end's place.
     place = np.where(upward[:, None], legs.start_m[stage, :2], legs.end_m[stage, :2])

@@ -1,0 +1,161 @@
+"""Pilots: who flies a route, and home from any point of it.
+
+A pilot knows how a vehicle moves; what that costs is for the power.  There is one for each way of
+commanding: steps of the reference (the article), PX4, ArduPilot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from planner.flight.motion.step_legs import Legs
+from planner.flight.motion.step_response import fly_step_references
+from planner.flight.transients import NO_TRANSIENTS
+
+if TYPE_CHECKING:
+    from planner.flight.conditions import Conditions
+    from planner.flight.motion.kinematics import FloatArray, Motion
+    from planner.flight.transients import Transients
+    from planner.mission.stage import Route
+    from planner.physics.wind import Wind
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+
+class Pilot(Protocol):
+    """Who flies."""
+
+    def fly(self, route: Route) -> tuple[Motion, Transients]:
+        """Return the motion along a route of at least one stage, and its power transients."""
+        ...
+
+    def fly_home(self, points_m: FloatArray, route: Route) -> tuple[Motion, Transients]:
+        """Return the ways home from many points, one after the other.
+
+        Parameters
+        ----------
+        points_m : ndarray
+            East, north, height above home; the vehicle stands there. (n, 3) [m]
+        route : Route
+            Whose home it is.
+
+        Returns
+        -------
+        motion : Motion
+            The item of a segment is the position of its point.
+        transients : Transients
+            The power transients on the way.
+        """
+        ...
+
+
+def make_pilot(
+    vehicle: VehicleModel, parameters: FlightParameters | None, conditions: Conditions
+) -> Pilot:
+    """Return who flies a vehicle: an autopilot with its parameters, else steps of the reference."""
+    if parameters is None:
+        return StepPilot(vehicle=vehicle)
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+    limit_m_s = vehicle.airspeed_limit_m_s
+    if isinstance(parameters, Px4Parameters):
+        return Px4Pilot(parameters=parameters, wind=conditions.wind, airspeed_limit_m_s=limit_m_s)
+    return ArduPilotPilot(parameters=parameters, wind=conditions.wind, airspeed_limit_m_s=limit_m_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepPilot:
+    """Answers steps of the reference with the identified responses: the article's way."""
+
+    vehicle: VehicleModel
+
+    def fly(self, route: Route) -> tuple[Motion, Transients]:
+        """Return the motion along a route and its power transients."""
+        legs = Legs.of(route.stages, default_speed_m_s=self._speed_m_s)
+        return fly_step_references(legs, self.vehicle.responses)
+
+    def fly_home(self, points_m: FloatArray, _route: Route) -> tuple[Motion, Transients]:
+        """Return level legs home at the height of each point, and landings there."""
+        legs = Legs.home_from(points_m, speed_m_s=self._speed_m_s)
+        return fly_step_references(legs, self.vehicle.responses)
+
+    @property
+    def _speed_m_s(self) -> float:
+        # A model of step references has one: __post_init__ of the model sees to it.
+        return self.vehicle.default_speed_m_s or 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Px4Pilot:
+    """PX4 with the vehicle's parameters."""
+
+    parameters: Px4Parameters
+    wind: Wind
+    airspeed_limit_m_s: float | None
+    """Airspeed at the greatest tilt; ``None``: not known. [m s⁻¹]"""
+
+    def fly(self, route: Route) -> tuple[Motion, Transients]:
+        """Return the motion along a route; PX4 shapes its references, so nothing rings."""
+        from planner.flight.motion.px4.flight import fly_px4
+
+        motion = fly_px4(
+            route.stages,
+            self.parameters,
+            wind=self.wind,
+            airspeed_limit_m_s=self.airspeed_limit_m_s,
+        )
+        return motion, NO_TRANSIENTS
+
+    def fly_home(self, points_m: FloatArray, _route: Route) -> tuple[Motion, Transients]:
+        """Return the returns (RTL) from each point."""
+        from planner.flight.motion.px4.flight import px4_ways_home
+
+        motion = px4_ways_home(
+            points_m,
+            np.zeros(3),
+            self.parameters,
+            wind=self.wind,
+            airspeed_limit_m_s=self.airspeed_limit_m_s,
+        )
+        return motion, NO_TRANSIENTS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArduPilotPilot:
+    """ArduPilot's Copter with the vehicle's parameters."""
+
+    parameters: ArduPilotParameters
+    wind: Wind
+    airspeed_limit_m_s: float | None
+    """Airspeed at the greatest lean angle; ``None``: not known. [m s⁻¹]"""
+
+    def fly(self, route: Route) -> tuple[Motion, Transients]:
+        """Return the motion along a route; ArduPilot shapes its references, so nothing rings."""
+        from planner.flight.motion.ardupilot.flight import fly_ardupilot
+
+        motion = fly_ardupilot(
+            route.stages,
+            self.parameters,
+            wind=self.wind,
+            airspeed_limit_m_s=self.airspeed_limit_m_s,
+            home_latitude_deg=route.frame.latitude_deg,
+        )
+        return motion, NO_TRANSIENTS
+
+    def fly_home(self, points_m: FloatArray, route: Route) -> tuple[Motion, Transients]:
+        """Return the returns (RTL) from each point."""
+        from planner.flight.motion.ardupilot.flight import ardupilot_ways_home
+
+        motion = ardupilot_ways_home(
+            points_m,
+            self.parameters,
+            wind=self.wind,
+            airspeed_limit_m_s=self.airspeed_limit_m_s,
+            home_latitude_deg=route.frame.latitude_deg,
+        )
+        return motion, NO_TRANSIENTS
