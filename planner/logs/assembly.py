@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.flight_log import FLIGHT_INCOMPLETE, LOG_GAP
+from planner.catalogue.flight_log import FLIGHT_INCOMPLETE, LOG_GAP, POSITION_RESET
 from planner.logs.flights import is_off_ground, silences
 from planner.logs.grid import Column, Grid
 from planner.logs.positions import height_columns, home_of, position_columns
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 _MEANS = ("voltage_v", "current_a", "power_w")
 """Averaged around each sample, so that energy is kept."""
 _DIRECT = ("roll_deg", "pitch_deg", "yaw_deg")
+_LEAST_JUMP_M = 1.0
+"""Smaller resets drown in the noise of the estimate. [m]"""
 _EVENTS = ("mode", "is_landed", "mission_item")
 
 
@@ -167,4 +169,16 @@ def _gaps(recording: Recording, span: FlightSpan, number: int) -> Iterator[Findi
         yield LOG_GAP.finding(
             f"{source}: nothing was logged for {lengths_s[longest]:.1f} s at "
             f"{quiet[longest, 0] - span.begin_s:.1f} s of flight {number}{more}"
+        )
+    jumps = [
+        (size_m, time_s)
+        for time_s, size_m in recording.position_jumps
+        if span.begin_s <= time_s <= span.end_s and size_m > _LEAST_JUMP_M
+    ]
+    if jumps:
+        size_m, time_s = max(jumps)
+        times = "time" if len(jumps) == 1 else "times"
+        yield POSITION_RESET.finding(
+            f"{source}: the position estimate jumped {len(jumps)} {times} in flight {number}, by up "
+            f"to {size_m:.1f} m at {time_s - span.begin_s:.1f} s"
         )

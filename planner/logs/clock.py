@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _BACK_S = 1.0
 """Messages are written in the order of time but for less than this. [s]"""
 _MOST_STRAYS = 5
-"""So many messages in a row may be ahead of those that follow; more of them are another run."""
+"""So many messages in a row may be out of time; more of them are another run of the clock."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,8 +38,8 @@ class Clock:
     def of(cls, places: IntArray, time_s: FloatArray) -> Self:
         """Return the clock that timed messages show.
 
-        A message that is more than a second ahead of the ones after it is a stray, unless there are
-        many: then those after it are another run of the clock.
+        A few messages that are more than a second ahead of those after them, or behind those before
+        them, are strays; where there are many on both sides the clock has restarted.
         """
         order = np.argsort(places, kind="stable")
         places, time_s = places[order], time_s[order]
@@ -48,13 +48,15 @@ class Clock:
         is_stray = np.zeros(time_s.shape, np.bool_)
         restarts: list[int] = []
         for drop in np.flatnonzero(np.diff(time_s) < -_BACK_S).tolist():
-            ahead = drop
-            while ahead > drop - _MOST_STRAYS and ahead >= 0 and _is_ahead(time_s, ahead, drop + 1):
-                ahead -= 1
-            if ahead < 0 or _is_ahead(time_s, ahead, drop + 1):
-                restarts.append(int(places[drop + 1]))
+            ahead = time_s[max(drop - _MOST_STRAYS, 0) : drop + 1] > time_s[drop + 1] + _BACK_S
+            behind = time_s[drop + 1 : drop + 2 + _MOST_STRAYS] < time_s[drop] - _BACK_S
+            if not np.all(ahead):
+                is_stray[drop - int(np.argmin(ahead[::-1])) + 1 : drop + 1] = True
+            elif not np.all(behind) or len(behind) <= _MOST_STRAYS:
+                count = int(np.argmin(behind)) if not np.all(behind) else len(behind)
+                is_stray[drop + 1 : drop + 1 + count] = True
             else:
-                is_stray[ahead + 1 : drop + 1] = True
+                restarts.append(int(places[drop + 1]))
         return cls(
             places=places[~is_stray],
             time_s=time_s[~is_stray],
@@ -87,7 +89,3 @@ class Clock:
             yield LOG_CLOCK.finding(
                 f"{source}: {self.strays} messages are out of time and are left out"
             )
-
-
-def _is_ahead(time_s: FloatArray, index: int, later: int) -> bool:
-    return bool(time_s[index] > time_s[later] + _BACK_S)

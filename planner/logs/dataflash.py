@@ -99,6 +99,7 @@ def _recording(
         autopilot=Autopilot.ARDUPILOT,
         firmware=firmware,
         vehicle=frame,
+        position_jumps=(),
         remarks=remarks,
         findings=(*findings, *other_batteries(tables, file.source)),
     )

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LogFileError
 from planner.logs.assembly import flight_record
+from planner.logs.dataflash import dataflash_recordings
 from planner.logs.dataflash_binary import HEADER
 from planner.logs.flights import flight_spans
 from planner.logs.record import LogFormat
 from planner.logs.recording import LogFile
+from planner.logs.ulog import MAGIC as ULOG_MAGIC
+from planner.logs.ulog import ulog_recordings
 
 if TYPE_CHECKING:
     from planner.logs.record import FlightRecord
@@ -55,11 +58,13 @@ def read_log(path: str | Path) -> tuple[FlightRecord, ...]:
 
 
 def _recordings(data: mmap.mmap, source: str, sha256: str) -> tuple[Recording, ...]:
-    from planner.logs.dataflash import dataflash_recordings
+    """Return what a log tells by the reader its first bytes ask for."""
 
     def file(log_format: LogFormat) -> LogFile:
         return LogFile(source=source, sha256=sha256, log_format=log_format)
 
+    if data[: len(ULOG_MAGIC)] == ULOG_MAGIC:
+        return ulog_recordings(file(LogFormat.ULOG))
     return dataflash_recordings(data, file(LogFormat.DATAFLASH), is_binary=data[:2] == HEADER)
 
 

@@ -93,8 +93,9 @@ def height_columns(grid: Grid, home: LoggedHome) -> dict[str, Column]:
         offset = (
             -(_first(local) or 0.0) if height is None else _median(height.values - local.values)
         )
-        if height is None and offset is not None:
-            height = local.plus(offset)
+        if offset is not None:
+            lifted = local.plus(offset)
+            height = lifted if height is None else height.else_from(lifted)
     if altitude is None and height is not None and home_amsl_m is not None:
         altitude = height.plus(home_amsl_m)
     reference = grid.column("reference_height_m")

@@ -63,6 +63,8 @@ class Recording:
     autopilot: Autopilot | None
     firmware: str
     vehicle: str
+    position_jumps: tuple[tuple[float, float], ...]
+    """Time and size in metres of each reset of the position estimate, where they are logged."""
     remarks: Mapping[str, str]
     """What is to be said of a quantity that is not as it should be, by the column's name."""
     findings: tuple[Finding, ...]
