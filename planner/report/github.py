@@ -50,7 +50,7 @@ def check_github(results: Results, *, folder: Path) -> str:
     more = sum(shown.values()) - len(lines)
     lines.append(f"{tally(results)}{caveat(results)}")
     if more:
-        lines.append(f"{numbers.count(more, 'finding')} more, without annotation")
+        lines.append(f"{numbers.count(more, 'more finding')}, without annotation")
     return "\n".join(lines) + "\n"
 
 

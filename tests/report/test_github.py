@@ -97,7 +97,7 @@ def test_the_worst_of_all_missions_come_first(
 
 
 @pytest.mark.parametrize(
-    ("number", "last"), [(10, None), (11, "1 finding more"), (25, "15 findings")]
+    ("number", "last"), [(10, None), (11, "1 more finding,"), (25, "15 more findings,")]
 )
 def test_ten_of_a_severity_are_shown_and_the_rest_is_counted(
     flown: CheckResult, number: int, last: str | None
