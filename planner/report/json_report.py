@@ -102,6 +102,7 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
             "wind_from_deg": value(wind, "from_deg"),
             **values(conditions, ("home_amsl_m", "temperature_c", "payload_kg")),
         },
+        "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [values(one, _ITEM_KEYS) for one in (flown.items if flown else ())],
@@ -110,6 +111,17 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
             _finding(finding) | {"suppression": value(finding, "suppression")}
             for finding in result.suppressed
         ],
+    }
+
+
+def _parameters(result: CheckResult | None) -> Document:
+    """Return what the autopilot was taken to fly with, each value with where it comes from."""
+    flown_with = None if result is None else result.parameters
+    if flown_with is None:
+        return {}
+    return {
+        quantity: {"value": value(flown_with, quantity), "origin": str(origin)}
+        for quantity, origin in flown_with.origins.items()
     }
 
 
