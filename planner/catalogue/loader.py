@@ -217,3 +217,48 @@ ITEM_TYPE = Rule(
     example="'type' of item 1 is null: read as SimpleItem",
     fix='write "type": "SimpleItem"',
 )
+
+PLAN_VALUE = Rule(
+    code="L119",
+    name="plan-value",
+    severity=Severity.WARNING,
+    summary="A value is missing or of another type than QGroundControl wants.",
+    why=(
+        "QGroundControl refuses the whole file at the first such value, also where it means "
+        "nothing to the vehicle."
+    ),
+    how=(
+        "What can be read all the same: the speeds and altitudes for display, 'doJumpId', "
+        "'groundStation', the versions and lists inside fence and complex items."
+    ),
+    example="'cruiseSpeed' is null, expected a number: QGroundControl refuses the file",
+    fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
+)
+
+JUMP_INTO_COMPLEX_ITEM = Rule(
+    code="L120",
+    name="jump-into-complex-item",
+    severity=Severity.WARNING,
+    summary="A DO_JUMP leads into a complex item.",
+    why=(
+        "QGroundControl looks for the target among the simple items alone, and refuses the whole "
+        "file if it is not there."
+    ),
+    how="The target has a doJumpId that only an item inside a survey or other complex item has.",
+    example="the DO_JUMP of item 9 leads to item 4, inside a complex item",
+    fix="let the jump lead to a simple item before or behind the complex one",
+)
+
+JUMP_SHIFTED = Rule(
+    code="L121",
+    name="jump-shifted-by-mavsdk",
+    severity=Severity.INFO,
+    summary="MAVSDK's import makes a DO_JUMP lead one item too far.",
+    why=(
+        "A plan numbers its items from 1, PX4 from 0.  QGroundControl converts the number at "
+        "upload, MAVSDK's import does not: the vehicle repeats another part of the mission."
+    ),
+    how="A plan for PX4 that holds a DO_JUMP; for ArduPilot MAVSDK puts home first, as item 0.",
+    example="the DO_JUMP of item 9 names item 4: after MAVSDK's import it leads to item 5",
+    fix="upload the plan with QGroundControl",
+)

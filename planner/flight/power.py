@@ -47,7 +47,7 @@ class SteadyPower:
         state : KinematicState
             Where the vehicle is and how it moves.
         flight_state : ndarray of int
-            Positions in ``STATES``, in the shape of the state.
+            Positions in ``STATES``; this and the next two broadcast against the state.
         commanded_speed_m_s : ndarray
             Speed of the cruise a leg leads to. [m s⁻¹]
         is_grounded : ndarray of bool, optional
@@ -146,9 +146,10 @@ def _stepped_w(
     to (article, section 3.1.2); braking is a transient.
     """
     above = np.zeros(state.height_m.shape)
+    flight_state = np.broadcast_to(flight_state, above.shape)
     level = (flight_state == STATE_INDEX[FlightState.ACCELERATE]) | (
         flight_state == STATE_INDEX[FlightState.CRUISE]
     )
-    commanded = commanded_speed_m_s[level]
+    commanded = np.broadcast_to(commanded_speed_m_s, above.shape)[level]
     above[level] = cruise.above_hover_w(commanded) * state.ground_speed_m_s[level] / commanded
     return above

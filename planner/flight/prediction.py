@@ -134,8 +134,7 @@ def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:
 def _steady_power_w(
     motion: Motion, piece: IntArray, own_s: FloatArray, power: SteadyPower
 ) -> FloatArray:
-    """Return the steady power of pieces at times since each began; both broadcast. [W]"""
-    piece = np.broadcast_to(piece, own_s.shape)
+    """Return the steady power of pieces at times since each began, (n,) or (n, 1) and (n, k). [W]"""
     segment = motion.piece_segment[piece]
     grounded = motion.piece_is_grounded
     return power.power_w(

@@ -138,3 +138,5 @@ MOTION = Structure(numerator_degree=0, denominator_degree=2)
 """Altitude and speed, G1 and G4 of the article."""
 POWER = Structure(numerator_degree=1, denominator_degree=2)
 """Power of a climb, a descent or a stop, G2, G3 and G5."""
+POWER_WITHOUT_ZERO = Structure(numerator_degree=0, denominator_degree=2)
+"""Power whose zero the manoeuvres do not show."""

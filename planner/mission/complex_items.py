@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 from planner.catalogue.loader import (
     COMPLEX_ITEM_UNKNOWN,
     COMPLEX_ITEM_VERSION,
+    PLAN_VALUE,
     SURVEY_REBUILT,
 )
 from planner.mission import structure_scan
 from planner.mission.item_sequence import ItemSequence
-from planner.mission.items import MOST_ITEMS
+from planner.mission.items import MOST_ITEMS, make_items
 from planner.mission.json_document import describe
 from planner.mission.json_fields import JsonFields
 from planner.mission.landing_pattern import LAND_COMMANDS, expand_landing_pattern
@@ -37,6 +38,7 @@ VERSIONS = {
     "vtolLandingPattern": (1,),
 }
 """What QGroundControl accepts."""
+_TRANSECT_VERSIONS = (1, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +79,9 @@ class ComplexItemReader:
         )
         kind = kind if isinstance(kind, str) else ""
         is_known = version in VERSIONS.get(kind, ())
+        if raw.value.get("type") != "ComplexItem":
+            found = describe(raw.value.get("type"))
+            self._tell_refused(item, f"'type' is {found}, read as ComplexItem", first_number, place)
         transects = raw.value.get("TransectStyleComplexItem")
         if isinstance(transects, dict) and "Items" in transects:
             if not is_known:
@@ -85,6 +90,10 @@ class ComplexItemReader:
                     "QGroundControl refuses the file"
                 )
                 self.remarks.add(COMPLEX_ITEM_VERSION, message, item=first_number, place=place)
+            version = transects.get("version")
+            if version not in _TRANSECT_VERSIONS:
+                what = f"'TransectStyleComplexItem' is of version {describe(version)}"
+                self._tell_refused(item, what, first_number, place)
             return self._embedded(item, first_number)
         if not is_known:
             return self._refused(item, f"version {describe(version)} is not known", place)
@@ -97,6 +106,11 @@ class ComplexItemReader:
                 item, kind, place, first_number=first_number, remarks=self.remarks
             )
         return self._without_items(item, kind, place, first_number)
+
+    def _tell_refused(self, item: JsonFields, what: str, number: int, place: Place) -> None:
+        """Tell that QGroundControl does not open a file with this."""
+        message = f"{item.title}: {what}: QGroundControl refuses the file"
+        self.remarks.add(PLAN_VALUE, message, item=number, place=place)
 
     def _refused(self, item: JsonFields, why: str, place: Place) -> list[MissionItem]:
         """Tell that nothing of a complex item is in the prediction."""
@@ -116,10 +130,12 @@ class ComplexItemReader:
                     f"element {index + 1} of 'Items' is {describe(raw)}", "Items", index
                 )
         places = item.document.places(raws)
-        return [
-            self.simple_items.read(raw, first_number + n, place)
-            for n, (raw, place) in enumerate(zip(raws, places, strict=True))
-        ]
+        return make_items(
+            [
+                self.simple_items.read(raw, first_number + n, place)
+                for n, (raw, place) in enumerate(zip(raws, places, strict=True))
+            ]
+        )
 
     def _without_items(
         self, item: JsonFields, kind: str, place: Place, first_number: int

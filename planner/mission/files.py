@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
@@ -25,6 +27,8 @@ from planner.mission.wpl_rows import is_row, read_lines
 from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.findings import Finding
     from planner.mission.items import Mission
 
@@ -85,7 +89,8 @@ def read_mission_bytes(data: bytes, *, source: str) -> Mission:
         If it is no mission or is broken.
     """
     content = read_text(data, source=source)
-    mission = _read_content(content.text, source=source)
+    with _collection_paused():
+        mission = _read_content(content.text, source=source)
     findings = [*content.findings, *_check_suffix(mission, content.inner_name or source)]
     return replace(mission, findings=(*findings, *mission.findings)) if findings else mission
 
@@ -122,6 +127,21 @@ def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
     conversion = convert_mission(mission, file_format)
     write_output_file(Path(path), conversion.text)
     return conversion.findings
+
+
+@contextmanager
+def _collection_paused() -> Iterator[None]:
+    """Keep the garbage collector from going through a growing mission again and again.
+
+    Nothing of it is garbage: on 10,000 items it costs a quarter of the time.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def _read_content(text: str, *, source: str) -> Mission:

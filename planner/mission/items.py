@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import deque
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.autopilot import Autopilot
     from planner.findings import Finding, Place
     from planner.geo.fence import Fence, RallyPoint
@@ -73,6 +76,31 @@ class MissionItem:
     jump_id: int | None = None
     """The id that DO_JUMP refers to: ``doJumpId`` of a plan, the row number of a WPL file."""
     place: Place | None = None
+    unresolved_agl_m: float | None = None
+    """The height above ground of an item without an altitude: QGroundControl computes that one
+    from its terrain, and has not done so yet. [m]"""
+
+
+_ITEM_FIELDS = tuple(each.name for each in fields(MissionItem))
+
+
+def make_items(rows: Sequence[tuple[Any, ...]]) -> list[MissionItem]:
+    """Return items from their values, thousands at once.
+
+    Parameters
+    ----------
+    rows : sequence of tuple
+        The values of each item, in the order of the fields of `MissionItem`.
+
+    Notes
+    -----
+    The ``__init__`` of a frozen dataclass sets each value by its name.  This sets a column of
+    values at a time through its slot, in less than half the time.
+    """
+    items = [object.__new__(MissionItem) for _ in rows]
+    for name, column in zip(_ITEM_FIELDS, zip(*rows, strict=True), strict=bool(rows)):
+        deque(map(getattr(MissionItem, name).__set__, items, column), maxlen=0)
+    return items
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

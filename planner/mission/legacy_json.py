@@ -71,15 +71,16 @@ def read_legacy(document: JsonDocument, source: str) -> Mission:
         message = f"'complexItems' is {describe(complex_items)}: it is not in this prediction"
         place = document.place(mission.value, "complexItems")
         remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
-    read = read_items(mission, remarks, is_legacy=True)
-    home = _read_home(mission)
     firmware_key = "MAV_AUTOPILOT" if "MAV_AUTOPILOT" in mission.value else "firmwareType"
+    autopilot = read_autopilot(mission, firmware_key)
+    read = read_items(mission, remarks, autopilot=autopilot, is_legacy=True)
+    home = _read_home(mission)
     return Mission(
         source=source,
         file_format=MissionFormat.PLAN,
         items=read.items,
         home=home,
-        autopilot=read_autopilot(mission, firmware_key),
+        autopilot=autopilot,
         vehicle=read_vehicle(mission, read.items, home),
         findings=(*document.findings, *remarks.findings()),
         document=PlanDocument(json=document, section=mission.value, origins=read.origins),

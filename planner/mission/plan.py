@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
-from planner.catalogue.loader import MISSION_VERSION, REQUIRED_KEY
+from planner.catalogue.loader import MISSION_VERSION, PLAN_VALUE, REQUIRED_KEY
 from planner.errors import MissionFileError
 from planner.mission.items import Home, Mission, MissionFormat
 from planner.mission.json_document import JsonDocument, describe, parse_json
@@ -92,8 +92,10 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
     section = plan.fields("mission", "the mission")
     _check_file_version(plan)
     _check_required_keys(plan, section, remarks)
+    _check_values(plan, section, remarks)
     _check_mission_version(section, remarks)
-    read = read_items(section, remarks)
+    autopilot = read_autopilot(section, "firmwareType")
+    read = read_items(section, remarks, autopilot=autopilot)
     home = read_home(section)
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
@@ -106,7 +108,7 @@ def read_plan(document: JsonDocument, source: str) -> Mission:
         file_format=MissionFormat.PLAN,
         items=read.items,
         home=home,
-        autopilot=read_autopilot(section, "firmwareType"),
+        autopilot=autopilot,
         vehicle=read_vehicle(section, read.items, home),
         fence=fence,
         rally=rally,
@@ -168,6 +170,23 @@ def _check_required_keys(plan: JsonFields, section: JsonFields, remarks: Remarks
     if "geoFence" in missing:
         message += ", MAVSDK too, and no fence can be checked"
     remarks.add(REQUIRED_KEY, message, place=plan.document.place(plan.value))
+
+
+def _check_values(plan: JsonFields, section: JsonFields, remarks: Remarks) -> None:
+    """Tell about values that QGroundControl wants to be of a type, and we have no use for."""
+    wanted = (
+        (plan, "groundStation", "a text", str),
+        (plan, "version", "a number", (int, float)),
+        (section, "cruiseSpeed", "a number", (int, float)),
+        (section, "hoverSpeed", "a number", (int, float)),
+    )
+    for fields, key, expected, types in wanted:
+        value = fields.value.get(key)
+        if key in fields.value and (not isinstance(value, types) or isinstance(value, bool)):
+            message = (
+                f"'{key}' is {describe(value)}, expected {expected}: QGroundControl refuses the file"
+            )
+            remarks.add(PLAN_VALUE, message, place=fields.document.place(fields.value, key))
 
 
 def _check_mission_version(section: JsonFields, remarks: Remarks) -> None:

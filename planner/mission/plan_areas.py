@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from planner.catalogue.loader import FENCE_VERSION
+from planner.catalogue.loader import FENCE_VERSION, PLAN_VALUE
 from planner.catalogue.loader_text import FENCE_ITEM_BROKEN
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.json_fields import JsonFields
@@ -38,10 +38,12 @@ def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
     """
     if not _is_current(section, "the fence", remarks):
         return None
+    _check_keys(section, ("polygons", "circles"), remarks)
     polygons = []
     for index, raw in _objects(section, "polygons"):
         area = JsonFields(document=section.document, value=raw, title=f"fence polygon {index + 1}")
         area.whole("version", least=AREA_VERSION, most=AREA_VERSION, default=AREA_VERSION)
+        _check_keys(area, ("version",), remarks)
         vertices = tuple(area.position("polygon", n) for n in range(len(area.listed("polygon"))))
         place = section.document.place(raw)
         if len(vertices) < 3:
@@ -55,6 +57,7 @@ def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
     for index, raw in _objects(section, "circles"):
         area = JsonFields(document=section.document, value=raw, title=f"fence circle {index + 1}")
         area.whole("version", least=AREA_VERSION, most=AREA_VERSION, default=AREA_VERSION)
+        _check_keys(area, ("version",), remarks)
         circle = area.fields("circle", area.title)
         circle.listed("center")
         latitude_deg, longitude_deg = circle.position("center")
@@ -141,6 +144,14 @@ def _is_current(section: JsonFields, what: str, remarks: Remarks) -> bool:
         message = f"{what} is {says}: every loader ignores what is in it, and so does this check"
         remarks.add(FENCE_VERSION, message, place=section.document.place(section.value))
     return False
+
+
+def _check_keys(fields: JsonFields, keys: tuple[str, ...], remarks: Remarks) -> None:
+    """Tell about keys that QGroundControl requires and we can do without."""
+    for key in keys:
+        if key not in fields.value:
+            message = f"{fields.title} has no '{key}': QGroundControl refuses the file"
+            remarks.add(PLAN_VALUE, message, place=fields.document.place(fields.value))
 
 
 def _objects(section: JsonFields, key: str) -> list[tuple[int, dict[str, Any]]]:

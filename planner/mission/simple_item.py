@@ -11,10 +11,10 @@ from planner.catalogue.loader import (
     COORDINATE_KEY,
     ITEM_TYPE,
     OLDER_ITEM,
+    PLAN_VALUE,
 )
 from planner.findings import Severity
-from planner.mission.commands import GLOBAL_FRAMES, Frame, load_command_table
-from planner.mission.items import MissionItem
+from planner.mission.commands import AMSL_FRAMES, GLOBAL_FRAMES, Frame, load_command_table
 from planner.mission.json_document import describe
 from planner.mission.json_fields import LARGEST_LENGTH_M, LARGEST_NUMBER, JsonFields
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.mission.remarks import Remarks
 
 _NUMBER_TYPES = frozenset({int, float})
+_COPY_TYPES = _NUMBER_TYPES | {type(None)}
 _PARAMETERS = (
     *(f"parameter {n}" for n in range(1, 5)),
     "latitude",
@@ -80,8 +81,8 @@ class SimpleItemReader:
             if definition.has_location
         )
 
-    def read(self, raw: dict[str, Any], number: int, place: Place) -> MissionItem:
-        """Return the mission item of a JSON object.
+    def read(self, raw: dict[str, Any], number: int, place: Place) -> tuple[Any, ...]:
+        """Return the values of the mission item that a JSON object is, for `make_items`.
 
         Parameters
         ----------
@@ -106,6 +107,7 @@ class SimpleItemReader:
             frame = self._fields(raw, number).whole("frame", most=255)
         values = self._values(raw, number, place)
         latitude, longitude, altitude = values[4:]
+        agl: float | None = None
         if command in self._located and frame in GLOBAL_FRAMES:
             if not (
                 -90.0 <= (latitude or 0.0) <= 90.0
@@ -117,27 +119,20 @@ class SimpleItemReader:
                 raw["Altitude"] != altitude
                 or raw.get("AltitudeMode") != ALTITUDE_MODE_OF_FRAME[frame]
             ):
-                self._compare_copies(raw, number, place, altitude, frame)
+                agl = self._compare_copies(raw, number, place, altitude, frame)
+        if "Altitude" in raw or "AltitudeMode" in raw or "AMSLAltAboveTerrain" in raw:
+            self._check_copies(raw, number, place)
         autocontinue = raw.get("autoContinue")
         if autocontinue is not True and autocontinue is not False:
             autocontinue = self._autocontinue(raw, number, place)
         jump_id = raw.get(self._jump_key)
-        if jump_id is not None and type(jump_id) is not int:
+        if jump_id is None:
+            if self._jump_key in raw:
+                message = f"'{self._jump_key}' of item {number} is null: QGroundControl refuses the file"
+                self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+        elif type(jump_id) is not int:
             jump_id = self._fields(raw, number).whole(self._jump_key, least=-1, most=2**31 - 1)
-        return MissionItem(
-            command=command,
-            frame=frame,
-            param1=values[0],
-            param2=values[1],
-            param3=values[2],
-            param4=values[3],
-            latitude_deg=latitude,
-            longitude_deg=longitude,
-            altitude_m=altitude,
-            autocontinue=autocontinue,
-            jump_id=jump_id,
-            place=place,
-        )
+        return (command, frame, *values, autocontinue, jump_id, place, agl)
 
     def is_simple(self, raw: dict[str, Any], number: int, place: Place) -> bool:
         """Return whether an object whose type is not "SimpleItem" is one all the same.
@@ -256,10 +251,27 @@ class SimpleItemReader:
         self._remarks.add(AUTOCONTINUE_TYPE, message, item=number, place=place)
         return bool(value)
 
+    def _check_copies(self, raw: dict[str, Any], number: int, place: Place) -> None:
+        """Tell about copies for display that QGroundControl does not open a file with."""
+        if (
+            type(raw.get("Altitude")) in _NUMBER_TYPES
+            and type(raw.get("AltitudeMode")) in _NUMBER_TYPES
+            and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
+        ):
+            return
+        message = (
+            f"item {number} needs a number in 'Altitude' and in 'AltitudeMode', and one or null in "
+            "'AMSLAltAboveTerrain': QGroundControl refuses the file"
+        )
+        self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+
     def _compare_copies(
         self, raw: dict[str, Any], number: int, place: Place, altitude: float | None, frame: int
-    ) -> None:
-        """Tell where the copies for display say something else than is flown."""
+    ) -> float | None:
+        """Tell where the copies for display say something else than is flown.
+
+        Returns the height above ground of an item whose altitude is not worked out yet. [m]
+        """
         mode, shown = raw.get("AltitudeMode"), raw["Altitude"]
         if mode == _CALCULATED and type(raw.get("AMSLAltAboveTerrain")) in _NUMBER_TYPES:
             shown = raw["AMSLAltAboveTerrain"]
@@ -272,7 +284,7 @@ class SimpleItemReader:
             self._remarks.add(ALTITUDE_COPY, message, item=number, place=place)
         flown = ALTITUDE_MODE_OF_FRAME[frame]
         if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
-            return
+            return None
         if mode != flown and (mode, flown) != (_CALCULATED, _AMSL):
             message = (
                 f"item {number} is shown as {_MODE_NAMES[mode]} (mode {mode}) and flown "
@@ -286,3 +298,8 @@ class SimpleItemReader:
                 place=place,
                 severity=Severity.INFO if harmless else None,
             )
+        agl = raw["Altitude"]
+        is_waiting = altitude is None and mode == _CALCULATED and frame in AMSL_FRAMES
+        if is_waiting and type(agl) in _NUMBER_TYPES and abs(agl) <= LARGEST_LENGTH_M:
+            return float(agl)
+        return None

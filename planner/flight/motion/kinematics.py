@@ -43,7 +43,10 @@ class MotionLaw(Protocol):
     """One law of motion, for many pieces at once."""
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
-        """Return the state of piece ``row`` at its own time; both broadcast together."""
+        """Return the state of piece ``row`` at its own time; both broadcast together.
+
+        What does not change with time may keep the shape of ``row``.
+        """
         ...
 
 
@@ -100,27 +103,24 @@ class Motion:
         Parameters
         ----------
         piece : ndarray of int
-            Pieces, broadcasting against ``time_s``.
+            Pieces, (n,) for a time each, or (n, 1) for a row of times each.
         time_s : ndarray
-            Time since the beginning of the piece. [s]
+            Time since the beginning of the piece, (n,) or (n, k). [s]
         """
-        piece, time_s = np.broadcast_arrays(piece, time_s)
-        columns = np.empty((6, *piece.shape))
-        law_of = self.piece_law[piece]
+        columns = np.empty((6, *time_s.shape))
+        law_of = self.piece_law[piece].reshape(len(piece))
+        row, own_s = self.piece_row[piece], self.piece_offset_s[piece] + time_s
         for index, law in enumerate(self.laws):
             chosen = law_of == index
             if not chosen.any():
                 continue
-            rows = piece[chosen]
-            state = law.state_at(self.piece_row[rows], self.piece_offset_s[rows] + time_s[chosen])
-            columns[:, chosen] = (
-                state.east_m,
-                state.north_m,
-                state.height_m,
-                state.east_m_s,
-                state.north_m_s,
-                state.climb_m_s,
-            )
+            state = law.state_at(row[chosen], own_s[chosen])
+            columns[0, chosen] = state.east_m
+            columns[1, chosen] = state.north_m
+            columns[2, chosen] = state.height_m
+            columns[3, chosen] = state.east_m_s
+            columns[4, chosen] = state.north_m_s
+            columns[5, chosen] = state.climb_m_s
         return KinematicState(
             east_m=columns[0],
             north_m=columns[1],
