@@ -143,6 +143,7 @@ def check(
     wind: Wind | None = None,
     payload_kg: float = 0.0,
     temperature_c: float | None = None,
+    position_noise_m: float = 0.0,
     home_amsl_m: float | None = None,
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
@@ -171,6 +172,8 @@ def check(
         Mass carried beyond the model's own. [kg]
     temperature_c : float, optional
         Air temperature at home; default standard for its altitude. [°C]
+    position_noise_m : float
+        Mean horizontal error of the position in a hover, which slows PX4's time down. [m]
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
     autopilot : Autopilot, optional
@@ -215,6 +218,7 @@ def check(
         wind=wind or Wind(),
         home_amsl_m=route.home_amsl_m,
         temperature_c=temperature_c,
+        position_noise_m=position_noise_m,
         payload_kg=payload_kg,
     )
     known = vehicle.battery if battery is None else battery
@@ -228,9 +232,10 @@ def check(
         findings += flight.motion.findings
         totals = flight_totals(flight, known)
         items = item_arrivals(mission, route, flight)
-        if known is not None:
-            budget = battery_budget(totals, known, charge=charge, reserve=reserve)
-        home = way_home(route, flight, pilot, budget)
+        if vehicle.is_power_known:
+            if known is not None:
+                budget = battery_budget(totals, known, charge=charge, reserve=reserve)
+            home = way_home(route, flight, pilot, budget)
         findings += check_case(
             Case(
                 mission=mission,
@@ -336,6 +341,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             wind=request.conditions.wind,
             payload_kg=request.conditions.payload_kg,
             temperature_c=request.conditions.temperature_c,
+            position_noise_m=request.conditions.position_noise_m,
             home_amsl_m=request.conditions.home_amsl_m,
             autopilot=request.autopilot,
             parameters=parameters,

@@ -106,6 +106,6 @@ POWER_UNKNOWN = Rule(
     summary="The vehicle's power was not identified: time is predicted, energy is not.",
     why="A mission without a known energy cannot be judged against a battery; it is never a 'go'.",
     how='The vehicle model says law = "not-given" under [hover] and [cruise].',
-    example="px4-sih-quad has no power model: 0 Wh stand for 'not known'",
+    example="px4-sih-quad has no power model: time and distance are predicted, energy is not",
     fix="identify the vehicle from logs with voltage and current, or fly another model",
 )

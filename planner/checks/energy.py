@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 def check_battery(case: Case) -> Iterator[Finding]:
     """Yield a finding where no battery is known, or the flight eats into the reserve."""
     battery, needed_wh = case.battery, case.totals.energy_wh
+    if not case.vehicle.is_power_known:
+        return  # E109 says so
     if battery is None:
         yield BATTERY_UNKNOWN.finding(
             f"no battery is known: the flight needs {numbers.energy(needed_wh)}, "

@@ -102,7 +102,7 @@ def check_power_known(case: Case) -> Iterator[Finding]:
     vehicle = case.vehicle
     if not vehicle.is_power_known:
         yield POWER_UNKNOWN.finding(
-            f"{vehicle.name} has no power model: every energy and power here is 0 for 'not known'"
+            f"{vehicle.name} has no power model: time and distance are predicted, energy is not"
         )
     elif vehicle.cruise is None:
         columns = case.flight.motion.segments

@@ -101,6 +101,13 @@ def temperature_c(text: str) -> float:
     return air_c
 
 
+def position_noise_m(text: str) -> float:
+    """Return the length of ``0.3`` or ``0.3m``."""
+    noise_m = _number(text, unit="m")
+    Conditions(position_noise_m=noise_m)  # refuses what PX4 would stand still with
+    return noise_m
+
+
 def _number(text: str, *, unit: str) -> float:
     found = re.fullmatch(rf"{_NUMBER}\s*(?:°?{unit})?", text.strip(), re.IGNORECASE)
     if found is None:

@@ -153,6 +153,14 @@ FLIGHT_SETTINGS = (
         read=quantities.temperature_c,
         kind=Kind.NUMBER,
     ),
+    Setting(
+        key="position_noise_m",
+        option="--position-noise",
+        metavar="M",
+        meaning="mean error of the position in a hover; slows PX4 down [default: 0]",
+        read=quantities.position_noise_m,
+        kind=Kind.NUMBER,
+    ),
 )
 """What decides how a mission is flown."""
 
@@ -292,7 +300,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
     """Return the request that settings by key make; the defaults are the request's own."""
     conditions = {
         key: values[key]
-        for key in ("wind", "home_amsl_m", "temperature_c", "payload_kg")
+        for key in ("wind", "home_amsl_m", "temperature_c", "payload_kg", "position_noise_m")
         if key in values
     }
     own = {

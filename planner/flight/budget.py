@@ -29,6 +29,7 @@ class Totals:
     climb_m: float
     descent_m: float
     energy_wh: float
+    """NaN where the power of the vehicle was not identified; powers too. [Wh]"""
     charge_mah: float | None
     """``None`` while no voltage is known. [mAh]"""
     mean_power_w: float

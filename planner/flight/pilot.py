@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner.errors import UsageError
 from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
 from planner.flight.transients import NO_TRANSIENTS
@@ -64,7 +65,18 @@ def make_pilot(
 
     limit_m_s = vehicle.airspeed_limit_m_s
     if isinstance(parameters, Px4Parameters):
-        return Px4Pilot(parameters=parameters, wind=conditions.wind, airspeed_limit_m_s=limit_m_s)
+        if conditions.position_noise_m >= parameters.position_error_max_m:
+            msg = (
+                f"with a position noise of {conditions.position_noise_m:g} m PX4 stands still: "
+                f"MPC_XY_ERR_MAX is {parameters.position_error_max_m:g} m"
+            )
+            raise UsageError(msg)
+        return Px4Pilot(
+            parameters=parameters,
+            wind=conditions.wind,
+            airspeed_limit_m_s=limit_m_s,
+            position_noise_m=conditions.position_noise_m,
+        )
     return ArduPilotPilot(parameters=parameters, wind=conditions.wind, airspeed_limit_m_s=limit_m_s)
 
 
@@ -98,6 +110,8 @@ class Px4Pilot:
     wind: Wind
     airspeed_limit_m_s: float | None
     """Airspeed at the greatest tilt; ``None``: not known. [m s⁻¹]"""
+    position_noise_m: float
+    """Mean horizontal error of the position in a hover. [m]"""
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; PX4 shapes its references, so nothing rings."""
@@ -108,6 +122,7 @@ class Px4Pilot:
             self.parameters,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
+            hover_noise_m=self.position_noise_m,
         )
         return motion, NO_TRANSIENTS
 
@@ -121,6 +136,7 @@ class Px4Pilot:
             self.parameters,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
+            hover_noise_m=self.position_noise_m,
         )
         return motion, NO_TRANSIENTS
 

@@ -56,11 +56,11 @@ class SteadyPower:
         Returns
         -------
         ndarray
-            Electrical power, zero where the model does not know it. [W]
+            Electrical power, NaN where the model does not know it. [W]
         """
         vehicle = self.vehicle
         if not vehicle.is_power_known:
-            return np.zeros(state.height_m.shape)
+            return np.full(state.height_m.shape, np.nan)
         density = self._air_density_kg_m3(state.height_m)
         power = self._flying_w(state, flight_state, commanded_speed_m_s, density)
         if vehicle.loads is not None:

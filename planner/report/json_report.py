@@ -100,7 +100,9 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
         "conditions": {
             "wind_m_s": value(wind, "speed_m_s"),
             "wind_from_deg": value(wind, "from_deg"),
-            **values(conditions, ("home_amsl_m", "temperature_c", "payload_kg")),
+            **values(
+                conditions, ("home_amsl_m", "temperature_c", "payload_kg", "position_noise_m")
+            ),
         },
         "parameters": _parameters(flown),
         **figures(result),

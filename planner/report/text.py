@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from planner import numbers
@@ -36,10 +37,10 @@ def headline(result: CheckResult | UnreadableMission) -> str:
     if not isinstance(result, CheckResult):
         return "the file cannot be read"
     totals, battery = result.totals, result.battery
-    flown = (
-        f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}, "
-        f"{numbers.energy(totals.energy_wh)}"
-    )
+    way = f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}"
+    if math.isnan(totals.energy_wh):
+        return f"{way}; the energy is not known"
+    flown = f"{way}, {numbers.energy(totals.energy_wh)}"
     if battery is None:
         return f"{flown}; no battery is known"
     return f"{flown}: {numbers.percent(battery.used_fraction)} of the battery, {_left(battery)}"

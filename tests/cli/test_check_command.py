@@ -182,7 +182,16 @@ def test_every_model_that_is_listed_can_be_flown(
     models = _json(capsys)["models"]
     assert isinstance(models, list)
     for model in models:
-        assert main(["check", mission, "--vehicle", model["name"], "--battery", "1000Wh"]) == 0
+        options = ["--vehicle", model["name"], "--battery", "1000Wh", "--format", "json"]
+        code = main(["check", mission, *options])
+        missions = _json(capsys)["missions"]
+        assert isinstance(missions, list)
+        checked = missions[0]
+        unknown = [f for f in checked["findings"] if f["code"] == "E109"]
+        # A model whose power was not identified is flown, but never a go.
+        assert code == bool(unknown)
+        assert (checked["totals"]["energy_wh"] is None) is bool(unknown)
+        assert checked["totals"]["time_s"] > 0.0
 
 
 def test_a_reader_that_leaves_changes_neither_verdict_nor_quiet(mission: str) -> None:
