@@ -183,9 +183,7 @@ def _check_values(plan: JsonFields, section: JsonFields, remarks: Remarks) -> No
     for fields, key, expected, types in wanted:
         value = fields.value.get(key)
         if key in fields.value and (not isinstance(value, types) or isinstance(value, bool)):
-            message = (
-                f"'{key}' is {describe(value)}, expected {expected}: QGroundControl refuses the file"
-            )
+            message = f"'{key}' is {describe(value)}, expected {expected}: QGroundControl refuses the file"
             remarks.add(PLAN_VALUE, message, place=fields.document.place(fields.value, key))
 
 

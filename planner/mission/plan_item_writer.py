@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 from planner.mission.commands import has_location
 from planner.mission.jump_numbers import numbered_in_order
 from planner.mission.plan import PlanDocument
-from planner.mission.simple_item import ALTITUDE_MODE_OF_FRAME, is_complex
+from planner.mission.simple_item import (
+    ALTITUDE_MODE_OF_FRAME,
+    CALCULATED_MODE,
+    has_whole_copies,
+    is_complex,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,7 +53,7 @@ def write_elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[d
         raw: dict[str, Any] = {}
         if origin is not None:
             while waiting and waiting[0] < origin:
-                written.append(elements[waiting.pop(0)])
+                written.append(_named_complex(elements[waiting.pop(0)]))
             raw = elements[origin]
             if is_complex(raw):
                 group = before.items[spans[origin]]
@@ -60,7 +65,7 @@ def write_elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[d
                 raw = {}
         written.append(_simple_element(numbered[at], raw))
         at += 1
-    written += (elements[index] for index in waiting)
+    written += (_named_complex(elements[index]) for index in waiting)
     return written
 
 
@@ -80,8 +85,14 @@ def _spans(origins: Sequence[int]) -> dict[int, slice]:
     return spans
 
 
+def _named_complex(raw: dict[str, Any]) -> dict[str, Any]:
+    """Return a complex item that says it is one."""
+    return raw if raw.get("type") == "ComplexItem" else raw | {"type": "ComplexItem"}
+
+
 def _complex_element(items: Sequence[MissionItem], raw: dict[str, Any]) -> dict[str, Any]:
     """Return a complex item as it was, the items that it holds with their present numbers."""
+    raw = _named_complex(raw)
     transects = raw.get("TransectStyleComplexItem")
     if not isinstance(transects, dict) or "Items" not in transects:
         return raw
@@ -97,13 +108,20 @@ def _simple_element(item: MissionItem, raw: dict[str, Any]) -> dict[str, Any]:
     if not has_present_form:
         for key in _OLDER_KEYS:
             element.pop(key, None)
-    if not has_present_form or (params[6], raw["frame"]) != (item.altitude_m, item.frame):
+    has_same_altitude = (
+        has_present_form
+        and (params[6], raw["frame"]) == (item.altitude_m, item.frame)
+        and has_whole_copies(raw)
+    )
+    if not has_same_altitude:
         for key in _ALTITUDE_KEYS:
             element.pop(key, None)
         element |= _altitude_copies(item)
     put(element, "autoContinue", item.autocontinue)
     put(element, "command", item.command)
-    if item.jump_id is not None:
+    if item.jump_id is None:
+        element.pop("doJumpId", None)
+    else:
         put(element, "doJumpId", item.jump_id)
     put(element, "frame", item.frame)
     values = (
@@ -121,6 +139,9 @@ def _altitude_copies(item: MissionItem) -> dict[str, Any]:
     It leaves them out of items without a place, and refuses them without a number.
     """
     mode = ALTITUDE_MODE_OF_FRAME.get(item.frame)
+    if item.unresolved_agl_m is not None:
+        values = (None, _number(item.unresolved_agl_m), CALCULATED_MODE)
+        return dict(zip(_ALTITUDE_KEYS, values, strict=True))
     if item.altitude_m is None or mode is None or not has_location(item.command):
         return {}
     return dict(zip(_ALTITUDE_KEYS, (None, _number(item.altitude_m), mode), strict=True))

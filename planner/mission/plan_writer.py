@@ -114,6 +114,9 @@ def _mission_section(mission: Mission, basis: _Basis) -> dict[str, Any]:
     before = basis.before
     if basis.text is None:  # plans may lack them, new ones have them
         section = _SPEEDS_M_S | section
+    for key, speed_m_s in _SPEEDS_M_S.items():
+        if key in section and type(section[key]) not in {int, float}:
+            section[key] = speed_m_s
     if "firmwareType" not in section or mission.autopilot is not before.autopilot:
         section["firmwareType"] = _FIRMWARE_TYPES.get(mission.autopilot, _GENERIC_FIRMWARE)
     section["items"] = write_elements(mission.items, before=before)
@@ -183,10 +186,19 @@ def _completed(section: Mapping[str, Any], lists: Mapping[str, Any]) -> dict[str
     """
     content = {key: value for key, value in section.items() if value not in ([], {}, None)}
     if content.pop("version", 1) == SECTION_VERSION:
-        return dict(section) | {key: lists[key] for key in lists if key not in section}
+        completed = dict(section) | {key: lists[key] for key in lists if key not in section}
+        for key in ("circles", "polygons"):
+            if key in completed:
+                completed[key] = [_versioned(area) for area in completed[key]]
+        return completed
     if content:
         return {"version": 1} | dict(section)
     return dict(lists) | {"version": SECTION_VERSION}
+
+
+def _versioned(area: dict[str, Any]) -> dict[str, Any]:
+    """Return a fence area that says its version, which QGroundControl requires."""
+    return area if "version" in area else area | {"version": AREA_VERSION}
 
 
 def _json_text(value: Mapping[str, Any]) -> str:

@@ -34,7 +34,7 @@ _PARAMETERS = (
 _COPY_TOLERANCE_M = 0.01
 """Ground stations show altitudes to the centimetre. [m]"""
 
-_MIXED, _RELATIVE, _AMSL, _CALCULATED, _TERRAIN = range(5)
+_MIXED, _RELATIVE, _AMSL, CALCULATED_MODE, _TERRAIN = range(5)
 _MODE_NAMES = ("mixed", "above home", "AMSL", "AMSL from terrain", "above terrain")
 """QGroundControl's AltitudeMode since version 4.2 (May 2021)."""
 ALTITUDE_MODE_OF_FRAME: dict[int, int] = {
@@ -52,6 +52,17 @@ def is_complex(raw: dict[str, Any]) -> bool:
     """Return whether an element of a plan is a complex item, in whatever version."""
     kind = raw.get("type")
     return kind != "SimpleItem" and (kind in ("ComplexItem", "survey") or "complexItemType" in raw)
+
+
+def has_whole_copies(raw: dict[str, Any]) -> bool:
+    """Return whether an element has copies of its altitude that QGroundControl takes, or none."""
+    if "Altitude" not in raw and "AltitudeMode" not in raw and "AMSLAltAboveTerrain" not in raw:
+        return True
+    return (
+        type(raw.get("Altitude")) in _NUMBER_TYPES
+        and type(raw.get("AltitudeMode")) in _NUMBER_TYPES
+        and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
+    )
 
 
 class SimpleItemReader:
@@ -120,18 +131,18 @@ class SimpleItemReader:
                 or raw.get("AltitudeMode") != ALTITUDE_MODE_OF_FRAME[frame]
             ):
                 agl = self._compare_copies(raw, number, place, altitude, frame)
-        if "Altitude" in raw or "AltitudeMode" in raw or "AMSLAltAboveTerrain" in raw:
-            self._check_copies(raw, number, place)
+        if not has_whole_copies(raw):
+            message = (
+                f"item {number} needs a number in 'Altitude' and 'AltitudeMode', and one or null in "
+                "'AMSLAltAboveTerrain': QGroundControl refuses the file"
+            )
+            self._remarks.add(PLAN_VALUE, message, item=number, place=place)
         autocontinue = raw.get("autoContinue")
         if autocontinue is not True and autocontinue is not False:
             autocontinue = self._autocontinue(raw, number, place)
         jump_id = raw.get(self._jump_key)
-        if jump_id is None:
-            if self._jump_key in raw:
-                message = f"'{self._jump_key}' of item {number} is null: QGroundControl refuses the file"
-                self._remarks.add(PLAN_VALUE, message, item=number, place=place)
-        elif type(jump_id) is not int:
-            jump_id = self._fields(raw, number).whole(self._jump_key, least=-1, most=2**31 - 1)
+        if type(jump_id) is not int:
+            jump_id = self._jump_id(raw, number, place)
         return (command, frame, *values, autocontinue, jump_id, place, agl)
 
     def is_simple(self, raw: dict[str, Any], number: int, place: Place) -> bool:
@@ -239,6 +250,17 @@ class SimpleItemReader:
         self._remarks.add(COORDINATE_KEY, message, item=number, place=place)
         return [*params[:4], *coordinate]
 
+    def _jump_id(self, raw: dict[str, Any], number: int, place: Place) -> int | None:
+        """Return the id for jumps where it is no plain integer."""
+        key = self._jump_key
+        if key not in raw:
+            return None
+        if raw[key] is None:
+            message = f"'{key}' of item {number} is null: QGroundControl refuses the file"
+            self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+            return None
+        return self._fields(raw, number).whole(key, least=-1, most=2**31 - 1)
+
     def _autocontinue(self, raw: dict[str, Any], number: int, place: Place) -> bool:
         value = raw.get("autoContinue", 1)
         if value not in (0, 1):
@@ -251,20 +273,6 @@ class SimpleItemReader:
         self._remarks.add(AUTOCONTINUE_TYPE, message, item=number, place=place)
         return bool(value)
 
-    def _check_copies(self, raw: dict[str, Any], number: int, place: Place) -> None:
-        """Tell about copies for display that QGroundControl does not open a file with."""
-        if (
-            type(raw.get("Altitude")) in _NUMBER_TYPES
-            and type(raw.get("AltitudeMode")) in _NUMBER_TYPES
-            and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
-        ):
-            return
-        message = (
-            f"item {number} needs a number in 'Altitude' and in 'AltitudeMode', and one or null in "
-            "'AMSLAltAboveTerrain': QGroundControl refuses the file"
-        )
-        self._remarks.add(PLAN_VALUE, message, item=number, place=place)
-
     def _compare_copies(
         self, raw: dict[str, Any], number: int, place: Place, altitude: float | None, frame: int
     ) -> float | None:
@@ -273,7 +281,7 @@ class SimpleItemReader:
         Returns the height above ground of an item whose altitude is not worked out yet. [m]
         """
         mode, shown = raw.get("AltitudeMode"), raw["Altitude"]
-        if mode == _CALCULATED and type(raw.get("AMSLAltAboveTerrain")) in _NUMBER_TYPES:
+        if mode == CALCULATED_MODE and type(raw.get("AMSLAltAboveTerrain")) in _NUMBER_TYPES:
             shown = raw["AMSLAltAboveTerrain"]
         if (
             altitude is not None
@@ -285,7 +293,7 @@ class SimpleItemReader:
         flown = ALTITUDE_MODE_OF_FRAME[frame]
         if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
             return None
-        if mode != flown and (mode, flown) != (_CALCULATED, _AMSL):
+        if mode != flown and (mode, flown) != (CALCULATED_MODE, _AMSL):
             message = (
                 f"item {number} is shown as {_MODE_NAMES[mode]} (mode {mode}) and flown "
                 f"{_MODE_NAMES[flown]} (frame {frame})"
@@ -299,7 +307,7 @@ class SimpleItemReader:
                 severity=Severity.INFO if harmless else None,
             )
         agl = raw["Altitude"]
-        is_waiting = altitude is None and mode == _CALCULATED and frame in AMSL_FRAMES
+        is_waiting = altitude is None and mode == CALCULATED_MODE and frame in AMSL_FRAMES
         if is_waiting and type(agl) in _NUMBER_TYPES and abs(agl) <= LARGEST_LENGTH_M:
             return float(agl)
         return None
