@@ -26,6 +26,7 @@ from planner.physics.battery import open_circuit_voltage_v
 from planner.physics.rotor import momentum_power_w
 from planner.units import SECONDS_PER_HOUR
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.chemistry import load_chemistry
 from planner.vehicle.parameter_table import parameter_table
 from planner.vehicle.px4_parameters import Px4Parameters
 from planner.vehicle.shipped import models_root
@@ -58,28 +59,8 @@ START = {
 }
 """Where the fit begins: a plausible quadrotor."""
 
-# ArduPilot, libraries/SITL/SIM_Battery.cpp, soc_table: volts of a cell over percent of charge.  The
-# rows below 1.3 %, where it drops to nothing, are left out and 0 % has the 2.5 V of 1.2 %.
-SITL_SOC = tuple(
-    map(
-        float,
-        """
-        0.0 0.013 0.015 0.02 0.0385 0.0769 0.1154 0.1538 0.1923 0.2308 0.2692 0.3077
-        0.3462 0.3846 0.4231 0.4615 0.5 0.5385 0.5769 0.6154 0.6538 0.6923 0.7308 0.7692
-        0.8077 0.8462 0.8846 0.9231 0.9615 1.0
-        """.split(),
-    )
-)
-SITL_CELL_V = tuple(
-    map(
-        float,
-        """
-        2.5 2.7 2.8 2.977 3.091 3.165 3.218 3.296 3.379 3.462 3.503 3.543
-        3.588 3.636 3.679 3.715 3.742 3.783 3.801 3.833 3.854 3.887 3.908 3.943
-        3.987 4.039 4.071 4.085 4.112 4.173
-        """.split(),
-    )
-)
+CELL = load_chemistry("lipo-ardupilot-sitl")
+"""The simulated battery is made of these, six in series."""
 
 
 def is_steady(record: FlightRecord) -> npt.NDArray[np.bool_]:
@@ -156,13 +137,13 @@ def fit_resistance(
     records: Sequence[FlightRecord], full_v: float, capacity_ah: float
 ) -> tuple[float, float]:
     """Return the resistance in front of the simulator's open-circuit curve, and the error left."""
-    curve_v = np.array(SITL_CELL_V) * full_v / SITL_CELL_V[-1]
+    curve_v = np.array(CELL.cell_ocv_v) * full_v / CELL.cell_ocv_v[-1]
     drop, current = np.concatenate(
         [
             np.stack(
                 [
                     open_circuit_voltage_v(
-                        1.0 - used_ah(r) / capacity_ah, ocv_soc=SITL_SOC, ocv_v=curve_v
+                        1.0 - used_ah(r) / capacity_ah, ocv_soc=CELL.ocv_soc, ocv_v=curve_v
                     )
                     - r.voltage_v,
                     r.current_a,
@@ -234,7 +215,7 @@ def survey_quad(name: str, paths: Sequence[Path]) -> list[str]:
         ],
         axis=1,
     )
-    curve_v = [volts * full_v / SITL_CELL_V[-1] for volts in SITL_CELL_V]
+    scale = full_v / CELL.cell_ocv_v[-1]
     least_charge = min(1.0 - used_ah(r)[-1] / capacity_ah for r in records)
     return [
         "# The survey quadrotor of the simulated ArduPilot flights: 3.5 kg, 8 Ah, 6 cells.",
@@ -272,11 +253,11 @@ def survey_quad(name: str, paths: Sequence[Path]) -> list[str]:
         "cells_in_series = 6",
         f"internal_resistance_ohm = {resistance:.4f}",
         (
-            "# ArduPilot's simulated cell (libraries/SITL/SIM_Battery.cpp, soc_table) times "
-            f"{full_v / SITL_CELL_V[-1]:.4f}."
+            "# The curve of models/chemistries/lipo-ardupilot-sitl.toml, scaled to "
+            f"{full_v:.1f} V as the simulator does."
         ),
-        f"ocv_soc = {wrapped(SITL_SOC, 4)}",
-        f"ocv_v = {wrapped(curve_v, 3)}",
+        f"ocv_soc = {wrapped(CELL.ocv_soc, 4)}",
+        f"ocv_v = {wrapped([scale * volts for volts in CELL.cell_ocv_v], 3)}",
         "",
         "[parameters]",
         *common_parameters(ArduPilotParameters, [r.parameters for r in records]),
