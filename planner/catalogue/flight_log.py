@@ -52,7 +52,7 @@ FLIGHT_INCOMPLETE = Rule(
     severity=Severity.WARNING,
     summary="A log begins or ends in the middle of a flight.",
     why="Time, distance and energy of the flight are larger than what the log tells of it.",
-    how="The vehicle is armed, or in the air, at the first or the last message.",
+    how="The vehicle is in the air at the first or the last message of the flight.",
     example="flight.ulg: the log ends in the middle of flight 1",
     fix="let the log run from before arming to after disarming",
 )

@@ -93,7 +93,7 @@ def flight_record(
         sha256=recording.file.sha256,
         log_format=recording.file.log_format,
         quantities=tuple(_quantities(columns, events, recording.remarks)),
-        findings=(*recording.findings, *findings, *_gaps(recording, span, number)),
+        findings=(*recording.findings, *findings, *_gaps(recording, span, number, is_landed)),
     )
 
 
@@ -153,11 +153,16 @@ def _quantities(
         )
 
 
-def _gaps(recording: Recording, span: FlightSpan, number: int) -> Iterator[Finding]:
+def _gaps(
+    recording: Recording, span: FlightSpan, number: int, is_landed: BoolArray
+) -> Iterator[Finding]:
     """Return what is missing of a flight: its beginning, its end, times in between."""
     source = recording.file.source
-    for boundary, verb in ((span.begins_with, "begins"), (span.ends_with, "ends")):
-        if boundary is Boundary.LOG:
+    for boundary, verb, is_on_ground in (
+        (span.begins_with, "begins", is_landed[0]),
+        (span.ends_with, "ends", is_landed[-1]),
+    ):
+        if boundary is Boundary.LOG and not is_on_ground:
             yield FLIGHT_INCOMPLETE.finding(
                 f"{source}: the log {verb} in the middle of flight {number}"
             )

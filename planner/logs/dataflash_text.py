@@ -23,6 +23,9 @@ from planner.logs.dataflash_messages import (
 if TYPE_CHECKING:
     from mmap import mmap
 
+MAGIC = b"FMT, "
+"""The first bytes: the first line defines FMT itself."""
+
 _TEXT_LETTERS = frozenset("nNZM")
 """Format letters of texts; modes are written as numbers or by name."""
 

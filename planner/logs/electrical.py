@@ -34,7 +34,7 @@ def electrical_series(
     voltage_v, current_a : ndarray, optional
         Voltage and current of each, NaN where not known; ``None`` where the message has none.
     message : str
-        Its name.
+        Its name; empty for columns of a file.
     fields : tuple of str
         Names of its fields for voltage and current.
 
@@ -45,7 +45,7 @@ def electrical_series(
     remarks : dict
         Sentences by the same names, where none is.
     """
-    of_voltage, of_current = (f"{message}.{field}" for field in fields)
+    of_voltage, of_current = (f"{message}.{field}" if message else field for field in fields)
     series: dict[str, Series] = {}
     remarks: dict[str, str] = {}
     if voltage_v is not None:

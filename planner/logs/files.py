@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LogFileError
 from planner.logs.assembly import flight_record
+from planner.logs.csv_log import csv_recordings, looks_like_csv
 from planner.logs.dataflash import dataflash_recordings
 from planner.logs.dataflash_binary import HEADER
+from planner.logs.dataflash_text import MAGIC as DATAFLASH_TEXT
 from planner.logs.flights import flight_spans
 from planner.logs.record import LogFormat
 from planner.logs.recording import LogFile
@@ -18,11 +20,12 @@ from planner.logs.ulog import MAGIC as ULOG_MAGIC
 from planner.logs.ulog import ulog_recordings
 
 if TYPE_CHECKING:
+    from planner.logs.csv_mapping import CsvMapping
     from planner.logs.record import FlightRecord
     from planner.logs.recording import Recording
 
 
-def read_log(path: str | Path) -> tuple[FlightRecord, ...]:
+def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[FlightRecord, ...]:
     """Read a flight log.
 
     Parameters
@@ -30,6 +33,8 @@ def read_log(path: str | Path) -> tuple[FlightRecord, ...]:
     path : str or Path
         ArduPilot's DataFlash (binary or text), PX4's ULog, MAVLink telemetry, or CSV of a known
         kind; recognised by its content.
+    mapping : CsvMapping, optional
+        For CSV of any other kind: which column is which quantity.
 
     Returns
     -------
@@ -50,14 +55,16 @@ def read_log(path: str | Path) -> tuple[FlightRecord, ...]:
                 msg = "is empty"
                 raise LogFileError(msg, source=source)
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                recordings = _recordings(data, source, digest)
+                recordings = _recordings(data, source, digest, mapping)
     except (OSError, ValueError) as error:
         msg = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise LogFileError(msg, source=source) from error
     return _flights(recordings, source)
 
 
-def _recordings(data: mmap.mmap, source: str, sha256: str) -> tuple[Recording, ...]:
+def _recordings(
+    data: mmap.mmap, source: str, sha256: str, mapping: CsvMapping | None
+) -> tuple[Recording, ...]:
     """Return what a log tells by the reader its first bytes ask for."""
 
     def file(log_format: LogFormat) -> LogFile:
@@ -65,7 +72,13 @@ def _recordings(data: mmap.mmap, source: str, sha256: str) -> tuple[Recording, .
 
     if data[: len(ULOG_MAGIC)] == ULOG_MAGIC:
         return ulog_recordings(file(LogFormat.ULOG))
-    return dataflash_recordings(data, file(LogFormat.DATAFLASH), is_binary=data[:2] == HEADER)
+    is_binary = data[: len(HEADER)] == HEADER
+    if is_binary or data[: len(DATAFLASH_TEXT)] == DATAFLASH_TEXT:
+        return dataflash_recordings(data, file(LogFormat.DATAFLASH), is_binary=is_binary)
+    if mapping is not None or looks_like_csv(data):
+        return csv_recordings(file(LogFormat.CSV), mapping)
+    msg = "is no log of a kind that is known: DataFlash, ULog, telemetry (tlog) or CSV"
+    raise LogFileError(msg, source=source)
 
 
 def _flights(recordings: tuple[Recording, ...], source: str) -> tuple[FlightRecord, ...]:

@@ -47,7 +47,7 @@ class Boundary(StrEnum):
     AIR = "air"
     """Take-off, or landing: neither arming nor power is logged."""
     LOG = "log"
-    """The log begins, or ends, in mid-flight."""
+    """The log begins, or ends, with the vehicle armed, in the air or not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
