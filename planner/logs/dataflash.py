@@ -14,7 +14,7 @@ from planner.logs.clock import Clock
 from planner.logs.dataflash_binary import read_binary
 from planner.logs.dataflash_quantities import other_batteries, quantity_series
 from planner.logs.dataflash_text import read_text
-from planner.logs.recording import Recording
+from planner.logs.recording import Recording, carried_over
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -66,7 +66,7 @@ def dataflash_recordings(data: mmap, file: LogFile, *, is_binary: bool) -> tuple
             for name, table in log.between(begin, end).items()
         }
         recordings.append(_recording(tables, clock, file, findings))
-    return tuple(recordings)
+    return carried_over(recordings)
 
 
 def _recording(

@@ -16,6 +16,8 @@ from planner.logs.dataflash_text import MAGIC as DATAFLASH_TEXT
 from planner.logs.flights import flight_spans
 from planner.logs.record import LogFormat
 from planner.logs.recording import LogFile
+from planner.logs.tlog import tlog_recordings
+from planner.logs.tlog_frames import is_tlog
 from planner.logs.ulog import MAGIC as ULOG_MAGIC
 from planner.logs.ulog import ulog_recordings
 
@@ -72,6 +74,8 @@ def _recordings(
 
     if data[: len(ULOG_MAGIC)] == ULOG_MAGIC:
         return ulog_recordings(file(LogFormat.ULOG))
+    if is_tlog(data):
+        return tlog_recordings(data, file(LogFormat.TLOG))
     is_binary = data[: len(HEADER)] == HEADER
     if is_binary or data[: len(DATAFLASH_TEXT)] == DATAFLASH_TEXT:
         return dataflash_recordings(data, file(LogFormat.DATAFLASH), is_binary=is_binary)

@@ -36,3 +36,35 @@ PX4_MODES: Mapping[int, str] = {
 def px4_mode(number: int) -> str:
     """Return the name of a mode; its number where it has none here."""
     return PX4_MODES.get(number, f"mode {number}")
+
+
+_MAIN_MODES: Mapping[int, str] = {
+    1: "MANUAL",
+    2: "ALTCTL",
+    3: "POSCTL",
+    5: "ACRO",
+    6: "OFFBOARD",
+    7: "STAB",
+}
+_AUTO = 4
+_SUB_MODES: Mapping[int, str] = {
+    2: "AUTO_TAKEOFF",
+    3: "AUTO_LOITER",
+    4: AUTO_MISSION,
+    5: "AUTO_RTL",
+    6: "AUTO_LAND",
+    8: "AUTO_FOLLOW_TARGET",
+    9: "AUTO_PRECLAND",
+    10: "AUTO_VTOL_TAKEOFF",
+}
+
+
+def px4_custom_mode(number: int) -> str:
+    """Return the name of a mode as a heartbeat tells it.
+
+    The third byte is the main mode, the fourth the sub mode of the automatic ones
+    (``px4_custom_mode.h``).
+    """
+    main, sub = number >> 16 & 255, number >> 24 & 255
+    names = _SUB_MODES if main == _AUTO else _MAIN_MODES
+    return names.get(sub if main == _AUTO else main, f"mode {main}.{sub}")

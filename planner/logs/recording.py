@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from planner.autopilot import Autopilot
     from planner.findings import Finding
@@ -68,3 +69,28 @@ class Recording:
     remarks: Mapping[str, str]
     """What is to be said of a quantity that is not as it should be, by the column's name."""
     findings: tuple[Finding, ...]
+
+
+def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
+    """Return the runs of one vehicle's clock, each with what a vehicle keeps over a restart.
+
+    Parameters, mission, firmware and frame are told once; they hold until they are told anew.
+    """
+    found: list[Recording] = []
+    for run in runs:
+        if not found:
+            found.append(run)
+            continue
+        before = found[-1]
+        kept = tuple((-math.inf, name, value) for _, name, value in before.parameters)
+        mission = tuple((-math.inf, items) for _, items in before.missions[-1:])
+        found.append(
+            replace(
+                run,
+                parameters=(*kept, *run.parameters),
+                missions=(*mission, *run.missions),
+                firmware=run.firmware or before.firmware,
+                vehicle=run.vehicle or before.vehicle,
+            )
+        )
+    return tuple(found)
