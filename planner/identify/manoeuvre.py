@@ -51,8 +51,6 @@ class Manoeuvre:
     reference_form: ReferenceForm = ReferenceForm.HELD
     source: str = ""
     """Name of the log it was cut from; manoeuvres of one source share their noise."""
-    starts_in_record_s: float = 0.0
-    """Time of the flight record at which :attr:`time_s` is 0. [s]"""
     is_held_out: bool = False
     """Kept from the fit, to test the model on."""
 

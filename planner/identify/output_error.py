@@ -40,6 +40,8 @@ _GRID_FREQUENCIES, _GRID_DAMPINGS, _GRID_DELAYS = 12, (0.05, 0.3, 0.8, 1.5), 7
 _STARTS = 3
 _WEIGHT_PASSES = 2
 _AT_BOUND = 0.999
+_NO_DELAY_S = 1e-6
+"""The trust region stays inside its bounds: a delay that ends on one comes out as next to nothing."""
 
 
 def fit_response(
@@ -236,6 +238,8 @@ def _result(
     )
     chain = structure.coefficient_slopes(parameters)
     coefficients = structure.coefficients(parameters)
+    if coefficients[-1] < _NO_DELAY_S:
+        coefficients[-1] = 0.0
     return ResponseFit(
         structure=structure,
         transfer_function=structure.transfer_function(coefficients),
