@@ -74,7 +74,7 @@ def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
         If no autopilot is heard in it.
     """
     damage = Damage()
-    vehicles = messages_by_vehicle(data, damage)
+    vehicles = messages_by_vehicle(data, file.source, damage)
     if not vehicles:
         msg = "no autopilot is heard in it: no heartbeat of a vehicle"
         raise LogFileError(msg, source=file.source)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.errors import LogFileError
 from planner.logs.tlog_frames import Damage, frames
 
 if TYPE_CHECKING:
@@ -97,13 +98,15 @@ class Messages:
         )
 
 
-def messages_by_vehicle(data: mmap, damage: Damage) -> dict[int, dict[str, Messages]]:
+def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, dict[str, Messages]]:
     """Return the messages of each vehicle in a telemetry log, by its system id and their name.
 
     Parameters
     ----------
     data : mmap
         The file.
+    source : str
+        What errors call it.
     damage : Damage
         Filled with what is no frame.
 
@@ -111,9 +114,17 @@ def messages_by_vehicle(data: mmap, damage: Damage) -> dict[int, dict[str, Messa
     -------
     dict of dict
         Systems with a heartbeat of an autopilot; mission items sent to a vehicle are among its own.
-    """
-    from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+    Raises
+    ------
+    LogFileError
+        If pymavlink is not installed.
+    """
+    try:
+        from pymavlink.dialects.v20 import ardupilotmega as mavlink
+    except ImportError as error:
+        msg = "telemetry needs pymavlink; install it with: pip install 'mavjoule[identify]'"
+        raise LogFileError(msg, source=source) from error
     names = {kind.id: kind.msgname for kind in mavlink.mavlink_map.values()}
     wanted = frozenset(number for number, name in names.items() if name in WANTED)
     decoder = mavlink.MAVLink(None)

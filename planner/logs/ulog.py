@@ -93,8 +93,11 @@ def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
 
 
 def _parsed(source: str) -> Any:  # noqa: ANN401 - pyulog has no types
-    from pyulog import ULog
-
+    try:
+        from pyulog import ULog
+    except ImportError as error:
+        msg = "a ULog needs pyulog; install it with: pip install 'mavjoule[identify]'"
+        raise LogFileError(msg, source=source) from error
     try:
         # What it prints of broken logs is for its own developers.
         with contextlib.redirect_stdout(io.StringIO()):
