@@ -21,6 +21,7 @@ from planner.flight.budget import (
     way_home,
 )
 from planner.flight.conditions import Conditions
+from planner.flight.discharge import predict_discharge
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.trace import sample_trace
@@ -230,11 +231,18 @@ def check(
         pilot = make_pilot(vehicle, flown_with, conditions)
         flight = predict_flight(route, vehicle, conditions, pilot)
         findings += flight.motion.findings
-        totals = flight_totals(flight, known)
+        discharge = None
+        if known is not None and vehicle.is_power_known:
+            discharge = predict_discharge(
+                flight, known, charge=charge, temperature_c=flight.power.home_temperature_c
+            )
+        totals = flight_totals(flight, known, discharge)
         items = item_arrivals(mission, route, flight)
         if vehicle.is_power_known:
             if known is not None:
-                budget = battery_budget(totals, known, charge=charge, reserve=reserve)
+                budget = battery_budget(
+                    totals, known, charge=charge, reserve=reserve, discharge=discharge
+                )
             home = way_home(route, flight, pilot, budget)
         findings += check_case(
             Case(
@@ -242,10 +250,13 @@ def check(
                 route=route,
                 vehicle=vehicle,
                 autopilot=flown_by,
+                parameters=flown_with,
                 conditions=conditions,
                 flight=flight,
                 totals=totals,
                 items=items,
+                pack=known,
+                discharge=discharge,
                 battery=budget,
                 way_home=home,
             )

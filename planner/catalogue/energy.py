@@ -33,6 +33,24 @@ RESERVE_BELOW_MINIMUM = Rule(
     fix="fly less, split the mission, or take a larger or fuller battery",
 )
 
+VOLTAGE_LOW = Rule(
+    code="E104",
+    name="loaded-voltage-low",
+    severity=Severity.ERROR,
+    summary="Under load the voltage falls below the cut-off before the energy is used up.",
+    why=(
+        "A battery with a third of its energy left can be below its cut-off the moment it is asked "
+        "for power: a vehicle landed itself at 3.5 V a cell with 30 % left (ArduPilot #5395)."
+    ),
+    how=(
+        "V = (E + sqrt(E² - 4 R P)) / 2 at the highest power of each stretch of the flight, E from "
+        "the charge left, R at the temperature and age of the battery; fires where V is below "
+        "cutoff_voltage_v, or where no current gives the power."
+    ),
+    example="13.9 V under load, the battery counts as empty at 14.0 V",
+    fix="fly less or slower, start with a fuller battery, or take one of less resistance",
+)
+
 MODEL_OUTSIDE_ENVELOPE = Rule(
     code="E105",
     name="model-outside-envelope",
@@ -44,8 +62,9 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
         "error."
     ),
     how=(
-        "Commanded speeds, altitude steps and heights are compared with [valid_for] and the "
-        "identified steps of the vehicle model."
+        "Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "
+        "density of the predicted flight are compared with [valid_for] and the identified steps of "
+        "the vehicle model."
     ),
     example="15.0 m/s is commanded, the model was identified up to 10.0 m/s",
     fix="keep the mission inside the identified range, or identify the vehicle on such flights",
@@ -108,4 +127,15 @@ POWER_UNKNOWN = Rule(
     how='The vehicle model says law = "not-given" under [hover] and [cruise].',
     example="px4-sih-quad has no power model: time and distance are predicted, energy is not",
     fix="identify the vehicle from logs with voltage and current, or fly another model",
+)
+
+DISCHARGE_RATE_HIGH = Rule(
+    code="E110",
+    name="discharge-rate-high",
+    severity=Severity.WARNING,
+    summary="The flight draws more current than the battery is made for.",
+    why="Beyond its rate a battery heats up, sags and ages; what is predicted of it does not hold.",
+    how="Highest predicted current over the charge of the new battery, against its max_c_rate.",
+    example="up to 62 A, 12.4 times the charge an hour, the battery is made for 10",
+    fix="take a battery of more charge or of a higher rate, or fly slower and lighter",
 )

@@ -9,11 +9,14 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
+    from planner.flight.discharge import Discharge
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival
     from planner.mission.items import Mission
     from planner.mission.stage import Route
+    from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
+    from planner.vehicle.parameters import FlightParameters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,9 +28,15 @@ class Case:
     vehicle: VehicleModel
     autopilot: Autopilot
     """Who shapes the references in this prediction."""
+    parameters: FlightParameters | None
+    """What the autopilot is taken to fly with; ``None`` for reference steps."""
     conditions: Conditions
     flight: Flight
     totals: Totals
     items: tuple[ItemArrival, ...]
+    pack: Battery | None
+    """The battery that flies."""
+    discharge: Discharge | None
+    """What the flight takes out of it, where its curve is known."""
     battery: BatteryBudget | None
     way_home: ReturnBudget | None

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 from planner import numbers
 from planner.catalogue.energy import (
     BATTERY_UNKNOWN,
+    DISCHARGE_RATE_HIGH,
     RESERVE_BELOW_MINIMUM,
     RETURN_BELOW_RESERVE,
+    VOLTAGE_LOW,
 )
 
 if TYPE_CHECKING:
@@ -60,4 +62,44 @@ def check_way_home(case: Case) -> Iterator[Finding]:
         f"{numbers.energy(-way.margin_wh)} more than is left above the reserve",
         item=way.tightest_item,
         place=case.mission.items[way.tightest_item - 1].place,
+    )
+
+
+def check_voltage(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the voltage under load falls below the cut-off of the battery."""
+    discharge = case.discharge
+    if case.pack is None or discharge is None:
+        return
+    cutoff_v, lowest_v = case.pack.cutoff_voltage_v, discharge.lowest_voltage_v
+    if not discharge.can_deliver:
+        message = (
+            f"the battery cannot deliver the power asked of it: {numbers.decimals(lowest_v, 1)} V "
+            "is left at its terminals"
+        )
+    elif cutoff_v is not None and lowest_v < cutoff_v:
+        message = (
+            f"{numbers.decimals(lowest_v, 1)} V under load, the battery counts as empty at "
+            f"{numbers.decimals(cutoff_v, 1)} V"
+        )
+    else:
+        return
+    item = int(case.flight.motion.segments.item[discharge.lowest_voltage_segment])
+    yield VOLTAGE_LOW.finding(message, item=item, place=case.mission.items[item - 1].place)
+
+
+def check_discharge_rate(case: Case) -> Iterator[Finding]:
+    """Yield a finding where more current is drawn than the battery is made for."""
+    budget, discharge, pack = case.battery, case.discharge, case.pack
+    if budget is None or discharge is None or pack is None or pack.max_c_rate is None:
+        return
+    rate = budget.highest_c_rate
+    if rate is None or rate <= pack.max_c_rate:
+        return
+    item = int(case.flight.motion.segments.item[discharge.highest_current_segment])
+    yield DISCHARGE_RATE_HIGH.finding(
+        f"up to {numbers.decimals(discharge.highest_current_a, 0)} A, "
+        f"{numbers.decimals(rate, 1)} times the charge an hour, "
+        f"the battery is made for {numbers.decimals(pack.max_c_rate, 1)}",
+        item=item,
+        place=case.mission.items[item - 1].place,
     )

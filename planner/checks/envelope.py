@@ -23,9 +23,14 @@ if TYPE_CHECKING:
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.flight.extremes import Extreme
 
 _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
+_OVERSHOOT = 0.03
+"""A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
+_DENSITY_SLACK = 0.02
+"""A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
 
 
 def check_speed(case: Case) -> Iterator[Finding]:
@@ -95,6 +100,87 @@ def check_heights(case: Case) -> Iterator[Finding]:
                 severity=Severity.INFO,
                 fix="",
             )
+
+
+def check_rates(case: Case) -> Iterator[Finding]:
+    """Yield a finding where speed, airspeed or climb rate leave the box they were identified in.
+
+    Speeds a mission commands itself are ``check_speed``'s.
+    """
+    box, extremes = case.vehicle.valid_for, case.flight.extremes
+    if extremes is None:
+        return
+    if (limit := box.speed_m_s) is not None and case.autopilot is not Autopilot.STEP:
+        commanded = any((stage.speed_m_s or 0.0) > limit.high for stage in case.route.stages)
+        identified = f"the model was identified up to {numbers.speed(limit.high)}"
+        over = (1.0 + _OVERSHOOT) * limit.high
+        if extremes.ground_speed_m_s.value > over:
+            if not commanded:
+                yield _outside(
+                    case,
+                    extremes.ground_speed_m_s,
+                    f"{numbers.speed(extremes.ground_speed_m_s.value)} is flown, {identified}: "
+                    "time and energy cannot be trusted",
+                    severity=Severity.ERROR,
+                )
+        elif extremes.airspeed_m_s.value > over:
+            yield _outside(
+                case,
+                extremes.airspeed_m_s,
+                f"against the wind up to {numbers.speed(extremes.airspeed_m_s.value)} are flown "
+                f"through the air, {identified}",
+            )
+    if (limit := box.climb_rate_m_s) is not None:
+        slack = _OVERSHOOT * max(abs(limit.low), abs(limit.high))
+        for extreme, beyond in (
+            (extremes.climb_m_s, extremes.climb_m_s.value - limit.high),
+            (extremes.descent_m_s, limit.low - extremes.descent_m_s.value),
+        ):
+            if beyond > slack:
+                yield _outside(
+                    case,
+                    extreme,
+                    f"a climb rate of {numbers.speed(extreme.value)} is flown, the model was "
+                    f"identified from {numbers.decimals(limit.low, 1)} to "
+                    f"{numbers.speed(limit.high)}",
+                )
+
+
+def check_air_and_mass(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the mass, or the density of the air, is one the model was not seen in."""
+    vehicle, power, extremes = case.vehicle, case.flight.power, case.flight.extremes
+    limit = vehicle.valid_for.mass_kg
+    if limit is not None and vehicle.knows_mass and power.mass_kg not in {None, vehicle.mass_kg}:
+        mass_kg = power.mass_kg or 0.0
+        if mass_kg not in limit:
+            yield MODEL_OUTSIDE_ENVELOPE.finding(
+                f"{numbers.mass(mass_kg)} fly with the payload, the model was identified "
+                f"from {numbers.mass(limit.low)} to {numbers.mass(limit.high)}"
+            )
+    limit = vehicle.valid_for.air_density_kg_m3
+    if limit is None or not vehicle.knows_air_density or extremes is None:
+        return
+    thin, dense = (
+        float(power.air_density_kg_m3(height_m))
+        for height_m in (extremes.highest_m, extremes.lowest_m)
+    )
+    if thin < (1.0 - _DENSITY_SLACK) * limit.low or dense > (1.0 + _DENSITY_SLACK) * limit.high:
+        yield MODEL_OUTSIDE_ENVELOPE.finding(
+            f"the air has {numbers.decimals(thin, 2)} to {numbers.decimals(dense, 2)} kg/m³, the "
+            f"model was identified from {numbers.decimals(limit.low, 2)} to "
+            f"{numbers.decimals(limit.high, 2)} kg/m³",
+            severity=Severity.INFO,
+            fix="",
+        )
+
+
+def _outside(
+    case: Case, extreme: Extreme, message: str, *, severity: Severity | None = None
+) -> Finding:
+    item = int(case.flight.motion.segments.item[extreme.segment])
+    return MODEL_OUTSIDE_ENVELOPE.finding(
+        message, severity=severity, item=item, place=case.mission.items[item - 1].place
+    )
 
 
 def check_power_known(case: Case) -> Iterator[Finding]:

@@ -4,16 +4,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.checks.energy import check_battery, check_way_home
+from planner.checks.energy import (
+    check_battery,
+    check_discharge_rate,
+    check_voltage,
+    check_way_home,
+)
 from planner.checks.envelope import (
+    check_air_and_mass,
     check_autopilot,
     check_climbs,
     check_conditions,
     check_heights,
     check_power_known,
+    check_rates,
     check_speed,
 )
-from planner.checks.structure import check_curves, check_endless, check_support
+from planner.checks.fence import check_fence_validity
+from planner.checks.structure import (
+    check_curves,
+    check_endless,
+    check_support,
+    check_unset_values,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,15 +37,21 @@ if TYPE_CHECKING:
 CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_battery,
     check_way_home,
+    check_voltage,
+    check_discharge_rate,
     check_speed,
     check_climbs,
     check_heights,
+    check_rates,
+    check_air_and_mass,
     check_power_known,
     check_conditions,
     check_autopilot,
     check_endless,
     check_support,
+    check_unset_values,
     check_curves,
+    check_fence_validity,
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from planner.mission.commands import command_name
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 
 if TYPE_CHECKING:
+    from planner.flight.discharge import Discharge
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
     from planner.mission.items import Mission
@@ -45,12 +46,19 @@ class BatteryBudget:
 
     capacity_wh: float
     usable_wh: float
-    """Energy in the battery at the start: capacity times charge. [Wh]"""
+    """Energy in the battery at the start: down to the cut-off at the mean power of the flight where
+    the battery's curve is known, else capacity times charge. [Wh]"""
     used_fraction: float
     """Energy of the flight over capacity. [-]"""
     reserve_fraction: float
     margin_wh: float
     """Usable energy less the reserve less the energy of the flight. [Wh]"""
+    charge_left_fraction: float | None = None
+    """Of the full charge, at the end; these three are ``None`` without the battery's curve. [-]"""
+    lowest_voltage_v: float | None = None
+    """Under load, along the flight. [V]"""
+    highest_c_rate: float | None = None
+    """Highest current over the charge of the new battery. [h⁻¹]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,20 +85,26 @@ NOTHING_FLOWN = Totals(
 """The totals of a mission that holds no flight."""
 
 
-def flight_totals(flight: Flight, battery: Battery | None) -> Totals:
-    """Return the totals of a flight; its charge at the battery's nominal voltage, if it has one."""
+def flight_totals(
+    flight: Flight, battery: Battery | None, discharge: Discharge | None = None
+) -> Totals:
+    """Return the totals of a flight.
+
+    Its charge is that of the currents where they are predicted, else at the battery's nominal
+    voltage, if it has one.
+    """
     columns = flight.motion.segments
     energy_wh = wh_from_j(flight.energy_j)
-    voltage_v = None if battery is None else battery.voltage_v
+    charge_ah = None if discharge is None else discharge.charge_ah
+    if charge_ah is None and battery is not None and battery.voltage_v is not None:
+        charge_ah = energy_wh / battery.voltage_v
     return Totals(
         time_s=flight.time_s,
         distance_m=float(columns.distance_m.sum()),
         climb_m=float(columns.climb_m[columns.climb_m > 0.0].sum()),
         descent_m=float(-columns.climb_m[columns.climb_m < 0.0].sum()),
         energy_wh=energy_wh,
-        charge_mah=(
-            None if voltage_v is None else energy_wh / voltage_v * MILLIAMPERE_HOURS_PER_AMPERE_HOUR
-        ),
+        charge_mah=(None if charge_ah is None else charge_ah * MILLIAMPERE_HOURS_PER_AMPERE_HOUR),
         mean_power_w=flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0,
         peak_power_w=flight.peak_power_w,
     )
@@ -126,16 +140,42 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
 
 
 def battery_budget(
-    totals: Totals, battery: Battery, *, charge: float, reserve: float
+    totals: Totals,
+    battery: Battery,
+    *,
+    charge: float,
+    reserve: float,
+    discharge: Discharge | None = None,
 ) -> BatteryBudget:
-    """Return what a battery holds against the totals of a flight; charge and reserve as fractions."""
+    """Return what a battery holds against the totals of a flight.
+
+    Parameters
+    ----------
+    totals : Totals
+        Of the flight.
+    battery : Battery
+        Its energy.
+    charge, reserve : float
+        Shares of the capacity at the start, and to stay. [-]
+    discharge : Discharge, optional
+        What is known of voltages and currents.
+    """
     capacity_wh = battery.energy_wh
-    return BatteryBudget(
+    usable_wh = capacity_wh * charge if discharge is None else discharge.usable_wh
+    budget = BatteryBudget(
         capacity_wh=capacity_wh,
-        usable_wh=capacity_wh * charge,
+        usable_wh=usable_wh,
         used_fraction=totals.energy_wh / capacity_wh,
         reserve_fraction=reserve,
-        margin_wh=capacity_wh * (charge - reserve) - totals.energy_wh,
+        margin_wh=usable_wh - capacity_wh * reserve - totals.energy_wh,
+    )
+    if discharge is None or battery.new_charge_ah is None:
+        return budget
+    return replace(
+        budget,
+        charge_left_fraction=float(discharge.state_of_charge[-1]),
+        lowest_voltage_v=discharge.lowest_voltage_v,
+        highest_c_rate=discharge.highest_current_a / battery.new_charge_ah,
     )
 
 

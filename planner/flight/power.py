@@ -5,7 +5,7 @@ What the identified transients add on top is in ``planner.flight.transients``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,9 +17,15 @@ from planner.vehicle.cruise_law import CruisePower, WholeLaw, whole_power_w
 from planner.vehicle.hover_law import hover_power_w
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, KinematicState
     from planner.physics.wind import Wind
-    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.model import Responses, VehicleModel
+
+_LEVEL = (STATE_INDEX[FlightState.ACCELERATE], STATE_INDEX[FlightState.CRUISE])
+_LEAST_SPEED_M_S = 1e-9
+"""Keeps a ratio of speeds finite where a vehicle stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +67,8 @@ class SteadyPower:
         vehicle = self.vehicle
         if not vehicle.is_power_known:
             return np.full(state.height_m.shape, np.nan)
-        density = self._air_density_kg_m3(state.height_m)
+        # where no law of the vehicle looks at the density, none is computed
+        density = self.air_density_kg_m3(state.height_m) if vehicle.knows_air_density else 0.0
         power = self._flying_w(state, flight_state, commanded_speed_m_s, density)
         if vehicle.loads is not None:
             if is_grounded is not None:
@@ -78,8 +85,10 @@ class SteadyPower:
     ) -> FloatArray:
         """Return the power of the motors in the air. [W]"""
         vehicle, cruise = self.vehicle, self.vehicle.cruise
+        if vehicle.reference is Autopilot.STEP:
+            state = _not_of_responses(state, flight_state, vehicle.responses)
         if vehicle.hover is None:
-            return self._whole_w(cruise, self._airspeed_m_s(state), state.climb_m_s, density)
+            return self._whole_w(cruise, self.airspeed_m_s(state), state.climb_m_s, density)
         power = hover_power_w(
             vehicle.hover,
             height_above_home_m=state.height_m,
@@ -91,12 +100,37 @@ class SteadyPower:
         if cruise is None:
             return power
         if not isinstance(cruise, CruisePower):
-            airspeed = self._airspeed_m_s(state)
+            airspeed = self.airspeed_m_s(state)
             moving = self._whole_w(cruise, airspeed, state.climb_m_s, density)
             return power + moving - self._whole_w(cruise, 0.0 * airspeed, 0.0 * airspeed, density)
+        above = cruise.above_hover_w(self.airspeed_m_s(state))
         if vehicle.reference is Autopilot.STEP:
-            return power + _stepped_w(cruise, state, flight_state, commanded_speed_m_s)
-        return power + cruise.above_hover_w(self._airspeed_m_s(state))
+            level = np.isin(flight_state, _LEVEL)
+            above = np.where(level, self._stepped_w(cruise, state, commanded_speed_m_s), above)
+        return power + above
+
+    def _stepped_w(
+        self, cruise: CruisePower, state: KinematicState, commanded_speed_m_s: FloatArray
+    ) -> FloatArray:
+        """Return the power above hover of level flight by reference steps.
+
+        Accelerating, it grows in proportion to the speed, from that of standing in the wind to that
+        of the cruise the leg leads to (article, section 3.1.2).
+        """
+        speed = state.ground_speed_m_s
+        share = speed / np.maximum(commanded_speed_m_s, _LEAST_SPEED_M_S)
+        scale = 1.0 / np.maximum(share, _LEAST_SPEED_M_S)
+        standing, cruising = (
+            cruise.above_hover_w(
+                self.airspeed_m_s(
+                    replace(
+                        state, east_m_s=factor * state.east_m_s, north_m_s=factor * state.north_m_s
+                    )
+                )
+            )
+            for factor in (0.0, scale)
+        )
+        return standing + (cruising - standing) * share
 
     def _whole_w(
         self,
@@ -114,7 +148,7 @@ class SteadyPower:
             air_density_kg_m3=density,
         )
 
-    def _airspeed_m_s(self, state: KinematicState) -> FloatArray:
+    def airspeed_m_s(self, state: KinematicState) -> FloatArray:
         """Return the horizontal speed through the air: over ground less the wind's. [m s⁻¹]"""
         if self.wind.speed_m_s == 0.0:
             return state.ground_speed_m_s
@@ -124,32 +158,27 @@ class SteadyPower:
             state.north_m_s - self.wind.north_m_s * factor,
         )
 
-    def _air_density_kg_m3(self, height_above_home_m: FloatArray) -> FloatArray | float:
-        if not self.vehicle.knows_air_density:
-            return 0.0  # no law of this vehicle looks at it
+    def air_density_kg_m3(self, height_above_home_m: npt.ArrayLike) -> FloatArray:
+        """Return the density of the air of the day at heights. [kg m⁻³]"""
         return air_density_kg_m3(
-            height_above_home_m + self.home_amsl_m,
+            np.asarray(height_above_home_m) + self.home_amsl_m,
             home_amsl_m=self.home_amsl_m,
             home_temperature_c=self.home_temperature_c,
         )
 
 
-def _stepped_w(
-    cruise: CruisePower,
-    state: KinematicState,
-    flight_state: IntArray,
-    commanded_speed_m_s: FloatArray,
-) -> FloatArray:
-    """Return the power above hover of level flight by reference steps.
+def _not_of_responses(
+    state: KinematicState, flight_state: IntArray, responses: Responses
+) -> KinematicState:
+    """Return a motion without what identified responses describe: it is not counted twice.
 
-    Accelerating, it grows in proportion to the speed, from none to that of the cruise the leg leads
-    to (article, section 3.1.2); braking is a transient.
+    They are the power above hover of a manoeuvre: the braking, the climb, the descent.
     """
-    above = np.zeros(state.height_m.shape)
-    flight_state = np.broadcast_to(flight_state, above.shape)
-    level = (flight_state == STATE_INDEX[FlightState.ACCELERATE]) | (
-        flight_state == STATE_INDEX[FlightState.CRUISE]
-    )
-    commanded = np.broadcast_to(commanded_speed_m_s, above.shape)[level]
-    above[level] = cruise.above_hover_w(commanded) * state.ground_speed_m_s[level] / commanded
-    return above
+    if responses.brake_power is not None:
+        moving = np.where(flight_state == STATE_INDEX[FlightState.BRAKE], 0.0, 1.0)
+        state = replace(state, east_m_s=moving * state.east_m_s, north_m_s=moving * state.north_m_s)
+    if responses.climb_power is not None:
+        state = replace(state, climb_m_s=np.minimum(state.climb_m_s, 0.0))
+    if responses.descent_power is not None:
+        state = replace(state, climb_m_s=np.maximum(state.climb_m_s, 0.0))
+    return state

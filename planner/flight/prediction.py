@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.extremes import flight_extremes
 from planner.flight.power import SteadyPower
 from planner.flight.segment import Segments
 from planner.physics.atmosphere import standard_temperature_c
 
 if TYPE_CHECKING:
     from planner.flight.conditions import Conditions
-    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.extremes import Extremes
+    from planner.flight.motion.kinematics import FloatArray, IntArray, KinematicState, Motion
     from planner.flight.pilot import Pilot
     from planner.flight.transients import Transients
     from planner.mission.stage import Route
@@ -35,8 +37,10 @@ class Flight:
     power: SteadyPower
     segment_energy_j: FloatArray
     """Energy of each segment, windows counted with the segment that begins them. (n,) [J]"""
-    node_peak_w: float
-    """Highest power at the nodes of the quadrature. [W]"""
+    node_power_w: FloatArray
+    """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
+    extremes: Extremes | None
+    """The box the flight stays in; ``None`` where nothing is flown."""
 
     @property
     def segments(self) -> Segments:
@@ -47,7 +51,7 @@ class Flight:
     def peak_power_w(self) -> float:
         """Highest power, at the nodes of the quadrature or the peak of a transient. [W]"""
         peaks = self.power_w(np.minimum(self.transients.peak_times_s(), self.time_s))
-        return max(self.node_peak_w, float(np.max(peaks, initial=0.0)))
+        return float(np.max(self.node_power_w, initial=np.max(peaks, initial=0.0)))
 
     @property
     def time_s(self) -> float:
@@ -63,7 +67,7 @@ class Flight:
         """Return the electrical power at times since the start of the flight. [W]"""
         motion = self.motion
         piece, own_s = motion.piece_at(time_s)
-        steady_w = _steady_power_w(motion, piece, own_s, self.power)
+        steady_w = _steady_power_w(motion, piece, motion.state_at(piece, own_s), self.power)
         return steady_w + self.transients.total_power_w(time_s)
 
 
@@ -107,20 +111,28 @@ def predict_flight(
 def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> Flight:
     """Return a motion with its power and energy."""
     piece, node_s = _nodes(motion)
-    steady_w = _steady_power_w(motion, piece, node_s, power)
+    state = motion.state_at(piece, node_s)
+    steady_w = _steady_power_w(motion, piece, state, power)
     at_nodes_w = steady_w + transients.total_power_w(motion.piece_start_s()[:, None] + node_s)
     return Flight(
         motion=motion,
         transients=transients,
         power=power,
         segment_energy_j=_segment_energy_j(motion, transients, steady_w),
-        node_peak_w=float(np.max(at_nodes_w, initial=0.0)),
+        node_power_w=at_nodes_w,
+        extremes=(
+            flight_extremes(state, power.airspeed_m_s(state), motion.piece_segment)
+            if node_s.size
+            else None
+        ),
     )
 
 
 def segment_energy_j(motion: Motion, transients: Transients, power: SteadyPower) -> FloatArray:
     """Return the energy of each segment of a motion. (n,) [J]"""
-    return _segment_energy_j(motion, transients, _steady_power_w(motion, *_nodes(motion), power))
+    piece, node_s = _nodes(motion)
+    steady_w = _steady_power_w(motion, piece, motion.state_at(piece, node_s), power)
+    return _segment_energy_j(motion, transients, steady_w)
 
 
 def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:
@@ -132,13 +144,13 @@ def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:
 
 
 def _steady_power_w(
-    motion: Motion, piece: IntArray, own_s: FloatArray, power: SteadyPower
+    motion: Motion, piece: IntArray, state: KinematicState, power: SteadyPower
 ) -> FloatArray:
-    """Return the steady power of pieces at times since each began, (n,) or (n, 1) and (n, k). [W]"""
+    """Return the steady power of pieces, (n,) or (n, 1), in states, (n,) or (n, k). [W]"""
     segment = motion.piece_segment[piece]
     grounded = motion.piece_is_grounded
     return power.power_w(
-        motion.state_at(piece, own_s),
+        state,
         motion.segments.state[segment],
         motion.segments.speed_m_s[segment],
         None if grounded is None else grounded[piece],

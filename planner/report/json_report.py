@@ -41,7 +41,16 @@ _TOTALS_KEYS = (
     "energy_wh_p10",
     "energy_wh_p90",
 )
-_BATTERY_KEYS = ("capacity_wh", "usable_wh", "used_fraction", "reserve_fraction", "margin_wh")
+_BATTERY_KEYS = (
+    "capacity_wh",
+    "usable_wh",
+    "used_fraction",
+    "reserve_fraction",
+    "margin_wh",
+    "charge_left_fraction",
+    "lowest_voltage_v",
+    "highest_c_rate",
+)
 _RETURN_KEYS = ("tightest_item", "energy_home_wh", "margin_wh")
 _COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
 _ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")

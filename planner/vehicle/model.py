@@ -219,7 +219,7 @@ class VehicleModel:
     @property
     def knows_airspeed(self) -> bool:
         """Whether the power depends on the airspeed, and so on the wind."""
-        return self.cruise is not None and self.reference is not Autopilot.STEP
+        return self.cruise is not None
 
     @property
     def knows_mass(self) -> bool:
