@@ -131,7 +131,7 @@ def _logged(
     """Add noise to what was flown."""
     samples = reference.size
     return Flown(
-        time_s=np.arange(samples) * STEP_S,
+        time_s=np.arange(float(samples)) * STEP_S,
         reference=reference,
         altitude_m=altitude + noise * ALTITUDE_NOISE_M * generator.standard_normal(samples),
         speed_m_s=speed + noise * SPEED_NOISE_M_S * generator.standard_normal(samples),

@@ -41,6 +41,8 @@ FloatArray = npt.NDArray[np.float64]
 
 MOST_POLES = 4
 """Highest order that is searched."""
+_REAL = 1e-9
+"""Distance from the real axis, and from zero, of a pole in z that lies there. [-]"""
 
 
 class Criterion(StrEnum):
@@ -230,8 +232,15 @@ def _continuous(model: ArxModel) -> TransferFunction:
     from scipy.linalg import logm
 
     order = len(model.a)
-    if not np.all(np.abs(np.roots([1.0, *model.a])) < 1.0):
+    poles = np.roots([1.0, *model.a])
+    if not np.all(np.abs(poles) < 1.0):
         msg = "the ARX model is not stable: refine it, or fit another order"
+        raise IdentificationError(msg)
+    if np.any((np.abs(poles.imag) < _REAL) & (poles.real < _REAL)):
+        msg = (
+            "no continuous system of this order samples to the ARX model: it has a pole at or left "
+            "of z = 0"
+        )
         raise IdentificationError(msg)
     # controllable form; the output picks b from the past inputs
     held = np.zeros((order + 1, order + 1))
@@ -240,14 +249,8 @@ def _continuous(model: ArxModel) -> TransferFunction:
     held[0, order] = held[order, order] = 1.0
     output = np.zeros(order)
     output[: len(model.b)] = model.b
-    generator = np.asarray(logm(held)) / model.step_s
-    if not np.isfinite(generator).all() or np.abs(generator.imag).max() > 1e-9 / model.step_s:
-        msg = (
-            "no continuous system of this order samples to the ARX model: it has a pole at or left "
-            "of z = 0"
-        )
-        raise IdentificationError(msg)
-    system, drive = generator.real[:order, :order], generator.real[:order, order]
+    generator = np.asarray(logm(held)).real / model.step_s
+    system, drive = generator[:order, :order], generator[:order, order]
     denominator = np.poly(system).real
     # det(sI - F + g c) - det(sI - F) = c adj(sI - F) g
     numerator = np.poly(system - np.outer(drive, output)).real - denominator

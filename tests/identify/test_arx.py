@@ -1,0 +1,164 @@
+"""ARX is exact without noise, converts as control samples, and is biased by noise: the warning."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from simulated_experiment import G1, G2, G3, G4, G5, STEP_S, Model
+
+from planner.errors import IdentificationError
+from planner.identify.arx import ArxModel, Criterion, fit_arx, select_arx
+from planner.identify.manoeuvre import Manoeuvre, ReferenceForm
+from planner.identify.output_error import fit_response
+from planner.identify.structure import MOTION
+
+MODELS = {"G1": G1, "G2": G2, "G3": G3, "G4": G4, "G5": G5}
+
+
+def step_of(model: Model, *, noise: float = 0.0, seed: int = 0, after_s: float = 40.0) -> Manoeuvre:
+    time_s = np.arange(-100.0, round(after_s / STEP_S)) * STEP_S
+    reference = np.where(time_s > -0.5 * STEP_S, 10.0, 0.0)
+    answer = Model(
+        model.numerator, model.denominator, model.delay_s, input_gain=model.input_gain
+    ).answer(np.diff(reference, prepend=0.0))
+    disturbed = answer + noise * np.random.default_rng(seed).standard_normal(answer.size)
+    return Manoeuvre(time_s=time_s, reference=reference, answer=7.0 + disturbed)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_without_noise_the_model_comes_back(name: str) -> None:
+    model = MODELS[name]
+    delay = 1 + round(model.delay_s / STEP_S)
+    fitted = fit_arx([step_of(model)], poles=2, zeros=1, delay_samples=delay)
+    if name == "G5":  # rounding may carry an undamped pole over the unit circle
+        fitted = ArxModel(
+            a=tuple(a * r for a, r in zip(fitted.a, (1.0 - 1e-12, 1.0 - 2e-12), strict=True)),
+            b=fitted.b,
+            delay_samples=delay,
+            step_s=STEP_S,
+            noise_deviation=0.0,
+            samples=1,
+        )
+    found = fitted.transfer_function()
+    numerator = model.input_gain * np.array([0.0, 0.0, *model.numerator])[-2:]
+    np.testing.assert_allclose(found.numerator, numerator, atol=1e-6)
+    np.testing.assert_allclose(found.denominator, model.denominator, atol=1e-6)
+    assert found.delay_s == pytest.approx(model.delay_s)
+
+
+@pytest.mark.parametrize(
+    ("numerator", "denominator"),
+    [
+        ([2.0], [1.0, 0.5]),
+        ([1.0, 3.0], [1.0, 3.0, 2.0]),
+        ([-0.5, 1.0], [1.0, 0.8, 4.0]),
+        ([1.0, 0.2, 3.0], [1.0, 2.0, 5.0, 1.0]),
+    ],
+)
+def test_conversion_undoes_what_control_samples(
+    numerator: list[float], denominator: list[float]
+) -> None:
+    sampled = control.sample_system(control.tf(numerator, denominator), 0.2, "zoh")
+    b, a = np.ravel(sampled.num[0][0]), np.ravel(sampled.den[0][0])
+    model = ArxModel(
+        a=tuple(a[1:] / a[0]),
+        b=tuple(b[-len(a) + 1 :] / a[0]),
+        delay_samples=3,
+        step_s=0.2,
+        noise_deviation=1.0,
+        samples=100,
+    )
+    found = model.transfer_function()
+    padded = np.zeros(len(denominator) - 1)
+    padded[-len(numerator) :] = numerator
+    offset = len(padded) - len(found.numerator)
+    np.testing.assert_allclose(found.numerator, padded[offset:], atol=1e-9)
+    np.testing.assert_allclose(found.denominator, denominator, atol=1e-9)
+    assert found.delay_s == pytest.approx(0.4)
+
+
+def test_delay_and_order_are_found_where_noise_is_as_arx_takes_it() -> None:
+    # through 1/A: every second of it, the model the regression is made for
+    model = Model((2.0,), (1.0, 2.0, 2.0), 0.7)
+    clean = step_of(model)
+    sampled = control.sample_system(control.tf([2.0], [1.0, 2.0, 2.0]), STEP_S, "zoh")
+    white = 0.02 * np.random.default_rng(4).standard_normal(clean.answer.size)
+    coloured = lfilter([1.0], np.ravel(sampled.den[0][0]), white)
+    cut = Manoeuvre(time_s=clean.time_s, reference=clean.reference, answer=clean.answer + coloured)
+    found = select_arx([cut], longest_delay_s=2.0)
+    assert len(found.a) == 2
+    assert found.transfer_function().delay_s == pytest.approx(0.7)
+
+
+def test_akaikes_criterion_never_takes_fewer_coefficients() -> None:
+    cut = step_of(G4, noise=0.2)
+    short, long = (
+        select_arx([cut], longest_delay_s=1.0, criterion=criterion)
+        for criterion in (Criterion.BIC, Criterion.AIC)
+    )
+    assert len(long.a) + len(long.b) >= len(short.a) + len(short.b)
+
+
+def test_several_manoeuvres_give_the_regression_of_all() -> None:
+    cuts = [step_of(G4, noise=0.2, seed=seed) for seed in (0, 1)]
+    both = fit_arx(cuts, poles=2, zeros=1, delay_samples=7)
+    assert both.samples == 2 * fit_arx(cuts[:1], poles=2, zeros=1, delay_samples=7).samples
+
+
+def test_noise_of_the_measurement_biases_arx_and_not_output_error() -> None:
+    # known beforehand: a natural frequency of 1.6 rad/s came back as 3.6 to 6
+    cuts = [step_of(Model((2.56,), (1.0, 2.24, 2.56), 0.4), noise=0.2, seed=s) for s in range(4)]
+    arx = select_arx(cuts, longest_delay_s=2.0, poles=(2,), zeros=(1,))
+    poles = np.log(np.roots([1.0, *arx.a]).astype(complex)) / STEP_S
+    assert np.sqrt(np.abs(np.prod(poles))) > 1.8 * 1.6
+    refined = fit_response(cuts, MOTION)
+    assert refined.transfer_function.natural_frequency_rad_s == pytest.approx(1.6, rel=0.03)
+
+
+def test_every_arx_model_carries_the_warning() -> None:
+    (finding,) = fit_arx([step_of(G1)], poles=2, zeros=0, delay_samples=30).findings
+    assert finding.code == "I101"
+    assert "ARX(2, 1)" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("a", "message"),
+    [
+        ((-0.56, -0.43), "left of z = 0"),  # poles 0.99 and -0.43
+        ((-2.1, 1.1), "not stable"),
+        ((-0.5, 0.0), "left of z = 0"),  # a pole at z = 0
+    ],
+)
+def test_what_has_no_stable_continuous_counterpart_is_refused(
+    a: tuple[float, ...], message: str
+) -> None:
+    model = ArxModel(
+        a=a, b=(0.1, 0.1), delay_samples=1, step_s=0.1, noise_deviation=1.0, samples=10
+    )
+    with pytest.raises(IdentificationError, match=message):
+        model.transfer_function()
+
+
+def test_manoeuvres_that_do_not_fit_together_are_refused() -> None:
+    cut = step_of(G4)
+    with pytest.raises(IdentificationError, match="one sampling step"):
+        fit_arx([cut, cut.every(2)], poles=2, zeros=0, delay_samples=1)
+    ramp = Manoeuvre(
+        time_s=cut.time_s,
+        reference=cut.reference,
+        answer=cut.answer,
+        reference_form=ReferenceForm.LINEAR,
+    )
+    with pytest.raises(IdentificationError, match="held"):
+        fit_arx([ramp], poles=2, zeros=0, delay_samples=1)
+    with pytest.raises(IdentificationError, match="no manoeuvre"):
+        fit_arx([], poles=2, zeros=0, delay_samples=1)
+    with pytest.raises(IdentificationError, match="too short"):
+        select_arx([step_of(G4, after_s=1.0)], longest_delay_s=30.0)
+
+
+def test_orders_out_of_range_are_refused() -> None:
+    with pytest.raises(ValueError, match="2 poles, 2 zeros"):
+        fit_arx([step_of(G4)], poles=2, zeros=2, delay_samples=1)
