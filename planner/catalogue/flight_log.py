@@ -82,6 +82,20 @@ BATTERIES_LEFT_OUT = Rule(
     fix="if the batteries share the load, do not identify a model from this log",
 )
 
+VALUES_IMPOSSIBLE = Rule(
+    code="R108",
+    name="values-impossible",
+    severity=Severity.WARNING,
+    summary="A log holds values that no multirotor shows.",
+    why="Damaged messages pass for sound ones in logs without checksums; one of them ruins a fit.",
+    how=(
+        "Latitudes beyond 90°, heights beyond 20 km, speeds beyond 300 m/s, more than 2 kV, 5 kA or "
+        "1 MW, and angles beyond two turns are left out."
+    ),
+    example="flight.BIN: 3 values of POS.Lat are impossible, such as -627.06: left out",
+    fix="mistrust the log",
+)
+
 POSITION_RESET = Rule(
     code="R107",
     name="position-reset",

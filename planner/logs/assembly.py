@@ -12,7 +12,7 @@ from planner.logs.grid import Column, Grid
 from planner.logs.positions import height_columns, home_of, position_columns
 from planner.logs.quantities import ABSENCE_COSTS
 from planner.logs.record import Boundary, FlightRecord, Quantity
-from planner.logs.series import LEAST_GAP_S
+from planner.logs.series import GAP_INTERVALS, LEAST_GAP_S
 from planner.logs.speeds import speed_columns
 
 if TYPE_CHECKING:
@@ -166,7 +166,13 @@ def _gaps(
             yield FLIGHT_INCOMPLETE.finding(
                 f"{source}: the log {verb} in the middle of flight {number}"
             )
-    quiet = silences(recording, span.begin_s, span.end_s, LEAST_GAP_S)
+    # A log of few messages is not full of gaps.
+    usual_s = min(
+        (series.interval_s for series in recording.series.values() if series.interval_s),
+        default=LEAST_GAP_S,
+    )
+    least_s = max(LEAST_GAP_S, GAP_INTERVALS * usual_s)
+    quiet = silences(recording, span.begin_s, span.end_s, least_s)
     if len(quiet):
         lengths_s = quiet[:, 1] - quiet[:, 0]
         longest = int(np.argmax(lengths_s))

@@ -7,6 +7,8 @@ import mmap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner.errors import LogFileError
 from planner.logs.assembly import flight_record
 from planner.logs.csv_log import csv_recordings, looks_like_csv
@@ -14,6 +16,7 @@ from planner.logs.dataflash import dataflash_recordings
 from planner.logs.dataflash_binary import HEADER
 from planner.logs.dataflash_text import MAGIC as DATAFLASH_TEXT
 from planner.logs.flights import flight_spans
+from planner.logs.plausibility import plausible
 from planner.logs.record import LogFormat
 from planner.logs.recording import LogFile
 from planner.logs.tlog import tlog_recordings
@@ -51,17 +54,27 @@ def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[Fligh
     path = Path(path)
     source = str(path)
     try:
+        if "\x00" in source:
+            msg = "is no name of a file: it holds a zero byte"
+            raise LogFileError(msg, source=source)
+        if path.exists() and not path.is_file():
+            msg = "is no file"
+            raise LogFileError(msg, source=source)
         with path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
             if not path.stat().st_size:
                 msg = "is empty"
                 raise LogFileError(msg, source=source)
-            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            with (
+                mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
+                # What is no number or no possible one is told apart value by value.
+                np.errstate(invalid="ignore", over="ignore"),
+            ):
                 recordings = _recordings(data, source, digest, mapping)
-    except (OSError, ValueError) as error:
-        msg = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+    except OSError as error:
+        msg = f"cannot be read: {error.strerror or error}"
         raise LogFileError(msg, source=source) from error
-    return _flights(recordings, source)
+    return _flights([plausible(recording) for recording in recordings], source)
 
 
 def _recordings(
@@ -85,7 +98,7 @@ def _recordings(
     raise LogFileError(msg, source=source)
 
 
-def _flights(recordings: tuple[Recording, ...], source: str) -> tuple[FlightRecord, ...]:
+def _flights(recordings: list[Recording], source: str) -> tuple[FlightRecord, ...]:
     records: list[FlightRecord] = []
     is_armed = False
     for recording in recordings:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.catalogue.flight_log import FLIGHT_LEFT_OUT
+from planner.errors import LogFileError
 from planner.logs.record import STEP_S, Boundary
-from planner.logs.series import GAP_INTERVALS
+from planner.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -30,8 +31,8 @@ _IDLE_SHARE = 0.15
 """Share of the power in flight under which the motors stand still, where only power tells. [-]"""
 _SHORTEST_PAUSE_S = 5.0
 """The motors stand still, or the vehicle on the ground, for longer than this between flights. [s]"""
-_MOST_GRID_TIMES = 10_000_000
-"""Eleven days at ten samples a second: no recording of a flight is longer."""
+_LONGEST_FLIGHT_S = 43_200.0
+"""Twelve hours: a longer run of a log without a silence is a broken clock. [s]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,12 +62,25 @@ def flight_spans(recording: Recording) -> tuple[tuple[FlightSpan, ...], tuple[Fi
         In the order of time; empty where nothing took off.
     findings : tuple of Finding
         Armings that did not lead to a flight.
+
+    Raises
+    ------
+    LogFileError
+        If it goes on for longer than anything flies.
     """
     if recording.is_armed is not None:
         spans = _spans_of(recording.is_armed, recording, Boundary.ARMING)
+        pieces = [piece for span in spans for piece in _pieces(span, recording)]
     else:
-        spans = _unarmed_spans(recording)
-    pieces = [piece for span in spans for piece in _pieces(span, recording)]
+        whole = FlightSpan(
+            begin_s=recording.begin_s,
+            end_s=recording.end_s,
+            begins_with=Boundary.LOG,
+            ends_with=Boundary.LOG,
+        )
+        pieces = [
+            span for piece in _pieces(whole, recording) for span in _unarmed_spans(recording, piece)
+        ]
     flights = tuple(piece for piece in pieces if is_airborne_in(recording, piece))
     source = recording.file.source
     findings = tuple(
@@ -132,8 +146,6 @@ def is_off_ground(height_m: FloatArray) -> BoolArray:
 def silences(recording: Recording, begin_s: float, end_s: float, least_s: float) -> FloatArray:
     """Return beginnings and ends of the times when nothing at all was logged.
 
-    A log of few messages is not full of silences: they are longer than three times the usual one.
-
     Returns
     -------
     ndarray
@@ -145,10 +157,7 @@ def silences(recording: Recording, begin_s: float, end_s: float, least_s: float)
         if not series.is_event
     ]
     heard = np.unique(np.concatenate([*ticks, np.floor(np.array([begin_s, end_s]) / STEP_S)]))
-    apart_s = np.diff(heard) * STEP_S
-    if not len(apart_s):
-        return np.empty((0, 2))
-    pause = np.flatnonzero(apart_s > max(least_s + STEP_S, GAP_INTERVALS * np.median(apart_s)))
+    pause = np.flatnonzero(np.diff(heard) * STEP_S > least_s + STEP_S)
     return np.column_stack((heard[pause] + 1.0, heard[pause + 1])) * STEP_S
 
 
@@ -185,12 +194,10 @@ def _spans_of(events: Series, recording: Recording, boundary: Boundary) -> list[
     return spans
 
 
-def _unarmed_spans(recording: Recording) -> list[FlightSpan]:
+def _unarmed_spans(recording: Recording, piece: FlightSpan) -> list[FlightSpan]:
     """Return the flights as power tells them, else the landing detector, else the height."""
-    count = (recording.end_s - recording.begin_s) / STEP_S
-    if not count < _MOST_GRID_TIMES:
-        return []
-    time_s = recording.begin_s + np.arange(int(count) + 1, dtype=np.float64) * STEP_S
+    count = int((piece.end_s - piece.begin_s) / STEP_S) + 1
+    time_s = piece.begin_s + np.arange(count, dtype=np.float64) * STEP_S
     if "power_w" in recording.series:
         power_w = recording.series["power_w"].mean_at(time_s)
         known = power_w[np.isfinite(power_w)]
@@ -227,7 +234,16 @@ def _runs(is_on: BoolArray, time_s: FloatArray, boundary: Boundary) -> list[Flig
 
 
 def _pieces(span: FlightSpan, recording: Recording) -> Iterable[FlightSpan]:
-    """Return a span cut where nothing was logged for too long."""
+    """Yield a span cut where nothing was logged for too long."""
+    for piece in _between_silences(span, recording):
+        if piece.end_s - piece.begin_s > _LONGEST_FLIGHT_S:
+            hours = (piece.end_s - piece.begin_s) / SECONDS_PER_HOUR
+            msg = f"goes on for {hours:.0f} h without a break: its clock is broken"
+            raise LogFileError(msg, source=recording.file.source)
+        yield piece
+
+
+def _between_silences(span: FlightSpan, recording: Recording) -> Iterable[FlightSpan]:
     begin_s, begins_with = span.begin_s, span.begins_with
     for quiet_from_s, quiet_to_s in silences(
         recording, span.begin_s, span.end_s, LONGEST_SILENCE_S
