@@ -26,6 +26,23 @@ HOME_ALTITUDE_UNKNOWN = Rule(
     fix="give the altitude of the take-off place with --home-amsl",
 )
 
+AMSL_SUSPECT = Rule(
+    code="A107",
+    name="amsl-suspect",
+    severity=Severity.ERROR,
+    summary="An altitude above sea level is not above home.",
+    why=(
+        "Scripts, and Mission Planner before Copter 3.4 (#953), wrote heights above home in frame "
+        "0, which means AMSL: the vehicle would fly into the ground, or is refused."
+    ),
+    how=(
+        "An item in frame 0 or 5 is not above home's altitude, nor above the ground at its place "
+        "where a terrain grid knows it."
+    ),
+    example="item 2 flies at 50.0 m AMSL, 336 m below home: probably meant above home",
+    fix="write the altitude relative to home (frame 3), or give the terrain with --terrain",
+)
+
 ZERO_TAKEOFF = Rule(
     code="A106",
     name="zero-takeoff",
@@ -60,4 +77,32 @@ ALTITUDE_UNKNOWN = Rule(
     how="The seventh parameter of an item the vehicle flies to is null or NaN.",
     example="item 3 has no altitude: the height before it is kept",
     fix="open the mission in the program that wrote it, wait for the terrain, and save it again",
+)
+
+ALTITUDE_FROM_TERRAIN = Rule(
+    code="A110",
+    name="altitude-from-terrain",
+    severity=Severity.WARNING,
+    summary="An altitude that the file leaves open was computed from the terrain grid.",
+    why=(
+        "QGroundControl writes null for an altitude above terrain that it has not worked out yet: "
+        "the prediction can fly the height meant, the vehicle cannot."
+    ),
+    how="AltitudeMode 3, the seventh parameter null: ground of --terrain plus 'Altitude'.",
+    example="item 3 has no altitude: 30.0 m above the terrain grid, 541.2 m AMSL",
+    fix="open the mission in QGroundControl, wait for the terrain, and save it again",
+)
+
+ZERO_ALTITUDE = Rule(
+    code="A111",
+    name="zero-altitude",
+    severity=Severity.WARNING,
+    summary="An item the vehicle flies to has the altitude 0.",
+    why=(
+        "To ArduPilot 0 means 'as before', in any frame; PX4 flies to the level of home or of the "
+        "sea.  The same file means two flights."
+    ),
+    how="The altitude of an item in the air is 0, and it is not flown as ArduPilot would.",
+    example="item 4 has altitude 0: PX4 flies to home's level, ArduPilot keeps its height",
+    fix="write the altitude that is meant",
 )

@@ -70,8 +70,9 @@ TEXT_UNSET_VALUE = Rule(
     severity=Severity.INFO,
     summary="Values are written as 'nan' or 'null'.",
     why=(
-        "They are read as 'not specified'.  pymavlink refuses 'null', QGroundControl reads it as "
-        "0, and ArduPilot refuses most parameters that are not a number at upload."
+        "They are read as 'not specified'.  Mission Planner leaves rows out that hold such a word, "
+        "pymavlink refuses 'null', QGroundControl reads it as 0; what ArduPilot refuses of them at "
+        "upload is told as M112."
     ),
     how="Counts the fields that hold such a word.",
     example="17 values are 'nan' or 'null' (first in line 3): read as not specified",

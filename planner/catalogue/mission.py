@@ -10,7 +10,10 @@ TAKEOFF_MISSING = Rule(
     severity=Severity.WARNING,
     summary="The mission does not begin with a take-off.",
     why="The vehicle will not leave the ground by itself, or will do so in a way nobody planned.",
-    how="The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.",
+    how=(
+        "The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.  "
+        "An error on PX4 where a take-off comes later: it refuses the mission."
+    ),
     example="the first flown item is NAV_WAYPOINT (item 1): a vertical take-off to 50.0 m is assumed",
     fix="add a take-off item at the start",
 )
@@ -116,4 +119,63 @@ OTHER_VEHICLE = Rule(
     ),
     example="this may be a fixed-wing mission (item 1 takes off with a pitch of 15°)",
     fix="check that this is the file you meant to fly",
+)
+
+VALUE_NOT_SET = Rule(
+    code="M112",
+    name="value-not-set",
+    severity=Severity.WARNING,
+    summary="ArduPilot refuses items with a parameter that is not a number.",
+    why=(
+        "QGroundControl sends null as NaN.  PX4 reads it as 'not specified', ArduPilot refuses the "
+        "item and with it the upload."
+    ),
+    how=(
+        "Parameters 1 to 4 and the altitude of every item; only a heading may be unset, in "
+        "NAV_WAYPOINT, LOITER_UNLIM, LAND, TAKEOFF, ARC_WAYPOINT, VTOL_TAKEOFF and VTOL_LAND."
+    ),
+    example="ArduPilot refuses NAV_DELAY with parameter 2 not set (and 3 more)",
+    fix="write 0 for it",
+)
+
+VALUE_STORED_OTHERWISE = Rule(
+    code="M113",
+    name="value-stored-otherwise",
+    severity=Severity.INFO,
+    summary="ArduPilot keeps a value of an item only roughly.",
+    why="Its mission storage has 16 bits for it: what it flies is not what the file says.",
+    how=(
+        "Holds of whole seconds; at most 255 whole turns; radii of whole metres up to 255 m, of "
+        "tens of metres up to 2550 m (AP_Mission).  What is kept is flown here."
+    ),
+    example="NAV_WAYPOINT: ArduPilot keeps a hold of 2.5 s as 2 s",
+    fix="write a value that it can keep",
+)
+
+HEADING_NORTH = Rule(
+    code="M114",
+    name="heading-north",
+    severity=Severity.INFO,
+    summary="Waypoints ask PX4 for a heading of exactly 0°.",
+    why=(
+        "PX4 takes 0 in the fourth parameter for north, turns there and waits until it has; "
+        "'free' is null.  Text files and scripts write 0 and mean nothing by it."
+    ),
+    how="NAV_WAYPOINT with a fourth parameter of exactly 0, flown as PX4 would.",
+    example="NAV_WAYPOINT asks for heading 0°: PX4 turns north before it goes on (and 11 more)",
+    fix="write null (nan in text) where the heading does not matter",
+)
+
+VEHICLE_ASSUMED = Rule(
+    code="M115",
+    name="vehicle-assumed",
+    severity=Severity.INFO,
+    summary="The file does not say for which kind of vehicle it was written.",
+    why="QGC WPL text has no place for it, and an aircraft's mission is wrong in every leg.",
+    how=(
+        "No vehicle type is given; take-off pitch, landing approach, VTOL items, depths and the "
+        "like are looked for and not found."
+    ),
+    example="the file does not name a vehicle: nothing in it speaks against a multicopter",
+    fix="save the mission as a plan, which names it",
 )

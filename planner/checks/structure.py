@@ -6,20 +6,31 @@ from typing import TYPE_CHECKING
 
 from planner import numbers
 from planner.autopilot import Autopilot
-from planner.catalogue.mission import COMMAND_UNSUPPORTED
+from planner.catalogue.mission import COMMAND_UNSUPPORTED, VALUE_NOT_SET
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
 from planner.findings import Severity
 from planner.mission.command_support import Support, support
-from planner.mission.commands import command_name, frame_name
+from planner.mission.commands import Command, command_name, frame_name
 from planner.mission.remarks import Remarks
 from planner.mission.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from planner.checks.case import Case
     from planner.findings import Finding
+
+_MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
+    Command.NAV_WAYPOINT: frozenset({4}),
+    Command.NAV_LOITER_UNLIM: frozenset({4}),
+    Command.NAV_LAND: frozenset({4}),
+    Command.NAV_TAKEOFF: frozenset({4}),
+    Command.NAV_ARC_WAYPOINT: frozenset({2, 3, 4}),
+    Command.NAV_VTOL_TAKEOFF: frozenset({4}),
+    Command.NAV_VTOL_LAND: frozenset({3, 4}),
+}
+"""Parameters that ArduPilot takes as NaN (AP_Mission.cpp, ``sanity_check_params``)."""
 
 
 def check_endless(case: Case) -> Iterator[Finding]:
@@ -66,6 +77,27 @@ def check_support(case: Case) -> Iterator[Finding]:
         )
     for remarks in by_command.values():
         yield from remarks.findings()
+
+
+def check_unset_values(case: Case) -> Iterator[Finding]:
+    """Yield a finding where a value is not set that ArduPilot wants."""
+    autopilot = case.mission.autopilot if case.autopilot is Autopilot.STEP else case.autopilot
+    if autopilot is not Autopilot.ARDUPILOT:
+        return
+    remarks = Remarks()
+    for number, item in enumerate(case.mission.items, start=1):
+        parameters = (item.param1, item.param2, item.param3, item.param4)
+        unset = [
+            f"parameter {n}"
+            for n, value in enumerate(parameters, start=1)
+            if value is None and n not in _MAY_BE_UNSET.get(item.command, ())
+        ]
+        if item.altitude_m is None:
+            unset.append("the altitude")
+        if unset:
+            message = f"ArduPilot refuses {command_name(item.command)} with {unset[0]} not set"
+            remarks.add(VALUE_NOT_SET, message, item=number, place=item.place)
+    yield from remarks.findings()
 
 
 def check_curves(case: Case) -> Iterator[Finding]:

@@ -64,7 +64,7 @@ SOURCES: Mapping[Autopilot, str] = {
 }
 """Where the answers of `support` come from."""
 
-_EFFECTS: Mapping[CommandEffect, str] = {
+EFFECTS: Mapping[CommandEffect, str] = {
     CommandEffect.MODELLED: """
         NAV_WAYPOINT NAV_LOITER_UNLIM NAV_LOITER_TURNS NAV_LOITER_TIME NAV_RETURN_TO_LAUNCH
         NAV_LAND NAV_TAKEOFF NAV_LOITER_TO_ALT NAV_SPLINE_WAYPOINT NAV_DELAY DO_JUMP
@@ -98,7 +98,7 @@ _EFFECTS: Mapping[CommandEffect, str] = {
         NAV_RALLY_POINT
     """,
 }
-"""Every command that is not named here is NOT_MODELLED."""
+"""Every command that is not named here is NOT_MODELLED; none is named twice."""
 
 _PX4_WITH_POSITION = """
     NAV_WAYPOINT NAV_LOITER_UNLIM NAV_LOITER_TIME NAV_LAND NAV_TAKEOFF NAV_LOITER_TO_ALT NAV_ROI
@@ -214,7 +214,7 @@ def _load_tables() -> _Tables:
 
     with_position, without_position = find(_PX4_WITH_POSITION), find(_PX4_WITHOUT_POSITION)
     return _Tables(
-        effects={number: effect for effect in _EFFECTS for number in find(_EFFECTS[effect])},
+        effects={number: effect for effect in EFFECTS for number in find(EFFECTS[effect])},
         px4={
             **dict.fromkeys(with_position | without_position, Support.ACCEPTED),
             **dict.fromkeys(find(_PX4_INFEASIBLE), Support.BLOCKS_ARMING),

@@ -1,104 +1,49 @@
-"""The course: where a mission has got to while its items are followed one by one.
-
-An item means what the autopilot that flies it makes of it (ArduPilot: 0°, 0° is "here", an altitude of
-0 is "as before"; PX4: both are taken literally).
-"""
+"""The course: what each command makes of the flight while the items are followed one by one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NoReturn
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.altitude import (
-    ALTITUDE_UNKNOWN,
-    FRAME_NOT_RESOLVED,
-    TERRAIN_ASSUMED_LEVEL,
     ZERO_TAKEOFF,
 )
-from planner.catalogue.mission import ZERO_POSITION
+from planner.catalogue.mission import HEADING_NORTH, VALUE_STORED_OTHERWISE
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED, WAIT_NOT_COUNTED, WAITS_FOR_EVER
-from planner.errors import MissionFileError
+from planner.findings import Severity
+from planner.mission import ardupilot_storage
 from planner.mission.command_support import CommandEffect, command_effect
 from planner.mission.commands import (
-    AMSL_FRAMES,
     RELATIVE_FRAMES,
-    TERRAIN_FRAMES,
     Command,
-    Frame,
     command_name,
-    frame_name,
     is_destination,
 )
-from planner.mission.remarks import Remarks
+from planner.mission.draft import Draft
 from planner.mission.stage import StageKind
+from planner.mission.whereabouts import Whereabouts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from planner.findings import Rule
-    from planner.geo.terrain import TerrainGrid
     from planner.mission.items import MissionItem
 
 LONGEST_HOLD_S = 30.0 * 86400.0
 FASTEST_M_S = 1000.0
-HIGHEST_M = 100_000.0
 MOST_TURNS = 100_000.0
 LARGEST_RADIUS_M = 100_000.0
 
 
-def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: float) -> float | None:
-    """Return the ground's altitude at a place; ``None`` where the grid does not know it. [m AMSL]"""
-    ground = terrain.height_amsl_m(latitude_deg, longitude_deg)
-    return None if ground.mask.any() else float(ground)
-
-
 @dataclass(slots=True)
-class Draft:
-    """A stage before its place is laid into the frame of home."""
-
-    kind: StageKind
-    item: int
-    latitude_deg: float
-    longitude_deg: float
-    height_m: float
-    speed_m_s: float | None = None
-    climb_speed_m_s: float | None = None
-    descent_speed_m_s: float | None = None
-    hold_s: float = 0.0
-    acceptance_radius_m: float | None = None
-    yaw_deg: float | None = None
-    turns: float = 0.0
-    radius_m: float = 0.0
-
-
-@dataclass(slots=True)
-class Course:
+class Course(Whereabouts):
     """The state of a mission half followed: place, height, speeds, home."""
 
-    source: str
-    meaning: Autopilot | None
-    """Whose reading of the items counts; ``None`` where neither file nor vehicle says."""
-    start_deg: tuple[float, float]
-    """Where the flight starts. [°]"""
-    home_deg: tuple[float, float]
-    """Where a return leads, moved by DO_SET_HOME. [°]"""
-    home_amsl_m: float | None
-    terrain: TerrainGrid | None
-    latitude_deg: float
-    longitude_deg: float
-    height_m: float = 0.0
-    """Height above the home the flight started from. [m]"""
-    datum_m: float = 0.0
-    """Height of the present home, which relative altitudes count from, above the first. [m]"""
     speed_m_s: float | None = None
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
     is_over: bool = False
-    drafts: list[Draft] = field(default_factory=list)
-    remarks: Remarks = field(default_factory=Remarks)
-    amsl_items: list[int] = field(default_factory=list)
 
     def follow(self, number: int, item: MissionItem) -> None:
         """Take one item into the course.
@@ -110,15 +55,17 @@ class Course:
         """
         _WAYS.get(item.command, Course.pass_by)(self, number, item)
         if not item.autocontinue and self.meaning is not Autopilot.ARDUPILOT:
-            self._remark(
-                WAITS_FOR_EVER,
-                number,
-                item,
-                "autoContinue is off: PX4 holds here; the flight is taken to go on",
-            )
+            is_px4 = self.meaning is Autopilot.PX4
+            other = "" if is_px4 else ", ArduPilot goes on"
+            message = f"autoContinue is off: PX4 holds here{other}; the flight is taken to go on"
+            severity = Severity.ERROR if is_px4 else Severity.WARNING
+            self.remark(WAITS_FOR_EVER, number, item, message, severity=severity)
 
     def waypoint(self, number: int, item: MissionItem) -> None:
         """Fly to a place and hold there."""
+        if item.param4 == 0.0 and self.meaning is Autopilot.PX4:
+            message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it goes on"
+            self.remark(HEADING_NORTH, number, item, message)
         self._go(StageKind.GO, number, item, hold_s=self._hold_s(number, item))
 
     def loiter_time(self, number: int, item: MissionItem) -> None:
@@ -128,7 +75,7 @@ class Course:
     def loiter_for_ever(self, number: int, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
         self._go(StageKind.LOITER, number, item)
-        self._remark(ENDLESS, number, item, "the vehicle stays here until it is told otherwise")
+        self.remark(ENDLESS, number, item, "the vehicle stays here until it is told otherwise")
         self.is_over = True
 
     def spline(self, number: int, item: MissionItem) -> None:
@@ -161,8 +108,8 @@ class Course:
         return draft
 
     def _go(self, kind: StageKind, number: int, item: MissionItem, hold_s: float = 0.0) -> None:
-        self._move_to(number, item)
-        self.height_m = self._height_m(number, item)
+        self.move_to(number, item)
+        self.height_m = self.height_of_m(number, item)
         draft = self._add(kind, number)
         draft.hold_s = hold_s
         draft.yaw_deg = item.param4
@@ -172,12 +119,12 @@ class Course:
     def take_off(self, number: int, item: MissionItem) -> None:
         """Leave the ground."""
         if self.meaning is not Autopilot.ARDUPILOT:  # ArduPilot takes off where it stands
-            self._move_to(number, item)
-        self.height_m = self._height_m(number, item)
+            self.move_to(number, item)
+        self.height_m = self.height_of_m(number, item)
         is_first = not any(d.kind is not StageKind.DELAY for d in self.drafts)
         self._add(StageKind.TAKEOFF, number).yaw_deg = item.param4
         if is_first and self.height_m <= 0.0:
-            self._remark(
+            self.remark(
                 ZERO_TAKEOFF,
                 number,
                 item,
@@ -186,18 +133,28 @@ class Course:
 
     def land(self, number: int, item: MissionItem) -> None:
         """Land at a place: the flight is over."""
-        self._move_to(number, item)
-        self.height_m = self._ground_m()
+        self.move_to(number, item)
+        self.height_m = self.ground_m()
         self._add(StageKind.LAND, number).yaw_deg = item.param4
         self.is_over = True
 
     def circle(self, number: int, item: MissionItem) -> None:
         """Fly turns about a place."""
-        self._move_to(number, item)
-        self.height_m = self._height_m(number, item)
+        self.move_to(number, item)
+        self.height_m = self.height_of_m(number, item)
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
         if turns > MOST_TURNS or abs(radius) > LARGEST_RADIUS_M:
-            self._refuse(number, item, f"{turns:g} turns of {radius:g} m cannot be flown")
+            self.refuse(number, item, f"{turns:g} turns of {radius:g} m cannot be flown")
+        if self.meaning is Autopilot.ARDUPILOT:
+            kept_turns = ardupilot_storage.stored_turns(turns)
+            kept_radius = ardupilot_storage.stored_radius_m(radius)
+            if (kept_turns, kept_radius) != (turns, radius):
+                said, kept = (
+                    f"{turns:g} turns of {radius:g} m",
+                    f"{kept_turns:g} of {kept_radius:g} m",
+                )
+                self._remark_stored(number, item, said, kept)
+            turns, radius = kept_turns, kept_radius
         draft = self._add(StageKind.CIRCLE, number)
         draft.turns = turns
         draft.radius_m = radius
@@ -206,18 +163,18 @@ class Course:
         """Wait for a time, or until a time of day."""
         seconds = item.param1 or 0.0
         if seconds > LONGEST_HOLD_S:
-            self._refuse(number, item, f"a delay of {seconds:g} s is longer than any flight")
+            self.refuse(number, item, f"a delay of {seconds:g} s is longer than any flight")
         in_air = bool(self.drafts)
         if seconds <= 0.0 and self.meaning is not Autopilot.PX4:
             clock = [item.param2, item.param3, item.param4]
             if any(part is not None and part >= 0.0 for part in clock):
                 until = ":".join("--" if p is None or p < 0.0 else f"{p:02.0f}" for p in clock)
                 where = "in the air" if in_air else "on the ground"
-                self._remark(
+                self.remark(
                     WAIT_NOT_COUNTED, number, item, f"waits {where} until {until} UTC: not counted"
                 )
         elif seconds > 0.0 and not in_air:
-            self._remark(
+            self.remark(
                 WAIT_NOT_COUNTED,
                 number,
                 item,
@@ -228,9 +185,9 @@ class Course:
 
     def set_down(self, number: int, item: MissionItem) -> None:
         """Lower a load to the ground."""
-        self._move_to(number, item)
+        self.move_to(number, item)
         self._add(StageKind.SET_DOWN, number)
-        self._remark(
+        self.remark(
             ITEM_NOT_MODELLED,
             number,
             item,
@@ -242,7 +199,7 @@ class Course:
         """Take a new speed for what follows."""
         kind, speed = item.param1 or 0.0, item.param2
         if speed is not None and speed > FASTEST_M_S:
-            self._refuse(number, item, f"a speed of {speed:g} m/s cannot be flown")
+            self.refuse(number, item, f"a speed of {speed:g} m/s cannot be flown")
         if self.meaning is Autopilot.PX4:
             # PX4 does not look at the type; nothing above zero resets to its own cruise speed.
             self.speed_m_s = speed if speed is not None and speed > 0.0 else None
@@ -255,7 +212,7 @@ class Course:
         elif kind in {0.0, 1.0}:
             self.speed_m_s = speed
         else:
-            self._remark(
+            self.remark(
                 ITEM_NOT_MODELLED,
                 number,
                 item,
@@ -264,12 +221,16 @@ class Course:
 
     def set_home(self, number: int, item: MissionItem) -> None:
         """Move the place a return leads to."""
-        if item.param1 == 1.0 or not self._has_place(number, item):
+        if item.param1 == 1.0 or not self.has_place(number, item):
             self.home_deg = (self.latitude_deg, self.longitude_deg)
             self.datum_m = self.height_m
             return
         self.home_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
-        if item.altitude_m is not None:
+        if item.altitude_m is None:
+            return
+        if item.frame in RELATIVE_FRAMES:  # of the home there has been until now
+            self.datum_m += item.altitude_m
+        else:
             self.amsl_items.append(number)
             self.datum_m = item.altitude_m - (self.home_amsl_m or 0.0)
 
@@ -283,111 +244,39 @@ class Course:
         }:
             return
         name = command_name(item.command)
-        if is_destination(item.command) and self._has_place(number, item):
+        if is_destination(item.command) and self.has_place(number, item):
             self._go(StageKind.GO, number, item)
             assumed = "a straight flight to its place is assumed"
         else:
             assumed = "0 s and 0 Wh are assumed"
-        self._remark(ITEM_NOT_MODELLED, number, item, f"{name} is not modelled: {assumed}")
+        self.remark(ITEM_NOT_MODELLED, number, item, f"{name} is not modelled: {assumed}")
 
     def _hold_s(self, number: int, item: MissionItem) -> float:
         hold = item.param1 or 0.0
         if hold == 0.0:
             return 0.0
         if hold > LONGEST_HOLD_S:
-            self._refuse(number, item, f"a hold of {hold:g} s is longer than any flight")
+            self.refuse(number, item, f"a hold of {hold:g} s is longer than any flight")
         if hold < 0.0:
-            self._remark(
+            self.remark(
                 ITEM_NOT_MODELLED,
                 number,
                 item,
                 f"{command_name(item.command)}: its hold of {hold:g} s is taken as 0 s",
             )
             return 0.0
-        # ArduPilot keeps whole seconds (AP_Mission: p1 is a uint16).
-        return float(int(hold)) if self.meaning is Autopilot.ARDUPILOT else hold
+        if self.meaning is not Autopilot.ARDUPILOT:
+            return hold
+        if hold > ardupilot_storage.LONGEST_HOLD_S:
+            self.refuse(number, item, f"ArduPilot cannot keep a hold of {hold:g} s")
+        kept = ardupilot_storage.stored_hold_s(hold)
+        if kept != hold:
+            self._remark_stored(number, item, f"a hold of {hold:g} s", f"{kept:g} s")
+        return kept
 
-    def _move_to(self, number: int, item: MissionItem) -> None:
-        if self._has_place(number, item):
-            self.latitude_deg = item.latitude_deg or 0.0
-            self.longitude_deg = item.longitude_deg or 0.0
-
-    def _has_place(self, number: int, item: MissionItem) -> bool:
-        """Return whether an item names a place; 0°, 0° is taken as 'here', and said on PX4."""
-        latitude, longitude = item.latitude_deg, item.longitude_deg
-        if latitude is None or longitude is None:
-            return False
-        if latitude != 0.0 or longitude != 0.0:
-            return True
-        if self.meaning is Autopilot.PX4:
-            self._remark(
-                ZERO_POSITION,
-                number,
-                item,
-                f"{command_name(item.command)} at 0°, 0°: PX4 takes this for a place; "
-                "taken as 'here'",
-            )
-        return False
-
-    def _height_m(self, number: int, item: MissionItem) -> float:
-        """Return the item's altitude as a height above the home the flight started from."""
-        altitude = item.altitude_m
-        if altitude is None:
-            self._remark(
-                ALTITUDE_UNKNOWN, number, item, "has no altitude: the height before it is kept"
-            )
-            return self.height_m
-        if not abs(altitude) <= HIGHEST_M:
-            self._refuse(number, item, f"an altitude of {altitude:g} m cannot be flown")
-        if altitude == 0.0 and self.meaning is Autopilot.ARDUPILOT and self.drafts:
-            return self.height_m
-        frame = item.frame
-        if frame in RELATIVE_FRAMES:
-            return altitude + self.datum_m
-        if frame in AMSL_FRAMES or (frame == Frame.MISSION and self.meaning is Autopilot.ARDUPILOT):
-            self.amsl_items.append(number)
-            return altitude - (self.home_amsl_m or 0.0)
-        if frame in TERRAIN_FRAMES:
-            return altitude + self._terrain_m(number, item)
-        self._remark(
-            FRAME_NOT_RESOLVED,
-            number,
-            item,
-            f"frame {frame} ({frame_name(frame)}): its altitude is taken as height above home",
-        )
-        return altitude + self.datum_m
-
-    def _terrain_m(self, number: int, item: MissionItem) -> float:
-        """Return the ground's height above the first home at the present place."""
-        ground_m = self._known_ground_m()
-        if ground_m is not None:
-            return ground_m
-        self._remark(
-            TERRAIN_ASSUMED_LEVEL,
-            number,
-            item,
-            f"is {numbers.height(item.altitude_m)} above terrain that is not known: "
-            "taken as height above home",
-        )
-        return self.datum_m
-
-    def _ground_m(self) -> float:
-        """Return the height of the ground at the present place; home's where it is not known."""
-        ground_m = self._known_ground_m()
-        return self.datum_m if ground_m is None else ground_m
-
-    def _known_ground_m(self) -> float | None:
-        if self.terrain is None or self.home_amsl_m is None:
-            return None
-        ground_m = ground_amsl_m(self.terrain, self.latitude_deg, self.longitude_deg)
-        return None if ground_m is None else ground_m - self.home_amsl_m
-
-    def _remark(self, rule: Rule, number: int, item: MissionItem, message: str) -> None:
-        self.remarks.add(rule, message, item=number, place=item.place)
-
-    def _refuse(self, number: int, item: MissionItem, why: str) -> NoReturn:
-        message = f"item {number} {command_name(item.command)}: {why}; correct the item"
-        raise MissionFileError(message, source=self.source, place=item.place)
+    def _remark_stored(self, number: int, item: MissionItem, said: str, kept: str) -> None:
+        message = f"{command_name(item.command)}: ArduPilot keeps {said} as {kept}"
+        self.remark(VALUE_STORED_OTHERWISE, number, item, message)
 
 
 _WAYS: Mapping[int, Callable[[Course, int, MissionItem], None]] = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import numbers
+from planner.autopilot import Autopilot
 from planner.catalogue.altitude import HOME_ALTITUDE_UNKNOWN
 from planner.catalogue.mission import (
     HOME_UNKNOWN,
@@ -12,19 +13,22 @@ from planner.catalogue.mission import (
     NOTHING_TO_FLY,
     OTHER_VEHICLE,
     TAKEOFF_MISSING,
+    VEHICLE_ASSUMED,
 )
 from planner.catalogue.time import ITEMS_NOT_FLOWN
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.errors import MissionFileError
+from planner.findings import Severity
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
-from planner.mission.course import Course, Draft, ground_amsl_m
-from planner.mission.items import VehicleKind
+from planner.mission.course import Course
+from planner.mission.draft import Draft
+from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.jumps import flown_order
 from planner.mission.stage import Lap, Route, Stage, StageKind
+from planner.mission.whereabouts import TAKEOFFS, ground_amsl_m
 
 if TYPE_CHECKING:
-    from planner.autopilot import Autopilot
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
@@ -134,6 +138,9 @@ def _begin(
 def _other_vehicle(mission: Mission) -> list[Finding]:
     """Return that a mission is probably no multicopter's; refuse one that certainly is none."""
     vehicle = mission.vehicle
+    if vehicle is None and mission.file_format is MissionFormat.WPL and mission.items:
+        message = "the file does not name a vehicle: nothing in it speaks against a multicopter"
+        return [VEHICLE_ASSUMED.finding(message)]
     if vehicle is None or vehicle.kind in _FLOWN_KINDS:
         return []
     article = "an" if vehicle.kind is VehicleKind.OTHER else "a"
@@ -182,13 +189,16 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
     if first.kind is not StageKind.TAKEOFF:
         item = mission.items[first.item - 1]
         height_m = max(first.height_m, 0.0)
+        message = (
+            f"the flight begins with {command_name(item.command)}: "
+            f"a vertical take-off to {numbers.height(height_m)} is assumed"
+        )
+        severity = None
+        if course.meaning is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
+            message += "; PX4 refuses a mission with a take-off that is not its first place"
+            severity = Severity.ERROR
         findings.append(
-            TAKEOFF_MISSING.finding(
-                f"the flight begins with {command_name(item.command)}: "
-                f"a vertical take-off to {numbers.height(height_m)} is assumed",
-                item=first.item,
-                place=item.place,
-            )
+            TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )
         takeoff = Draft(StageKind.TAKEOFF, first.item, *course.start_deg, height_m)
         course.drafts.insert(0, takeoff)

@@ -38,6 +38,8 @@ MOST_ROWS = 65_535
 """MISSION_COUNT is a 16-bit number."""
 MOST_LINES = 1_000_000
 LONGEST_LINE = 10_000
+HIGHEST_M = 100_000.0
+"""Beyond it an altitude is a mistake. [m]"""
 UNSET = frozenset({"nan", "+nan", "-nan", "null", "none", "undefined"})
 
 _LARGEST_FLOAT32 = 3.4e38
@@ -181,6 +183,12 @@ class _Fields:
             hint = " (this looks like degrees × 10⁷)" if abs(value) > 1e5 else ""
             self.refuse(index, f"degrees from −{most:g} to {most:g}{hint}")
 
+    def metres(self, index: int) -> None:
+        """Refuse a field that is no altitude anybody flies at."""
+        value = self.real(index)
+        if value is not None and abs(value) > HIGHEST_M:
+            self.refuse(index, f"an altitude within {HIGHEST_M / 1000.0:g} km")
+
 
 def _read_row(number: int, line: str, *, source: str) -> tuple[Row, bool]:
     """Return the row of one line, and whether a comment follows it."""
@@ -206,6 +214,7 @@ def _read_row(number: int, line: str, *, source: str) -> tuple[Row, bool]:
     if row.frame in GLOBAL_FRAMES and (has_location(row.command) or row.command == 0):
         fields.degrees(8, 90.0)
         fields.degrees(9, 180.0)
+        fields.metres(10)
     return row, bool(mark)
 
 

@@ -140,6 +140,15 @@ def test_an_altitude_computed_from_terrain_is_compared_with_its_sum() -> None:
     assert codes(read(plan_of(item | {"AMSLAltAboveTerrain": 62}))) == ["L103"]
 
 
+def test_a_height_above_terrain_that_is_not_worked_out_yet_is_kept() -> None:
+    waiting = waypoint(1) | {"frame": 0, "Altitude": 30, "AltitudeMode": 3}
+    waiting["params"] = [0, 0, 0, None, 47.4, 8.55, None]
+    [item] = read(plan_of(waiting)).items
+    assert (item.altitude_m, item.unresolved_agl_m) == (None, 30.0)
+    [other] = read(plan_of(waiting | {"AltitudeMode": 2})).items
+    assert other.unresolved_agl_m is None
+
+
 def test_a_null_altitude_or_place_is_not_specified() -> None:
     params = [0, 0, 0, None, None, None, None]
     item = read(plan_of(waypoint(params=params, Altitude=None))).items[0]

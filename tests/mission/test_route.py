@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,14 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
-from planner.mission.items import Home, MissionItem, VehicleEvidence, VehicleKind
+from planner.findings import Severity
+from planner.mission.items import (
+    Home,
+    MissionFormat,
+    MissionItem,
+    VehicleEvidence,
+    VehicleKind,
+)
 from planner.mission.route import make_route
 from planner.mission.stage import Route, StageKind
 
@@ -80,6 +88,25 @@ def test_altitude_zero_keeps_the_height_on_ardupilot_and_is_zero_on_px4() -> Non
     assert heights(route(*items, meaning=PX4))[1] == 0.0
 
 
+def test_altitude_zero_in_the_air_is_told_where_it_does_not_mean_as_before() -> None:
+    items = (takeoff(20), waypoint(100, 0), rtl())
+    assert codes(route(*items, meaning=ARDUPILOT)) == []
+    assert codes(route(*items, meaning=PX4)) == ["A111"]
+    unknown = route(*items)
+    assert codes(unknown) == ["A111"]
+    assert heights(unknown)[1] == 20.0
+
+
+def test_an_amsl_altitude_that_is_not_above_home_is_an_error() -> None:
+    """Home lies at 400 m AMSL: 50 m in frame 0 is 350 m under it."""
+    found = route(takeoff(50), item(16, north(100), 50.0, frame=0), rtl())
+    [finding] = [f for f in found.findings if f.code == "A107"]
+    assert finding.item == 2
+    assert "350 m below home" in finding.message
+    assert codes(route(takeoff(50), item(16, north(100), 400.1, frame=0), rtl())) == []
+    assert codes(route(takeoff(50), item(16, north(100), 400.0, frame=5), rtl())) == ["A107"]
+
+
 def test_zero_latitude_and_longitude_mean_here_and_px4_is_warned_of() -> None:
     items = (takeoff(20), waypoint(100, 20), item(21, 0.0, 0.0, longitude_deg=0.0))
     ardupilot = route(*items, meaning=ARDUPILOT)
@@ -100,6 +127,41 @@ def test_ardupilot_holds_whole_seconds() -> None:
     items = (takeoff(20), waypoint(100, 20, hold_s=2.7), rtl())
     assert route(*items, meaning=ARDUPILOT).stages[1].hold_s == 2.0
     assert route(*items, meaning=PX4).stages[1].hold_s == 2.7
+
+
+def test_ardupilot_says_what_it_keeps_of_a_hold() -> None:
+    half = waypoint(100, 20, hold_s=2.5)
+    assert codes(route(takeoff(20), half, rtl(), meaning=ARDUPILOT)) == ["M113"]
+    assert codes(route(takeoff(20), half, rtl(), meaning=PX4)) == []
+    with pytest.raises(MissionFileError, match="ArduPilot cannot keep a hold of 65536 s"):
+        route(takeoff(20), waypoint(100, 20, hold_s=65_536), rtl(), meaning=ARDUPILOT)
+
+
+def test_a_heading_of_zero_turns_px4_north() -> None:
+    def heading(yaw_deg: float | None) -> MissionItem:
+        return item(16, north(9), 20.0, params=(0.0, 0.0, 0.0, yaw_deg))
+
+    items = (takeoff(20), heading(0.0), heading(None), rtl())
+    px4 = route(*items, meaning=PX4)
+    assert [stage.yaw_deg for stage in px4.stages] == [None, 0.0, None, None]
+    assert codes(px4) == ["M114"]
+    assert codes(route(*items, meaning=ARDUPILOT)) == []
+
+
+def test_px4_refuses_a_takeoff_that_is_not_the_first_place() -> None:
+    items = (waypoint(100, 40), takeoff(40), rtl())
+    [px4] = [f for f in route(*items, meaning=PX4).findings if f.code == "M101"]
+    assert px4.severity is Severity.ERROR
+    assert "PX4 refuses" in px4.message
+    [ardupilot] = [f for f in route(*items, meaning=ARDUPILOT).findings if f.code == "M101"]
+    assert ardupilot.severity is Severity.WARNING
+
+
+def test_a_text_mission_names_no_vehicle_and_it_is_said_what_is_inferred() -> None:
+    text = replace(mission(takeoff(20), rtl()), file_format=MissionFormat.WPL)
+    assert codes(make_route(text)) == ["M115"]
+    fixed_wing = replace(text, vehicle=evidence(VehicleKind.FIXED_WING, is_certain=False))
+    assert codes(make_route(fixed_wing)) == ["M111"]
 
 
 def test_a_mission_without_takeoff_gets_one_and_says_so() -> None:
@@ -191,6 +253,35 @@ def test_circles_carry_turns_and_radius() -> None:
     assert (stage.turns, stage.radius_m) == (3.0, -25.0)
 
 
+@pytest.mark.parametrize(
+    ("turns", "radius_m", "kept_turns", "kept_radius_m"),
+    [
+        (3.0, -25.0, 3.0, -25.0),
+        (0.5, 30.0, 0.5, 30.0),
+        (2.5, 30.0, 2.0, 30.0),
+        (300.0, 30.0, 255.0, 30.0),
+        (1.0, -47.9, 1.0, -47.0),
+        (1.0, 1234.0, 1.0, 1230.0),
+        (1.0, 9000.0, 1.0, 2550.0),
+    ],
+)
+def test_ardupilot_keeps_turns_and_radius_in_8_bits_each(
+    turns: float, radius_m: float, kept_turns: float, kept_radius_m: float
+) -> None:
+    circle = item(18, north(200), 30.0, params=(turns, 0.0, radius_m, 0.0))
+    found = route(takeoff(20), circle, rtl(), meaning=ARDUPILOT)
+    assert (found.stages[1].turns, found.stages[1].radius_m) == (kept_turns, kept_radius_m)
+    changed = (turns, radius_m) != (kept_turns, kept_radius_m)
+    assert codes(found) == (["M113"] if changed else [])
+
+
+def test_a_home_moved_in_a_relative_frame_lies_above_the_one_before() -> None:
+    moved = item(179, north(500), 40.0, params=(0.0, 0.0, 0.0, 0.0), frame=3)
+    found = route(takeoff(50), moved, waypoint(600, 50), rtl())
+    assert found.stages[1].height_m == pytest.approx(90.0)
+    assert found.stages[2].height_m == pytest.approx(40.0)
+
+
 def test_a_moved_home_moves_the_return_and_the_heights_above_home() -> None:
     moved = item(179, north(500), 440.0, params=(0.0, 0.0, 0.0, 0.0), frame=0)
     found = route(takeoff(50), moved, waypoint(600, 50), rtl())
@@ -228,6 +319,26 @@ def test_an_item_without_altitude_cannot_be_flown() -> None:
     assert codes(found) == ["A109"]
 
 
+def test_an_altitude_left_to_the_terrain_is_computed_where_it_is_known() -> None:
+    """47.001° lies 100 m up the slope, at 500 m AMSL: 30 m above it is 130 m above home."""
+    waiting = replace(item(16, 47.001, None, frame=0), unresolved_agl_m=30.0)
+    made = mission(takeoff(20), waiting, rtl())
+    found = make_route(made, terrain=Slope())  # type: ignore[arg-type]  # as much of a grid as is asked
+    assert found.stages[1].height_m == pytest.approx(130.0)
+    assert codes(found) == ["A110"]
+    without = make_route(made)
+    assert without.stages[1].height_m == 20.0
+    assert codes(without) == ["A109"]
+
+
+def test_an_amsl_altitude_below_home_is_right_where_the_ground_falls() -> None:
+    """46.999° lies 100 m down the slope, at 300 m AMSL."""
+    above = mission(takeoff(20), item(16, 46.999, 330.0, frame=0), rtl())
+    assert codes(make_route(above, terrain=Slope())) == []  # type: ignore[arg-type]  # as much of a grid as is asked
+    under = mission(takeoff(20), item(16, 46.999, 290.0, frame=0), rtl())
+    assert codes(make_route(under, terrain=Slope())) == ["A107"]  # type: ignore[arg-type]  # as much of a grid as is asked
+
+
 def test_an_unknown_frame_is_an_error() -> None:
     assert "A103" in codes(route(takeoff(20), item(16, north(9), 10.0, frame=1), rtl()))
 
@@ -236,6 +347,8 @@ def test_autocontinue_off_stops_px4_for_ever_and_not_ardupilot() -> None:
     held = item(16, north(9), 20.0, autocontinue=False)
     assert codes(route(takeoff(20), held, rtl(), meaning=PX4)) == ["T108"]
     assert codes(route(takeoff(20), held, rtl(), meaning=ARDUPILOT)) == []
+    [unknown] = [f for f in route(takeoff(20), held, rtl()).findings if f.code == "T108"]
+    assert unknown.severity is Severity.WARNING
 
 
 def test_without_home_the_flight_starts_at_the_first_place() -> None:

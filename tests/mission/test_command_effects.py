@@ -1,0 +1,119 @@
+"""What each command does to the flight is what its class says, for every command there is."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import item, mission, north, rtl, takeoff, waypoint
+from pymavlink.dialects.v20 import ardupilotmega, common
+
+from planner.autopilot import Autopilot
+from planner.mission.command_support import EFFECTS, CommandEffect, command_effect
+from planner.mission.commands import Command, command_name
+from planner.mission.route import make_route
+from planner.mission.stage import Route, StageKind
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+
+DIALECTS = {
+    number: entry.name.removeprefix("MAV_CMD_")
+    for dialect in (common, ardupilotmega)
+    for number, entry in dialect.enums["MAV_CMD"].items()
+    if not entry.name.endswith("_ENUM_END")
+}
+"""Every command of both dialects, by pymavlink."""
+TAKEOFF, LEG = takeoff(20.0), waypoint(300.0, 40.0)
+
+FLOWN = {
+    Command.NAV_WAYPOINT: (item(16, north(100), 30.0), StageKind.GO),
+    Command.NAV_SPLINE_WAYPOINT: (item(82, north(100), 30.0), StageKind.SPLINE),
+    Command.NAV_LOITER_UNLIM: (item(17, north(100), 30.0), StageKind.LOITER),
+    Command.NAV_LOITER_TIME: (
+        item(19, north(100), 30.0, params=(9.0, 0.0, 0.0, 0.0)),
+        StageKind.LOITER,
+    ),
+    Command.NAV_LOITER_TURNS: (
+        item(18, north(100), 30.0, params=(2.0, 0.0, 9.0, 0.0)),
+        StageKind.CIRCLE,
+    ),
+    Command.NAV_LOITER_TO_ALT: (item(31, north(100), 30.0), StageKind.CHANGE_HEIGHT),
+    Command.NAV_RETURN_TO_LAUNCH: (rtl(), StageKind.RETURN),
+    Command.NAV_LAND: (item(21, north(100), 0.0), StageKind.LAND),
+    Command.NAV_TAKEOFF: (item(22, north(0), 30.0), StageKind.TAKEOFF),
+    Command.NAV_DELAY: (item(93, params=(9.0, -1.0, -1.0, -1.0), frame=2), StageKind.DELAY),
+}
+CHANGING = {
+    Command.DO_CHANGE_SPEED: item(178, params=(1.0, 3.0, -1.0, 0.0), frame=2),
+    Command.DO_SET_HOME: item(179, north(50), 400.0, frame=0),
+}
+"""Commands that change the stages behind them."""
+FLOWN_AS_MULTICOPTERS = {Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND}
+"""ArduCopter takes them for a take-off and a landing."""
+JUMPING = {Command.DO_JUMP, Command.JUMP_TAG, Command.DO_JUMP_TAG}
+
+
+def flown(*items: MissionItem, meaning: Autopilot | None = Autopilot.ARDUPILOT) -> Route:
+    return make_route(mission(*items), meaning=meaning)
+
+
+def findings(route: Route, code: str) -> list[str]:
+    return [finding.message for finding in route.findings if finding.code == code]
+
+
+def test_every_command_is_in_one_class() -> None:
+    named = Counter(name for names in EFFECTS.values() for name in names.split())
+    assert [name for name, times in named.items() if times > 1] == []
+    assert set(named) <= set(DIALECTS.values())
+    assert CommandEffect.NOT_MODELLED not in EFFECTS  # which is what every other one is
+    by_name = {name: effect for effect, names in EFFECTS.items() for name in names.split()}
+    for number, name in DIALECTS.items():
+        assert command_effect(number) is by_name.get(name, CommandEffect.NOT_MODELLED)
+
+
+def test_every_modelled_command_has_a_case_here() -> None:
+    modelled = {n for n in DIALECTS if command_effect(n) is CommandEffect.MODELLED}
+    assert modelled == FLOWN.keys() | CHANGING.keys() | JUMPING
+
+
+@pytest.mark.parametrize("command", sorted(FLOWN))
+def test_a_modelled_command_is_a_stage_of_its_own_kind(command: Command) -> None:
+    one, kind = FLOWN[command]
+    route = flown(TAKEOFF, one, LEG, rtl())
+    assert [stage.kind for stage in route.stages if stage.item == 2] == [kind]
+    assert findings(route, "T102") == []
+
+
+@pytest.mark.parametrize("command", sorted(CHANGING))
+def test_a_modelled_command_without_a_stage_changes_those_behind_it(command: Command) -> None:
+    behind = flown(TAKEOFF, CHANGING[command], LEG, rtl()).stages[1:]
+    without = flown(TAKEOFF, item(206, frame=2), LEG, rtl()).stages[1:]
+    assert [stage.item for stage in behind] == [stage.item for stage in without]
+    assert behind != without
+
+
+def test_jumps_by_id_and_by_tag_lead_back() -> None:
+    by_id = item(177, params=(2.0, 1.0, 0.0, 0.0), frame=2)
+    assert flown(TAKEOFF, LEG, by_id, rtl()).reached == (1, 2, 3, 2, 3, 4)
+    tag = item(600, params=(7.0, 0.0, 0.0, 0.0), frame=2)
+    by_tag = item(601, params=(7.0, 1.0, 0.0, 0.0), frame=2)
+    assert flown(TAKEOFF, tag, LEG, by_tag, rtl()).reached == (1, 2, 3, 4, 2, 3, 4, 5)
+
+
+@pytest.mark.parametrize("command", sorted(DIALECTS))
+def test_any_other_command_is_without_effect_or_told_with_what_is_assumed(command: int) -> None:
+    effect = command_effect(command)
+    if effect is CommandEffect.MODELLED:
+        return
+    route = flown(TAKEOFF, item(command, frame=2), LEG, rtl(), meaning=None)
+    told = findings(route, "T102")
+    if effect is CommandEffect.NO_EFFECT:
+        assert told == []
+        assert [stage.item for stage in route.stages] == [1, 3, 4]
+        return
+    if command not in FLOWN_AS_MULTICOPTERS:
+        [message] = told
+        assert command_name(command) in message
+        assert "assumed" in message or "taken" in message
