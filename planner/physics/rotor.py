@@ -199,10 +199,11 @@ def momentum_power_w(
     thrust = np.hypot(thrust_forward, thrust_up)
     useful_w = thrust_forward * forward + thrust_up * climb  # of climb and drag
     hover_velocity = hover_induced_velocity_m_s(thrust, density, disk_area_m2=disk_area_m2)
-    axial_ratio = np.maximum(useful_w / (thrust * hover_velocity), FASTEST_DESCENT_RATIO)
+    axial_ratio = useful_w / (thrust * hover_velocity)
     edgewise_squared = np.maximum(
         speed_squared / (hover_velocity * hover_velocity) - axial_ratio * axial_ratio, 0.0
     )
+    axial_ratio = np.maximum(axial_ratio, FASTEST_DESCENT_RATIO)
     induced = induced_velocity_ratio(np.sqrt(edgewise_squared), axial_ratio)
     of_flow = np.maximum(induced_factor * induced + axial_factor * axial_ratio, 0.0)
     of_blades = profile_factor * (1.0 + profile_speed_factor * edgewise_squared)

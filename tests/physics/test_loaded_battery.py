@@ -1,0 +1,198 @@
+"""The battery under load by pencil, by its own energy, and against small steps of time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.physics.battery import (
+    delivered_energy_wh,
+    empty_state_of_charge,
+    loaded_voltage_v,
+    state_of_charge_after,
+)
+
+SOC = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
+OCV_V = (21.0, 21.42, 21.78, 22.26, 23.58, 24.48, 25.14)
+"""Six cells of the chemistry lipo."""
+CAPACITY_AH, RESISTANCE_OHM = 8.0, 0.05
+
+
+def test_the_voltage_under_load_gives_the_power_and_the_drop() -> None:
+    # 25² − 4 x 0.0245 x 500 = 576 = 24²
+    voltage_v = float(loaded_voltage_v(25.0, 500.0, resistance_ohm=0.0245))
+    assert voltage_v == pytest.approx(24.5)
+    current_a = 500.0 / voltage_v
+    assert 25.0 - 0.0245 * current_a == pytest.approx(voltage_v)
+
+
+def test_no_battery_delivers_more_than_its_matched_load() -> None:
+    # E² / 4 R = 100 / 0.4 = 250 W at E / 2
+    assert loaded_voltage_v(10.0, 250.0, resistance_ohm=0.1) == pytest.approx(5.0)
+    assert loaded_voltage_v(10.0, 400.0, resistance_ohm=0.1) == pytest.approx(5.0)
+
+
+def test_the_cut_off_is_reached_where_the_curve_says_so() -> None:
+    # E = 12.5 + 0.02 x 250 / 12.5 = 12.9 V, which is 22.5 % on a curve from 12 to 16 V
+    empty = empty_state_of_charge(
+        250.0, cutoff_voltage_v=12.5, resistance_ohm=0.02, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0)
+    )
+    assert empty == pytest.approx(0.225)
+
+
+def test_without_a_cut_off_a_battery_ends_where_it_cannot_deliver() -> None:
+    # 2 sqrt(R P) = 2 sqrt(0.2 x 245) = 14 V, half of the curve
+    empty = empty_state_of_charge(
+        245.0, cutoff_voltage_v=0.0, resistance_ohm=0.2, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0)
+    )
+    assert empty == pytest.approx(0.5)
+
+
+def test_at_no_current_all_the_energy_of_the_curve_is_there() -> None:
+    # Q times the mean of 12 and 16 V; from three quarters, 5 x (15 + 12) / 2 x 0.75
+    for start, energy_wh in ((1.0, 70.0), (0.75, 50.625)):
+        assert delivered_energy_wh(
+            0.0,
+            from_state_of_charge=start,
+            to_state_of_charge=0.0,
+            capacity_ah=5.0,
+            resistance_ohm=0.3,
+            ocv_soc=(0.0, 1.0),
+            ocv_v=(12.0, 16.0),
+        ) == pytest.approx(energy_wh)
+
+
+def test_a_load_without_resistance_takes_its_energy_from_the_curve() -> None:
+    # 5 Ah from 12 to 16 V, half an hour at 70 W: 12 (1 − s) + 2 (1 − s²) = 7, s = (√200 − 12) / 4
+    [left] = state_of_charge_after(
+        [70.0],
+        [0.0],
+        [1800.0],
+        from_state_of_charge=1.0,
+        capacity_ah=5.0,
+        resistance_ohm=0.0,
+        ocv_soc=(0.0, 1.0),
+        ocv_v=(12.0, 16.0),
+    )
+    # One load is one step of the middle rule: E changes by 13 % over it.
+    assert left == pytest.approx((200.0**0.5 - 12.0) / 4.0, abs=5e-4)
+
+
+def _stepped(power_w: np.ndarray, duration_s: np.ndarray, steps: int) -> float:
+    """Return the charge left by Heun's method in small steps of time."""
+
+    def rate(soc: float, load_w: float) -> float:
+        volts = float(np.interp(soc, SOC, OCV_V))
+        root = (volts * volts - 4.0 * RESISTANCE_OHM * load_w) ** 0.5
+        return -(volts - root) / (2.0 * RESISTANCE_OHM) / (3600.0 * CAPACITY_AH)
+
+    soc = 1.0
+    for load_w, lasting_s in zip(power_w.tolist(), duration_s.tolist(), strict=True):
+        step_s = lasting_s / steps
+        for _ in range(steps):
+            first = rate(soc, load_w)
+            soc += 0.5 * step_s * (first + rate(soc + step_s * first, load_w))
+    return soc
+
+
+def test_a_row_of_loads_ends_where_small_steps_of_time_end() -> None:
+    random = np.random.default_rng(5)
+    power_w, duration_s = random.uniform(150.0, 500.0, 90), random.uniform(5.0, 20.0, 90)
+    left = state_of_charge_after(
+        power_w,
+        np.zeros(90),
+        duration_s,
+        from_state_of_charge=1.0,
+        capacity_ah=CAPACITY_AH,
+        resistance_ohm=RESISTANCE_OHM,
+        ocv_soc=SOC,
+        ocv_v=OCV_V,
+    )
+    assert left[-1] == pytest.approx(_stepped(power_w, duration_s, 20), abs=2e-5)
+    assert (np.diff(left) < 0.0).all()
+
+
+def test_a_load_that_varies_takes_the_charge_of_its_parts() -> None:
+    pack: dict[str, Any] = {
+        "from_state_of_charge": 1.0,
+        "capacity_ah": CAPACITY_AH,
+        "resistance_ohm": RESISTANCE_OHM,
+        "ocv_soc": (0.0, 1.0),
+        "ocv_v": (24.0, 24.0 + 1e-9),
+    }
+    # 200 and 400 W in turns: 300 W in the mean, with a variance of 100² W²
+    [mixed] = state_of_charge_after([300.0], [1e4], [600.0], **pack)
+    parts = state_of_charge_after([200.0, 400.0], [0.0, 0.0], [300.0, 300.0], **pack)
+    assert 1.0 - mixed == pytest.approx(1.0 - parts[-1], rel=2e-5)
+    [even] = state_of_charge_after([300.0], [0.0], [600.0], **pack)
+    assert mixed < even  # the losses of the high half weigh more
+
+
+@given(
+    power_w=st.floats(min_value=10.0, max_value=900.0),
+    start=st.floats(min_value=0.3, max_value=1.0),
+    hours=st.floats(min_value=0.01, max_value=0.2),
+)
+@settings(max_examples=60, deadline=None)
+def test_the_energy_delivered_is_power_times_time(
+    power_w: float, start: float, hours: float
+) -> None:
+    count = 60
+    left = state_of_charge_after(
+        np.full(count, power_w),
+        np.zeros(count),
+        np.full(count, 3600.0 * hours / count),
+        from_state_of_charge=start,
+        capacity_ah=CAPACITY_AH,
+        resistance_ohm=RESISTANCE_OHM,
+        ocv_soc=SOC,
+        ocv_v=OCV_V,
+    )
+    if left[-1] > 0.0:
+        energy_wh = delivered_energy_wh(
+            power_w,
+            from_state_of_charge=start,
+            to_state_of_charge=float(left[-1]),
+            capacity_ah=CAPACITY_AH,
+            resistance_ohm=RESISTANCE_OHM,
+            ocv_soc=SOC,
+            ocv_v=OCV_V,
+        )
+        # Sixty middle-rule steps over kinks of the curve.
+        assert energy_wh == pytest.approx(power_w * hours, rel=2e-4)
+
+
+@given(
+    power_w=st.floats(min_value=50.0, max_value=800.0),
+    more_ohm=st.floats(min_value=0.0, max_value=0.1),
+    more_w=st.floats(min_value=0.0, max_value=300.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_more_resistance_and_a_higher_rate_never_leave_more_to_use(
+    power_w: float, more_ohm: float, more_w: float
+) -> None:
+    def usable_wh(load_w: float, resistance_ohm: float) -> float:
+        empty = empty_state_of_charge(
+            load_w,
+            cutoff_voltage_v=21.0,
+            resistance_ohm=resistance_ohm,
+            ocv_soc=SOC,
+            ocv_v=OCV_V,
+        )
+        return delivered_energy_wh(
+            load_w,
+            from_state_of_charge=1.0,
+            to_state_of_charge=empty,
+            capacity_ah=CAPACITY_AH,
+            resistance_ohm=resistance_ohm,
+            ocv_soc=SOC,
+            ocv_v=OCV_V,
+        )
+
+    new = usable_wh(power_w, RESISTANCE_OHM)
+    assert usable_wh(power_w, RESISTANCE_OHM + more_ohm) <= new + 1e-9
+    assert usable_wh(power_w + more_w, RESISTANCE_OHM) <= new + 1e-9

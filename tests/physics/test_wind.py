@@ -1,0 +1,63 @@
+"""The wind as a vector and over height."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.physics.wind import Wind
+
+
+@pytest.mark.parametrize(
+    ("from_deg", "east", "north"),
+    [(0.0, 0.0, -5.0), (90.0, -5.0, 0.0), (180.0, 0.0, 5.0), (270.0, 5.0, 0.0)],
+)
+def test_a_wind_blows_away_from_where_it_comes(from_deg: float, east: float, north: float) -> None:
+    wind = Wind(speed_m_s=5.0, from_deg=from_deg)
+    assert (wind.east_m_s, wind.north_m_s) == pytest.approx((east, north), abs=1e-12)
+
+
+def test_without_a_profile_the_wind_is_the_same_at_every_height() -> None:
+    assert Wind(speed_m_s=5.0).speed_factor([-10.0, 0.0, 500.0]) == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_the_power_law_by_pencil() -> None:
+    wind = Wind(speed_m_s=5.0, reference_height_m=10.0, shear_exponent=0.2)
+    # 32^0.2 = 2; the ground, and what lies below home, has no wind
+    assert wind.speed_factor([10.0, 320.0, 0.0, -5.0]) == pytest.approx([1.0, 2.0, 0.0, 0.0])
+
+
+def test_the_logarithmic_law_by_pencil() -> None:
+    wind = Wind(speed_m_s=5.0, reference_height_m=10.0, roughness_length_m=0.1)
+    # ln(h / 0.1) / ln(100)
+    assert wind.speed_factor([10.0, 1000.0, 0.1, 0.0]) == pytest.approx([1.0, 2.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [
+        {"reference_height_m": 10.0},
+        {"shear_exponent": 0.2},
+        {"roughness_length_m": 0.1},
+        {"reference_height_m": 10.0, "shear_exponent": 0.2, "roughness_length_m": 0.1},
+        {"reference_height_m": 0.0, "shear_exponent": 0.2},
+        {"reference_height_m": math.nan, "shear_exponent": 0.2},
+        {"reference_height_m": 10.0, "shear_exponent": 2.0},
+        {"reference_height_m": 10.0, "roughness_length_m": 10.0},
+        {"reference_height_m": 10.0, "roughness_length_m": math.nan},
+    ],
+)
+def test_half_a_profile_or_an_impossible_one_is_refused(profile: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="wind"):
+        Wind(speed_m_s=5.0, **profile)
+
+
+def test_the_profile_never_falls_with_height() -> None:
+    heights = np.linspace(-10.0, 300.0, 100)
+    for wind in (
+        Wind(reference_height_m=10.0, shear_exponent=0.14),
+        Wind(reference_height_m=10.0, roughness_length_m=0.03),
+    ):
+        assert (np.diff(wind.speed_factor(heights)) >= 0.0).all()
