@@ -77,9 +77,9 @@ def fit_response(
         msg = "there is no manoeuvre to fit a model to"
         raise IdentificationError(msg)
     residuals = Residuals(manoeuvres, structure)
-    parameters = structure.free_size + len(manoeuvres)
-    if residuals.samples <= 2 * parameters:
-        msg = f"{residuals.samples} samples are too few for {parameters} parameters"
+    after = min(m.time_s.size - m.first_change for m in manoeuvres)
+    if after <= 2 * structure.free_size:
+        msg = f"{after} samples after a command are too few for {structure.free_size} parameters"
         raise IdentificationError(msg)
     span_s = min(float(m.time_s[-1]) - m.command_s for m in manoeuvres)
     delay_s = 0.5 * span_s if longest_delay_s is None else longest_delay_s
@@ -161,9 +161,7 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
     for frequency in frequencies:
         for damping in _GRID_DAMPINGS:
             factors = _start_factors(structure, frequency, damping)
-            denominators = np.broadcast_to(
-                structure.denominator(factors), (delays.size, structure.denominator_degree + 1)
-            )
+            denominators = structure.denominator(factors)[None]
             basis = basis_answers(
                 denominators, structure.numerator_size, delays, residuals.manoeuvres
             )

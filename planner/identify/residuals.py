@@ -123,7 +123,7 @@ def basis_answers(
     numerator_size : int
         Number m of powers of s in the numerator.
     delay_s : float or ndarray, shape (d,)
-        Delays. [s]
+        Delays, broadcast against the denominators. [s]
     manoeuvres : sequence of Manoeuvre
         Their references.
     derivative : int
@@ -142,6 +142,6 @@ def basis_answers(
         denominators=np.broadcast_to(
             denominators[:, None, None], (systems, numerator_size, 1, denominators.shape[1])
         ),
-        delay_s=np.broadcast_to(np.asarray(delay_s), (systems,))[:, None, None],
+        delay_s=np.reshape(delay_s, (-1, 1, 1)),
     )
     return simulated_answers(stack, manoeuvres, derivative=derivative)
