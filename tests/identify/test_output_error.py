@@ -156,7 +156,7 @@ def test_a_third_order_model_comes_back() -> None:
     model = Model((3.0,), (1.0, 3.8, 3.4, 3.0), 0.5)  # (s + 3) (s² + 0.8 s + 1)
     structure = Structure(numerator_degree=0, denominator_degree=3)
     fit = fit_response(
-        [steps(model, 0.01 * np.random.default_rng(10).standard_normal(400))], structure
+        [steps(model, 0.01 * np.random.default_rng(11).standard_normal(400))], structure
     )
     for name, truth in zip(structure.coefficient_names, (3.0, 3.8, 3.4, 3.0, 0.5), strict=True):
         estimate = fit.estimate(name)
