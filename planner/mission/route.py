@@ -120,6 +120,10 @@ def _begin(
                     )
                 )
                 break
+        else:
+            if mission.items:
+                message = "the file says neither where home is nor any other place"
+                findings.append(HOME_UNKNOWN.finding(message))
     if amsl_m is None and terrain is not None:
         amsl_m = ground_amsl_m(terrain, *place)
     course = Course(

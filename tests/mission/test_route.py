@@ -357,6 +357,11 @@ def test_without_home_the_flight_starts_at_the_first_place() -> None:
     assert "M107" in codes(found)
 
 
+def test_a_mission_without_any_place_says_so() -> None:
+    here = item(22, 0.0, 20.0, longitude_deg=0.0)
+    assert codes(make_route(mission(here, rtl(), home=None))) == ["M107"]
+
+
 @pytest.mark.parametrize(
     "bad",
     [
