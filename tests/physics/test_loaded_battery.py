@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,7 @@ def test_a_load_without_resistance_takes_its_energy_from_the_curve() -> None:
         ocv_v=(12.0, 16.0),
     )
     # One load is one step of the middle rule: E changes by 13 % over it.
-    assert left == pytest.approx((200.0**0.5 - 12.0) / 4.0, abs=5e-4)
+    assert left == pytest.approx((math.sqrt(200.0) - 12.0) / 4.0, abs=5e-4)
 
 
 def _stepped(power_w: np.ndarray, duration_s: np.ndarray, steps: int) -> float:
@@ -87,7 +88,7 @@ def _stepped(power_w: np.ndarray, duration_s: np.ndarray, steps: int) -> float:
 
     def rate(soc: float, load_w: float) -> float:
         volts = float(np.interp(soc, SOC, OCV_V))
-        root = (volts * volts - 4.0 * RESISTANCE_OHM * load_w) ** 0.5
+        root = math.sqrt(volts * volts - 4.0 * RESISTANCE_OHM * load_w)
         return -(volts - root) / (2.0 * RESISTANCE_OHM) / (3600.0 * CAPACITY_AH)
 
     soc = 1.0
