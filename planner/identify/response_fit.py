@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
+_TIME_CONSTANTS = 4.0
+"""exp(-4) is 2 %."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResponseFit:
@@ -46,6 +49,20 @@ class ResponseFit:
         return np.array(
             [0.0] * missing + [*system.numerator, *system.denominator[1:], system.delay_s]
         )
+
+    @property
+    def window_s(self) -> float:
+        """How long after a command a power response is used [s].
+
+        Delay and one damped period, as the article's models are read; for a system that does not
+        swing delay and four of its slowest time constants, after which 2 % are left.
+        """
+        system = self.transfer_function
+        period_s = system.damped_period_s
+        if period_s is None:
+            slowest = min(-pole.real for pole in system.poles)
+            period_s = _TIME_CONSTANTS / max(slowest, 1e-9)
+        return system.delay_s + period_s
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:

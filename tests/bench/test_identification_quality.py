@@ -1,6 +1,8 @@
 """How well identification finds the article's models again, over many draws of the noise.
 
-Prints bias, spread and coverage of 95 % intervals, and ARX by plain least squares on the same data.
+Prints bias, spread and coverage of 95 % intervals, and ARX by plain least squares on the same data:
+the regression of `planner.identify.arx`, whose coefficients are those sippy-unipi 1.0.1 finds.  Takes
+minutes.
 """
 
 from __future__ import annotations

@@ -124,6 +124,15 @@ def test_offsets_of_manoeuvres_do_not_matter() -> None:
     )
 
 
+def test_the_window_of_a_power_is_the_delay_and_one_damped_period() -> None:
+    # the article's G2 and G3: 24.0235 s and 31.7430 s
+    for name, window_s in (("G2", 24.0235), ("G3", 31.7430)):
+        exact = fit_response(manoeuvres(0, noise=0.0)[name], POWER)
+        assert exact.window_s == pytest.approx(window_s, abs=1e-3)
+    overdamped = fit_response([steps(Model((2.0,), (1.0, 3.0, 2.0), 0.5), 0.0)], MOTION)
+    assert overdamped.window_s == pytest.approx(4.5, abs=1e-3)  # slowest pole at -1
+
+
 def test_a_delay_between_samples_is_found() -> None:
     # the model sampled at 50 Hz with a delay of 0.34 s, every fifth sample logged
     fine = 0.02
