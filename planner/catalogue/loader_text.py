@@ -143,8 +143,8 @@ TEXT_TERRAIN_ROWS = Rule(
     severity=Severity.WARNING,
     summary="Text rows have altitudes above terrain, which loaders get wrong.",
     why=(
-        "QGroundControl shows them as AMSL when it imports text (#10596), and MAVSDK's import "
-        "leaves their positions unscaled."
+        "QGroundControl shows them as AMSL when it imports text (#10596), and importers of MAVSDK "
+        "before version 4 left their positions unscaled."
     ),
     how="Counts rows in frames 10 and 11.",
     example="4 rows are above terrain (first in line 3): upload with Mission Planner or MAVProxy",

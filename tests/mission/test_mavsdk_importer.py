@@ -6,7 +6,6 @@ They need a vehicle to be asked for: one that says no more than that it is there
 from __future__ import annotations
 
 import json
-import threading
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +15,8 @@ from generated_plans import FENCES, HOMES, RALLY_POINTS, item_lists
 from hypothesis import given, settings
 from made_missions import jump, rtl, takeoff, waypoint
 from made_missions import mission as made
-from mavsdk import ComponentType, Configuration, Mavsdk
-from mavsdk.plugins.mission_raw import MissionRaw, MissionRawError
+from mavsdk.plugins.mission_raw import MissionRawError
 from plan_text import LANDING, PLAN, plan_of, plan_without, simple_item
-from pymavlink.dialects.v20 import common as mavlink
 
 from planner.autopilot import Autopilot
 from planner.mission.commands import Frame
@@ -28,38 +25,15 @@ from planner.mission.plan_writer import plan_text
 from planner.mission.wpl_writer import with_unused_position_zero, wpl_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
+
+    from mavsdk.plugins.mission_raw import MissionRaw
 
     from planner.geo.fence import Fence, RallyPoint
     from planner.mission.items import Home, MissionItem
 
-_QUADROTOR = 2
-_AUTOPILOTS = {Autopilot.PX4: 12, Autopilot.ARDUPILOT: 3}
 _WHOLE_DEGREES = 1e7
 """MISSION_ITEM_INT sends positions in units of 1e-7°, rounded: half a unit of difference."""
-
-
-@pytest.fixture(scope="session")
-def importers() -> Iterator[Mapping[Autopilot, MissionRaw]]:
-    """An importer for a vehicle of each autopilot; both vehicles on one link without an end."""
-    found = threading.Semaphore(0)
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    mavsdk = Mavsdk(configuration)
-    try:
-        mavsdk.subscribe_on_new_system(lambda *_: found.release())
-        mavsdk.add_any_connection("raw://")
-        for number, autopilot in enumerate(_AUTOPILOTS.values(), start=1):
-            link = mavlink.MAVLink(None, srcSystem=number, srcComponent=1)
-            heartbeat = link.heartbeat_encode(_QUADROTOR, autopilot, 0x81, 0, 3)
-            mavsdk.pass_received_raw_bytes(heartbeat.pack(link))
-        assert all(found.acquire(timeout=10.0) for _ in _AUTOPILOTS)
-        systems = {system.get_system_id(): system for system in mavsdk.get_systems()}
-        yield {
-            autopilot: MissionRaw(systems[number])
-            for number, autopilot in enumerate(_AUTOPILOTS, start=1)
-        }
-    finally:
-        mavsdk.destroy()
 
 
 def import_plan(importer: MissionRaw, text: str) -> Any:  # noqa: ANN401 (MAVSDK is untyped)
