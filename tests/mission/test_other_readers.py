@@ -134,7 +134,7 @@ def test_trap_12_null_is_no_number_to_pymavlink() -> None:
     assert read(text(HOME, row)).items[0].param4 is None
     # Its own way in, load(), leaves the file open when it fails.
     with pytest.raises(ValueError, match="null"):
-        mavwp.MAVWPLoader()._read_waypoints_v110(io.StringIO(row))  # noqa: SLF001 (see above)
+        mavwp.MAVWPLoader()._read_waypoints_v110(io.StringIO(row))
 
 
 def test_trap_26_terrain_rows_are_read_alike(
