@@ -1,0 +1,31 @@
+"""Columns: frozen values of arrays of one length, taken apart and put together by rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Self
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Columns:
+    """Arrays whose first axis counts the same rows."""
+
+    def select(self, rows: IntArray | BoolArray) -> Self:
+        """Return some of the rows."""
+        chosen: dict[str, Any] = {}
+        for f in fields(self):
+            value = getattr(self, f.name)
+            chosen[f.name] = value.select(rows) if isinstance(value, Columns) else value[rows]
+        return type(self)(**chosen)
+
+    def put(self, rows: IntArray, values: Self) -> None:
+        """Overwrite some of the rows, in place."""
+        for f in fields(self):
+            mine, given = getattr(self, f.name), getattr(values, f.name)
+            if isinstance(mine, Columns):
+                mine.put(rows, given)
+            else:
+                mine[rows] = given

@@ -1,0 +1,253 @@
+"""A flight as PX4 flies it: stages in, motion out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.headway import held_speeds_m_s
+from planner.flight.motion.kinematics import Motion, SegmentColumns
+from planner.flight.motion.px4.headings import yaw_waits_s
+from planner.flight.motion.px4.landings import add_landings
+from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, pace_of, steep_moves
+from planner.flight.motion.px4.legs import flight_times_s, fly_legs
+from planner.flight.motion.px4.moves import moves_home, moves_of_stages
+from planner.flight.motion.px4.pieces import (
+    BRAKE,
+    CRUISE,
+    HOLD,
+    PAUSE,
+    RAMP,
+    Pieces,
+    in_flown_order,
+)
+from planner.flight.motion.px4.speeds import stopping_distance_m
+from planner.flight.motion.px4.takeoffs import add_takeoffs
+from planner.flight.state import STATE_INDEX, FlightState
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.px4.legs import FlownMoves
+    from planner.flight.motion.px4.moves import Moves
+    from planner.flight.motion.px4.pieces import Ordered
+    from planner.mission.stage import Stage
+    from planner.physics.wind import Wind
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+
+def fly_px4(
+    stages: Sequence[Stage],
+    parameters: Px4Parameters,
+    *,
+    hover_noise_m: float = 0.0,
+    has_range_sensor: bool = True,
+    wind: Wind | None = None,
+    airspeed_limit_m_s: float | None = None,
+) -> Motion:
+    """Return how PX4 flies the stages of a route.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        At least one; the first begins at home, disarmed on the ground.
+    parameters : Px4Parameters
+        The vehicle's.
+    hover_noise_m : float
+        Mean horizontal distance from where the vehicle should be to where it takes itself to be while it
+        hovers; it slows PX4's time down.  0.3 m measured in simulation. [m]
+    has_range_sensor : bool
+        Whether the vehicle measures its distance to the ground: it then crawls the last metre of a
+        landing, and takes longer to know that it has landed.  No parameter says it; with is longer.
+    wind : Wind, optional
+        Steady wind; default none.  Ground speed is held until the tilt reaches its limit.
+    airspeed_limit_m_s : float, optional
+        Airspeed at MPC_TILTMAX_AIR; default no limit. [m s⁻¹]
+
+    Returns
+    -------
+    Motion
+        Segments and pieces in closed form; findings about the wind.
+
+    Raises
+    ------
+    ValueError
+        If the noise stops PX4's time.
+
+    Notes
+    -----
+    Motion is that of the trajectory PX4 lets the vehicle follow.  What it leaves out was measured and
+    nearly cancels: braking, the smoothed speed trails the allowed one (stops up to 0.4 s sooner); speeding
+    up, the vehicle trails the trajectory, which waits for it (starts 0.2 to 0.3 s later).
+    """
+    return _fly(
+        moves_of_stages(stages, parameters),
+        len(stages),
+        parameters,
+        pace=pace_of(hover_noise_m, parameters),
+        has_range_sensor=has_range_sensor,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
+
+
+def px4_ways_home(
+    places_m: FloatArray,
+    home_m: FloatArray,
+    parameters: Px4Parameters,
+    *,
+    hover_noise_m: float = 0.0,
+    has_range_sensor: bool = True,
+    wind: Wind | None = None,
+    airspeed_limit_m_s: float | None = None,
+) -> Motion:
+    """Return how PX4 returns from places, each from standing there, as one motion.
+
+    Parameters
+    ----------
+    places_m : ndarray
+        East, north, height above home. (k, 3) [m]
+    home_m : ndarray
+        Where each return leads, its ground included; (3,) where it is one for all. (k, 3) [m]
+    parameters : Px4Parameters
+        The vehicle's.
+    hover_noise_m, has_range_sensor, wind, airspeed_limit_m_s
+        As in :func:`fly_px4`.
+
+    Returns
+    -------
+    Motion
+        The returns one after the other, jumping in between; the item of a segment is the position of its
+        place in ``places_m``.
+    """
+    places = np.asarray(places_m, dtype=np.float64)
+    homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
+    return _fly(
+        moves_home(places, homes, parameters),
+        len(places),
+        parameters,
+        pace=pace_of(hover_noise_m, parameters),
+        has_range_sensor=has_range_sensor,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
+
+
+def _fly(
+    moves: Moves,
+    stages: int,
+    parameters: Px4Parameters,
+    *,
+    pace: float,
+    has_range_sensor: bool,
+    wind: Wind | None,
+    airspeed_limit_m_s: float | None,
+) -> Motion:
+    """Return the motion of moves that serve a number of stages."""
+    begins = np.vstack((moves.start_m[:1], moves.target_m[:-1]))
+    begins[moves.is_first] = moves.start_m[moves.is_first]
+    speed, findings = held_speeds_m_s(
+        moves.speed_m_s,
+        (moves.target_m - begins)[:, :2],
+        moves.item,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
+    moves = replace(moves, speed_m_s=speed)
+    flown = fly_legs(moves, parameters)
+    waits = yaw_waits_s(moves, flown.layout.direction, flight_times_s(flown), parameters)
+    if (waits > moves.hold_s).any():
+        moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
+        flown = fly_legs(moves, parameters)
+    pieces = Pieces()
+    add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters, pace=pace)
+    add_legs(pieces, flown, parameters, pace=pace)
+    add_holds(pieces, flown, parameters)
+    landing = np.flatnonzero(moves.is_landing)
+    add_landings(
+        pieces,
+        landing,
+        flown.legs.place_m[landing],
+        moves.target_m[landing],
+        moves.is_return[landing],
+        parameters=parameters,
+        pace=pace,
+        has_range_sensor=has_range_sensor,
+    )
+    ordered = in_flown_order(pieces)
+    done = _stage_segments(ordered, moves, stages)
+    return Motion(
+        segments=_segments(ordered, flown, moves, parameters),
+        laws=pieces.laws(),
+        piece_segment=ordered.segment,
+        piece_law=ordered.law,
+        piece_row=ordered.row,
+        piece_offset_s=np.zeros_like(ordered.duration_s),
+        piece_duration_s=ordered.duration_s,
+        arrival_segment=done,
+        done_segment=done,
+        piece_is_grounded=ordered.is_grounded,
+        findings=findings,
+    )
+
+
+def _stage_segments(ordered: Ordered, moves: Moves, stages: int) -> IntArray:
+    """Return for each stage the last segment that serves it: PX4 reports an item after its hold."""
+    return np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
+
+
+def _segments(
+    ordered: Ordered, flown: FlownMoves, moves: Moves, parameters: Px4Parameters
+) -> SegmentColumns:
+    """Return the segments of flown moves as columns."""
+    legs, move, slot = flown.legs, ordered.segment_move, ordered.segment_slot
+    steep = steep_moves(legs)
+    direction = legs.limits.direction
+    level = np.hypot(direction[:, 0], direction[:, 1])
+    peak = legs.straights.peak_m_s
+    top = peak * np.where(steep, np.abs(direction[:, 2]), level)
+    top = np.where(moves.is_landing, parameters.descent_speed_m_s, top)
+    ramp_state = np.select(
+        [moves.is_landing, moves.is_takeoff, steep & (direction[:, 2] > 0.0), steep],
+        [
+            STATE_INDEX[FlightState.LAND],
+            STATE_INDEX[FlightState.TAKEOFF],
+            STATE_INDEX[FlightState.CLIMB],
+            STATE_INDEX[FlightState.DESCEND],
+        ],
+        np.where(
+            peak < legs.straights.ramp_from_m_s,
+            STATE_INDEX[FlightState.BRAKE],
+            STATE_INDEX[FlightState.ACCELERATE],
+        ),
+    )
+    state = np.select(
+        [slot == RAMP, slot == CRUISE, slot == BRAKE],
+        [ramp_state[move], STATE_INDEX[FlightState.CRUISE], STATE_INDEX[FlightState.BRAKE]],
+        STATE_INDEX[FlightState.HOVER],
+    )
+    still = (slot == HOLD) | (slot == PAUSE)
+    stopping = np.full(len(move), np.nan)
+    cruises, brakes = slot == CRUISE, (slot == BRAKE) & _stops(flown)[move]
+    stopping[cruises] = stopping_distance_m(top[move[cruises]], parameters)
+    # A stop goes on behind the place that counts as reached.
+    behind = (legs.limits.tail_m * level)[move]
+    stopping[brakes] = (ordered.segment_distance_m + behind)[brakes]
+    return SegmentColumns(
+        item=moves.item[move],
+        state=state,
+        duration_s=ordered.segment_s,
+        distance_m=ordered.segment_distance_m,
+        climb_m=ordered.segment_climb_m,
+        speed_m_s=np.where(still, 0.0, top[move]),
+        stopping_distance_m=stopping,
+    )
+
+
+def _stops(flown: FlownMoves) -> BoolArray:
+    """Return which legs end standing still. (n,)"""
+    stops: BoolArray = flown.layout.is_leg & (flown.layout.final_level_m_s == 0.0)
+    return stops

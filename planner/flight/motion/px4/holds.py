@@ -1,0 +1,109 @@
+"""Holds: how vehicles come to rest at a waypoint, and how far they are when they leave it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.px4.laws import hermite_cubics, wright_omega
+from planner.flight.motion.px4.limits import STILL_M
+from planner.flight.motion.px4.speeds import allowed_speed_m_s, half_b_m_s
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray
+    from planner.flight.motion.px4.layout import Layout
+    from planner.flight.motion.px4.limits import Limits
+    from planner.flight.motion.px4.straights import Straights
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+
+def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
+    """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
+
+    They arrive at the speed the braking law has there.
+    """
+    return layout.is_leg & (layout.hold_s > 0.0) & _is_on_law(limits, straights)
+
+
+def _is_on_law(limits: Limits, straights: Straights) -> BoolArray:
+    rows = np.arange(len(limits.tail_m))
+    near = straights.near
+    a, speed = limits.brake_m_s2[rows, near], straights.end_m_s
+    half_b = half_b_m_s(a, limits.brake_m_s3[rows, near])
+    way = speed * (speed + 2.0 * half_b) / (2.0 * a)
+    stops = (limits.final_m_s[rows, near] == 0.0) & limits.binds[rows, near]
+    creeping: BoolArray = (
+        stops
+        & (limits.length_m > STILL_M)
+        & (speed > 0.0)
+        & (np.abs(way - limits.tail_m) < STILL_M * (1.0 + limits.tail_m))
+    )
+    return creeping
+
+
+def settlings(
+    begin_m: FloatArray,
+    velocity_m_s: FloatArray,
+    target_m: FloatArray,
+    parameters: Px4Parameters,
+) -> tuple[FloatArray, FloatArray]:
+    """Return how vehicles in motion settle on places near by: cubics of time, and their durations.
+
+    To stop and turn back, and twice the way at the speed allowed at its beginning. (n, 3, 4), (n,) [s]
+    """
+    way = np.sqrt(((target_m - begin_m) ** 2).sum(axis=1))
+    speed = np.sqrt((velocity_m_s**2).sum(axis=1))
+    a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
+    allowed = allowed_speed_m_s(
+        way,
+        np.zeros_like(way),
+        acceleration_m_s2=np.full_like(way, a),
+        jerk_m_s3=np.full_like(way, j),
+    )
+    back = np.divide(2.0 * way, allowed, out=np.zeros_like(way), where=allowed > 0.0)
+    duration = back + 2.0 * (speed / a + a / j)
+    still = np.zeros_like(begin_m)
+    return hermite_cubics(begin_m, velocity_m_s, target_m, still, duration), duration
+
+
+def ends_of_moves(
+    part: Layout,
+    place_m: FloatArray,
+    velocity_m_s: FloatArray,
+    limits: Limits,
+    straights: Straights,
+    *,
+    parameters: Px4Parameters,
+) -> tuple[FloatArray, FloatArray]:
+    """Return where and how fast moves end, holds included."""
+    rows = np.arange(len(place_m))
+    speed = straights.end_m_s
+    begin = place_m + limits.direction * limits.length_m[:, None]
+    moving = limits.length_m > STILL_M
+    velocity = np.where(moving[:, None], limits.direction * speed[:, None], velocity_m_s)
+    end = begin.copy()
+    holds = part.hold_s > 0.0
+    creeping = part.is_leg & holds & _is_on_law(limits, straights)
+    settling = np.flatnonzero(holds & ~creeping & (part.is_leg | part.stands))
+    if creeping.any():
+        near = straights.near
+        half_b = half_b_m_s(limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near])
+        a = limits.brake_m_s2[rows, near]
+        begun = np.where(creeping, speed / half_b, 1.0)
+        left = half_b * wright_omega(begun + np.log(begun) - part.hold_s * a / half_b)
+        way = left * (left + 2.0 * half_b) / (2.0 * a)
+        aim = begin + limits.direction * (part.tail_m - way)[:, None]
+        end = np.where(creeping[:, None], aim, end)
+        velocity = np.where(creeping[:, None], limits.direction * left[:, None], velocity)
+    if len(settling):
+        target = part.target_m[settling]
+        cubics, settle_s = settlings(begin[settling], velocity[settling], target, parameters)
+        t = np.minimum(part.hold_s[settling], settle_s)[:, None]
+        over = part.hold_s[settling] >= settle_s
+        c0, c1, c2, c3 = np.moveaxis(cubics, -1, 0)
+        end[settling] = np.where(over[:, None], target, c0 + t * (c1 + t * (c2 + t * c3)))
+        velocity[settling] = np.where(over[:, None], 0.0, c1 + t * (2.0 * c2 + 3.0 * t * c3))
+    landed = ~part.is_leg & ~part.stands
+    end = np.where(landed[:, None], part.target_m, end)
+    return end, np.where(landed[:, None], 0.0, velocity)

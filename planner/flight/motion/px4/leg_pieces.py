@@ -1,0 +1,313 @@
+"""Pieces of legs: turn, ramp, cruise, braking, hold."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.px4.holds import creeps, settlings
+from planner.flight.motion.px4.laws import BrakeLaw, hermite_cubics
+from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Lines, Places
+from planner.flight.motion.px4.ramps import ramp_time_s
+from planner.flight.motion.px4.speeds import braking_time_s, half_b_m_s
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.px4.legs import FlownMoves, Legs
+    from planner.flight.motion.px4.pieces import Pieces
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+BRAKING_FRACTION = 0.98
+"""A vehicle brakes from where its speed has fallen to this fraction of the cruise. [-]"""
+
+# Places among the pieces of a move; a take-off has some before.
+_TURN, _PAUSE, _RAMP, _CRUISE, _ONSET, _FAR, _FINAL, _HOLD, _REST = 3, 4, 5, 8, 9, 12, 14, 15, 16
+
+
+def pace_of(hover_noise_m: float, parameters: Px4Parameters) -> float:
+    """Return the seconds of PX4's trajectory per second of flight while the vehicle may fall behind it.
+
+    Parameters
+    ----------
+    hover_noise_m : float
+        Mean horizontal position error. [m]
+    parameters : Px4Parameters
+        MPC_XY_ERR_MAX.
+
+    Raises
+    ------
+    ValueError
+        If the error is not zero or more and below MPC_XY_ERR_MAX, where time stands still.
+
+    Notes
+    -----
+    The trajectory waits for the vehicle: its time is slowed by (1 − error/MPC_XY_ERR_MAX) while the
+    vehicle is behind (``PositionSmoothing::_generateTrajectory``), with noise half of the time.  That
+    counts for climbs, descents, turns and speeding up.  Cruising, a trajectory that waits is caught up
+    with at once; braking, the vehicle is ahead.
+    """
+    share = hover_noise_m / parameters.position_error_max_m
+    if not 0.0 <= share < 1.0:
+        msg = (
+            f"hover_noise_m must be from 0 to below MPC_XY_ERR_MAX "
+            f"({parameters.position_error_max_m:g} m), got {hover_noise_m}"
+        )
+        raise ValueError(msg)
+    return 1.0 - 0.5 * share
+
+
+def steep_moves(legs: Legs) -> BoolArray:
+    """Return which moves climb or descend more than they advance. (n,)"""
+    direction = legs.limits.direction
+    return np.abs(direction[:, 2]) > np.hypot(direction[:, 0], direction[:, 1])
+
+
+def add_legs(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pace: float) -> None:
+    """Add the pieces of all legs; those of steep ones are one segment."""
+    move = np.flatnonzero(flown.layout.is_leg)
+    if not len(move):
+        return
+    legs = flown.legs.select(move)
+    steep = steep_moves(legs)
+    _add_turns(pieces, move, flown, parameters, pace=pace)
+    _add_straights(pieces, move, legs, steep=steep, pace=pace)
+    _add_brakes(pieces, move, legs, steep=steep, pace=pace)
+
+
+def _add_turns(
+    pieces: Pieces,
+    move: IntArray,
+    flown: FlownMoves,
+    parameters: Px4Parameters,
+    *,
+    pace: float,
+) -> None:
+    """Add turns, and the braking and waiting for a heading."""
+    turning = (flown.legs.turn_s[move] > 0.0) & ~flown.layout.is_takeoff[move]
+    move = move[turning]
+    if not len(move):
+        return
+    layout, legs = flown.layout.select(move), flown.legs.select(move)
+    pausing = layout.pause_s > 0.0
+    speed = np.hypot(legs.velocity_m_s[:, 0], legs.velocity_m_s[:, 1])
+    braking_s = ramp_time_s(
+        speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
+    )
+    turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
+    straights = legs.straights
+    leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
+    after = legs.limits.direction * np.where(pausing, 0.0, leaving)[:, None]
+    count = len(move)
+    pieces.add_cubics(
+        Places(
+            move=move,
+            order=np.full(count, _TURN),
+            slot=np.where(pausing, PAUSE, RAMP),
+            duration_s=turn_s,
+            pace=np.full(count, pace),
+        ),
+        hermite_cubics(legs.place_m, legs.velocity_m_s, legs.straight_m, after, turn_s),
+    )
+    zero = np.zeros(count)
+    pieces.add_lines(
+        Places(
+            move=move,
+            order=np.full(count, _PAUSE),
+            slot=np.full(count, PAUSE),
+            duration_s=legs.turn_s - turn_s,
+            pace=np.ones(count),
+        ),
+        Lines(
+            place_m=legs.straight_m,
+            direction=legs.limits.direction,
+            speed_m_s=zero,
+            acceleration_m_s2=zero,
+            jerk_m_s3=zero,
+        ),
+    )
+
+
+def _add_straights(
+    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: float
+) -> None:
+    """Add all of straights but the braking by the laws: one column of rows for each part.
+
+    What of an onset keeps 98 % of the speed is still cruise.
+    """
+    limits, straights = legs.limits, legs.straights
+    count, zero = len(move), np.zeros(len(move))
+    ramps = straights.ramps(limits)
+    sign = np.where(straights.peak_m_s < straights.ramp_from_m_s, -1.0, 1.0)
+    ramp_j, peak = sign * ramps.jerk_m_s3, straights.peak_m_s
+    begun, jerk = straights.ramp_begun_s, limits.ramp_m_s3
+    first = np.maximum(ramps.jerk_s - begun, 0.0)
+    accelerated = ramp_j * np.maximum(ramps.jerk_s, begun)
+    cruise_s = np.divide(straights.cruise_m, peak, out=zero.copy(), where=peak > 0.0)
+    kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * peak / jerk)
+    kept = np.minimum(kept, straights.onset_s)
+    end = straights.end_m_s
+    final_s = np.divide(straights.final_m, end, out=zero.copy(), where=end > 0.0)
+
+    duration = np.stack(
+        (
+            first,
+            ramps.steady_s,
+            ramps.back_s,
+            cruise_s,
+            kept,
+            straights.onset_s - kept,
+            straights.steady_s,
+            final_s,
+        )
+    )
+    acceleration = np.stack(
+        (
+            ramp_j * begun,
+            accelerated,
+            accelerated,
+            zero,
+            zero,
+            -jerk * kept,
+            -limits.ramp_m_s2,
+            zero,
+        )
+    )
+    jerks = np.stack((ramp_j, zero, -ramp_j, zero, -jerk, -jerk, zero, zero))
+    speed = np.empty_like(duration)
+    speed[0] = straights.ramp_from_m_s + 0.5 * ramp_j * begun**2
+    speed[1] = speed[0] + first * (ramp_j * begun + 0.5 * ramp_j * first)
+    speed[2] = speed[1] + ramps.steady_s * accelerated
+    speed[3] = speed[4] = peak
+    speed[5] = peak - 0.5 * jerk * kept**2
+    speed[6] = peak - 0.5 * jerk * straights.onset_s**2
+    speed[7] = end
+    moved = duration * (speed + duration * (0.5 * acceleration + jerks * duration / 6.0))
+    way = np.cumsum(moved, axis=0) - moved
+    way[7] = limits.length_m - straights.final_m
+    order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _CRUISE, _ONSET, _ONSET + 1, _ONSET + 2, _FINAL])
+    before = np.where(straights.cruise_m > 0.0, CRUISE, BRAKE)
+    slot = np.stack(
+        [np.full(count, s) for s in (RAMP, RAMP, RAMP, CRUISE)]
+        + [before]
+        + [np.full(count, BRAKE)] * 3
+    )
+    slot = np.where(steep, RAMP, slot)
+    speeding = np.where(sign < 0.0, 1.0, pace)
+    paces = np.stack([speeding] * 3 + [np.ones(count)] * 5)
+    paces = np.where(steep, pace, paces)
+    parts, rows = np.nonzero(duration > 0.0)
+    direction = limits.direction[rows]
+    pieces.add_lines(
+        Places(
+            move=move[rows],
+            order=order[parts],
+            slot=slot[parts, rows],
+            duration_s=duration[parts, rows],
+            pace=paces[parts, rows],
+        ),
+        Lines(
+            place_m=legs.straight_m[rows] + direction * way[parts, rows, None],
+            direction=direction,
+            speed_m_s=speed[parts, rows],
+            acceleration_m_s2=acceleration[parts, rows],
+            jerk_m_s3=jerks[parts, rows],
+        ),
+    )
+
+
+def _brake_law(legs: Legs, law: IntArray, start_m_s: FloatArray) -> BrakeLaw:
+    """Return the braking of legs by one of their laws, from speeds on."""
+    limits = legs.limits
+    rows = np.arange(len(start_m_s))
+    a = limits.brake_m_s2[rows, law]
+    aim = legs.straight_m + limits.direction * (limits.length_m + limits.tail_m)[:, None]
+    return BrakeLaw(
+        aim_m=aim,
+        direction=limits.direction,
+        start_m_s=start_m_s,
+        final_m_s=limits.final_m_s[rows, law],
+        acceleration_m_s2=a,
+        half_b_m_s=half_b_m_s(a, limits.brake_m_s3[rows, law]),
+        rate=np.ones_like(start_m_s),
+    )
+
+
+def _add_brakes(
+    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: float
+) -> None:
+    """Add the braking of legs by their laws."""
+    straights = legs.straights
+    for order, law, start, end in (
+        (_FAR, straights.far, straights.joined_m_s, straights.crossing_m_s),
+        (_FAR + 1, straights.near, straights.crossing_m_s, straights.end_m_s),
+    ):
+        rows = np.flatnonzero((start > end) & (end > 0.0))
+        if not len(rows):
+            continue
+        brake = _brake_law(legs.select(rows), law[rows], start[rows])
+        a, half_b = brake.acceleration_m_s2, brake.half_b_m_s
+        first, last = start[rows], end[rows]
+        time = braking_time_s(first, last, acceleration_m_s2=a, jerk_m_s3=2.0 * a**2 / half_b)
+        pieces.add_brakes(
+            Places(
+                move=move[rows],
+                order=np.full(len(rows), order),
+                slot=np.where(steep[rows], RAMP, BRAKE),
+                duration_s=time,
+                pace=np.where(steep[rows], pace, 1.0),
+            ),
+            brake,
+            (first - last) * (first + last + 2.0 * half_b) / (2.0 * a),
+        )
+
+
+def add_holds(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters) -> None:
+    """Add holds: going on to brake to the target, or settling on it."""
+    layout = flown.layout
+    holding = (layout.hold_s > 0.0) & (layout.is_leg | layout.stands)
+    creeping = creeps(layout, flown.legs.limits, flown.legs.straights)
+    move = np.flatnonzero(creeping)
+    if len(move):
+        legs = flown.legs.select(move)
+        begin = legs.straight_m + legs.limits.direction * legs.limits.length_m[:, None]
+        pieces.add_brakes(
+            _hold_places(move, _HOLD, layout.hold_s[move]),
+            _brake_law(legs, legs.straights.near, legs.straights.end_m_s),
+            ((legs.end_m - begin) * legs.limits.direction).sum(axis=1),
+        )
+    move = np.flatnonzero(holding & ~creeping)
+    if not len(move):
+        return
+    legs, hold_s, target = flown.legs.select(move), layout.hold_s[move], layout.target_m[move]
+    length = legs.limits.length_m[:, None]
+    leaving = legs.limits.direction * legs.straights.end_m_s[:, None]
+    cubics, settle_s = settlings(
+        legs.straight_m + legs.limits.direction * length,
+        np.where(length > 0.0, leaving, legs.velocity_m_s),
+        target,
+        parameters,
+    )
+    pieces.add_cubics(_hold_places(move, _HOLD, np.minimum(settle_s, hold_s)), cubics)
+    zero = np.zeros(len(move))
+    pieces.add_lines(
+        _hold_places(move, _REST, hold_s - settle_s),
+        Lines(
+            place_m=target,
+            direction=legs.limits.direction,
+            speed_m_s=zero,
+            acceleration_m_s2=zero,
+            jerk_m_s3=zero,
+        ),
+    )
+
+
+def _hold_places(move: IntArray, order: int, duration_s: FloatArray) -> Places:
+    count = len(move)
+    return Places(
+        move=move,
+        order=np.full(count, order),
+        slot=np.full(count, HOLD),
+        duration_s=duration_s,
+        pace=np.ones(count),
+    )

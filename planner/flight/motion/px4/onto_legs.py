@@ -1,0 +1,125 @@
+"""The beginnings of legs: turns, waits for headings, and slowing down for a slope."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.px4.ramps import ramp_time_s
+from planner.flight.motion.px4.turns import Approach, Turns, turns_onto_legs
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray
+    from planner.flight.motion.px4.layout import Layout
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+
+def turns_onto_moves(
+    part: Layout, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
+) -> Turns:
+    """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
+    rising = part.target_m[:, 2] > place_m[:, 2]
+    turns = turns_onto_legs(
+        Approach(
+            place_m=place_m,
+            velocity_m_s=velocity_m_s[:, :2],
+            begins_m=part.begins_m,
+            target_m=part.target_m,
+            radius_m=part.radius_m,
+            vertical_m_s=np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
+        ),
+        acceleration_m_s2=parameters.acceleration_m_s2,
+        jerk_m_s3=parameters.jerk_m_s3,
+    )
+    idle = part.stands | part.is_takeoff | ~part.is_leg
+    pausing = part.pause_s > 0.0
+    if not (idle | pausing).any():
+        return turns
+    speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
+    braking_s = ramp_time_s(
+        speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
+    )
+    stopped = place_m + 0.5 * braking_s[:, None] * velocity_m_s * np.array([1.0, 1.0, 0.0])
+    duration = np.where(pausing, np.maximum(part.pause_s, braking_s), turns.duration_s)
+    still = idle | pausing
+    return Turns(
+        duration_s=np.where(idle, 0.0, duration),
+        end_m=np.where(idle[:, None], place_m, np.where(pausing[:, None], stopped, turns.end_m)),
+        speed_m_s=np.where(still, 0.0, turns.speed_m_s),
+        acceleration_m_s2=np.where(still, 0.0, turns.acceleration_m_s2),
+    )
+
+
+def slowed_turns(
+    part: Layout,
+    place_m: FloatArray,
+    velocity_m_s: FloatArray,
+    turns: Turns,
+    parameters: Px4Parameters,
+) -> tuple[Turns, BoolArray]:
+    """Return turns onto legs too steep for the speed they are begun with, and which legs these are.
+
+    Without a turn, the horizontal speed falls to what the vertical limit leaves while the vertical one
+    grows to its limit, both in the time of the slower.
+    """
+    way = part.target_m - place_m
+    level, height = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
+    rising = way[:, 2] > 0.0
+    limit = np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+    left = np.divide(limit * level, height, out=np.full_like(level, np.inf), where=height > 0.0)
+    slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (left < turns.speed_m_s)
+    slows &= part.pause_s == 0.0
+    if not slows.any():
+        return turns, slows
+    after = np.where(slows, left, turns.speed_m_s)
+    vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
+    time = np.maximum(
+        ramp_time_s(
+            turns.speed_m_s - after,
+            acceleration_m_s2=np.full_like(limit, parameters.acceleration_m_s2),
+            jerk_m_s3=np.full_like(limit, parameters.jerk_m_s3),
+        ),
+        ramp_time_s(
+            limit,
+            acceleration_m_s2=vertical,
+            jerk_m_s3=np.full_like(limit, parameters.jerk_m_s3),
+        ),
+    )
+    slows &= height > limit * time
+    speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
+    along = velocity_m_s / np.where(speed > 0.0, speed, 1.0)[:, None]
+    end = place_m + along * (0.5 * (turns.speed_m_s + after) * time)[:, None]
+    end[:, 2] = place_m[:, 2] + np.sign(way[:, 2]) * 0.5 * limit * time
+    return (
+        Turns(
+            duration_s=np.where(slows, time, turns.duration_s),
+            end_m=np.where(slows[:, None], end, turns.end_m),
+            speed_m_s=np.where(slows, after, turns.speed_m_s),
+            acceleration_m_s2=np.where(slows, 0.0, turns.acceleration_m_s2),
+        ),
+        slows,
+    )
+
+
+def cut_short(
+    part: Layout, place_m: FloatArray, turns: Turns, ends_m: FloatArray
+) -> tuple[Turns, FloatArray]:
+    """Return turns that lead no further than the end of their leg, and ends not before their turn."""
+    goal = ((ends_m - place_m) * part.direction).sum(axis=1)
+    turned = ((turns.end_m - place_m) * part.direction).sum(axis=1)
+    flies = part.is_leg & ~part.is_takeoff
+    behind = flies & (goal <= 0.0)
+    beyond = flies & ~behind & (turned > goal)
+    share = np.where(behind, 0.0, np.where(beyond, goal / np.where(beyond, turned, 1.0), 1.0))
+    end = np.where(beyond[:, None], ends_m, turns.end_m)
+    end = np.where(behind[:, None], place_m, end)
+    return (
+        Turns(
+            duration_s=turns.duration_s * share,
+            end_m=end,
+            speed_m_s=turns.speed_m_s,
+            acceleration_m_s2=turns.acceleration_m_s2,
+        ),
+        np.where(behind[:, None], place_m, ends_m),
+    )

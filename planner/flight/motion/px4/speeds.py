@@ -1,0 +1,139 @@
+"""The speeds PX4 allows itself: before waypoints, in corners, and what it takes to stop.
+
+Lengths in m, speeds in m/s; a is an acceleration, j a jerk, and b/2 = 2 a²/j.  Functions broadcast.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from planner.flight.motion.kinematics import FloatArray
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+HOLD_DELAY_S = 0.6
+"""Time PX4 takes a vehicle to keep its speed when told to hold (``Navigator::preproject_stop_point``). [s]"""
+
+
+def half_b_m_s(acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray) -> FloatArray:
+    """Return 2 a²/j, half the b of the braking law. [m s⁻¹]"""
+    return 2.0 * acceleration_m_s2**2 / jerk_m_s3
+
+
+def allowed_speed_m_s(
+    distance_m: FloatArray,
+    final_m_s: FloatArray,
+    *,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: FloatArray,
+) -> FloatArray:
+    """Return the speed allowed at a distance from a point to be passed at a final speed. [m s⁻¹]
+
+    Parameters
+    ----------
+    distance_m, final_m_s : ndarray
+        Way left and speed at its end. [m, m s⁻¹]
+    acceleration_m_s2, jerk_m_s3 : ndarray
+        Limits. [m s⁻², m s⁻³]
+
+    Notes
+    -----
+    u² + b u = 2 a d + v_f², never below v_f (``TrajMath.hpp``, ``computeMaxSpeedFromDistance``): PX4
+    keeps 2 a/j s in hand to turn its acceleration round, so it brakes early, with a long tail.
+    """
+    half_b = half_b_m_s(acceleration_m_s2, jerk_m_s3)
+    square = half_b**2 + 2.0 * acceleration_m_s2 * distance_m + final_m_s**2
+    return np.maximum(np.sqrt(square) - half_b, final_m_s)
+
+
+def braking_distance_m(
+    speed_m_s: FloatArray,
+    final_m_s: FloatArray,
+    *,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: FloatArray,
+) -> FloatArray:
+    """Return how far before a point braking begins; zero where nothing is to be braked. [m]
+
+    The inverse of :func:`allowed_speed_m_s`.
+    """
+    half_b = half_b_m_s(acceleration_m_s2, jerk_m_s3)
+    way = (speed_m_s * (speed_m_s + 2.0 * half_b) - final_m_s**2) / (2.0 * acceleration_m_s2)
+    return np.where(speed_m_s > final_m_s, way, 0.0)
+
+
+def braking_time_s(
+    speed_m_s: FloatArray,
+    final_m_s: FloatArray,
+    *,
+    acceleration_m_s2: FloatArray,
+    jerk_m_s3: FloatArray,
+) -> FloatArray:
+    """Return the time from one speed to a lower one along the braking law. [s]
+
+    Notes
+    -----
+    t = (u₀ − u₁)/a + (2a/j) ln(u₀/u₁), the integral of −du (2u + b)/(2 a u).  Both speeds are greater
+    than zero.
+    """
+    return (speed_m_s - final_m_s) / acceleration_m_s2 + (
+        2.0 * acceleration_m_s2 / jerk_m_s3
+    ) * np.log(speed_m_s / final_m_s)
+
+
+def corner_speed_m_s(
+    cos_turn: FloatArray, radius_m: FloatArray, *, gain_per_s: float, acceleration_m_s2: float
+) -> FloatArray:
+    """Return the speed at which a corner is passed, for the cosine of its turn (1: straight on). [m s⁻¹]
+
+    Notes
+    -----
+    √(MPC_XY_TRAJ_P a r tan(α/2)), α = 180° − turn: the circle that touches both legs at the acceptance
+    radius r (``computeMaxSpeedInWaypoint``); tan²(α/2) = (1 + cos turn)/(1 − cos turn).
+    """
+    sharpness = np.maximum(1.0 - cos_turn, 1e-12)
+    tangent = np.sqrt(np.maximum(1.0 + cos_turn, 0.0) / sharpness)
+    speed: FloatArray = np.sqrt(gain_per_s * acceleration_m_s2 * radius_m * tangent)
+    return speed
+
+
+def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> FloatArray:
+    """Return the way a vehicle told to hold in mid-leg takes to stand still. [m]
+
+    Parameters
+    ----------
+    speed_m_s : array_like
+        Ground speeds. [m s⁻¹]
+    parameters : Px4Parameters
+        The vehicle's.
+
+    Notes
+    -----
+    v (v/2a + 0.6 s), where PX4 puts the point it then holds (``Navigator::preproject_stop_point``,
+    ``computeBrakingDistanceFromVelocity``); 31.2 m from 12 m/s, about 30 m measured.
+    """
+    speed = np.asarray(speed_m_s, dtype=np.float64)
+    return speed * (0.5 * speed / parameters.acceleration_m_s2 + HOLD_DELAY_S)
+
+
+def yaw_time_s(angle_rad: FloatArray, parameters: Px4Parameters) -> FloatArray:
+    """Return the time from rest until a turn of the heading is within MIS_YAW_ERR of its end. [s]
+
+    Notes
+    -----
+    Constant yaw acceleration and deceleration, MPC_YAWRAUTO_MAX between them: 180° in 6 s at 60°/s and
+    20°/s² (measured).
+    """
+    rate, acceleration = parameters.yaw_rate_rad_s, parameters.yaw_acceleration_rad_s2
+    fast = angle_rad > rate**2 / acceleration
+    whole = np.where(
+        fast,
+        angle_rad / rate + rate / acceleration,
+        2.0 * np.sqrt(np.minimum(angle_rad, rate**2 / acceleration) / acceleration),
+    )
+    tail = np.sqrt(2.0 * parameters.yaw_acceptance_rad / acceleration)
+    return np.where(angle_rad > parameters.yaw_acceptance_rad, np.maximum(whole - tail, 0.0), 0.0)

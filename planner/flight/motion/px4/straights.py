@@ -1,0 +1,353 @@
+"""Straights: the straight part of a leg, from the end of its turn to where the next leg begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.px4.columns import Columns
+from planner.flight.motion.px4.ramps import Ramps, cut_ramp_time_s, ramp_time_s
+from planner.flight.motion.px4.speeds import half_b_m_s
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.px4.limits import Limits
+
+
+_ROUNDS = 6
+"""Newton's steps on a smooth rising function, from above: to millimetres."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Straights(Columns):
+    """How straights are flown: ramp, cruise, onset of braking, and braking by up to two laws."""
+
+    ramp_from_m_s: FloatArray
+    """Speed at which the ramp would begin without acceleration."""
+    ramp_begun_s: FloatArray
+    """Time of the ramp that lies before the straight, flown in the turn."""
+    is_cut: BoolArray
+    """Whether the straight ends before the ramp takes its acceleration back."""
+    peak_m_s: FloatArray
+    cruise_m: FloatArray
+    onset_s: FloatArray
+    """Time in which the deceleration grows at limited jerk."""
+    steady_s: FloatArray
+    """Time at the greatest deceleration."""
+    joined_m_s: FloatArray
+    """Speed at which braking joins the allowed speed."""
+    far: IntArray
+    """Law braked by first from there."""
+    near: IntArray
+    """Law braked by last."""
+    crossing_m_s: FloatArray
+    """Speed at which the near law takes over; the end speed where the far one is the only one."""
+    end_m_s: FloatArray
+    final_m: FloatArray
+    """Way at the end flown at the end speed: a corner speed reached before its corner."""
+
+    def ramps(self, limits: Limits) -> Ramps:
+        """Return the ramps to the peak speeds."""
+        change = np.abs(self.peak_m_s - self.ramp_from_m_s)
+        whole = Ramps.of(change, acceleration_m_s2=limits.ramp_m_s2, jerk_m_s3=limits.ramp_m_s3)
+        return whole.cut(self.is_cut, change, acceleration_m_s2=limits.ramp_m_s2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Climb(Columns):
+    """The speeds at which straights begin, and the ways of ramps from there."""
+
+    limits: Limits
+    start_m_s: FloatArray
+    ramp_from_m_s: FloatArray
+    begun_s: FloatArray
+    begun_m: FloatArray
+
+    def ways_m(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the ways of ramps to speeds: whole ones, and until the acceleration is taken back."""
+        a, j = self.limits.ramp_m_s2, self.limits.ramp_m_s3
+        change = np.abs(speed_m_s - self.ramp_from_m_s)
+        whole = (
+            0.5
+            * (speed_m_s + self.ramp_from_m_s)
+            * ramp_time_s(change, acceleration_m_s2=a, jerk_m_s3=j)
+        )
+        back_s = np.minimum(a, np.sqrt(j * change)) / j
+        back = back_s * (speed_m_s - np.sign(speed_m_s - self.ramp_from_m_s) * j * back_s**2 / 6.0)
+        return whole - self.begun_m, whole - back - self.begun_m
+
+    def cut_way_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return the ways of ramps up to speeds that are cut off there. [m]"""
+        a, j = self.limits.ramp_m_s2, self.limits.ramp_m_s3
+        time = cut_ramp_time_s(
+            np.maximum(speed_m_s - self.ramp_from_m_s, 0.0), acceleration_m_s2=a, jerk_m_s3=j
+        )
+        jerk_s = np.minimum(time, a / j)
+        steady_s = time - jerk_s
+        way = self.ramp_from_m_s * time + jerk_s**2 * j * (jerk_s / 6.0 + 0.5 * steady_s)
+        return way + 0.5 * j * jerk_s * steady_s**2 - self.begun_m
+
+
+def fly_straights(
+    limits: Limits, *, start_m_s: FloatArray, acceleration_m_s2: FloatArray
+) -> Straights:
+    """Return how straights are flown that begin at speeds and accelerations along them.
+
+    Parameters
+    ----------
+    limits : Limits
+        (n rows)
+    start_m_s, acceleration_m_s2 : ndarray
+        Speed and acceleration at the beginning, zero or more. (n,) [m s⁻¹, m s⁻²]
+
+    Notes
+    -----
+    The speed grows until the speed it would have with its acceleration taken back is that allowed by the
+    way left (``VelocitySmoothing::computeDirection``), or the cruise's.  Where the cruise is not reached,
+    the way goes on being used up while the acceleration turns round, so that the speed is above the
+    allowed one, and full deceleration brings it back there: the 2 a/j s which the allowed speed keeps in
+    hand are for this.  From a cruise the speed leaves the allowed one by little.
+    """
+    jerk = limits.ramp_m_s3
+    # An acceleration begun with must be taken back before the cruise speed.
+    below = np.maximum(limits.cruise_m_s - start_m_s, 0.0)
+    begun = np.minimum(np.minimum(acceleration_m_s2, limits.ramp_m_s2), np.sqrt(2.0 * jerk * below))
+    begun_s = begun / jerk
+    ramp_from = start_m_s - 0.5 * begun * begun_s
+    climb = _Climb(
+        limits=limits,
+        start_m_s=start_m_s,
+        ramp_from_m_s=ramp_from,
+        begun_s=begun_s,
+        begun_m=begun_s * (ramp_from + jerk * begun_s**2 / 6.0),
+    )
+    total = limits.length_m + limits.tail_m
+    peak, length = limits.cruise_m_s.copy(), limits.length_m
+    _, until_back = climb.ways_m(peak)
+    short = np.flatnonzero(until_back + limits.reach_m(peak).max(axis=1) > total)
+    lowest = start_m_s + 0.5 * begun * begun_s
+    if len(short):
+        peak[short] = _peaks_m_s(climb.select(short), lowest[short], total[short])
+    # Nothing above the speed begun with is allowed: the way left decides from the beginning.
+    late = lowest * (1.0 + 1e-9) >= peak
+    late &= (begun == 0.0) | (peak < limits.cruise_m_s)
+    ramped, _ = climb.ways_m(peak)
+    slows = late & (ramped <= length) & (peak >= limits.cruise_m_s)
+    ramped = np.where(late & ~slows, 0.0, ramped)
+    peak = np.where(late & ~slows, start_m_s, peak)
+    is_cut = ~late & (ramped > length)
+    if is_cut.any():
+        cut = np.flatnonzero(is_cut)
+        cut_climb = climb.select(cut)
+        peak[cut] = _cut_speeds_m_s(cut_climb, peak[cut])
+        ramped[cut] = cut_climb.cut_way_m(peak[cut])
+    held = late & ~slows
+    return _braked(
+        limits,
+        peak,
+        total - ramped,
+        ramp_from_m_s=np.where(held, peak, ramp_from),
+        ramp_begun_s=np.where(held, 0.0, begun_s),
+        is_cut=is_cut,
+    )
+
+
+def _peaks_m_s(climb: _Climb, lowest_m_s: FloatArray, total_m: FloatArray) -> FloatArray:
+    """Return the peak speeds of straights too short for their cruise. (n,) [m s⁻¹]"""
+    low, high = lowest_m_s, np.maximum(climb.limits.cruise_m_s, lowest_m_s)
+
+    def excess(speed: FloatArray) -> FloatArray:
+        _, until_back = climb.ways_m(speed)
+        over: FloatArray = until_back + climb.limits.reach_m(speed).max(axis=1) - total_m
+        return over
+
+    return _root(excess, low, high)
+
+
+def _cut_speeds_m_s(climb: _Climb, highest_m_s: FloatArray) -> FloatArray:
+    """Return the speeds that ramps have reached where their straights end. (n,) [m s⁻¹]"""
+    length = climb.limits.length_m
+    return _root(lambda speed: climb.cut_way_m(speed) - length, climb.start_m_s, highest_m_s)
+
+
+def _root(
+    function: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Return where rising functions cross zero between bounds; the bound beyond which they do.
+
+    Newton's steps, halving where one leaves its bracket.
+    """
+    x = high.copy()
+    for _ in range(_ROUNDS):
+        value = function(x)
+        under = value <= 0.0
+        low, high = np.where(under, x, low), np.where(under, high, x)
+        step = 1e-6 * (1.0 + x)
+        slope = (value - function(x - step)) / step
+        newton = x - np.divide(value, slope, out=np.zeros_like(value), where=slope > 0.0)
+        x = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
+    return x
+
+
+def _braked(
+    limits: Limits,
+    peak_m_s: FloatArray,
+    left_m: FloatArray,
+    *,
+    ramp_from_m_s: FloatArray,
+    ramp_begun_s: FloatArray,
+    is_cut: BoolArray,
+) -> Straights:
+    """Return straights from the end of their ramps on, ``left_m`` before their targets."""
+    rows = np.arange(len(peak_m_s))
+    kept = np.maximum(limits.reach_m(peak_m_s).max(axis=1), limits.tail_m)
+    brakes = (kept > limits.tail_m) & ~is_cut
+    kept = np.where(is_cut, limits.tail_m, kept)
+    cruise = np.maximum(left_m - kept, 0.0)
+    begins = left_m - cruise
+    onset = _onsets(limits, peak_m_s, begins, brakes)
+
+    far = np.argmin(limits.allowed_m_s(onset.left_m), axis=1)
+    near = np.argmin(limits.allowed_m_s(limits.tail_m), axis=1)
+    follows = brakes & (onset.left_m > limits.tail_m)
+    end = np.minimum(limits.allowed_m_s(limits.tail_m).min(axis=1), onset.speed_m_s)
+    end = np.where(follows, end, onset.speed_m_s)
+    near = np.where(follows, near, far)
+    crossing = _crossings_m_s(limits, far, near)
+    crosses = (far != near) & (crossing > end) & (crossing < onset.speed_m_s)
+    near = np.where(crosses, near, far)
+    # One law alone brings the speed down to what it allows at the end.
+    alone = np.minimum(limits.allowed_m_s(limits.tail_m)[rows, near], onset.speed_m_s)
+    end = np.where(follows & ~crosses, alone, end)
+    half_b = half_b_m_s(limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near])
+    at_end = (end * (end + 2.0 * half_b) - limits.final_m_s[rows, near] ** 2) / (
+        2.0 * limits.brake_m_s2[rows, near]
+    )
+    at_end = np.where(onset.speed_m_s > end, np.minimum(at_end, onset.left_m), onset.left_m)
+    return Straights(
+        ramp_from_m_s=ramp_from_m_s,
+        ramp_begun_s=ramp_begun_s,
+        is_cut=is_cut,
+        peak_m_s=peak_m_s,
+        cruise_m=cruise,
+        onset_s=onset.onset_s,
+        steady_s=onset.steady_s,
+        joined_m_s=onset.speed_m_s,
+        far=far,
+        near=near,
+        crossing_m_s=np.where(crosses, crossing, end),
+        end_m_s=end,
+        final_m=np.where(follows, np.maximum(at_end - limits.tail_m, 0.0), 0.0),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Onsets(Columns):
+    """The beginnings of braking: deceleration at limited jerk, then the greatest."""
+
+    onset_s: FloatArray
+    steady_s: FloatArray
+    speed_m_s: FloatArray
+    """Speed at the end."""
+    left_m: FloatArray
+    """Way left to the target there."""
+
+
+def _onsets(
+    limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray, brakes: BoolArray
+) -> _Onsets:
+    """Return how speeds come down from their peaks to what the way left allows."""
+    zero = np.zeros_like(peak_m_s)
+    onset, steady, speed, left = zero.copy(), zero.copy(), peak_m_s.copy(), begins_m.copy()
+    rows = np.flatnonzero(brakes)
+    if not len(rows):
+        return _Onsets(onset_s=onset, steady_s=steady, speed_m_s=speed, left_m=left)
+    limits, peak, begins = limits.select(rows), peak_m_s[rows], begins_m[rows]
+    a, j, tail = limits.ramp_m_s2, limits.ramp_m_s3, limits.tail_m
+
+    def way_m(time: FloatArray) -> FloatArray:
+        way: FloatArray = time * (peak - j * time**2 / 6.0)
+        return way
+
+    # Until full deceleration, or no speed left to lose, unless the speed is allowed before.
+    whole = np.minimum(a / j, np.sqrt(2.0 * peak / j))
+
+    def shortfall_m_s(time: FloatArray, at: IntArray | slice = slice(None)) -> FloatArray:
+        here = np.maximum(begins[at] - time * (peak[at] - j[at] * time**2 / 6.0), 0.0)
+        short: FloatArray = some.allowed_m_s(here).min(axis=1)
+        return short - (peak[at] - 0.5 * j[at] * time**2)
+
+    some, time = limits, whole.copy()
+    early = np.flatnonzero(shortfall_m_s(whole) > 0.0)
+    if len(early):
+        some = limits.select(early)
+        time[early] = _root(lambda t: shortfall_m_s(t, early), 1e-3 * whole[early], whole[early])
+    ends = way_m(time) > begins - tail
+    if ends.any():
+        reach = np.flatnonzero(ends)
+        time[reach] = _root(
+            lambda t: t * (peak[reach] - j[reach] * t**2 / 6.0) - (begins - tail)[reach],
+            np.zeros(len(reach)),
+            time[reach],
+        )
+    now = peak - 0.5 * j * time**2
+    here = begins - way_m(time)
+    # At full deceleration until the last of the laws allows the speed.
+    goes_on = (time >= whole * (1.0 - 1e-9)) & ~ends
+    joined = _joined_m_s(limits, now, here)
+    joined = np.clip(joined, limits.final_m_s.min(axis=1, where=limits.binds, initial=np.inf), now)
+    after = here - (now**2 - joined**2) / (2.0 * a)
+    short = after < tail
+    stopped = np.sqrt(np.maximum(now**2 - 2.0 * a * np.maximum(here - tail, 0.0), 0.0))
+    joined = np.where(short, stopped, joined)
+    joined = np.where(goes_on, joined, now)
+    onset[rows] = time
+    steady[rows] = (now - joined) / a
+    speed[rows] = joined
+    at = np.where(ends | (goes_on & short), tail, np.where(goes_on, after, here))
+    left[rows] = np.maximum(at, tail)
+    return _Onsets(onset_s=onset, steady_s=steady, speed_m_s=speed, left_m=left)
+
+
+def _joined_m_s(limits: Limits, speed_m_s: FloatArray, left_m: FloatArray) -> FloatArray:
+    """Return the speeds at which full deceleration comes down to what all laws allow. (n,) [m s⁻¹]
+
+    v²/a_k + 2 (b/2)/a_k v − v_f²/a_k = 2 d, with 2 d = 2 d₀ − (v₀² − v²)/a.
+    """
+    a = limits.ramp_m_s2[:, None]
+    law = limits.brake_m_s2
+    half_b = half_b_m_s(law, limits.brake_m_s3)
+    p = 1.0 / law - 1.0 / a
+    q = half_b / law
+    r = speed_m_s[:, None] ** 2 / a - 2.0 * left_m[:, None] - limits.final_m_s**2 / law
+    square = q * q - p * r
+    root = np.sqrt(np.maximum(square, 0.0))
+    joined = np.divide(-r, q + root, out=np.zeros_like(r), where=q + root > 0.0)
+    joined = np.maximum(joined, limits.final_m_s)
+    # Without a crossing a law that brakes harder than the vehicle allows every speed.
+    lowest: FloatArray = np.where(limits.binds & (square >= 0.0), joined, np.inf).min(axis=1)
+    return lowest
+
+
+def _crossings_m_s(limits: Limits, far: IntArray, near: IntArray) -> FloatArray:
+    """Return the speeds at which two braking laws allow the same; −1 where there is none."""
+    rows = np.arange(len(far))
+
+    def terms(law: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        a = limits.brake_m_s2[rows, law]
+        half_b = half_b_m_s(a, limits.brake_m_s3[rows, law])
+        return 1.0 / a, half_b / a, limits.final_m_s[rows, law] ** 2 / a
+
+    (a1, b1, c1), (a2, b2, c2) = terms(far), terms(near)
+    p, q, r = a1 - a2, b1 - b2, c2 - c1
+    square = q * q - p * r
+    root = np.sqrt(np.maximum(square, 0.0))
+    big = -(q + np.copysign(root, q))
+    first = np.divide(big, p, out=np.full_like(big, -1.0), where=p != 0.0)
+    second = np.divide(r, big, out=np.full_like(big, -1.0), where=big != 0.0)
+    both = np.where(second > 0.0, np.minimum(first, second), first)
+    return np.where(square >= 0.0, np.where(first > 0.0, both, second), -1.0)
