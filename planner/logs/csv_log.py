@@ -43,7 +43,9 @@ _TRUE = frozenset(("1", "1.0", "true", "yes", "on"))
 _HELD_SHARE = 0.5
 """Where fewer rows bring a new value, the old one is repeated until the next is measured. [-]"""
 _LONGEST_HOLD_S = 5.0
-"""A value repeated longer than this did not change. [s]"""
+"""No battery is measured more seldom than this. [s]"""
+_LEAST_CHANGES = 10
+"""Fewer changes tell no rate."""
 
 
 def csv_recordings(file: LogFile, mapping: CsvMapping | None) -> tuple[Recording, ...]:
@@ -309,14 +311,23 @@ def _electrical(
 
 
 def _measured_rows(time_s: FloatArray, columns: list[FloatArray]) -> IntArray:
-    """Return the rows that bring a new measurement, where most rows repeat the last."""
+    """Return the rows that bring a measurement, where most rows repeat the last one.
+
+    A sensor slower than the log shows a new value ever so often.  Where a value stays for longer
+    than usual it was measured again and had not changed.
+    """
     is_new = np.ones(time_s.shape, np.bool_)
     is_new[1:] = np.any([column[1:] != column[:-1] for column in columns], axis=0)
     rows = np.arange(len(time_s), dtype=np.int64)
-    if np.mean(is_new) > _HELD_SHARE:
+    if np.mean(is_new) > _HELD_SHARE or np.sum(is_new) < _LEAST_CHANGES:
         return rows
-    last_s = np.maximum.accumulate(np.where(is_new, time_s, -np.inf))
-    return rows[is_new | (time_s - last_s > _LONGEST_HOLD_S)]
+    usual_s = float(np.median(np.diff(time_s[is_new])))
+    if not 0.0 < usual_s < _LONGEST_HOLD_S:
+        return rows
+    since_s = time_s - np.maximum.accumulate(np.where(is_new, time_s, -np.inf))
+    repeats = np.floor(since_s / usual_s + 1e-6)
+    is_new[1:] |= repeats[1:] > repeats[:-1]
+    return rows[is_new]
 
 
 def _state(table: _Table, name: str, time_s: FloatArray, chosen: IntArray) -> Series | None:

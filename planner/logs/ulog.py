@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,8 +101,8 @@ def _parsed(source: str) -> Any:  # noqa: ANN401 - pyulog has no types
         raise LogFileError(msg, source=source) from error
     try:
         # What it prints of broken logs is for its own developers.
-        with contextlib.redirect_stdout(io.StringIO()):
-            return ULog(source, list(TOPICS), disable_str_exceptions=True)
+        with Path(source).open("rb") as file, contextlib.redirect_stdout(io.StringIO()):
+            return ULog(file, list(TOPICS), disable_str_exceptions=True)
     except Exception as error:  # pyulog lets through whatever garbage causes
         msg = f"is broken: {type(error).__name__} while reading it as a ULog"
         raise LogFileError(msg, source=source) from error

@@ -1,0 +1,156 @@
+"""PX4's ULog: what is found in it, under old names and new, and what is missing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import made_flight as made
+import numpy as np
+import pytest
+from ulog_writer import UlogWriter, px4_log
+
+from planner.autopilot import Autopilot
+from planner.errors import LogFileError
+from planner.logs.files import read_log
+from planner.logs.record import Boundary, LogFormat
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.logs.record import FlightRecord
+
+
+def _read(tmp_path: Path, content: bytes) -> FlightRecord:
+    path = tmp_path / "flight.ulg"
+    path.write_bytes(content)
+    [record] = read_log(path)
+    return record
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> FlightRecord:
+    return _read(tmp_path, px4_log().content())
+
+
+def test_a_flight_goes_from_arming_to_disarming(record: FlightRecord) -> None:
+    assert record.log_format is LogFormat.ULOG
+    assert record.duration_s == pytest.approx(50.0, abs=1e-6)
+    assert (record.begins_with, record.ends_with) == (Boundary.ARMING, Boundary.ARMING)
+    assert record.findings == ()
+
+
+def test_energy_and_distance_are_those_flown(record: FlightRecord) -> None:
+    energy_j = np.trapezoid(record.power_w, record.time_s)
+    assert energy_j == pytest.approx(made.ENERGY_J, abs=2 * 160.0 * 0.1)
+    assert np.ptp(record.north_m) == pytest.approx(made.DISTANCE_M, abs=0.05)
+    assert np.ptp(record.height_above_home_m) == pytest.approx(made.HEIGHT_M, abs=1e-3)
+    assert np.max(record.climb_m_s) == pytest.approx(made.CLIMB_M_S)
+
+
+def test_the_quaternion_becomes_angles(record: FlightRecord) -> None:
+    assert record.pitch_deg == pytest.approx(-4.0, abs=1e-4)
+    assert record.roll_deg == pytest.approx(0.0, abs=1e-6)
+    assert record.yaw_deg == pytest.approx(0.0, abs=1e-6)
+
+
+def test_modes_items_home_parameters_and_firmware_are_found(record: FlightRecord) -> None:
+    assert set(record.mode.tolist()) == {"AUTO_MISSION"}
+    # PX4 counts from 0: its item 1 begins at 10 s of the log, 5 s after arming.
+    assert record.mission_item[[0, 49, 51, 349, 351]].tolist() == [1, 1, 2, 2, 3]
+    assert record.home.altitude_amsl_m == pytest.approx(400.0)
+    assert record.parameters == {"SYS_AUTOSTART": 4001.0, "MPC_XY_CRUISE": 5.0}
+    assert record.autopilot is Autopilot.PX4
+    assert record.firmware == "PX4 1.15.3"
+
+
+@pytest.mark.parametrize("reference", [("position", "velocity"), ()])
+def test_references_are_found_under_old_names_and_new(
+    tmp_path: Path, reference: tuple[str, ...]
+) -> None:
+    record = _read(tmp_path, px4_log(reference=reference).content())
+    assert record.reference_north_m - record.north_m == pytest.approx(0.5, abs=0.01)
+    difference_m = record.reference_height_m - record.height_above_home_m
+    assert difference_m == pytest.approx(0.25, abs=0.01)
+    assert np.max(record.reference_speed_m_s) == pytest.approx(made.CRUISE_M_S)
+    assert np.max(record.reference_climb_m_s) == pytest.approx(made.CLIMB_M_S)
+
+
+def test_a_local_frame_whose_origin_moves_is_one_frame(tmp_path: Path) -> None:
+    record = _read(tmp_path, px4_log(origin_moves_s=27.0).content())
+    # 1 cm in 100 m: the length of a degree of latitude is rounded to metres.
+    assert record.reference_north_m - record.north_m == pytest.approx(0.5, abs=0.02)
+    assert np.ptp(record.north_m) == pytest.approx(made.DISTANCE_M, abs=0.05)
+    assert np.ptp(record.height_above_home_m) == pytest.approx(made.HEIGHT_M, abs=0.01)
+    assert np.ptp(record.reference_height_m) == pytest.approx(made.HEIGHT_M, abs=0.01)
+
+
+def test_global_positions_come_from_local_ones_where_they_must(tmp_path: Path) -> None:
+    log = px4_log()
+    whole = _read(tmp_path, log.content())
+    log.data = bytearray(bytes(log.data).replace(b"vehicle_global_position", b"x" * 23))
+    log.definitions = bytearray(
+        bytes(log.definitions).replace(b"vehicle_global_position", b"x" * 23)
+    )
+    record = _read(tmp_path, log.content())
+    assert record.latitude_deg == pytest.approx(whole.latitude_deg, abs=1e-7)
+    assert record.altitude_amsl_m == pytest.approx(whole.altitude_amsl_m, abs=1e-3)
+    assert "vehicle_local_position" in str(record.quantity("latitude_deg").found_in)
+
+
+def test_a_jump_of_the_estimate_is_told(tmp_path: Path) -> None:
+    record = _read(tmp_path, px4_log(jump_s=30.0).content())
+    assert [finding.code for finding in record.findings] == ["R107"]
+    # 3 m north and 4 m west are 5 m, 25 s after arming.
+    assert "by up to 5.0 m at 25.0 s" in record.findings[0].message
+
+
+@pytest.mark.parametrize("current_a", [-1.0, 0.0])
+def test_without_a_current_sensor_there_is_no_power(tmp_path: Path, current_a: float) -> None:
+    record = _read(tmp_path, px4_log(current_a=current_a).content())
+    assert not record.quantity("power_w").is_found
+    assert "no current sensor" in record.quantity("current_a").remark
+
+
+def test_setpoints_that_are_no_numbers_are_unknown(tmp_path: Path) -> None:
+    log = px4_log()
+    for tenth in range(100):
+        log.add("trajectory_setpoint", 60.0 + tenth / 10.0, *(float("nan"),) * 6)
+    record = _read(tmp_path, log.content())
+    assert np.all(np.isfinite(record.reference_north_m))
+
+
+def test_a_truncated_log_gives_what_is_there(tmp_path: Path) -> None:
+    content = px4_log().content()
+    record = _read(tmp_path, content[: len(content) * 2 // 3])
+    assert record.ends_with is Boundary.LOG
+    assert 30.0 < record.duration_s < 40.0
+
+
+def test_a_log_of_another_program_is_refused_by_its_name(tmp_path: Path) -> None:
+    log = UlogWriter()
+    log.text("Application", "Lightshow")
+    log.define("Vehicle", "float x")
+    log.add("Vehicle", 1.0, 2.0)
+    with pytest.raises(LogFileError, match="is a ULog of Lightshow without any of PX4's topics"):
+        _read(tmp_path, log.content())
+
+
+def test_a_clock_that_goes_backwards_is_refused(tmp_path: Path) -> None:
+    log = px4_log()
+    log.add("home_position", 70.0, 47.0, 8.0, 400.0)
+    log.add("home_position", 3.0, 47.0, 8.0, 400.0)
+    with pytest.raises(LogFileError, match="clock of home_position goes backwards"):
+        _read(tmp_path, log.content())
+
+
+def test_a_header_without_a_log_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogFileError):
+        _read(tmp_path, UlogWriter().content())
+
+
+def test_another_battery_is_told(tmp_path: Path) -> None:
+    log = px4_log()
+    log.add("battery_status", 20.0, 12.0, 7.5, instance=1)
+    record = _read(tmp_path, log.content())
+    assert [finding.code for finding in record.findings] == ["R106"]
+    assert record.voltage_v == pytest.approx(made.VOLTAGE_V)
