@@ -112,14 +112,19 @@ def induced_velocity_ratio(edgewise_ratio: npt.ArrayLike, axial_ratio: npt.Array
         np.asarray(edgewise_ratio, dtype=np.float64), np.asarray(axial_ratio, dtype=np.float64)
     )
     x_squared = x * x
-    u: FloatArray = np.minimum(
-        np.sqrt(0.25 * z * z + 1.0) - 0.5 * z, 1.0 / np.maximum(x, _STANDSTILL)
-    )
+    axial_bound = np.sqrt(0.25 * z * z + 1.0) - 0.5 * z
+    u: FloatArray = np.asarray(np.minimum(axial_bound, 1.0 / np.maximum(x, _STANDSTILL)))
+    through, step = np.empty_like(u), np.empty_like(u)
     for _ in range(_NEWTON_STEPS):
-        through = z + u
+        # With q = z + u, r² = x² + q²: u − (u r − 1) / (r + u q / r) = (u² q + r) / (r² + u q).
+        np.add(z, u, out=through)
         resultant_squared = x_squared + through * through
-        resultant = np.sqrt(resultant_squared)
-        u = u - (u * resultant_squared - resultant) / (resultant_squared + u * through)
+        through *= u
+        np.multiply(u, through, out=step)
+        np.sqrt(resultant_squared, out=u)
+        u += step
+        resultant_squared += through
+        u /= resultant_squared
     return u
 
 
@@ -196,7 +201,7 @@ def momentum_power_w(
     drag_per_speed = (0.5 * drag_area_m2) * density * np.sqrt(speed_squared)
     thrust_forward = drag_per_speed * forward
     thrust_up = mass_kg * GRAVITY_M_S2 + drag_per_speed * climb
-    thrust = np.hypot(thrust_forward, thrust_up)
+    thrust = np.sqrt(thrust_forward * thrust_forward + thrust_up * thrust_up)
     useful_w = thrust_forward * forward + thrust_up * climb  # of climb and drag
     hover_velocity = hover_induced_velocity_m_s(thrust, density, disk_area_m2=disk_area_m2)
     axial_ratio = useful_w / (thrust * hover_velocity)
