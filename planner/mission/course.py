@@ -165,14 +165,15 @@ class Course(Whereabouts):
         if seconds > LONGEST_HOLD_S:
             self.refuse(number, item, f"a delay of {seconds:g} s is longer than any flight")
         in_air = bool(self.drafts)
-        if seconds <= 0.0 and self.meaning is not Autopilot.PX4:
+        if seconds <= 0.0:
             clock = [item.param2, item.param3, item.param4]
             if any(part is not None and part >= 0.0 for part in clock):
                 until = ":".join("--" if p is None or p < 0.0 else f"{p:02.0f}" for p in clock)
                 where = "in the air" if in_air else "on the ground"
-                self.remark(
-                    WAIT_NOT_COUNTED, number, item, f"waits {where} until {until} UTC: not counted"
-                )
+                message = f"waits {where} until {until} UTC: not counted"
+                if self.meaning is Autopilot.PX4:
+                    message = f"PX4 knows no time of day: it does not wait until {until} UTC"
+                self.remark(WAIT_NOT_COUNTED, number, item, message)
         elif seconds > 0.0 and not in_air:
             self.remark(
                 WAIT_NOT_COUNTED,
