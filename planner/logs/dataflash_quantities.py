@@ -6,7 +6,6 @@ Sources: ArduPilot's log documentation and structures (``LogStructure.h`` of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from planner.catalogue.flight_log import BATTERIES_LEFT_OUT
 from planner.logs.electrical import NO_CURRENT_A, electrical_series
 from planner.logs.series import Series
+from planner.logs.source import sources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -21,81 +21,69 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.logs.dataflash_messages import MessageTable
     from planner.logs.record import BoolArray, FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Source:
-    """One place a quantity may stand in."""
-
-    message: str
-    field: str
-    unit: float = 1.0
-    """The field times this is in the column's unit; negative where the log counts downwards."""
+    from planner.logs.source import Source
 
 
 _CM = 1e-2
 """Old navigation messages are in centimetres, climb rates in them to this day."""
 
 
-def _sources(*places: str, unit: float = 1.0) -> tuple[_Source, ...]:
-    return tuple(
-        _Source(message=place.split(".")[0], field=place.split(".")[1], unit=unit)
-        for place in places
-    )
-
-
-_QUANTITIES: Mapping[str, tuple[_Source, ...]] = {
-    "roll_deg": _sources("ATT.Roll"),
-    "pitch_deg": _sources("ATT.Pitch"),
-    "yaw_deg": _sources("ATT.Yaw"),
-    "airspeed_m_s": _sources("ARSP.Airspeed"),
-    "altitude_amsl_m": _sources("POS.Alt", "GPS.Alt"),
-    "height_above_home_m": _sources("POS.RelHomeAlt", "POS.RelAlt", "GPS.RelAlt"),
+_QUANTITIES: Mapping[str, tuple[Source, ...]] = {
+    "roll_deg": sources("ATT.Roll"),
+    "pitch_deg": sources("ATT.Pitch"),
+    "yaw_deg": sources("ATT.Yaw"),
+    "airspeed_m_s": sources("ARSP.Airspeed"),
+    "altitude_amsl_m": sources("POS.Alt", "GPS.Alt"),
+    "height_above_home_m": sources("POS.RelHomeAlt", "POS.RelAlt", "GPS.RelAlt"),
     "local_height_m": (
-        *_sources("PSCD.PD", unit=-1.0),
-        *_sources("PSCZ.PZ", "CTUN.Alt"),
+        *sources("PSCD.PD", unit=-1.0),
+        *sources("PSCZ.PZ", "CTUN.Alt"),
     ),
     "reference_height_m": (
-        *_sources("PSCD.TPD", unit=-1.0),
-        *_sources("PSCZ.TPZ", "CTUN.DAlt"),
+        *sources("PSCD.TPD", unit=-1.0),
+        *sources("PSCZ.TPZ", "CTUN.DAlt"),
     ),
     "reference_climb_m_s": (
-        *_sources("PSCD.DVD", unit=-1.0),
-        *_sources("PSCZ.DVZ"),
-        *_sources("CTUN.DCRt", unit=_CM),
+        *sources("PSCD.DVD", unit=-1.0),
+        *sources("PSCZ.DVZ"),
+        *sources("CTUN.DCRt", unit=_CM),
     ),
-    "local_north_m": (*_sources("PSCN.PN", "PSC.PX"), *_sources("NTUN.PosX", unit=_CM)),
-    "local_east_m": (*_sources("PSCE.PE", "PSC.PY"), *_sources("NTUN.PosY", unit=_CM)),
-    "reference_north_m": (*_sources("PSCN.TPN", "PSC.TPX"), *_sources("NTUN.DPosX", unit=_CM)),
-    "reference_east_m": (*_sources("PSCE.TPE", "PSC.TPY"), *_sources("NTUN.DPosY", unit=_CM)),
+    "local_north_m": (*sources("PSCN.PN", "PSC.PX"), *sources("NTUN.PosX", unit=_CM)),
+    "local_east_m": (*sources("PSCE.PE", "PSC.PY"), *sources("NTUN.PosY", unit=_CM)),
+    "reference_north_m": (*sources("PSCN.TPN", "PSC.TPX"), *sources("NTUN.DPosX", unit=_CM)),
+    "reference_east_m": (*sources("PSCE.TPE", "PSC.TPY"), *sources("NTUN.DPosY", unit=_CM)),
     "reference_velocity_north_m_s": (
-        *_sources("PSCN.DVN", "PSC.TVX"),
-        *_sources("NTUN.DVelX", unit=_CM),
+        *sources("PSCN.DVN", "PSC.TVX"),
+        *sources("NTUN.DVelX", unit=_CM),
     ),
     "reference_velocity_east_m_s": (
-        *_sources("PSCE.DVE", "PSC.TVY"),
-        *_sources("NTUN.DVelY", unit=_CM),
+        *sources("PSCE.DVE", "PSC.TVY"),
+        *sources("NTUN.DVelY", unit=_CM),
     ),
     "climb_m_s": (
-        *_sources("XKF1.VD", "NKF1.VD", "EKF1.VD", "PSCD.VD", unit=-1.0),
-        *_sources("PSCZ.VZ"),
-        *_sources("CTUN.CRt", unit=_CM),
-        *_sources("GPS.VZ", unit=-1.0),
+        *sources("XKF1.VD", "NKF1.VD", "EKF1.VD", "PSCD.VD", unit=-1.0),
+        *sources("PSCZ.VZ"),
+        *sources("CTUN.CRt", unit=_CM),
+        *sources("GPS.VZ", unit=-1.0),
     ),
     "velocity_north_m_s": (
-        *_sources("XKF1.VN", "NKF1.VN", "EKF1.VN", "PSCN.VN", "PSC.VX"),
-        *_sources("NTUN.VelX", unit=_CM),
+        *sources("XKF1.VN", "NKF1.VN", "EKF1.VN", "PSCN.VN", "PSC.VX"),
+        *sources("NTUN.VelX", unit=_CM),
     ),
     "velocity_east_m_s": (
-        *_sources("XKF1.VE", "NKF1.VE", "EKF1.VE", "PSCE.VE", "PSC.VY"),
-        *_sources("NTUN.VelY", unit=_CM),
+        *sources("XKF1.VE", "NKF1.VE", "EKF1.VE", "PSCE.VE", "PSC.VY"),
+        *sources("NTUN.VelY", unit=_CM),
     ),
-    "ground_speed_m_s": _sources("GPS.Spd"),
-    "course_deg": _sources("GPS.GCrs"),
-    "wind_north_m_s": _sources("XKF2.VWN", "NKF2.VWN", "EKF2.VWN"),
-    "wind_east_m_s": _sources("XKF2.VWE", "NKF2.VWE", "EKF2.VWE"),
+    "ground_speed_m_s": sources("GPS.Spd"),
+    "course_deg": sources("GPS.GCrs"),
+    "wind_north_m_s": sources("XKF2.VWN", "NKF2.VWN", "EKF2.VWN"),
+    "wind_east_m_s": sources("XKF2.VWE", "NKF2.VWE", "EKF2.VWE"),
 }
-"""Where each quantity stands, the best place first."""
+"""Where each quantity stands, the best place first.
+
+References are the path as it is shaped (D for desired), not with the correction of the position
+error on top (T for target), which follows the vehicle as much as it leads it.
+"""
 
 _PERIODS = {"yaw_deg": 360.0, "course_deg": 360.0, "longitude_deg": 360.0}
 _INSTANCES = ("I", "C", "Inst", "Instance")
@@ -138,8 +126,8 @@ def quantity_series(
     if "GPS" in tables and "Status" in tables["GPS"].numbers:
         valid["GPS"] = valid["GPS"] & (tables["GPS"].numbers["Status"] >= _FIX_3D)
     series: dict[str, Series] = {}
-    for name, sources in _QUANTITIES.items():
-        for source in sources:
+    for name, places in _QUANTITIES.items():
+        for source in places:
             found = _series(source, tables, times, valid, period=_PERIODS.get(name))
             if found is not None:
                 series[name] = found
@@ -173,7 +161,7 @@ def _most(values: FloatArray) -> float:
 
 
 def _series(
-    source: _Source,
+    source: Source,
     tables: Mapping[str, MessageTable],
     times: Mapping[str, FloatArray],
     valid: Mapping[str, BoolArray],

@@ -12,6 +12,7 @@ from planner.catalogue.flight_log import LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.logs.ardupilot_modes import AUTO, copter_mode
 from planner.logs.clock import Clock
+from planner.logs.items_flown import items_flown
 from planner.logs.px4_modes import AUTO_MISSION, px4_custom_mode
 from planner.logs.record import LoggedHome, LoggedItem
 from planner.logs.recording import Recording, carried_over
@@ -140,7 +141,7 @@ def _recording(
         is_landed=_landed(tables, times, autopilot),
         modes=modes,
         modes_found_in="HEARTBEAT.custom_mode",
-        mission_item=_mission_item(tables, times, modes, first_item),
+        mission_item=_mission_item(tables, times, modes, autopilot, first_item),
         homes=_homes(tables, times),
         missions=_missions(tables, times, first_item),
         parameters=_parameters(tables, times, autopilot),
@@ -219,19 +220,15 @@ def _mission_item(
     tables: Mapping[str, Messages],
     times: Mapping[str, FloatArray],
     modes: tuple[tuple[float, str], ...],
+    autopilot: Autopilot | None,
     first_item: int,
 ) -> Series | None:
-    """Return the item flown: 0 in modes that fly no mission."""
+    """Return the item flown; ArduPilot's 0 is home, PX4's the first."""
     if "MISSION_CURRENT" not in tables:
         return None
-    told_s = times["MISSION_CURRENT"]
-    sequence = Series.of(told_s, tables["MISSION_CURRENT"].numbers["seq"], "", is_event=True)
-    entered_s = np.array([time_s for time_s, _ in modes])
-    is_mission = np.array([False, *(name in {AUTO, AUTO_MISSION} for _, name in modes)])
-    every_s = np.union1d(told_s, entered_s)
-    flown = is_mission[np.searchsorted(entered_s, every_s, side="right")]
-    items = np.nan_to_num(sequence.at(every_s), nan=-float(first_item)) + first_item
-    return Series.of(every_s, np.where(flown, items, 0.0), "MISSION_CURRENT.seq", is_event=True)
+    mode = AUTO_MISSION if autopilot is Autopilot.PX4 else AUTO
+    items = tables["MISSION_CURRENT"].numbers["seq"] + first_item
+    return items_flown(times["MISSION_CURRENT"], items, modes, mode, "MISSION_CURRENT.seq")
 
 
 def _homes(

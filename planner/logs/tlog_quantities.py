@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.logs.electrical import electrical_series
 from planner.logs.series import Series
+from planner.logs.source import sources
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.logs.record import BoolArray, FloatArray
+    from planner.logs.source import Source
     from planner.logs.tlog_messages import Messages
 
 _E7, _MM, _CM = 1e-7, 1e-3, 1e-2
@@ -24,38 +25,26 @@ _NO_POSITION, _NO_VELOCITY = 0b000_111, 0b111_000
 _AMSL_FRAMES, _RELATIVE_FRAMES, _LOCAL_FRAME = (0, 5), (3, 6), 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Source:
-    message: str
-    field: str
-    unit: float = 1.0
-
-
-def _source(place: str, unit: float = 1.0) -> _Source:
-    message, field = place.split(".")
-    return _Source(message=message, field=field, unit=unit)
-
-
 _POSITION, _LOCAL = "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"
-_QUANTITIES: Mapping[str, tuple[_Source, ...]] = {
-    "altitude_amsl_m": (_source(f"{_POSITION}.alt", _MM),),
-    "height_above_home_m": (_source(f"{_POSITION}.relative_alt", _MM),),
-    "velocity_north_m_s": (_source(f"{_POSITION}.vx", _CM), _source(f"{_LOCAL}.vx")),
-    "velocity_east_m_s": (_source(f"{_POSITION}.vy", _CM), _source(f"{_LOCAL}.vy")),
+_QUANTITIES: Mapping[str, tuple[Source, ...]] = {
+    "altitude_amsl_m": sources(f"{_POSITION}.alt", unit=_MM),
+    "height_above_home_m": sources(f"{_POSITION}.relative_alt", unit=_MM),
+    "velocity_north_m_s": (*sources(f"{_POSITION}.vx", unit=_CM), *sources(f"{_LOCAL}.vx")),
+    "velocity_east_m_s": (*sources(f"{_POSITION}.vy", unit=_CM), *sources(f"{_LOCAL}.vy")),
     "climb_m_s": (
-        _source(f"{_POSITION}.vz", -_CM),
-        _source(f"{_LOCAL}.vz", -1.0),
-        _source("VFR_HUD.climb"),
+        *sources(f"{_POSITION}.vz", unit=-_CM),
+        *sources(f"{_LOCAL}.vz", unit=-1.0),
+        *sources("VFR_HUD.climb"),
     ),
-    "ground_speed_m_s": (_source("VFR_HUD.groundspeed"),),
-    "local_north_m": (_source(f"{_LOCAL}.x"),),
-    "local_east_m": (_source(f"{_LOCAL}.y"),),
-    "local_height_m": (_source(f"{_LOCAL}.z", -1.0),),
-    "roll_deg": (_source("ATTITUDE.roll", _DEG),),
-    "pitch_deg": (_source("ATTITUDE.pitch", _DEG),),
-    "yaw_deg": (_source("ATTITUDE.yaw", _DEG), _source("VFR_HUD.heading")),
-    "wind_north_m_s": (_source("WIND_COV.wind_x"),),
-    "wind_east_m_s": (_source("WIND_COV.wind_y"),),
+    "ground_speed_m_s": sources("VFR_HUD.groundspeed"),
+    "local_north_m": sources(f"{_LOCAL}.x"),
+    "local_east_m": sources(f"{_LOCAL}.y"),
+    "local_height_m": sources(f"{_LOCAL}.z", unit=-1.0),
+    "roll_deg": sources("ATTITUDE.roll", unit=_DEG),
+    "pitch_deg": sources("ATTITUDE.pitch", unit=_DEG),
+    "yaw_deg": (*sources("ATTITUDE.yaw", unit=_DEG), *sources("VFR_HUD.heading")),
+    "wind_north_m_s": sources("WIND_COV.wind_x"),
+    "wind_east_m_s": sources("WIND_COV.wind_y"),
 }
 """Where each quantity stands, the best place first.
 
@@ -83,8 +72,8 @@ def quantity_series(
         Sentences by the names of columns.
     """
     series: dict[str, Series] = {}
-    for name, sources in _QUANTITIES.items():
-        for source in sources:
+    for name, places in _QUANTITIES.items():
+        for source in places:
             table = tables.get(source.message)
             if table is not None and name not in series:
                 series[name] = Series.of(

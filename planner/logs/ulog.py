@@ -13,6 +13,7 @@ from planner.autopilot import Autopilot
 from planner.catalogue.flight_log import BATTERIES_LEFT_OUT, LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.logs.electrical import NO_CURRENT_A, electrical_series
+from planner.logs.items_flown import items_flown
 from planner.logs.px4_modes import AUTO_MISSION, px4_mode
 from planner.logs.record import LoggedHome, LoggedItem
 from planner.logs.recording import Recording
@@ -170,16 +171,12 @@ def _modes(topic: Topic | None) -> tuple[tuple[float, str], ...]:
 
 
 def _mission_item(topic: Topic | None, modes: tuple[tuple[float, str], ...]) -> Series | None:
-    """Return the item flown: PX4 counts from 0, and goes on counting in other modes."""
+    """Return the item flown; PX4 counts from 0."""
     if topic is None or "seq_current" not in topic.fields:
         return None
-    entered_s = np.array([time_s for time_s, _ in modes])
-    is_mission = np.array([False, *(name == AUTO_MISSION for _, name in modes)])
-    current = Series.of(topic.time_s, topic.fields["seq_current"] + 1.0, "", is_event=True)
-    times = np.union1d(topic.time_s, entered_s)
-    flown = is_mission[np.searchsorted(entered_s, times, side="right")]
-    items = np.where(flown, np.nan_to_num(current.at(times), nan=0.0), 0.0)
-    return Series.of(times, np.maximum(items, 0.0), "mission_result.seq_current", is_event=True)
+    items = topic.fields["seq_current"] + 1.0
+    found_in = "mission_result.seq_current"
+    return items_flown(topic.time_s, items, modes, AUTO_MISSION, found_in)
 
 
 def _homes(topic: Topic | None) -> tuple[tuple[float, LoggedHome], ...]:

@@ -13,11 +13,13 @@ import numpy as np
 
 from planner.logs.attitude import euler_angles_deg
 from planner.logs.series import Series
+from planner.logs.source import sources
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.logs.record import FloatArray
+    from planner.logs.source import Source
 
 TOPICS = (
     "actuator_armed",
@@ -84,80 +86,69 @@ class Topic:
         return series if len(series) else None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Source:
-    topic: str
-    field: str
-    unit: float = 1.0
-    valid: str | None = None
-
-
 _DEG_E7 = 1e-7
 _MM = 1e-3
+_GPS = "vehicle_gps_position", "sensor_gps"
+_WINDS = "wind", "estimator_wind", "wind_estimate"
 
-_QUANTITIES: Mapping[str, tuple[_Source, ...]] = {
+
+def _of(topics: tuple[str, ...], field: str) -> tuple[str, ...]:
+    return tuple(f"{topic}.{field}" for topic in topics)
+
+
+_QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "latitude_deg": (
-        _Source(topic="vehicle_global_position", field="lat", valid="lat_lon_valid"),
-        _Source(topic="vehicle_gps_position", field="latitude_deg"),
-        _Source(topic="sensor_gps", field="latitude_deg"),
-        _Source(topic="vehicle_gps_position", field="lat", unit=_DEG_E7),
-        _Source(topic="sensor_gps", field="lat", unit=_DEG_E7),
+        *sources("vehicle_global_position.lat", valid="lat_lon_valid"),
+        *sources(*_of(_GPS, "latitude_deg")),
+        *sources(*_of(_GPS, "lat"), unit=_DEG_E7),
     ),
     "longitude_deg": (
-        _Source(topic="vehicle_global_position", field="lon", valid="lat_lon_valid"),
-        _Source(topic="vehicle_gps_position", field="longitude_deg"),
-        _Source(topic="sensor_gps", field="longitude_deg"),
-        _Source(topic="vehicle_gps_position", field="lon", unit=_DEG_E7),
-        _Source(topic="sensor_gps", field="lon", unit=_DEG_E7),
+        *sources("vehicle_global_position.lon", valid="lat_lon_valid"),
+        *sources(*_of(_GPS, "longitude_deg")),
+        *sources(*_of(_GPS, "lon"), unit=_DEG_E7),
     ),
     "altitude_amsl_m": (
-        _Source(topic="vehicle_global_position", field="alt", valid="alt_valid"),
-        _Source(topic="vehicle_gps_position", field="altitude_msl_m"),
-        _Source(topic="sensor_gps", field="altitude_msl_m"),
-        _Source(topic="vehicle_gps_position", field="alt", unit=_MM),
-        _Source(topic="sensor_gps", field="alt", unit=_MM),
+        *sources("vehicle_global_position.alt", valid="alt_valid"),
+        *sources(*_of(_GPS, "altitude_msl_m")),
+        *sources(*_of(_GPS, "alt"), unit=_MM),
     ),
     "velocity_north_m_s": (
-        _Source(topic="vehicle_local_position", field="vx", valid="v_xy_valid"),
-        _Source(topic="vehicle_gps_position", field="vel_n_m_s", valid="vel_ned_valid"),
+        *sources("vehicle_local_position.vx", valid="v_xy_valid"),
+        *sources(*_of(_GPS, "vel_n_m_s"), valid="vel_ned_valid"),
     ),
     "velocity_east_m_s": (
-        _Source(topic="vehicle_local_position", field="vy", valid="v_xy_valid"),
-        _Source(topic="vehicle_gps_position", field="vel_e_m_s", valid="vel_ned_valid"),
+        *sources("vehicle_local_position.vy", valid="v_xy_valid"),
+        *sources(*_of(_GPS, "vel_e_m_s"), valid="vel_ned_valid"),
     ),
     "climb_m_s": (
-        _Source(topic="vehicle_local_position", field="vz", unit=-1.0, valid="v_z_valid"),
-        _Source(topic="vehicle_gps_position", field="vel_d_m_s", unit=-1.0, valid="vel_ned_valid"),
+        *sources("vehicle_local_position.vz", unit=-1.0, valid="v_z_valid"),
+        *sources(*_of(_GPS, "vel_d_m_s"), unit=-1.0, valid="vel_ned_valid"),
     ),
-    "reference_velocity_north_m_s": (
-        _Source(topic="trajectory_setpoint", field="velocity[0]"),
-        _Source(topic="trajectory_setpoint", field="vx"),
-        _Source(topic="vehicle_local_position_setpoint", field="vx"),
+    "reference_velocity_north_m_s": sources(
+        "trajectory_setpoint.velocity[0]",
+        "trajectory_setpoint.vx",
+        "vehicle_local_position_setpoint.vx",
     ),
-    "reference_velocity_east_m_s": (
-        _Source(topic="trajectory_setpoint", field="velocity[1]"),
-        _Source(topic="trajectory_setpoint", field="vy"),
-        _Source(topic="vehicle_local_position_setpoint", field="vy"),
+    "reference_velocity_east_m_s": sources(
+        "trajectory_setpoint.velocity[1]",
+        "trajectory_setpoint.vy",
+        "vehicle_local_position_setpoint.vy",
     ),
-    "reference_climb_m_s": (
-        _Source(topic="trajectory_setpoint", field="velocity[2]", unit=-1.0),
-        _Source(topic="trajectory_setpoint", field="vz", unit=-1.0),
-        _Source(topic="vehicle_local_position_setpoint", field="vz", unit=-1.0),
+    "reference_climb_m_s": sources(
+        "trajectory_setpoint.velocity[2]",
+        "trajectory_setpoint.vz",
+        "vehicle_local_position_setpoint.vz",
+        unit=-1.0,
     ),
-    "airspeed_m_s": (
-        _Source(topic="airspeed_validated", field="true_airspeed_m_s"),
-        _Source(topic="airspeed", field="true_airspeed_m_s"),
-    ),
-    "wind_north_m_s": tuple(
-        _Source(topic=topic, field="windspeed_north")
-        for topic in ("wind", "estimator_wind", "wind_estimate")
-    ),
-    "wind_east_m_s": tuple(
-        _Source(topic=topic, field="windspeed_east")
-        for topic in ("wind", "estimator_wind", "wind_estimate")
-    ),
+    "airspeed_m_s": sources("airspeed_validated.true_airspeed_m_s", "airspeed.true_airspeed_m_s"),
+    "wind_north_m_s": sources(*_of(_WINDS, "windspeed_north")),
+    "wind_east_m_s": sources(*_of(_WINDS, "windspeed_east")),
 }
-"""Where each quantity stands, the best place first."""
+"""Where each quantity stands, the best place first.
+
+References are the path as it is shaped (trajectory_setpoint); the local setpoint has the
+correction of the position error on top, and is taken only where the other is not logged.
+"""
 
 _PERIODS = {"longitude_deg": 360.0}
 
@@ -176,9 +167,9 @@ def quantity_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
         Series by the names of columns.
     """
     series: dict[str, Series] = {}
-    for name, sources in _QUANTITIES.items():
-        for source in sources:
-            topic = topics.get(source.topic)
+    for name, places in _QUANTITIES.items():
+        for source in places:
+            topic = topics.get(source.message)
             found = topic and topic.series(
                 source.field, unit=source.unit, period=_PERIODS.get(name), valid=source.valid
             )
