@@ -86,6 +86,7 @@ def test_hover_power_follows_equation_5(
 
 def test_hover_power_is_held_below_one_metre(article: VehicleModel) -> None:
     heights_m = np.array([-5.0, 0.0, 0.5, 1.0])
+    assert isinstance(article.hover, AltitudeLaw)
     hover_w = hover_power_w(
         article.hover, height_above_home_m=heights_m, mass_kg=None, air_density_kg_m3=1.225
     )

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner.errors import VehicleFileError
-from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names, models_root
+from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
 from planner.vehicle.schema_text import schema_text
+from planner.vehicle.shipped import models_root
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import VehicleFileError
+from planner.vehicle.cruise_law import CruisePower
 from planner.vehicle.reader import MOST_BYTES, read_vehicle, vehicle_from_toml
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ def test_a_right_file_gives_what_it_says() -> None:
     assert model.responses.climb_power is None
     assert model.responses.brake_power is not None
     assert model.responses.brake_power.window_s == 6.0
-    assert model.cruise is not None
+    assert isinstance(model.cruise, CruisePower)
     assert model.cruise.power_above_hover_w == (0.0, -10.0, 20.0)
     assert model.battery is not None
     assert model.battery.energy_wh == pytest.approx(5.0 * 14.8)
