@@ -89,7 +89,8 @@ class Course(Whereabouts):
     def return_home(self, number: int, _item: MissionItem) -> None:
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
-        self.height_m = self.datum_m
+        has_moved = self.home_deg != self.start_deg
+        self.height_m = self.ground_m() if has_moved else self.ground_level_m
         self._add(StageKind.RETURN, number)
         self.is_over = True
 
@@ -188,13 +189,14 @@ class Course(Whereabouts):
         """Lower a load to the ground."""
         self.move_to(number, item)
         self._add(StageKind.SET_DOWN, number)
-        self.remark(
-            ITEM_NOT_MODELLED,
-            number,
-            item,
+        message = (
             "NAV_PAYLOAD_PLACE: the load is taken to touch the ground at home's level and to weigh "
-            "nothing",
+            "nothing"
         )
+        deepest_m = item.param1 or 0.0
+        if 0.0 < deepest_m < self.height_m:
+            message += f"; the vehicle gives up {numbers.height(deepest_m)} down"
+        self.remark(ITEM_NOT_MODELLED, number, item, message)
 
     def change_speed(self, number: int, item: MissionItem) -> None:
         """Take a new speed for what follows."""
@@ -225,6 +227,13 @@ class Course(Whereabouts):
         if item.param1 == 1.0 or not self.has_place(number, item):
             self.home_deg = (self.latitude_deg, self.longitude_deg)
             self.datum_m = self.height_m
+            if self.height_m != self.ground_level_m:
+                height = numbers.height(self.height_m)
+                message = (
+                    f"DO_SET_HOME: home is moved to where the vehicle flies, {height} up; the way "
+                    "back is taken to end on the ground"
+                )
+                self.remark(ITEM_NOT_MODELLED, number, item, message)
             return
         self.home_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
         if item.altitude_m is None:
@@ -234,6 +243,7 @@ class Course(Whereabouts):
         else:
             self.amsl_items.append(number)
             self.datum_m = item.altitude_m - (self.home_amsl_m or 0.0)
+        self.ground_level_m = self.datum_m
 
     def pass_by(self, number: int, item: MissionItem) -> None:
         """Follow an item that is no flight of its own, or none that is predicted."""

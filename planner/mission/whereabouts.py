@@ -67,6 +67,8 @@ class Whereabouts:
     """Height above the home the flight started from. [m]"""
     datum_m: float = 0.0
     """Height of the present home, which relative altitudes count from, above the first. [m]"""
+    ground_level_m: float = 0.0
+    """Height of the ground above the first home, where no terrain tells it. [m]"""
     drafts: list[Draft] = field(default_factory=list)
     remarks: Remarks = field(default_factory=Remarks)
     amsl_items: list[int] = field(default_factory=list)
@@ -188,7 +190,7 @@ class Whereabouts:
     def ground_m(self) -> float:
         """Return the height of the ground at the present place; home's where it is not known."""
         ground_m = self._known_ground_m()
-        return self.datum_m if ground_m is None else ground_m
+        return self.ground_level_m if ground_m is None else ground_m
 
     def _known_ground_m(self) -> float | None:
         if self.terrain is None or self.home_amsl_m is None:
