@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
@@ -11,20 +11,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Columns:
-    """Arrays whose first axis counts the same rows."""
+    """Arrays whose first axis counts the same rows, and further columns of these rows."""
 
     def select(self, rows: IntArray | BoolArray) -> Self:
         """Return some of the rows."""
         chosen: dict[str, Any] = {}
-        for f in fields(self):
-            value = getattr(self, f.name)
-            chosen[f.name] = value.select(rows) if isinstance(value, Columns) else value[rows]
+        name: str
+        for name in self.__slots__:
+            value = getattr(self, name)
+            chosen[name] = value.select(rows) if isinstance(value, Columns) else value[rows]
         return type(self)(**chosen)
 
     def put(self, rows: IntArray, values: Self) -> None:
         """Overwrite some of the rows, in place."""
-        for f in fields(self):
-            mine, given = getattr(self, f.name), getattr(values, f.name)
+        name: str
+        for name in self.__slots__:
+            mine, given = getattr(self, name), getattr(values, name)
             if isinstance(mine, Columns):
                 mine.put(rows, given)
             else:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.vehicle.px4_parameters import Px4Parameters
 
 
-_UNCHANGED = 1e-3
+_UNCHANGED = 0.01
 """Change of a place or speed that is none for what follows. [m, m s⁻¹]"""
 _ROUNDS = 100
 """Short legs hand on their speed to the next; each round carries it one leg further, ever less of it."""
@@ -110,7 +110,7 @@ def _guessed(layout: Layout, moves: Moves, parameters: Px4Parameters) -> Legs:
         final_upright_m_s=layout.final_upright_m_s,
         parameters=parameters,
     )
-    end_speed = np.minimum(straight.allowed_m_s(layout.tail_m).min(axis=1), straight.cruise_m_s)
+    end_speed = np.minimum(straight.lowest_allowed_m_s(layout.tail_m), straight.cruise_m_s)
     moving = layout.is_leg & ~(layout.hold_s > 0.0)
     end_speed = np.where(moving, end_speed, 0.0)
     zero = np.zeros(count)
@@ -145,7 +145,7 @@ def _flown(
     turns.end_m[climbing] = takeoffs.place_m[which]
 
     ends = np.where(part.stands[:, None] | ~part.is_leg[:, None], turns.end_m, part.ends_m)
-    turns, ends = cut_short(part, place, turns, ends)
+    turns, ends = cut_short(part, place, turns, ends, parameters)
     limits = limits_along(
         turns.end_m,
         ends,

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from planner.vehicle.px4_parameters import Px4Parameters
 
 
+_LEVEL, _UPRIGHT = 0, 1
+"""The two laws that limit a speed: of the horizontal and of the vertical axes."""
 STILL_M = 1e-6
 """Way that is none. [m]"""
 
@@ -54,15 +56,24 @@ class Limits(Columns):
         )
         return np.where(self.binds, speed, np.inf)
 
+    def lowest_allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
+        """Return the speeds all laws allow at distances from the target. (n,) [m s⁻¹]"""
+        allowed = self.allowed_m_s(distance_m)
+        return np.minimum(allowed[:, _LEVEL], allowed[:, _UPRIGHT])
+
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
-        """Return how far before the target either law begins to brake. (n, 2) [m]"""
+        """Return how far before the target braking from speeds begins. (n,) [m]"""
         way = braking_distance_m(
             speed_m_s[:, None],
             self.final_m_s,
             acceleration_m_s2=self.brake_m_s2,
             jerk_m_s3=self.brake_m_s3,
         )
-        return np.where(self.binds, way, 0.0)
+        level, upright = way[:, _LEVEL], way[:, _UPRIGHT]
+        binds = self.binds
+        return np.maximum(
+            np.where(binds[:, _LEVEL], level, 0.0), np.where(binds[:, _UPRIGHT], upright, 0.0)
+        )
 
 
 def limits_along(

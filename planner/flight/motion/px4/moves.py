@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.flight.motion.px4.returns import return_legs
 from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
@@ -18,8 +20,6 @@ if TYPE_CHECKING:
 
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this stands for NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
-_CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
-"""Half angles of the cone over home that mean something (``RTL::computeReturnAltitude``). [rad]"""
 
 
 class Move(NamedTuple):
@@ -39,11 +39,11 @@ class Move(NamedTuple):
     """NaN where free."""
     is_stop: bool
     """Ends standing still, whatever follows."""
-    is_delay: bool
+    is_delay: bool = False
     """A wait that the look-ahead of the move before looks past."""
-    is_takeoff: bool
-    is_landing: bool
-    is_return: bool
+    is_takeoff: bool = False
+    is_landing: bool = False
+    is_return: bool = False
     """Belongs to a return, which the look-ahead of the move before does not see."""
 
 
@@ -75,14 +75,10 @@ class Moves:
         return len(self.stage)
 
     @classmethod
-    def of(cls, rows: Sequence[Move], starts: Sequence[tuple[int, tuple[float, ...]]]) -> Moves:
-        """Return rows as columns; ``starts`` are the first rows of flights and where these begin."""
+    def of(cls, rows: Sequence[Move]) -> Moves:
+        """Return the rows of one flight, which begins at home, as columns."""
         columns = list(zip(*rows, strict=True))
         numbers = np.array(columns[2:10], dtype=np.float64)
-        start = np.zeros((len(rows), 3))
-        first = np.zeros(len(rows), dtype=np.bool_)
-        for row, place in starts:
-            start[row], first[row] = place, True
         flags = np.array(columns[10:], dtype=np.bool_)
         return cls(
             stage=np.array(columns[0], dtype=np.intp),
@@ -98,8 +94,8 @@ class Moves:
             is_takeoff=flags[2],
             is_landing=flags[3],
             is_return=flags[4],
-            is_first=first,
-            start_m=start,
+            is_first=np.arange(len(rows)) == 0,
+            start_m=np.zeros((len(rows), 3)),
         )
 
 
@@ -109,10 +105,7 @@ def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves
     Splines, circles and set-downs, which PX4 refuses at upload, are flown straight to their place.
     """
     navigator = _Navigator(parameters)
-    return Moves.of([move for k, s in enumerate(stages) for move in navigator.moves(k, s)], [_HOME])
-
-
-_HOME = (0, (0.0, 0.0, 0.0))
+    return Moves.of([move for k, s in enumerate(stages) for move in navigator.moves(k, s)])
 
 
 def moves_home(places_m: FloatArray, home_m: FloatArray, parameters: Px4Parameters) -> Moves:
@@ -127,32 +120,52 @@ def moves_home(places_m: FloatArray, home_m: FloatArray, parameters: Px4Paramete
     parameters : Px4Parameters
         The vehicle's.
     """
-    rows: list[Move] = []
-    starts: list[tuple[int, tuple[float, ...]]] = []
-    for index, (place, home) in enumerate(zip(places_m.tolist(), home_m.tolist(), strict=True)):
-        navigator = _Navigator(parameters, place=tuple(place), is_airborne=True)
-        starts.append((len(rows), tuple(place)))
-        rows.extend(navigator.return_moves(index, index, home))
-    return Moves.of(rows, starts)
+    legs = return_legs(places_m, home_m, parameters)
+    count = len(places_m)
+    flown = np.column_stack([leg.is_flown for leg in legs])
+    flight, kind = np.nonzero(flown)
+    targets = np.stack([leg.target_m for leg in legs], axis=1)[flight, kind]
+    false = np.zeros(len(flight), dtype=np.bool_)
+    return Moves(
+        stage=flight,
+        item=flight,
+        target_m=targets,
+        seen_height_m=targets[:, 2],
+        speed_m_s=np.full(len(flight), min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)),
+        radius_m=np.full(len(flight), parameters.acceptance_radius_m),
+        hold_s=np.array([leg.hold_s for leg in legs])[kind],
+        yaw_rad=np.full(len(flight), np.nan),
+        is_stop=~false,
+        is_delay=false,
+        is_takeoff=false,
+        is_landing=np.array([leg.is_landing for leg in legs])[kind],
+        is_return=~false,
+        is_first=np.concatenate(
+            (np.ones(min(count, 1), dtype=np.bool_), flight[1:] != flight[:-1])
+        ),
+        start_m=places_m[flight],
+    )
 
 
 class _Navigator:
     """Where the vehicle is meant to be while stages are taken apart."""
 
-    def __init__(
-        self,
-        parameters: Px4Parameters,
-        *,
-        place: tuple[float, ...] = (0.0, 0.0, 0.0),
-        is_airborne: bool = False,
-    ) -> None:
+    def __init__(self, parameters: Px4Parameters) -> None:
         self.parameters = parameters
-        self.east_m, self.north_m, self.height_m = place
-        self.is_airborne = is_airborne
+        self.east_m = self.north_m = self.height_m = 0.0
+        self.is_airborne = False
+        self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
+        self.radius_m = parameters.acceptance_radius_m
 
     def moves(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the moves of one stage."""
         match stage.kind:
+            case StageKind.GO | StageKind.SPLINE | StageKind.CIRCLE | StageKind.SET_DOWN:
+                self._place_at(stage)
+                yield self._go(index, stage)
+            case StageKind.LOITER:
+                self._place_at(stage)
+                yield self._go(index, stage, is_stop=True)
             case StageKind.TAKEOFF:
                 yield from self._take_off(index, stage)
             case StageKind.DELAY:
@@ -167,34 +180,27 @@ class _Navigator:
             case StageKind.LAND:
                 self.east_m, self.north_m = stage.east_m, stage.north_m
                 move = self._go(index, stage, is_stop=True, hold_s=0.0)
-                yield move._replace(seen_height_m=stage.height_m, yaw_rad=np.nan)
+                yield move._replace(seen_height_m=stage.height_m, yaw_rad=math.nan)
                 yield self._land(index, stage.item, stage.height_m)
             case StageKind.RETURN:
-                home = [stage.east_m, stage.north_m, stage.height_m]
-                yield from self.return_moves(index, stage.item, home)
-            case _:
-                self._place_at(stage)
-                yield self._go(index, stage, is_stop=stage.kind is StageKind.LOITER)
+                yield from self._return(index, stage)
 
-    def return_moves(self, index: int, item: int, home: list[float]) -> Iterator[Move]:
-        """Yield the moves of a return (``RtlDirect``); at MPC_XY_CRUISE, whatever was commanded."""
-        parameters = self.parameters
-        height = return_height_m(
-            float(np.hypot(self.east_m - home[0], self.north_m - home[1])),
-            self.height_m - home[2],
-            parameters,
-        )
-        if height + home[2] > self.height_m:
-            self.height_m = height + home[2]
-            yield self._move(index, item, is_stop=True, is_return=True)
-        self.east_m, self.north_m = home[0], home[1]
-        yield self._move(index, item, is_stop=True, is_return=True)
-        delay = parameters.return_land_delay_s
-        if delay != 0.0:
-            self.height_m = home[2] + min(parameters.return_descend_altitude_m, height)
-            yield self._move(index, item, is_stop=True, is_return=True, hold_s=max(delay, 0.0))
-        if delay >= 0.0:
-            yield self._land(index, item, home[2])._replace(is_return=True)
+    def _return(self, index: int, stage: Stage) -> Iterator[Move]:
+        home = np.array([[stage.east_m, stage.north_m, stage.height_m]])
+        place = np.array([[self.east_m, self.north_m, self.height_m]])
+        for leg in return_legs(place, home, self.parameters):
+            if not leg.is_flown[0]:
+                continue
+            self.east_m, self.north_m, self.height_m = leg.target_m[0].tolist()
+            yield self._move(
+                index,
+                stage.item,
+                hold_s=leg.hold_s,
+                is_stop=True,
+                is_landing=leg.is_landing,
+                is_return=True,
+            )
+        self.is_airborne = False
 
     def _take_off(self, index: int, stage: Stage) -> Iterator[Move]:
         if not self.is_airborne:
@@ -204,7 +210,7 @@ class _Navigator:
             self.is_airborne = True
         self._place_at(stage)
         # Any heading is good enough for a take-off (``MissionBlock::is_mission_item_reached``).
-        yield self._go(index, stage)._replace(yaw_rad=np.nan)
+        yield self._go(index, stage)._replace(yaw_rad=math.nan)
 
     def _land(self, index: int, item: int, ground_m: float) -> Move:
         self.height_m, self.is_airborne = ground_m, False
@@ -217,18 +223,19 @@ class _Navigator:
         self, index: int, stage: Stage, *, is_stop: bool = False, hold_s: float | None = None
     ) -> Move:
         """Return the flight to where the vehicle is now meant to be, as its stage wants it."""
-        move = self._move(
+        speed, radius, yaw = stage.speed_m_s, stage.acceptance_radius_m, stage.yaw_deg
+        return Move(
             index,
             stage.item,
-            hold_s=stage.hold_s if hold_s is None else hold_s,
-            is_stop=is_stop or stage.hold_s > 0.0,
-        )
-        parameters = self.parameters
-        speed, radius = stage.speed_m_s, stage.acceptance_radius_m
-        return move._replace(
-            speed_m_s=(move.speed_m_s if speed is None else min(speed, parameters.speed_max_m_s)),
-            radius_m=(move.radius_m if radius is None or radius < _SMALLEST_RADIUS_M else radius),
-            yaw_rad=np.nan if stage.yaw_deg is None else np.radians(stage.yaw_deg),
+            self.east_m,
+            self.north_m,
+            self.height_m,
+            self.height_m,
+            self.speed_m_s if speed is None else min(speed, self.parameters.speed_max_m_s),
+            self.radius_m if radius is None or radius < _SMALLEST_RADIUS_M else radius,
+            stage.hold_s if hold_s is None else hold_s,
+            math.nan if yaw is None else math.radians(yaw),
+            is_stop or stage.hold_s > 0.0,
         )
 
     def _move(
@@ -243,7 +250,6 @@ class _Navigator:
         is_landing: bool = False,
         is_return: bool = False,
     ) -> Move:
-        parameters = self.parameters
         return Move(
             index,
             item,
@@ -251,44 +257,13 @@ class _Navigator:
             self.north_m,
             self.height_m,
             self.height_m,
-            min(parameters.cruise_speed_m_s, parameters.speed_max_m_s),
-            parameters.acceptance_radius_m,
+            self.speed_m_s,
+            self.radius_m,
             hold_s,
-            np.nan,
+            math.nan,
             is_stop,
             is_delay,
             is_takeoff,
             is_landing,
             is_return,
         )
-
-
-def return_height_m(distance_m: float, height_m: float, parameters: Px4Parameters) -> float:
-    """Return the height above home at which a return is flown. [m]
-
-    Parameters
-    ----------
-    distance_m : float
-        Horizontal distance from home. [m]
-    height_m : float
-        Height above home at which the return begins. [m]
-    parameters : Px4Parameters
-        RTL_RETURN_ALT, RTL_CONE_ANG, RTL_MIN_DIST, NAV_ACC_RAD.
-
-    Notes
-    -----
-    ``RTL::computeReturnAltitude``: never below the present height; nearer than RTL_MIN_DIST no higher
-    than the cone over home, but 2 NAV_ACC_RAD at least; within NAV_ACC_RAD twice the distance.
-    """
-    highest = parameters.return_altitude_m
-    radius = parameters.acceptance_radius_m
-    wanted = highest
-    if parameters.return_cone_angle_rad > 0.0:
-        if distance_m <= radius:
-            wanted = 2.0 * distance_m
-        else:
-            if distance_m <= parameters.return_min_distance_m:
-                angle = float(np.clip(parameters.return_cone_angle_rad, *_CONE_ANGLES_RAD))
-                wanted = min(distance_m / float(np.tan(angle)), highest)
-            wanted = max(wanted, 2.0 * radius)
-    return max(min(wanted, highest), height_m)

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from planner.vehicle.px4_parameters import Px4Parameters
 
 
+_PEAK_OVER_MEAN = 1.5
+"""Highest over mean speed of a cubic from rest to rest. [-]"""
+
+
 def turns_onto_moves(
     part: Layout, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
 ) -> Turns:
@@ -103,7 +107,11 @@ def slowed_turns(
 
 
 def cut_short(
-    part: Layout, place_m: FloatArray, turns: Turns, ends_m: FloatArray
+    part: Layout,
+    place_m: FloatArray,
+    turns: Turns,
+    ends_m: FloatArray,
+    parameters: Px4Parameters,
 ) -> tuple[Turns, FloatArray]:
     """Return turns that lead no further than the end of their leg, and ends not before their turn."""
     goal = ((ends_m - place_m) * part.direction).sum(axis=1)
@@ -114,9 +122,16 @@ def cut_short(
     share = np.where(behind, 0.0, np.where(beyond, goal / np.where(beyond, turned, 1.0), 1.0))
     end = np.where(beyond[:, None], ends_m, turns.end_m)
     end = np.where(behind[:, None], place_m, end)
+    # A turn cut to next to nothing still has to bring the vehicle across to its end.
+    across = np.abs(end - place_m)
+    slowest = min(parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+    least_s = _PEAK_OVER_MEAN * np.maximum(
+        np.hypot(across[:, 0], across[:, 1]) / part.speed_m_s, across[:, 2] / slowest
+    )
+    duration_s = turns.duration_s * share
     return (
         Turns(
-            duration_s=turns.duration_s * share,
+            duration_s=np.where(beyond, np.maximum(duration_s, least_s), duration_s),
             end_m=end,
             speed_m_s=turns.speed_m_s,
             acceleration_m_s2=turns.acceleration_m_s2,

@@ -128,7 +128,7 @@ def fly_straights(
     total = limits.length_m + limits.tail_m
     peak, length = limits.cruise_m_s.copy(), limits.length_m
     _, until_back = climb.ways_m(peak)
-    short = np.flatnonzero(until_back + limits.reach_m(peak).max(axis=1) > total)
+    short = np.flatnonzero(until_back + limits.reach_m(peak) > total)
     lowest = start_m_s + 0.5 * begun * begun_s
     if len(short):
         peak[short] = _peaks_m_s(climb.select(short), lowest[short], total[short])
@@ -162,7 +162,7 @@ def _peaks_m_s(climb: _Climb, lowest_m_s: FloatArray, total_m: FloatArray) -> Fl
 
     def excess(speed: FloatArray) -> FloatArray:
         _, until_back = climb.ways_m(speed)
-        over: FloatArray = until_back + climb.limits.reach_m(speed).max(axis=1) - total_m
+        over: FloatArray = until_back + climb.limits.reach_m(speed) - total_m
         return over
 
     return _root(excess, low, high)
@@ -204,7 +204,7 @@ def _braked(
 ) -> Straights:
     """Return straights from the end of their ramps on, ``left_m`` before their targets."""
     rows = np.arange(len(peak_m_s))
-    kept = np.maximum(limits.reach_m(peak_m_s).max(axis=1), limits.tail_m)
+    kept = np.maximum(limits.reach_m(peak_m_s), limits.tail_m)
     brakes = (kept > limits.tail_m) & ~is_cut
     kept = np.where(is_cut, limits.tail_m, kept)
     cruise = np.maximum(left_m - kept, 0.0)
@@ -214,7 +214,7 @@ def _braked(
     far = np.argmin(limits.allowed_m_s(onset.left_m), axis=1)
     near = np.argmin(limits.allowed_m_s(limits.tail_m), axis=1)
     follows = brakes & (onset.left_m > limits.tail_m)
-    end = np.minimum(limits.allowed_m_s(limits.tail_m).min(axis=1), onset.speed_m_s)
+    end = np.minimum(limits.lowest_allowed_m_s(limits.tail_m), onset.speed_m_s)
     end = np.where(follows, end, onset.speed_m_s)
     near = np.where(follows, near, far)
     crossing = _crossings_m_s(limits, far, near)
@@ -278,7 +278,7 @@ def _onsets(
 
     def shortfall_m_s(time: FloatArray, at: IntArray | slice = slice(None)) -> FloatArray:
         here = np.maximum(begins[at] - time * (peak[at] - j[at] * time**2 / 6.0), 0.0)
-        short: FloatArray = some.allowed_m_s(here).min(axis=1)
+        short: FloatArray = some.lowest_allowed_m_s(here)
         return short - (peak[at] - 0.5 * j[at] * time**2)
 
     some, time = limits, whole.copy()
