@@ -5,6 +5,7 @@
     MavjouleError                2
     ├── InputError               2   a file that cannot be used, with its place
     │   ├── MissionFileError     2
+    │   │   └── OtherVehicleError  2   a mission that no multicopter flies
     │   ├── VehicleFileError     2
     │   ├── ParameterFileError   2
     │   ├── TerrainFileError     2
@@ -74,6 +75,10 @@ class InputError(MavjouleError):
 
 class MissionFileError(InputError):
     """A mission file that is not one, or is broken."""
+
+
+class OtherVehicleError(MissionFileError):
+    """A mission for a kind of vehicle that is not predicted."""
 
 
 class VehicleFileError(InputError):

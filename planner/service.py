@@ -11,7 +11,7 @@ from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
 from planner.checks.registry import check_case
 from planner.checks.selection import Selection
-from planner.errors import MissionFileError, UsageError
+from planner.errors import MissionFileError, OtherVehicleError, UsageError
 from planner.findings import Severity
 from planner.flight.budget import (
     NOTHING_FLOWN,
@@ -362,7 +362,8 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             with_trace=request.with_trace,
         )
     except MissionFileError as error:
-        finding = FILE_UNREADABLE.finding(str(error), place=error.place)
+        fix = "give a multicopter's mission" if isinstance(error, OtherVehicleError) else None
+        finding = FILE_UNREADABLE.finding(str(error), place=error.place, fix=fix)
         return UnreadableMission(file=str(path), findings=(finding,))
 
 

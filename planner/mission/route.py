@@ -17,7 +17,7 @@ from planner.catalogue.mission import (
 )
 from planner.catalogue.time import ITEMS_NOT_FLOWN
 from planner.catalogue.tool import NO_TERRAIN_DATA
-from planner.errors import MissionFileError
+from planner.errors import OtherVehicleError
 from planner.findings import Severity
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
@@ -64,8 +64,10 @@ def make_route(
 
     Raises
     ------
+    OtherVehicleError
+        If the mission is certainly not a multicopter's.
     MissionFileError
-        If the mission is not a multicopter's, or an item holds a number no vehicle can fly.
+        If an item holds a number no vehicle can fly.
     """
     order = flown_order(mission.items, meaning)
     course, findings = _begin(mission, meaning, home_amsl_m, terrain)
@@ -153,7 +155,7 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
             f"this is {article} {vehicle.kind} mission ({vehicle.reason}); "
             "mavjoule predicts multicopters only"
         )
-        raise MissionFileError(message, source=mission.source)
+        raise OtherVehicleError(message, source=mission.source)
     return [
         OTHER_VEHICLE.finding(
             f"this may be {article} {vehicle.kind} mission ({vehicle.reason}); "

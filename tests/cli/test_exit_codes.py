@@ -156,3 +156,15 @@ def test_a_broken_configuration_ends_in_2_with_file_and_key(
     Path("mavjoule.toml").write_text("reserv = 1", encoding="utf-8")
     assert main(["check", mission]) == ExitCode.UNUSABLE
     assert "mavjoule.toml: reserv is no setting; did you mean reserve?" in capsys.readouterr().err
+
+
+def test_another_vehicles_mission_is_refused_with_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vtol = "1\t0\t3\t84\t0\t0\t0\t0\t47.1\t8.5\t20\t1"
+    path = tmp_path / "vtol.waypoints"
+    path.write_text(f"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47.1\t8.5\t488\t1\n{vtol}\n")
+    assert main(["check", str(path), *ENOUGH]) == ExitCode.UNUSABLE
+    report = capsys.readouterr().out
+    assert "this is a VTOL mission (item 1 is NAV_VTOL_TAKEOFF)" in report
+    assert "fix: give a multicopter's mission" in report

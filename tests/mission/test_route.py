@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.errors import MissionFileError
+from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Severity
 from planner.mission.items import (
     Home,
@@ -409,7 +409,7 @@ def evidence(kind: VehicleKind, *, is_certain: bool) -> VehicleEvidence:
 @pytest.mark.parametrize("kind", sorted(set(VehicleKind) - {VehicleKind.MULTICOPTER}))
 def test_missions_of_other_vehicles_are_refused_with_what_tells_them(kind: VehicleKind) -> None:
     told = evidence(kind, is_certain=True)
-    with pytest.raises(MissionFileError, match=f"{kind}.*looks like one.*multicopters only"):
+    with pytest.raises(OtherVehicleError, match=f"{kind}.*looks like one.*multicopters only"):
         make_route(mission(takeoff(20), rtl(), vehicle=told))
 
 
