@@ -22,7 +22,7 @@ FloatArray = npt.NDArray[np.float64]
 LEAST_FACTOR = 1e-9
 """Lower bound of the coefficients of the factors: stable, though as good as undamped. [rad/s]"""
 _DIFFERENCE = 1e-5
-"""Of a coefficient: central differences of closed forms good to 1e-13 leave about 1e-9."""
+"""Of the size of a factor: central differences of closed forms good to 1e-13 leave about 1e-8."""
 
 
 class Residuals:
@@ -77,7 +77,7 @@ class Residuals:
             return
         structure = self.structure
         factors = structure.factors(parameters)
-        steps = np.diag(np.maximum(_DIFFERENCE * factors, _DIFFERENCE * LEAST_FACTOR))
+        steps = np.diag(_DIFFERENCE * structure.factor_sizes(factors))
         shifted = np.concatenate([factors[None], factors + steps, factors - steps])
         denominators = np.array([structure.denominator(f) for f in shifted])
         coefficients = structure.coefficients(parameters)

@@ -17,6 +17,9 @@ from planner.physics.transfer_function import TransferFunction
 
 FloatArray = npt.NDArray[np.float64]
 
+_SMALLEST_FACTOR = 1e-6
+"""Nothing that is flown changes over a million seconds. [rad/s]"""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Structure:
@@ -73,6 +76,14 @@ class Structure:
         if self.denominator_degree % 2:
             product = np.convolve(product, [1.0, factors[-1]])
         return product
+
+    def factor_sizes(self, factors: FloatArray) -> FloatArray:
+        """Return what is a change worth speaking of: a₁ of an undamped pair is 0, its ω_n is not."""
+        sizes = np.maximum(factors, _SMALLEST_FACTOR)
+        first = slice(0, self.denominator_degree - 1, 2)
+        second = slice(1, self.denominator_degree, 2)
+        sizes[first] = np.maximum(sizes[first], np.sqrt(sizes[second]))
+        return sizes
 
     def denominator_slopes(self, factors: FloatArray) -> FloatArray:
         """Return the derivatives of the denominator, but for its leading one, to the factors.
