@@ -186,8 +186,8 @@ class _Navigator:
                 yield from self._return(index, stage)
 
     def _return(self, index: int, stage: Stage) -> Iterator[Move]:
-        home = np.array([[stage.east_m, stage.north_m, stage.height_m]])
-        place = np.array([[self.east_m, self.north_m, self.height_m]])
+        home = np.array([[stage.east_m, stage.north_m, stage.height_m]], dtype=np.float64)
+        place = np.array([[self.east_m, self.north_m, self.height_m]], dtype=np.float64)
         for leg in return_legs(place, home, self.parameters):
             if not leg.is_flown[0]:
                 continue
