@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,6 +58,35 @@ def test_terrain_heights_follow_the_ground(
 ) -> None:
     main(["check", str(plan), "--battery", "200Wh", "--format", "json", "--terrain", str(slope)])
     assert climb_m(capsys) == pytest.approx(130.0, abs=0.5)  # float32 heights, half a cell
+
+
+def test_an_altitude_that_qgroundcontrol_left_open_is_worked_out(
+    tmp_path: Path, slope: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    waiting = replace(item(16, 47.01, None, frame=0), unresolved_agl_m=30.0)
+    path = tmp_path / "open.plan"
+    write_mission(mission(takeoff(20), waiting, rtl()), path)
+    options = ["check", str(path), "--battery", "200Wh", "--format", "json"]
+    main([*options, "--terrain", str(slope)])
+    [checked] = json.loads(capsys.readouterr().out)["missions"]
+    assert checked["totals"]["climb_m"] == pytest.approx(130.0, abs=0.5)
+    assert "A110" in {finding["code"] for finding in checked["findings"]}
+    main(options)
+    [checked] = json.loads(capsys.readouterr().out)["missions"]
+    assert checked["verdict"] == "no-go"
+    assert "A109" in {finding["code"] for finding in checked["findings"]}
+
+
+def test_heights_of_an_hgt_file_are_as_good(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The grid of 1 by 1 degree is named by its corner: 400 m at 47° north, 10 m per 0.001°."""
+    rows = 47.0 + np.linspace(1.0, 0.0, 1201)
+    grid = np.repeat((400.0 + (rows - 47.0) * 1e4)[:, None], 1201, axis=1)
+    path = tmp_path / "N47E008.hgt"
+    grid.round().astype(">i2").tofile(path)
+    main(["check", str(plan), "--battery", "200Wh", "--format", "json", "--terrain", str(path)])
+    assert climb_m(capsys) == pytest.approx(130.0, abs=1.0)  # whole metres
 
 
 def test_terrain_stands_in_the_configuration(

@@ -255,6 +255,7 @@ def test_terrain_rows_are_told_once() -> None:
         ("1\t0\t6\t16\t0\t0\t0\t0\t473977420\t85455940\t30\t1", 18, "degrees × 10⁷"),
         ("1\t0\t3\t16\t0\t0\t0\t0\t47,1\t8,5\t30\t1", 18, "decimal point"),
         ("0\t0\t16\t1\t1\t0\t0\t0\t0\t43183\t32130\t100\t1", 1, "make no sense"),
+        ("1\t0\t3\t16\t0\t0\t0\t0\t47\t8\t-100001\t1", 23, "altitude is '-100001'"),
         ("1\t0\t3\t16\t0\t0\t0\t0\t47\t8\t30\tyes", 26, "autocontinue is 'yes'"),
     ],
 )
