@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.px4.ramps import ramp_time_s
-from planner.flight.motion.px4.turns import Approach, Turns, turns_onto_legs
+from planner.flight.motion.px4.turns import PEAK_OVER_MEAN, Approach, Turns, turns_onto_legs
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
     from planner.flight.motion.px4.layout import Layout
     from planner.vehicle.px4_parameters import Px4Parameters
-
-
-_PEAK_OVER_MEAN = 1.5
-"""Highest over mean speed of a cubic from rest to rest. [-]"""
 
 
 def turns_onto_moves(
@@ -32,6 +28,7 @@ def turns_onto_moves(
             target_m=part.target_m,
             radius_m=part.radius_m,
             vertical_m_s=np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
+            climb_m_s=velocity_m_s[:, 2],
         ),
         acceleration_m_s2=parameters.acceleration_m_s2,
         jerk_m_s3=parameters.jerk_m_s3,
@@ -78,23 +75,21 @@ def slowed_turns(
         return turns, slows
     after = np.where(slows, left, turns.speed_m_s)
     vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
+    begun = np.clip(np.sign(way[:, 2]) * velocity_m_s[:, 2], -limit, limit)
+    jerk = np.full_like(limit, parameters.jerk_m_s3)
     time = np.maximum(
         ramp_time_s(
             turns.speed_m_s - after,
             acceleration_m_s2=np.full_like(limit, parameters.acceleration_m_s2),
-            jerk_m_s3=np.full_like(limit, parameters.jerk_m_s3),
+            jerk_m_s3=jerk,
         ),
-        ramp_time_s(
-            limit,
-            acceleration_m_s2=vertical,
-            jerk_m_s3=np.full_like(limit, parameters.jerk_m_s3),
-        ),
+        ramp_time_s(limit - begun, acceleration_m_s2=vertical, jerk_m_s3=jerk),
     )
     slows &= height > limit * time
     speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
     along = velocity_m_s / np.where(speed > 0.0, speed, 1.0)[:, None]
     end = place_m + along * (0.5 * (turns.speed_m_s + after) * time)[:, None]
-    end[:, 2] = place_m[:, 2] + np.sign(way[:, 2]) * 0.5 * limit * time
+    end[:, 2] = place_m[:, 2] + np.sign(way[:, 2]) * 0.5 * (begun + limit) * time
     return (
         Turns(
             duration_s=np.where(slows, time, turns.duration_s),
@@ -125,7 +120,7 @@ def cut_short(
     # A turn cut to next to nothing still has to bring the vehicle across to its end.
     across = np.abs(end - place_m)
     slowest = min(parameters.climb_speed_m_s, parameters.descent_speed_m_s)
-    least_s = _PEAK_OVER_MEAN * np.maximum(
+    least_s = PEAK_OVER_MEAN * np.maximum(
         np.hypot(across[:, 0], across[:, 1]) / part.speed_m_s, across[:, 2] / slowest
     )
     duration_s = turns.duration_s * share

@@ -304,12 +304,14 @@ def _onsets(
     short = after < tail
     stopped = np.sqrt(np.maximum(now**2 - 2.0 * a * np.maximum(here - tail, 0.0), 0.0))
     joined = np.where(short, stopped, joined)
-    joined = np.where(goes_on, joined, now)
+    steady[rows] = np.where(goes_on, (now - joined) / a, 0.0)
+    # Where it is allowed, the speed is taken from the way left: nothing may jump in place.
+    at_end = ends | (goes_on & short)
+    at = np.maximum(np.where(at_end, tail, np.where(goes_on, after, here)), tail)
+    allowed = limits.lowest_allowed_m_s(at)
     onset[rows] = time
-    steady[rows] = (now - joined) / a
-    speed[rows] = joined
-    at = np.where(ends | (goes_on & short), tail, np.where(goes_on, after, here))
-    left[rows] = np.maximum(at, tail)
+    speed[rows] = np.where(at_end, np.where(ends, now, joined), allowed)
+    left[rows] = at
     return _Onsets(onset_s=onset, steady_s=steady, speed_m_s=speed, left_m=left)
 
 

@@ -22,6 +22,8 @@ SHORTEST_L1_M = 5.0
 """Least distance of the point steered for on the new leg (``PositionSmoothing::_getL1Point``). [m]"""
 CLAMPED_M_S = 0.5
 """Speed below which one axis is slowed alone (``clampToXYNorm``, ``clampToZNorm``). [m s⁻¹]"""
+PEAK_OVER_MEAN = 1.5
+"""Highest over mean speed of a cubic from rest to rest. [-]"""
 
 _ALIGNED_RAD = math.acos(ALIGNED_COS)
 
@@ -56,6 +58,8 @@ class Approach(Columns):
     """Acceptance radius of its target. [m]"""
     vertical_m_s: FloatArray
     """Greatest vertical speed of the new leg. [m s⁻¹]"""
+    climb_m_s: FloatArray
+    """Vertical velocity at the place, upwards positive. [m s⁻¹]"""
 
 
 def turns_onto_legs(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
@@ -202,7 +206,7 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
     x += np.where(late, l1 * (np.log(half_angles) + cos_steered - cos_aligned), 0.0)
     y = np.where(late, y / ratio, y)
     duration = until + decay_s
-    climbed = _climbed_m(height, held, l1, approach.vertical_m_s, duration_s=duration, swing_s=time)
+    climbed = _climbed_m(approach, held, l1, duration_s=duration, swing_s=time)
     end = np.column_stack(
         (frame.place_m(approach.begins_m, x, y), approach.place_m[:, 2] + climbed)
     )
@@ -231,20 +235,25 @@ def _held_speed_m_s(
 
 
 def _climbed_m(
-    height_m: FloatArray,
+    approach: Approach,
     held_m_s: FloatArray,
     l1_m: FloatArray,
-    vertical_m_s: FloatArray,
     *,
     duration_s: FloatArray,
     swing_s: FloatArray,
 ) -> FloatArray:
-    """Return the height gained in a turn, upwards positive: the vertical speed grows in the swing."""
-    rate = np.minimum(vertical_m_s, held_m_s * np.abs(height_m) / l1_m)
-    gained = rate * np.where(
-        duration_s > swing_s,
-        duration_s - 0.5 * swing_s,
-        0.5 * duration_s**2 / np.maximum(swing_s, 1e-9),
-    )
-    climbed: FloatArray = np.sign(height_m) * np.minimum(gained, np.abs(height_m))
+    """Return the heights gained in turns, upwards positive.
+
+    The vertical speed changes in the time of the swing.  It is flown as one cubic, whose highest speed
+    is half as much again as its mean less a quarter of that at its beginning; it keeps to the limit.
+    """
+    height = approach.target_m[:, 2] - approach.place_m[:, 2]
+    upward = np.sign(height)
+    begun, limit = upward * approach.climb_m_s, approach.vertical_m_s
+    rate = np.minimum(limit, held_m_s * np.abs(height) / l1_m)
+    swung_s = np.minimum(duration_s, swing_s)
+    share = swung_s / np.maximum(swing_s, 1e-9)
+    gained = swung_s * (begun + 0.5 * share * (rate - begun)) + rate * (duration_s - swung_s)
+    most = duration_s * (limit + 0.25 * np.maximum(begun, 0.0)) / PEAK_OVER_MEAN
+    climbed: FloatArray = upward * np.minimum(np.minimum(gained, most), np.abs(height))
     return climbed
