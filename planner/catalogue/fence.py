@@ -38,3 +38,31 @@ INCLUSION_SEMANTICS = Rule(
     example="inclusion polygon 1 and inclusion circle 1 have no place in common",
     fix="keep one inclusion area, make them overlap, or set bit 1 of FENCE_OPTIONS (ArduPilot)",
 )
+
+PATH_CROSSES = Rule(
+    code="F101",
+    name="path-crosses",
+    severity=Severity.ERROR,
+    summary="A straight leg leaves the fence.",
+    why=(
+        "PX4 checks waypoints only: the line between two of them may cross an exclusion (PX4 #22255); "
+        "a breach ends the mission in the air."
+    ),
+    how=(
+        "The straight legs between the places of the mission, from home on, against every area of "
+        "the fence: by intersection, not by samples."
+    ),
+    example="the straight way to here is beyond inclusion polygon 1; 1.5 km are outside the fence",
+    fix="move the waypoint, or the fence",
+)
+
+FENCE_IN_PART = Rule(
+    code="F109",
+    name="fence-checked-in-part",
+    severity=Severity.INFO,
+    summary="Not everything about the fence is checked yet.",
+    why="A check that is silent about what it leaves out is read as a check of everything.",
+    how="The mission has a fence.",
+    example="straight legs are checked against the fence; curves and the way home are not",
+    fix="keep a distance from the fence that leaves room to stop",
+)

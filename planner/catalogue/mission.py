@@ -94,7 +94,7 @@ ZERO_POSITION = Rule(
     code="M110",
     name="zero-position",
     severity=Severity.WARNING,
-    summary="An item lies at 0° north, 0° east.",
+    summary="An item lies at 0° north, 0° east, or has no position.",
     why=(
         "To ArduPilot this means 'here'; to PX4 it is a place in the Gulf of Guinea.  The same file "
         "means two flights."

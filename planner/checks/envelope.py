@@ -129,6 +129,7 @@ def check_rates(case: Case) -> Iterator[Finding]:
                 extremes.airspeed_m_s,
                 f"against the wind up to {numbers.speed(extremes.airspeed_m_s.value)} are flown "
                 f"through the air, {identified}",
+                severity=Severity.ERROR,
             )
     if (limit := box.climb_rate_m_s) is not None:
         slack = _OVERSHOOT * max(abs(limit.low), abs(limit.high))

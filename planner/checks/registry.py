@@ -20,7 +20,7 @@ from planner.checks.envelope import (
     check_rates,
     check_speed,
 )
-from planner.checks.fence import check_fence_validity
+from planner.checks.fence import check_fence
 from planner.checks.structure import (
     check_curves,
     check_endless,
@@ -51,7 +51,7 @@ CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_support,
     check_unset_values,
     check_curves,
-    check_fence_validity,
+    check_fence,
 )
 
 

@@ -65,8 +65,12 @@ def command(
     if report.trace is not None and len(missions) > 1:
         msg = "--trace takes a single mission: check them one by one"
         raise UsageError(msg)
+    if report.output is not None and report.output == report.trace:
+        msg = "--output and --trace name the same file: give them one each"
+        raise UsageError(msg)
+    read = [*missions, *(str(v[k]) for v in settings for k in ("vehicle", "params") if k in v)]
     for written in (report.output, report.trace, write_baseline):
-        refuse_overwriting(written, missions)
+        refuse_overwriting(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:

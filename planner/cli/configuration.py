@@ -56,11 +56,18 @@ def find_configuration(folder: Path) -> Configuration:
     start = folder.resolve()
     for place in (start, *start.parents):
         for name in (OWN_FILE, SHARED_FILE):
-            if (place / name).is_file():
+            if _is_there(place / name):
                 found = read_configuration(place / name)
                 if found is not None:
                     return found
     return Configuration(values={})
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a folder that may not be looked into holds no settings for us
+        return False
 
 
 def read_configuration(path: Path) -> Configuration | None:

@@ -61,13 +61,13 @@ def write_data(text: str, *, output: Path | None = None) -> None:
         raise OutputError(msg) from error
 
 
-def refuse_overwriting(output: Path | None, missions: Sequence[str]) -> None:
-    """Raise ``UsageError`` where a report would take the place of a mission."""
+def refuse_overwriting(output: Path | None, inputs: Sequence[str]) -> None:
+    """Raise ``UsageError`` where a report would take the place of what this call reads."""
     if output is None or not output.exists():
         return
-    for mission in missions:
-        if Path(mission).exists() and output.samefile(mission):
-            msg = f"{output} is a mission of this call: give another file to write to"
+    for name in inputs:
+        if Path(name).exists() and output.samefile(name):
+            msg = f"{output} is read in this call: give another file to write to"
             raise UsageError(msg)
 
 

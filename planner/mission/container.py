@@ -51,6 +51,9 @@ def read_bytes(path: str | Path) -> bytes:
     source = str(path)
     try:
         if source == STANDARD_INPUT:
+            if sys.stdin is None:
+                msg = "standard input is closed: there is no mission in it"
+                raise MissionFileError(msg, source=source)
             return sys.stdin.buffer.read(LARGEST_FILE_BYTES + 1)
         mode = Path(path).stat().st_mode
         if stat.S_ISDIR(mode):

@@ -91,7 +91,8 @@ class Course(Whereabouts):
         self.latitude_deg, self.longitude_deg = self.home_deg
         has_moved = self.home_deg != self.start_deg
         self.height_m = self.ground_m() if has_moved else self.ground_level_m
-        self._add(StageKind.RETURN, number)
+        # The speed of a return is set in the vehicle: what the mission commanded ends here.
+        self._add(StageKind.RETURN, number).speed_m_s = None
         self.is_over = True
 
     def _add(self, kind: StageKind, number: int) -> Draft:

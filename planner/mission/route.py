@@ -19,6 +19,7 @@ from planner.catalogue.time import ITEMS_NOT_FLOWN
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.errors import OtherVehicleError
 from planner.findings import Severity
+from planner.findings import Severity
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.course import Course
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
 
+_ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
+"""Stages that are no flight without one before them."""
 _FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
 
 
@@ -177,9 +180,12 @@ def _left_out(
         for n in missed
     )
     only = ", reached by a failsafe only" if landing else ""
+    # A vehicle set to go on after a landing would fly what stands behind it.
+    takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
     return [
         ITEMS_NOT_FLOWN.finding(
             f"{which} behind the end of the flight at item {drafts[-1].item}: not flown{only}",
+            severity=Severity.WARNING if takes_off_again and not landing else None,
             item=missed[0],
             place=mission.items[missed[0] - 1].place,
         )
@@ -188,7 +194,8 @@ def _left_out(
 
 def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[Finding]:
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
-    if not course.drafts:
+    if not any(draft.kind not in _ENDS for draft in course.drafts):
+        course.drafts.clear()
         return [NOTHING_TO_FLY.finding(f"none of the {len(mission.items)} items is a flight")]
     findings: list[Finding] = []
     first = course.drafts[0]

@@ -42,6 +42,10 @@ HIGHEST_M = 100_000.0
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 
 
+_GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
+"""Commands that make no sense without a place; others are often meant 'here'."""
+
+
 def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: float) -> float | None:
     """Return the ground's altitude at a place; ``None`` where the grid does not know it. [m AMSL]"""
     ground = terrain.height_amsl_m(latitude_deg, longitude_deg)
@@ -75,7 +79,15 @@ class Whereabouts:
 
     def move_to(self, number: int, item: MissionItem) -> None:
         """Go to the place of an item, if it names one."""
-        if self.has_place(number, item):
+        is_going = item.command in _GOING
+        if is_going and (item.latitude_deg is None or item.longitude_deg is None):
+            self.remark(
+                ZERO_POSITION,
+                number,
+                item,
+                f"{command_name(item.command)} has no position: taken as 'here'",
+            )
+        elif self.has_place(number, item):
             self.latitude_deg = item.latitude_deg or 0.0
             self.longitude_deg = item.longitude_deg or 0.0
 

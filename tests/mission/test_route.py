@@ -70,16 +70,17 @@ def test_amsl_altitudes_without_a_home_altitude_are_said() -> None:
 def test_speeds_are_carried_along_and_each_autopilot_reads_them_its_own_way() -> None:
     items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(3.0, kind=2.0), waypoint(1, 9), rtl())
     ardupilot = route(*items, meaning=ARDUPILOT).stages
-    assert [s.speed_m_s for s in ardupilot] == [None, 7.0, 7.0, 7.0]
+    # A return is flown at the speed set in the vehicle.
+    assert [s.speed_m_s for s in ardupilot] == [None, 7.0, 7.0, None]
     assert [s.climb_speed_m_s for s in ardupilot] == [None, None, 3.0, 3.0]
     # PX4 does not look at the type of a speed.
-    assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, 3.0, 3.0]
+    assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, 3.0, None]
 
 
 def test_a_speed_of_zero_or_less_resets_px4_and_means_nothing_to_ardupilot() -> None:
     items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(-2.0), waypoint(1, 9), rtl())
     assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, None, None]
-    assert [s.speed_m_s for s in route(*items, meaning=ARDUPILOT).stages] == [None, 7.0, 7.0, 7.0]
+    assert [s.speed_m_s for s in route(*items, meaning=ARDUPILOT).stages] == [None, 7.0, 7.0, None]
 
 
 def test_altitude_zero_keeps_the_height_on_ardupilot_and_is_zero_on_px4() -> None:
@@ -466,3 +467,20 @@ def test_an_unknown_altitude_of_home_is_taken_from_the_terrain() -> None:
     assert found.home_amsl_m == 400.0
     assert found.stages[1].height_m == pytest.approx(130.0)
     assert codes(found) == []
+
+
+def test_a_waypoint_without_position_is_said_and_taken_as_here() -> None:
+    found = route(takeoff(20), item(16, None, 20.0), rtl())
+    assert codes(found) == ["M110"]
+    assert found.stages[1].north_m == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_return_or_a_landing_alone_is_no_flight() -> None:
+    assert codes(route(rtl())) == ["M108"]
+    assert codes(route(item(21, 47.0, 0.0))) == ["M108"]
+
+
+def test_a_second_takeoff_behind_a_landing_is_a_warning() -> None:
+    items = (takeoff(20), item(21, north(50), 0.0), takeoff(20), waypoint(900, 20), rtl())
+    [finding] = [f for f in route(*items).findings if f.code == "T104"]
+    assert finding.severity is Severity.WARNING

@@ -43,6 +43,8 @@ T = TypeVar("T")
 
 VERTICAL_TOLERANCE_M = 1.0
 """A vertical manoeuvre is over when the height stays this near to its target. [m]"""
+SMALL_STEP_TOLERANCE = 0.5
+"""And when no more than this part of the change is left: a metre is no target for half a metre. [-]"""
 SPEED_TOLERANCE = 0.02
 """A speed is reached, or lost, to within this fraction of the steady one. [-]"""
 
@@ -118,7 +120,8 @@ def _pace(speed_response: ManoeuvreResponse) -> _Pace:
 def _settled_s(altitude: ManoeuvreResponse, steps_m: tuple[float, ...]) -> FloatArray:
     """Return the times after which the heights stay near the targets of steps. [s]"""
     sizes = np.array(steps_m)
-    return settling_times_s(altitude.unit_step, np.minimum(VERTICAL_TOLERANCE_M / sizes, 1.0))
+    tolerances = np.minimum(VERTICAL_TOLERANCE_M / sizes, SMALL_STEP_TOLERANCE)
+    return settling_times_s(altitude.unit_step, tolerances)
 
 
 @lru_cache(maxsize=64)
