@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.mission.items import MissionItem
 
-MOST_VISITS = 100_000
-"""A mission whose jumps lead past more items than this is cut here, and said to be."""
+MOST_VISITS = 20_000
+"""A mission whose jumps lead past so many items again is cut here, and said to be."""
 _FOREVER = -1
-_PX4_FOREVER = 65535  # PX4 keeps the count as an unsigned 16-bit number: -1 becomes this
+_FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,9 +68,7 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
             break
         else:
             repeats = _repeats(item)
-            is_endless = repeats == _FOREVER or (
-                meaning is Autopilot.PX4 and repeats == _PX4_FOREVER
-            )
+            is_endless = repeats in {_FOREVER, _FOREVER_IN_16_BITS}
             if is_endless and target <= at:
                 closed = (at, len(visits))
                 at = target
@@ -79,10 +77,10 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
                 at = target
             else:
                 at += 1
-        if len(visits) >= MOST_VISITS:
+        if len(visits) >= len(items) + MOST_VISITS:
             findings.append(
                 JUMPS_TOO_LONG.finding(
-                    f"the jumps lead past more than {MOST_VISITS} items: "
+                    f"the jumps lead past more than {MOST_VISITS:,} items again: "
                     "the prediction ends there, the mission goes on",
                 )
             )
@@ -138,7 +136,7 @@ def _targets(
 def _repeats(item: MissionItem) -> int:
     """Return how often a jump is taken; any negative count is for ever."""
     repeats = 0.0 if item.param2 is None else item.param2
-    return _FOREVER if repeats < 0.0 else int(min(repeats, MOST_VISITS))
+    return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
 
 
 def _plain(number: float | None) -> str:

@@ -26,16 +26,18 @@ def polygon(*vertices_deg: tuple[float, float], inclusion: bool = True) -> Fence
 
 
 def judged(fence: Fence | None, autopilot: Autopilot, parameters: str = "") -> list[Finding]:
-    """What family F has to say about a flight of 100 m inside all sane areas."""
+    """What the fence's own rules have to say about a flight of 100 m inside all sane areas."""
     vehicle = load_vehicle("px4-sih-quad" if autopilot is Autopilot.PX4 else "arducopter-sitl-quad")
     made = replace(mission(takeoff(20), waypoint(100, 20), rtl(), autopilot=autopilot), fence=fence)
     result = check(
         made,
         vehicle,
         battery=Battery(capacity_wh=100.0),
-        parameters=parameters_from_text(parameters.encode(), source="p.param") if parameters else None,
+        parameters=parameters_from_text(parameters.encode(), source="p.param")
+        if parameters
+        else None,
     )
-    return [finding for finding in result.findings if finding.code.startswith("F")]
+    return [finding for finding in result.findings if finding.code in {"F105", "F106"}]
 
 
 @pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
@@ -72,3 +74,41 @@ def test_ardupilot_unites_inclusions_where_its_parameters_say_so() -> None:
     fence = Fence(polygons=(polygon(*SQUARE),), circles=(AWAY,))
     assert judged(fence, Autopilot.ARDUPILOT, "FENCE_OPTIONS,2\n") == []
     assert [f.code for f in judged(fence, Autopilot.ARDUPILOT, "FENCE_OPTIONS,1\n")] == ["F106"]
+
+
+def crossings(fence: Fence, metres_north: float) -> list[Finding]:
+    made = mission(takeoff(20), waypoint(metres_north, 20), rtl())
+    flown = check(
+        replace(made, fence=fence),
+        load_vehicle("falkowski-2023-quadrotor"),
+        battery=Battery(capacity_wh=500.0),
+    )
+    assert [f.severity for f in flown.findings if f.code == "F109"] == [Severity.INFO]
+    return [finding for finding in flown.findings if finding.code == "F101"]
+
+
+@pytest.mark.parametrize(("metres_north", "leaves"), [(1000.0, False), (1200.0, True)])
+def test_a_leg_out_of_an_inclusion_is_an_error(
+    metres_north: float,
+    leaves: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # The square ends 0.01° north of home: 1111.8 m.
+    found = crossings(Fence(polygons=(polygon(*SQUARE),)), metres_north)
+    assert bool(found) is leaves
+    if leaves:
+        assert found[0].item == 2
+        # 88 m out and 88 m back.
+        assert "176 m" in found[0].message
+
+
+def test_a_sliver_between_two_waypoints_is_found() -> None:
+    sliver = polygon(
+        (north(500), 7.999),
+        (north(500), 8.001),
+        (north(501), 8.001),
+        (north(501), 7.999),
+        inclusion=False,
+    )
+    [finding] = crossings(Fence(polygons=(sliver,)), 1000.0)
+    assert finding.severity is Severity.ERROR
+    assert "exclusion polygon 1" in finding.message

@@ -225,6 +225,7 @@ def _unmoved(speed_m_s: FloatArray) -> Straights:
         far=index.copy(),
         near=index.copy(),
         crossing_m_s=speed_m_s.copy(),
+        held_m=zero.copy(),
         end_m_s=speed_m_s.copy(),
         final_m=zero.copy(),
     )

@@ -9,11 +9,11 @@ import numpy as np
 
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.ramps import ramp_time_s
-from planner.flight.motion.px4.speeds import allowed_speed_m_s, braking_distance_m
+from planner.flight.motion.px4.speeds import allowed_speed_m_s, braking_distance_m, half_b_m_s
 from planner.flight.motion.px4.turns import CLAMPED_M_S
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.vehicle.px4_parameters import Px4Parameters
 
 
@@ -60,6 +60,14 @@ class Limits(Columns):
         """Return the speeds all laws allow at distances from the target. (n,) [m s⁻¹]"""
         allowed = self.allowed_m_s(distance_m)
         return np.minimum(allowed[:, _LEVEL], allowed[:, _UPRIGHT])
+
+    def way_m(self, speed_m_s: FloatArray, law: IntArray) -> FloatArray:
+        """Return how far before the target one law of each row allows speeds. (n,) [m]"""
+        rows = np.arange(len(law))
+        a, final = self.brake_m_s2[rows, law], self.final_m_s[rows, law]
+        half_b = half_b_m_s(a, self.brake_m_s3[rows, law])
+        way: FloatArray = (speed_m_s * (speed_m_s + 2.0 * half_b) - final**2) / (2.0 * a)
+        return way
 
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return how far before the target braking from speeds begins. (n,) [m]"""

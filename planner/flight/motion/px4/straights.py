@@ -46,6 +46,8 @@ class Straights(Columns):
     """Law braked by last."""
     crossing_m_s: FloatArray
     """Speed at which the near law takes over; the end speed where the far one is the only one."""
+    held_m: FloatArray
+    """Way at that speed, where the far law asks for no less before the near one does."""
     end_m_s: FloatArray
     final_m: FloatArray
     """Way at the end flown at the end speed: a corner speed reached before its corner."""
@@ -217,17 +219,16 @@ def _braked(
     end = np.minimum(limits.lowest_allowed_m_s(limits.tail_m), onset.speed_m_s)
     end = np.where(follows, end, onset.speed_m_s)
     near = np.where(follows, near, far)
-    crossing = _crossings_m_s(limits, far, near)
-    crosses = (far != near) & (crossing > end) & (crossing < onset.speed_m_s)
+    crossing = np.maximum(_crossings_m_s(limits, far, near), limits.final_m_s[rows, far])
+    crosses = follows & (far != near) & (crossing > end) & (crossing <= onset.speed_m_s)
+    leaves = np.where(crossing < onset.speed_m_s, limits.way_m(crossing, far), onset.left_m)
+    held = np.where(crosses, np.maximum(leaves - limits.way_m(crossing, near), 0.0), 0.0)
     near = np.where(crosses, near, far)
     # One law alone brings the speed down to what it allows at the end.
     alone = np.minimum(limits.allowed_m_s(limits.tail_m)[rows, near], onset.speed_m_s)
     end = np.where(follows & ~crosses, alone, end)
-    half_b = half_b_m_s(limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near])
-    at_end = (end * (end + 2.0 * half_b) - limits.final_m_s[rows, near] ** 2) / (
-        2.0 * limits.brake_m_s2[rows, near]
-    )
-    at_end = np.where(onset.speed_m_s > end, np.minimum(at_end, onset.left_m), onset.left_m)
+    at_end = np.minimum(limits.way_m(end, near), onset.left_m)
+    at_end = np.where(onset.speed_m_s > end, at_end, onset.left_m)
     return Straights(
         ramp_from_m_s=ramp_from_m_s,
         ramp_begun_s=ramp_begun_s,
@@ -240,6 +241,7 @@ def _braked(
         far=far,
         near=near,
         crossing_m_s=np.where(crosses, crossing, end),
+        held_m=held,
         end_m_s=end,
         final_m=np.where(follows, np.maximum(at_end - limits.tail_m, 0.0), 0.0),
     )
