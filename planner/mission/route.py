@@ -17,7 +17,7 @@ from planner.catalogue.mission import (
 )
 from planner.catalogue.time import ITEMS_NOT_FLOWN
 from planner.catalogue.tool import NO_TERRAIN_DATA
-from planner.errors import OtherVehicleError
+from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Severity
 from planner.findings import Severity
 from planner.geo.local_frame import LocalFrame
@@ -32,10 +32,12 @@ from planner.mission.whereabouts import TAKEOFFS, ground_amsl_m
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
-    from planner.mission.items import Mission
+    from planner.mission.items import Home, Mission
 
 _ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
 """Stages that are no flight without one before them."""
+_LOWEST_HOME_M = -500.0
+_HIGHEST_HOME_M = 9000.0
 _FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
 
 
@@ -110,8 +112,11 @@ def _begin(
     amsl_m = home_amsl_m
     if home is not None:
         place = (home.latitude_deg, home.longitude_deg)
+        if abs(place[0]) > 90.0 or abs(place[1]) > 180.0:
+            message = f"home lies at {place[0]:g}°, {place[1]:g}°, which is no place on Earth"
+            raise MissionFileError(message, source=mission.source)
         if amsl_m is None:
-            amsl_m = home.altitude_amsl_m
+            amsl_m = _home_amsl_m(mission.source, home)
     else:
         for number, item in enumerate(mission.items, start=1):
             if is_destination(item.command) and (item.latitude_deg or item.longitude_deg):
@@ -142,6 +147,18 @@ def _begin(
         longitude_deg=place[1],
     )
     return course, findings
+
+
+def _home_amsl_m(source: str, home: Home) -> float | None:
+    """Return the altitude that a mission gives its home; refuse one where nobody stands."""
+    amsl_m = home.altitude_amsl_m
+    if amsl_m is not None and not _LOWEST_HOME_M <= amsl_m <= _HIGHEST_HOME_M:
+        message = (
+            f"home lies at {amsl_m:g} m AMSL, where nobody takes off: correct it, or give the "
+            "altitude of the take-off place with --home-amsl"
+        )
+        raise MissionFileError(message, source=source)
+    return amsl_m
 
 
 def _other_vehicle(mission: Mission) -> list[Finding]:

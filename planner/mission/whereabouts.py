@@ -96,6 +96,8 @@ class Whereabouts:
         latitude, longitude = item.latitude_deg, item.longitude_deg
         if latitude is None or longitude is None:
             return False
+        if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+            self.refuse(number, item, f"{latitude:g}°, {longitude:g}° is no place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True
         if self.meaning is Autopilot.PX4:

@@ -396,11 +396,37 @@ def test_a_mission_without_any_place_says_so() -> None:
         speed(1e308),
         item(93, params=(1e300, 0.0, 0.0, 0.0)),
         item(18, 47.0, 10.0, params=(1e300, 0.0, 5.0, 0.0)),
+        item(16, 91.0, 10.0, frame=2),
+        item(16, 47.0, 10.0, longitude_deg=-181.0, frame=1),
+        item(179, 177.0, 400.0, params=(0.0, 0.0, 0.0, 0.0), frame=2),
     ],
 )
 def test_numbers_no_vehicle_can_fly_are_refused_with_the_item(bad: MissionItem) -> None:
     with pytest.raises(MissionFileError, match="item 2"):
         route(takeoff(20), bad, rtl())
+
+
+@pytest.mark.parametrize(
+    ("latitude_deg", "altitude_m", "sentence"),
+    [
+        (47.0, 65_535.0, "home lies at 65535 m AMSL"),
+        (47.0, -501.0, "home lies at -501 m AMSL"),
+        (177.0, 500.0, "home lies at 177°, 8°, which is no place on Earth"),
+    ],
+)
+def test_a_home_where_nobody_stands_is_refused(
+    latitude_deg: float, altitude_m: float, sentence: str
+) -> None:
+    home = Home(latitude_deg=latitude_deg, longitude_deg=8.0, altitude_amsl_m=altitude_m)
+    with pytest.raises(MissionFileError, match=sentence):
+        make_route(mission(takeoff(20), rtl(), home=home))
+
+
+def test_a_wrong_altitude_of_home_is_put_right_by_hand() -> None:
+    home = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=65_535.0)
+    assert (
+        make_route(mission(takeoff(20), rtl(), home=home), home_amsl_m=400.0).home_amsl_m == 400.0
+    )
 
 
 def evidence(kind: VehicleKind, *, is_certain: bool) -> VehicleEvidence:
