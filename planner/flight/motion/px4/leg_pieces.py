@@ -22,7 +22,8 @@ BRAKING_FRACTION = 0.98
 """A vehicle brakes from where its speed has fallen to this fraction of the cruise. [-]"""
 
 # Places among the pieces of a move; a take-off has some before.
-_TURN, _PAUSE, _RAMP, _CRUISE, _ONSET, _FAR, _FINAL, _HOLD, _REST = 3, 4, 5, 8, 9, 12, 14, 15, 16
+_TURN, _PAUSE, _RAMP, _CRUISE, _ONSET = 3, 4, 5, 8, 9
+_FAR, _HELD, _NEAR, _FINAL, _HOLD, _REST = range(12, 18)
 
 
 def pace_of(hover_noise_m: float, parameters: Px4Parameters) -> float:
@@ -71,7 +72,8 @@ def add_legs(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pa
     legs = flown.legs.select(move)
     steep = steep_moves(legs)
     _add_turns(pieces, move, flown, parameters, pace=pace)
-    _add_straights(pieces, move, legs, steep=steep, pace=pace)
+    cruise_from = _add_changes(pieces, move, legs, steep=steep, pace=pace)
+    _add_steady_parts(pieces, move, legs, cruise_from, steep=steep, pace=pace)
     _add_brakes(pieces, move, legs, steep=steep, pace=pace)
 
 
@@ -128,92 +130,125 @@ def _add_turns(
     )
 
 
-def _add_straights(
+def _add_changes(
     pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: float
-) -> None:
-    """Add all of straights but the braking by the laws: one column of rows for each part.
+) -> FloatArray:
+    """Add ramps and the onsets of braking; return how far along their legs cruises begin. (n,) [m]
 
     What of an onset keeps 98 % of the speed is still cruise.
     """
     limits, straights = legs.limits, legs.straights
-    count, zero = len(move), np.zeros(len(move))
+    zero, peak = np.zeros(len(move)), straights.peak_m_s
     ramps = straights.ramps(limits)
-    sign = np.where(straights.peak_m_s < straights.ramp_from_m_s, -1.0, 1.0)
-    ramp_j, peak = sign * ramps.jerk_m_s3, straights.peak_m_s
     begun, jerk = straights.ramp_begun_s, limits.ramp_m_s3
+    sign = np.where(peak < straights.ramp_from_m_s, -1.0, 1.0)
+    ramp_jerk = sign * ramps.jerk_m_s3
     first = np.maximum(ramps.jerk_s - begun, 0.0)
-    accelerated = ramp_j * np.maximum(ramps.jerk_s, begun)
-    cruise_s = np.divide(straights.cruise_m, peak, out=zero.copy(), where=peak > 0.0)
+    accelerated = ramp_jerk * np.maximum(ramps.jerk_s, begun)
     kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * peak / jerk)
     kept = np.minimum(kept, straights.onset_s)
-    end = straights.end_m_s
-    final_s = np.divide(straights.final_m, end, out=zero.copy(), where=end > 0.0)
-
     duration = np.stack(
         (
             first,
             ramps.steady_s,
             ramps.back_s,
-            cruise_s,
             kept,
             straights.onset_s - kept,
             straights.steady_s,
-            final_s,
         )
     )
     acceleration = np.stack(
-        (
-            ramp_j * begun,
-            accelerated,
-            accelerated,
-            zero,
-            zero,
-            -jerk * kept,
-            -limits.ramp_m_s2,
-            zero,
-        )
+        (ramp_jerk * begun, accelerated, accelerated, zero, -jerk * kept, -limits.ramp_m_s2)
     )
-    jerks = np.stack((ramp_j, zero, -ramp_j, zero, -jerk, -jerk, zero, zero))
+    jerks = np.stack((ramp_jerk, zero, -ramp_jerk, -jerk, -jerk, zero))
     speed = np.empty_like(duration)
-    speed[0] = straights.ramp_from_m_s + 0.5 * ramp_j * begun**2
-    speed[1] = speed[0] + first * (ramp_j * begun + 0.5 * ramp_j * first)
+    speed[0] = straights.ramp_from_m_s + 0.5 * ramp_jerk * begun**2
+    speed[1] = speed[0] + first * (ramp_jerk * begun + 0.5 * ramp_jerk * first)
     speed[2] = speed[1] + ramps.steady_s * accelerated
-    speed[3] = speed[4] = peak
-    speed[5] = peak - 0.5 * jerk * kept**2
-    speed[6] = peak - 0.5 * jerk * straights.onset_s**2
-    speed[7] = end
+    speed[3] = peak
+    speed[4] = peak - 0.5 * jerk * kept**2
+    speed[5] = peak - 0.5 * jerk * straights.onset_s**2
     moved = duration * (speed + duration * (0.5 * acceleration + jerks * duration / 6.0))
+    moved[3] += straights.cruise_m
     way = np.cumsum(moved, axis=0) - moved
-    way[7] = limits.length_m - straights.final_m
-    order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _CRUISE, _ONSET, _ONSET + 1, _ONSET + 2, _FINAL])
+    way[3] += straights.cruise_m
     before = np.where(straights.cruise_m > 0.0, CRUISE, BRAKE)
-    slot = np.stack(
-        [np.full(count, s) for s in (RAMP, RAMP, RAMP, CRUISE)]
-        + [before]
-        + [np.full(count, BRAKE)] * 3
-    )
-    slot = np.where(steep, RAMP, slot)
-    speeding = np.where(sign < 0.0, 1.0, pace)
-    paces = np.stack([speeding] * 3 + [np.ones(count)] * 5)
-    paces = np.where(steep, pace, paces)
-    parts, rows = np.nonzero(duration > 0.0)
-    direction = limits.direction[rows]
+    slot = np.empty(duration.shape, dtype=np.intp)
+    slot[:3], slot[3], slot[4:] = RAMP, before, BRAKE
+    paces = np.ones_like(duration)
+    paces[:3] = np.where(sign < 0.0, 1.0, pace)
+    order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])
+    part, row = np.nonzero(duration > 0.0)
+    direction = limits.direction[row]
     pieces.add_lines(
         Places(
-            move=move[rows],
-            order=order[parts],
-            slot=slot[parts, rows],
-            duration_s=duration[parts, rows],
-            pace=paces[parts, rows],
+            move=move[row],
+            order=order[part],
+            slot=np.where(steep, RAMP, slot)[part, row],
+            duration_s=duration[part, row],
+            pace=np.where(steep, pace, paces)[part, row],
         ),
         Lines(
-            place_m=legs.straight_m[rows] + direction * way[parts, rows, None],
+            place_m=legs.straight_m[row] + direction * way[part, row, None],
             direction=direction,
-            speed_m_s=speed[parts, rows],
-            acceleration_m_s2=acceleration[parts, rows],
-            jerk_m_s3=jerks[parts, rows],
+            speed_m_s=speed[part, row],
+            acceleration_m_s2=acceleration[part, row],
+            jerk_m_s3=jerks[part, row],
         ),
     )
+    cruise_from: FloatArray = moved[:3].sum(axis=0)
+    return cruise_from
+
+
+def _add_steady_parts(
+    pieces: Pieces,
+    move: IntArray,
+    legs: Legs,
+    cruise_from_m: FloatArray,
+    *,
+    steep: BoolArray,
+    pace: float,
+) -> None:
+    """Add what is flown at constant speed: cruises, and between and behind braking."""
+    limits, straights = legs.limits, legs.straights
+    near_m = limits.way_m(straights.crossing_m_s, straights.near)
+    for order, slot, speed, way, begins in (
+        (_CRUISE, CRUISE, straights.peak_m_s, straights.cruise_m, cruise_from_m),
+        (
+            _HELD,
+            BRAKE,
+            straights.crossing_m_s,
+            straights.held_m,
+            limits.length_m + limits.tail_m - near_m - straights.held_m,
+        ),
+        (
+            _FINAL,
+            BRAKE,
+            straights.end_m_s,
+            straights.final_m,
+            limits.length_m - straights.final_m,
+        ),
+    ):
+        row = np.flatnonzero((way > 0.0) & (speed > 0.0))
+        if not len(row):
+            continue
+        zero, direction = np.zeros(len(row)), limits.direction[row]
+        pieces.add_lines(
+            Places(
+                move=move[row],
+                order=np.full(len(row), order),
+                slot=np.where(steep[row], RAMP, slot),
+                duration_s=way[row] / speed[row],
+                pace=np.where(steep[row], pace, 1.0),
+            ),
+            Lines(
+                place_m=legs.straight_m[row] + direction * begins[row, None],
+                direction=direction,
+                speed_m_s=speed[row],
+                acceleration_m_s2=zero,
+                jerk_m_s3=zero,
+            ),
+        )
 
 
 def _brake_law(legs: Legs, law: IntArray, start_m_s: FloatArray) -> BrakeLaw:
@@ -240,7 +275,7 @@ def _add_brakes(
     straights = legs.straights
     for order, law, start, end in (
         (_FAR, straights.far, straights.joined_m_s, straights.crossing_m_s),
-        (_FAR + 1, straights.near, straights.crossing_m_s, straights.end_m_s),
+        (_NEAR, straights.near, straights.crossing_m_s, straights.end_m_s),
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
         if not len(rows):
