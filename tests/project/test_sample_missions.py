@@ -1,0 +1,32 @@
+"""Every sample mission has the verdict its README states, with the settings beside it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from planner.cli.main import main
+
+MISSIONS = Path(__file__).parents[2] / "missions"
+ROW = re.compile(r"^\| `([^`]+)` \| .* \| (go|no-go)(?:: (\w+))? \|$", re.MULTILINE)
+STATED = ROW.findall((MISSIONS / "README.md").read_text(encoding="utf-8"))
+
+
+def test_every_sample_stands_in_the_readme() -> None:
+    held = {p.name for p in MISSIONS.iterdir() if p.suffix in {".plan", ".waypoints"}}
+    assert held == {name for name, _, _ in STATED}
+    assert len(held) >= 4
+
+
+@pytest.mark.parametrize(("name", "verdict", "code"), STATED)
+def test_a_sample_has_the_verdict_it_is_said_to_have(
+    name: str, verdict: str, code: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(MISSIONS / name), "--format", "json"]) == (verdict == "no-go")
+    [checked] = json.loads(capsys.readouterr().out)["missions"]
+    assert checked["verdict"] == verdict
+    errors = {f["code"] for f in checked["findings"] if f["severity"] == "error"}
+    assert (code in errors) if code else not errors
