@@ -19,7 +19,6 @@ from planner.catalogue.time import ITEMS_NOT_FLOWN
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Severity
-from planner.findings import Severity
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.course import Course
@@ -27,7 +26,7 @@ from planner.mission.draft import Draft
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.jumps import flown_order
 from planner.mission.stage import Lap, Route, Stage, StageKind
-from planner.mission.whereabouts import TAKEOFFS, ground_amsl_m
+from planner.mission.whereabouts import TAKEOFFS, ground_amsl_m, is_on_earth
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -112,15 +111,16 @@ def _begin(
     amsl_m = home_amsl_m
     if home is not None:
         place = (home.latitude_deg, home.longitude_deg)
-        if abs(place[0]) > 90.0 or abs(place[1]) > 180.0:
+        if not is_on_earth(*place):
             message = f"home lies at {place[0]:g}°, {place[1]:g}°, which is no place on Earth"
             raise MissionFileError(message, source=mission.source)
         if amsl_m is None:
             amsl_m = _home_amsl_m(mission.source, home)
     else:
         for number, item in enumerate(mission.items, start=1):
-            if is_destination(item.command) and (item.latitude_deg or item.longitude_deg):
-                place = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+            there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+            if is_destination(item.command) and any(there) and is_on_earth(*there):
+                place = there
                 findings.append(
                     HOME_UNKNOWN.finding(
                         "the file does not say where home is: the flight is taken to start at the "

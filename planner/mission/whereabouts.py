@@ -38,12 +38,18 @@ if TYPE_CHECKING:
     from planner.mission.draft import Draft
     from planner.mission.items import MissionItem
 
-HIGHEST_M = 100_000.0
+HIGHEST_M = 10_000.0
+"""No multicopter gets there; the air of the prediction ends not far above. [m]"""
 TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 
 
 _GOING = frozenset({Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT})
 """Commands that make no sense without a place; others are often meant 'here'."""
+
+
+def is_on_earth(latitude_deg: float, longitude_deg: float) -> bool:
+    """Return whether a latitude and a longitude are a place."""
+    return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
 
 
 def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: float) -> float | None:
@@ -96,7 +102,7 @@ class Whereabouts:
         latitude, longitude = item.latitude_deg, item.longitude_deg
         if latitude is None or longitude is None:
             return False
-        if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+        if not is_on_earth(latitude, longitude):
             self.refuse(number, item, f"{latitude:g}°, {longitude:g}° is no place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True

@@ -393,17 +393,20 @@ def test_a_mission_without_any_place_says_so() -> None:
     [
         waypoint(10, 20, hold_s=1e9),
         waypoint(10, 1e9),
+        waypoint(10, 10_001),
         speed(1e308),
         item(93, params=(1e300, 0.0, 0.0, 0.0)),
         item(18, 47.0, 10.0, params=(1e300, 0.0, 5.0, 0.0)),
         item(16, 91.0, 10.0, frame=2),
+        item(16, 300.0, 10.0, frame=2),
         item(16, 47.0, 10.0, longitude_deg=-181.0, frame=1),
         item(179, 177.0, 400.0, params=(0.0, 0.0, 0.0, 0.0), frame=2),
     ],
 )
 def test_numbers_no_vehicle_can_fly_are_refused_with_the_item(bad: MissionItem) -> None:
-    with pytest.raises(MissionFileError, match="item 2"):
-        route(takeoff(20), bad, rtl())
+    for home in (HOME, None):
+        with pytest.raises(MissionFileError, match="item 2"):
+            make_route(mission(takeoff(20), bad, rtl(), home=home))
 
 
 @pytest.mark.parametrize(
