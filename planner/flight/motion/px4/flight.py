@@ -109,7 +109,7 @@ def px4_ways_home(
     Parameters
     ----------
     places_m : ndarray
-        East, north, height above home. (k, 3) [m]
+        East, north, height above home; at least one. (k, 3) [m]
     home_m : ndarray
         Where each return leads, its ground included; (3,) where it is one for all. (k, 3) [m]
     parameters : Px4Parameters

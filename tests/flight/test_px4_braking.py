@@ -1,0 +1,182 @@
+"""PX4's braking and speeding up along straights: the law, its motion, and legs too short to cruise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, takeoff
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stepped_point import leg_time_s
+
+from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.laws import BrakeLaw, wright_omega
+from planner.flight.motion.px4.ramps import Ramps, ramp_time_s
+from planner.flight.motion.px4.speeds import allowed_speed_m_s, braking_distance_m, braking_time_s
+from planner.flight.state import STATES, FlightState
+from planner.vehicle.px4_parameters import Px4Parameters
+
+PX4 = Px4Parameters()
+CRUISE, BRAKE = STATES.index(FlightState.CRUISE), STATES.index(FlightState.BRAKE)
+
+
+@given(st.floats(-600.0, 600.0))
+def test_wrights_omega_solves_its_equation(y: float) -> None:
+    omega = float(wright_omega(np.array(y)))
+    assert omega + np.log(omega) == pytest.approx(y, abs=1e-10)
+
+
+def test_wrights_omega_vanishes_after_a_hold_of_days() -> None:
+    assert wright_omega(np.array(-1e6)) == 0.0
+
+
+def law(speed_m_s: float, final_m_s: float = 0.0) -> BrakeLaw:
+    return BrakeLaw(
+        aim_m=np.array([[100.0, 0.0, 50.0]]),
+        direction=np.array([[1.0, 0.0, 0.0]]),
+        start_m_s=np.array([speed_m_s]),
+        final_m_s=np.array([final_m_s]),
+        acceleration_m_s2=np.array([3.0]),
+        half_b_m_s=np.array([4.5]),
+        rate=np.ones(1),
+    )
+
+
+def test_braking_from_12_to_2_m_s_takes_6_seconds() -> None:
+    # (12 − 2)/3 + (2 · 3/4) ln(12/2) = 3.333 + 2.688.
+    state = law(12.0).state_at(np.array([0]), np.array([6.021]))
+    assert state.east_m_s == pytest.approx(2.0, abs=1e-3)
+    # Left: (2² + 9 · 2)/6 = 3.667 m.
+    assert state.east_m == pytest.approx(100.0 - 3.667, abs=1e-3)
+
+
+@given(st.floats(0.5, 20.0), st.floats(0.0, 3.0), st.floats(0.0, 15.0))
+def test_the_speed_of_the_braking_law_is_the_slope_of_its_way(
+    speed_m_s: float, final_m_s: float, time_s: float
+) -> None:
+    around = time_s + np.array([-1e-4, 0.0, 1e-4])
+    state = law(speed_m_s, final_m_s).state_at(np.zeros(3, dtype=np.intp), around)
+    slope = (state.east_m[2] - state.east_m[0]) / 2e-4
+    assert state.east_m_s[1] == pytest.approx(slope, abs=1e-5)
+
+
+@given(st.floats(0.1, 30.0), st.floats(0.0, 5.0), st.floats(0.5, 10.0), st.floats(0.5, 20.0))
+def test_the_way_kept_for_braking_allows_the_speed_it_is_kept_for(
+    speed_m_s: float, final_m_s: float, a: float, j: float
+) -> None:
+    limits = {"acceleration_m_s2": np.array(a), "jerk_m_s3": np.array(j)}
+    way = braking_distance_m(np.array(speed_m_s), np.array(final_m_s), **limits)
+    assert allowed_speed_m_s(way, np.array(final_m_s), **limits) == pytest.approx(
+        max(speed_m_s, final_m_s), rel=1e-6
+    )
+
+
+def test_slowing_down_in_steps_takes_as_long_as_in_one() -> None:
+    limits = {"acceleration_m_s2": np.array(3.0), "jerk_m_s3": np.array(4.0)}
+    whole = braking_time_s(np.array(10.0), np.array(1.0), **limits)
+    parts = braking_time_s(np.array(10.0), np.array(4.0), **limits) + braking_time_s(
+        np.array(4.0), np.array(1.0), **limits
+    )
+    assert parts == pytest.approx(whole)
+
+
+def test_speeding_up_to_12_m_s_takes_4_75_seconds_and_28_5_m() -> None:
+    # v/a + a/j = 4 + 0.75 s at half the speed on the mean.
+    ramp = Ramps.of(np.array([12.0]), acceleration_m_s2=np.array([3.0]), jerk_m_s3=np.array([4.0]))
+    way, speed, acceleration = ramp.gained(ramp.duration_s)
+    assert ramp.duration_s == pytest.approx(4.75)
+    assert (way[0], speed[0], acceleration[0]) == pytest.approx((28.5, 12.0, 0.0), abs=1e-9)
+
+
+@given(st.floats(0.01, 20.0), st.floats(0.0, 1.0))
+def test_a_ramp_has_gained_a_fraction_when_it_says(change_m_s: float, fraction: float) -> None:
+    limits = {"acceleration_m_s2": np.array([3.0]), "jerk_m_s3": np.array([4.0])}
+    ramp = Ramps.of(np.array([change_m_s]), **limits)
+    _, gained, _ = ramp.gained(ramp.time_at_s(np.array([fraction])))
+    assert gained == pytest.approx(fraction * change_m_s, abs=1e-6)
+    assert ramp.duration_s == pytest.approx(ramp_time_s(np.array([change_m_s]), **limits))
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "recorded_m"),
+    [(3.0, 5.65), (5.0, 10.85), (8.0, 20.55), (10.0, 29.35), (12.0, 38.5)],
+)
+def test_stops_are_as_long_as_recorded_from_98_percent_of_the_speed(
+    speed_m_s: float, recorded_m: float
+) -> None:
+    """Means of two to four recorded stops each, which differ by up to 0.8 m among themselves."""
+    there = replace(go(500.0, hold=30.0), speed_m_s=speed_m_s)
+    segments = fly_px4((takeoff(), go(0.0, hold=30.0), there), PX4).segments
+    stop_m = segments.stopping_distance_m[segments.state == BRAKE]
+    assert len(stop_m) == 1
+    assert stop_m[0] == pytest.approx(recorded_m, rel=0.05, abs=0.5)
+
+
+def test_only_stops_and_cruises_have_a_stopping_distance() -> None:
+    # A corner is braked for, not stopped at; a cruise could be stopped: 5 (5/6 + 0.6) = 7.17 m.
+    segments = fly_px4((takeoff(), go(100.0), go(100.0, 100.0, hold=5.0)), PX4).segments
+    braking = segments.stopping_distance_m[segments.state == BRAKE]
+    assert np.isnan(braking).tolist() == [True, False]
+    cruising = segments.stopping_distance_m[segments.state == CRUISE]
+    assert cruising == pytest.approx(7.17, abs=0.01)
+
+
+def trailing_s(speed_m_s: float, a: float = 3.0, j: float = 4.0) -> float:
+    """Return how much sooner a smoothed speed comes down than the allowed one it trails.
+
+    It is u̇²/2j above with u̇ = 2 a u/(2u + b): the integral over the braking is (a/2j) ln((2v + b)/b).
+    """
+    b = 4.0 * a**2 / j
+    return a / (2.0 * j) * float(np.log((2.0 * speed_m_s + b) / b))
+
+
+@pytest.mark.parametrize("speed_m_s", [3.0, 5.0, 8.0, 12.0, 16.0])
+@pytest.mark.parametrize("length_m", [4.0, 8.0, 15.0, 25.0, 40.0, 60.0, 120.0])
+def test_legs_of_any_length_take_as_long_as_a_point_stepped_along_them(
+    length_m: float, speed_m_s: float
+) -> None:
+    parameters = replace(PX4, speed_max_m_s=16.0)
+    # Northward: each axis has the whole acceleration to itself.
+    there = replace(go(0.0, length_m, hold=30.0), speed_m_s=speed_m_s)
+    motion = fly_px4((takeoff(), go(0.0, hold=30.0), there), parameters)
+    end_s = motion.segments.end_s
+    took = end_s[motion.arrival_segment[2]] - end_s[motion.arrival_segment[1]] - 30.0
+    longer = took - leg_time_s(length_m, speed_m_s)
+    # Two steps of a navigator at 20 Hz to either side.
+    assert -0.1 < longer < trailing_s(speed_m_s) + 0.1
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.floats(5.0, 150.0),
+    st.floats(2.0, 12.0),
+    st.floats(1.5, 6.0),
+    st.floats(2.0, 10.0),
+    st.floats(1.0, 4.0),
+)
+def test_legs_follow_acceleration_jerk_and_radius_as_a_stepped_point_does(
+    length_m: float, speed_m_s: float, a: float, j: float, radius_m: float
+) -> None:
+    parameters = replace(
+        PX4, acceleration_m_s2=a, jerk_m_s3=j, acceptance_radius_m=radius_m, speed_max_m_s=12.0
+    )
+    there = replace(go(0.0, length_m, hold=60.0), speed_m_s=speed_m_s)
+    motion = fly_px4((takeoff(), go(0.0, hold=60.0), there), parameters)
+    end_s = motion.segments.end_s
+    took = end_s[motion.arrival_segment[2]] - end_s[motion.arrival_segment[1]] - 60.0
+    stepped = leg_time_s(length_m, speed_m_s, acceleration_m_s2=a, jerk_m_s3=j, radius_m=radius_m)
+    # A peak that is no cruise is left a little early or late, the more the softer the jerk.
+    assert -0.1 - 0.03 * took < took - stepped < trailing_s(speed_m_s, a, j) + 0.1
+
+
+def test_a_diagonal_is_sped_up_along_faster_than_an_axis() -> None:
+    # Both axes give 3 m/s² each: 12 m/s take 12/(3 √2) + 0.75 = 3.58 s instead of 4.75 s.
+    def speeding_s(east_m: float, north_m: float) -> float:
+        there = replace(go(east_m, north_m, hold=1.0), speed_m_s=12.0)
+        segments = fly_px4((takeoff(), go(0.0, hold=60.0), there), PX4).segments
+        return float(segments.duration_s[segments.state == STATES.index(FlightState.ACCELERATE)][0])
+
+    assert speeding_s(0.0, 400.0) == pytest.approx(4.75, abs=0.01)
+    assert speeding_s(300.0, 300.0) == pytest.approx(3.58, abs=0.01)

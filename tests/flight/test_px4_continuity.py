@@ -1,0 +1,142 @@
+"""What holds for any flight PX4 flies: nothing jumps, nothing is too fast, everything adds up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, stage, takeoff
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.flight.motion.px4.flight import fly_px4
+from planner.mission.stage import Stage, StageKind
+from planner.vehicle.px4_parameters import Px4Parameters
+
+PX4 = Px4Parameters()
+
+_KINDS = st.sampled_from(
+    [
+        *[StageKind.GO] * 4,
+        *(StageKind.SPLINE, StageKind.LOITER, StageKind.DELAY),
+        *(StageKind.CHANGE_HEIGHT, StageKind.CIRCLE, StageKind.SET_DOWN),
+    ]
+)
+_WAYS = st.one_of(st.sampled_from([0.0, 0.0, 1.0, 3.0]), st.floats(-150.0, 150.0))
+
+
+@st.composite
+def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
+    """Missions of any items, near to each other and far, up and down."""
+    east, north, height = 0.0, 0.0, draw(st.floats(1.0, 60.0))
+    stages = [takeoff(height)]
+    for _ in range(draw(st.integers(1, 8))):
+        kind = draw(_KINDS)
+        if kind is not StageKind.DELAY:
+            east, north = east + draw(_WAYS), north + draw(_WAYS)
+            height = max(1.0, height + draw(st.sampled_from([0.0, 0.0, 0.4, -2.0, 15.0, -20.0])))
+        flown = stage(kind, east, north, height, hold=draw(st.sampled_from([0.0, 0.0, 0.7, 12.0])))
+        stages.append(
+            replace(
+                flown,
+                speed_m_s=draw(st.sampled_from([None, 2.0, 9.0, 20.0])),
+                acceptance_radius_m=draw(st.sampled_from([None, 0.5, 6.0])),
+                yaw_deg=draw(st.sampled_from([None, None, 0.0, 200.0])),
+            )
+        )
+    end = draw(st.sampled_from([StageKind.RETURN, StageKind.LAND, None]))
+    if end is not None:
+        stages.append(stage(end, 0.0 if end is StageKind.RETURN else east, north, 0.0))
+    return tuple(stages)
+
+
+@settings(deadline=None, max_examples=150)
+@given(missions(), st.sampled_from([0, 4]), st.floats(0.0, 0.5))
+def test_pieces_follow_each_other_without_a_jump(
+    stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
+) -> None:
+    motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode), hover_noise_m=noise_m)
+    piece = np.arange(len(motion.piece_duration_s))
+    begin = motion.state_at(piece, np.zeros(len(piece)))
+    end = motion.state_at(piece, motion.piece_duration_s)
+    for axis in ("east_m", "north_m", "height_m"):
+        jump = np.abs(getattr(begin, axis)[1:] - getattr(end, axis)[:-1])
+        # Centimetres: what the solver leaves of a leg of any length.
+        assert jump.max(initial=0.0) < 0.03, axis
+    assert (motion.piece_duration_s > 0.0).all()
+    assert (np.diff(motion.piece_segment) >= 0).all()
+
+
+@settings(deadline=None, max_examples=100)
+@given(missions())
+def test_segments_add_up_to_where_the_pieces_lead(stages: tuple[Stage, ...]) -> None:
+    motion = fly_px4(stages, PX4)
+    segments = motion.segments
+    lasted = np.bincount(motion.piece_segment, motion.piece_duration_s)
+    assert lasted == pytest.approx(segments.duration_s)
+    end = motion.state_at_time(segments.end_s)
+    assert np.cumsum(segments.climb_m) == pytest.approx(end.height_m, abs=0.2)
+    times = np.linspace(0.0, segments.end_s[-1], 3000)
+    state = motion.state_at_time(times)
+    way = np.hypot(np.diff(state.east_m), np.diff(state.north_m)).sum()
+    assert segments.distance_m.sum() == pytest.approx(way, rel=0.02, abs=2.0)
+    assert (motion.arrival_segment >= -1).all()
+    assert (np.diff(motion.done_segment) >= 0).all()
+    assert motion.done_segment[-1] == len(segments.item) - 1
+
+
+@settings(deadline=None, max_examples=100)
+@given(missions())
+def test_speeds_keep_to_the_limits(stages: tuple[Stage, ...]) -> None:
+    motion = fly_px4(stages, PX4)
+    state = motion.state_at_time(np.linspace(0.0, motion.segments.end_s[-1], 3000))
+    # Turns and settling are single cubics, which may pass a limit by a third in their middle.
+    assert state.ground_speed_m_s.max() <= 12.0 * 1.35
+    assert state.climb_m_s.max() <= 3.0 * 1.35
+    assert state.climb_m_s.min() >= -1.5 * 2.5
+    assert state.height_m.min() >= -0.05
+
+
+@settings(deadline=None, max_examples=60)
+@given(missions(), st.floats(0.01, 1.0))
+def test_noise_never_saves_time_and_never_takes_more_than_it_may(
+    stages: tuple[Stage, ...], noise_m: float
+) -> None:
+    quiet, noisy = (
+        fly_px4(stages, PX4, hover_noise_m=n).segments.end_s[-1] for n in (0.0, noise_m)
+    )
+    # Behind half of the time at 1 − noise/2 m.
+    assert quiet <= noisy + 1e-6
+    assert noisy <= quiet / (1.0 - 0.25 * noise_m) + 1e-6
+
+
+@pytest.mark.parametrize("noise_m", [-0.1, 2.0])
+def test_a_noise_that_stops_time_is_refused(noise_m: float) -> None:
+    with pytest.raises(ValueError, match="MPC_XY_ERR_MAX"):
+        fly_px4((takeoff(),), PX4, hover_noise_m=noise_m)
+
+
+@pytest.mark.parametrize(("climb_m", "measured_m_s"), [(150.0, 2.78), (-150.0, 1.38)])
+def test_noise_of_03_m_slows_climbs_and_descents_as_measured(
+    climb_m: float, measured_m_s: float
+) -> None:
+    motion = fly_px4(
+        (takeoff(200.0), go(0.0, 0.0, 200.0, hold=9.0), go(0.0, 0.0, 200.0 + climb_m)),
+        PX4,
+        hover_noise_m=0.3,
+    )
+    middle = motion.segments.end_s[-1:] - 0.5 * motion.segments.duration_s[-1]
+    assert np.abs(motion.state_at_time(middle).climb_m_s) == pytest.approx(measured_m_s, rel=0.01)
+
+
+def test_a_flight_of_a_thousand_legs_is_that_of_its_parts() -> None:
+    # Each survey line begins and ends standing, so that parts can be flown on their own.
+    lines = [go(30.0 * (k // 2), 300.0 * (k % 2), hold=20.0) for k in range(1000)]
+    whole = fly_px4((takeoff(), *lines), PX4)
+    end = whole.segments.end_s[whole.done_segment]
+    part = fly_px4((takeoff(), *lines[:11]), PX4)
+    some = part.segments.end_s[part.done_segment]
+    assert end[:12] == pytest.approx(some, abs=1e-6)
+    laps = np.diff(end[1::2])
+    assert laps == pytest.approx(laps[0], abs=0.05)

@@ -1,0 +1,173 @@
+"""PX4 near the ground: take-offs, landings, and what is stood on the ground before and after."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, stage, takeoff
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.state import STATES
+from planner.mission.stage import Stage, StageKind
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import Motion
+
+PX4 = Px4Parameters()
+
+
+def done_s(*stages: Stage, parameters: Px4Parameters = PX4) -> np.ndarray:
+    motion = fly_px4(stages, parameters)
+    return motion.segments.end_s[motion.done_segment]
+
+
+def land(east_m: float = 0.0, north_m: float = 0.0, ground_m: float = 0.0) -> Stage:
+    return stage(StageKind.LAND, east_m, north_m, ground_m)
+
+
+def touched_s(motion: Motion) -> float:
+    """Return when the vehicle is on the ground for good."""
+    times = np.arange(0.0, motion.segments.end_s[-1], 0.01)
+    return float(times[np.flatnonzero(motion.state_at_time(times).height_m > 0.005)[-1]])
+
+
+def grounded_s(motion: Motion) -> float:
+    assert motion.piece_is_grounded is not None
+    return float(motion.piece_duration_s[motion.piece_is_grounded].sum())
+
+
+@pytest.mark.parametrize(
+    ("change", "longer_s"),
+    [
+        ({"spool_up_s": 3.0}, 2.0),
+        ({"takeoff_ramp_s": 5.0}, 2.0),
+        # 10 m at 1 m/s instead of 1.5 m/s; 0.83 s behind either way.
+        ({"takeoff_speed_m_s": 1.0}, 10.0 / 1.0 - 10.0 / 1.5),
+        # Slow up to 20 m instead of 10 m, and at full speed on from there: 10/1.5 − 10/3.
+        ({"land_slow_height_m": 20.0}, 10.0 / 1.5 - 10.0 / 3.0),
+        ({"climb_speed_m_s": 2.0}, None),
+    ],
+)
+def test_each_parameter_of_a_takeoff_moves_it_as_its_law_says(
+    change: dict[str, float], longer_s: float | None
+) -> None:
+    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    difference = done_s(takeoff(100.0), parameters=changed)[0] - done_s(takeoff(100.0))[0]
+    if longer_s is None:
+        # 75 to 85 m of the climb at 2 m/s instead of 3 m/s.
+        assert 75.0 / 6.0 < difference < 85.0 / 6.0
+    else:
+        # Speeding up from 1 m/s to 3 m/s takes 0.2 s longer than from 1.5 m/s.
+        assert difference == pytest.approx(longer_s, abs=0.25)
+
+
+def test_a_takeoff_stands_at_no_power_until_half_its_ramp() -> None:
+    motion = fly_px4((takeoff(),), PX4)
+    assert grounded_s(motion) == pytest.approx(1.0 + 0.5 * 3.0)
+    state = motion.state_at_time(np.array([4.19, 4.3]))
+    assert state.height_m[0] == 0.0
+    assert state.height_m[1] > 0.0
+
+
+def test_a_takeoff_away_from_home_climbs_first() -> None:
+    away = stage(StageKind.TAKEOFF, 100.0, 0.0, 30.0)
+    motion = fly_px4((away,), PX4)
+    states = [STATES[state] for state in motion.segments.state]
+    assert states[0] == "takeoff"
+    assert states[1:] == ["accelerate", "cruise", "brake"]
+    climbed = motion.state_at_time(motion.segments.end_s[:1])
+    assert climbed.height_m == pytest.approx(30.0 - 0.8)
+    assert climbed.east_m == 0.0
+    # Both are one item, done when the vehicle is there.
+    assert motion.done_segment.tolist() == [len(motion.segments.item) - 1]
+
+
+@pytest.mark.parametrize("height_m", [0.5, 2.5, 6.0, 9.0, 12.0])
+def test_a_low_takeoff_ends_below_its_height_and_never_above(height_m: float) -> None:
+    motion = fly_px4((takeoff(height_m), go(0.0, 0.0, height_m, hold=30.0)), PX4)
+    heights = motion.state_at_time(np.arange(0.0, motion.segments.end_s[-1], 0.05)).height_m
+    assert heights.max() <= height_m + 1e-6
+    assert heights[-1] == pytest.approx(height_m, abs=0.01)
+
+
+def test_a_takeoff_to_no_height_flies_nowhere() -> None:
+    motion = fly_px4((takeoff(0.0), go(0.0, 0.0, 0.0)), PX4)
+    assert motion.segments.end_s[-1] == pytest.approx(4.2)
+    assert motion.segments.climb_m.sum() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "longer_s"),
+    [
+        # 0.7 to 1.5 m/s over 5 m is e-folding at 0.16/s; 5 m at 0.7 m/s, of them 1 m at 0.3 m/s.
+        (
+            {"land_speed_m_s": 0.5},
+            4.0 / 0.5 - 4.0 / 0.7 + math.log(3.0) / 0.2 - math.log(1.5 / 0.7) / 0.16,
+        ),
+        ({"land_crawl_speed_m_s": 0.2}, 0.7 / 0.2 - 0.7 / 0.3),
+        ({"land_crawl_height_m": 2.0}, 1.0 / 0.3 - 1.0 / 0.7),
+        ({"descent_speed_m_s": 1.0}, None),
+        ({"disarm_delay_s": 10.0}, 0.0),
+    ],
+)
+def test_each_parameter_of_a_landing_moves_it_as_its_law_says(
+    change: dict[str, float], longer_s: float | None
+) -> None:
+    stages = (takeoff(40.0), land())
+    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    before, after = (np.diff(done_s(*stages, parameters=p))[0] for p in (PX4, changed))
+    if longer_s is None:
+        # 29 m to 34 m at 1.0 m/s instead of 1.5 m/s.
+        assert 29.0 / 3.0 < after - before < 34.0 / 3.0
+    else:
+        # Crawling begins by slowing down, over some decimetres.
+        assert after - before == pytest.approx(longer_s, abs=0.35)
+
+
+@pytest.mark.parametrize(("has_range_sensor", "landed_s"), [(True, 3.6), (False, 1.6)])
+def test_a_mission_disarms_as_soon_as_it_has_landed_and_a_return_later(
+    has_range_sensor: bool,  # noqa: FBT001 - a table of cases
+    landed_s: float,
+) -> None:
+    for end, delay_s in ((land(), 0.0), (stage(StageKind.RETURN, height_m=0.0), 2.0)):
+        motion = fly_px4((takeoff(40.0), end), PX4, has_range_sensor=has_range_sensor)
+        stood_s = motion.segments.end_s[-1] - touched_s(motion)
+        assert stood_s == pytest.approx(landed_s + delay_s, abs=0.05)
+        assert grounded_s(motion) == pytest.approx(2.5 + landed_s + delay_s)
+
+
+def test_a_landing_elsewhere_is_flown_to_level() -> None:
+    motion = fly_px4((takeoff(30.0), land(0.0, 120.0)), PX4)
+    states = [STATES[state] for state in motion.segments.state]
+    assert states == ["takeoff", "accelerate", "cruise", "brake", "land"]
+    arrived = motion.state_at_time(motion.segments.end_s[3:4])
+    assert arrived.height_m == pytest.approx(30.0, abs=0.05)
+    landed = motion.state_at_time(motion.segments.end_s[-1:])
+    assert (landed.north_m[0], landed.height_m[0]) == pytest.approx((120.0, 0.0), abs=0.01)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.2, 120.0), st.floats(-30.0, 30.0), st.booleans())
+def test_landings_end_on_the_ground_they_were_meant_for(
+    height_m: float,
+    ground_m: float,
+    has_range_sensor: bool,  # noqa: FBT001 - drawn
+) -> None:
+    over = max(ground_m, 0.0) + height_m
+    motion = fly_px4(
+        (takeoff(over), go(0.0, 0.0, over, hold=60.0), land(ground_m=ground_m)),
+        PX4,
+        has_range_sensor=has_range_sensor,
+    )
+    end = motion.state_at_time(motion.segments.end_s[-1:])
+    assert end.height_m == pytest.approx(ground_m, abs=0.01)
+    descent = motion.segments.duration_s[-1]
+    least = (over - ground_m) / 1.5
+    assert least < descent < least + 8.5 + 5.0 + 5.0  # slow over 10 m, crawling over one, landed

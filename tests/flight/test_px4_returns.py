@@ -1,0 +1,119 @@
+"""PX4's return: how high it flies, where it waits, and many returns at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, stage, takeoff
+
+from planner.flight.motion.px4.flight import fly_px4, px4_ways_home
+from planner.flight.motion.px4.returns import return_heights_m
+from planner.flight.state import STATES
+from planner.mission.stage import StageKind
+from planner.vehicle.px4_parameters import Px4Parameters
+
+PX4 = Px4Parameters()
+RETURN = stage(StageKind.RETURN, height_m=0.0)
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "height_m", "flown_m"),
+    [
+        (200.0, 12.0, 30.0),  # RTL_RETURN_ALT
+        (200.0, 80.0, 80.0),  # higher already: keeps its height
+        (8.0, 2.0, 8.0),  # in the cone of 45° within RTL_MIN_DIST: 8/tan 45°
+        (8.0, 20.0, 20.0),
+        (3.0, 1.0, 4.0),  # outside the acceptance radius twice that at least
+        (1.5, 1.0, 3.0),  # within it twice the distance
+    ],
+)
+def test_returns_are_flown_at_the_height_of_the_source(
+    distance_m: float, height_m: float, flown_m: float
+) -> None:
+    found = return_heights_m(np.array([distance_m]), np.array([height_m]), PX4)
+    assert found == pytest.approx(flown_m)
+
+
+@pytest.mark.parametrize(
+    ("change", "flown_m"),
+    [
+        ({"return_altitude_m": 50.0}, 10.0),
+        ({"return_min_distance_m": 5.0}, 30.0),
+        ({"return_cone_angle_rad": math.radians(60.0)}, 10.0 / math.tan(math.radians(60.0))),
+        ({"return_cone_angle_rad": 0.0}, 30.0),
+        ({"acceptance_radius_m": 7.0}, 14.0),
+    ],
+)
+def test_each_parameter_of_the_cone_moves_the_height_10_m_from_home(
+    change: dict[str, float], flown_m: float
+) -> None:
+    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    found = return_heights_m(np.array([10.0]), np.array([2.0]), changed)
+    assert found == pytest.approx(flown_m)
+
+
+def test_a_return_from_above_its_height_does_not_climb() -> None:
+    motion = fly_px4((takeoff(50.0), go(0.0, 300.0), RETURN), PX4)
+    states = [STATES[state] for state in motion.segments.state]
+    assert states == ["takeoff", *["accelerate", "cruise", "brake"] * 2, "land"]
+
+
+def test_a_return_takes_what_was_recorded() -> None:
+    # 200 m away at 12 m: back, down and disarmed 86.9 s after the return began, with position noise.
+    motion = fly_px4((takeoff(12.0), go(0.0, 200.0, 12.0, hold=5.0), RETURN), PX4)
+    end = motion.segments.end_s[motion.done_segment]
+    assert end[2] - end[1] == pytest.approx(86.9, rel=0.03)
+
+
+def test_a_return_waits_where_it_is_told_to() -> None:
+    waits = replace(PX4, return_land_delay_s=25.0)
+    motion = fly_px4((takeoff(50.0), go(0.0, 300.0), RETURN), waits)
+    states = [STATES[state] for state in motion.segments.state]
+    assert states[-4:] == ["brake", "descend", "hover", "land"]
+    assert motion.segments.duration_s[-2] == pytest.approx(25.0)
+    # It stands at RTL_DESCEND_ALT.
+    assert motion.state_at_time(motion.segments.end_s[-2:-1]).height_m == pytest.approx(
+        10.0, abs=0.01
+    )
+
+
+def test_a_return_that_does_not_land_ends_in_the_air() -> None:
+    stays = replace(PX4, return_land_delay_s=-1.0)
+    motion = fly_px4((takeoff(50.0), go(0.0, 300.0), RETURN), stays)
+    assert STATES[motion.segments.state[-1]] == "descend"
+    end = motion.state_at_time(motion.segments.end_s[-1:])
+    assert end.height_m == pytest.approx(10.0, abs=0.85)
+
+
+def test_a_return_leads_to_the_home_it_is_given() -> None:
+    moved = stage(StageKind.RETURN, 400.0, 0.0, 20.0)
+    motion = fly_px4((takeoff(25.0), go(0.0, 300.0, 25.0), moved), PX4)
+    end = motion.state_at_time(motion.segments.end_s[-1:])
+    assert (end.east_m[0], end.height_m[0]) == pytest.approx((400.0, 20.0), abs=0.02)
+    heights = motion.state_at_time(np.arange(0.0, motion.segments.end_s[-1], 0.2)).height_m
+    # RTL_RETURN_ALT counts from there.
+    assert heights.max() == pytest.approx(50.0, abs=0.05)
+
+
+def test_many_ways_home_are_each_flown_alone() -> None:
+    rng = np.random.default_rng(7)
+    places = rng.uniform((-400.0, -400.0, 3.0), (400.0, 400.0, 100.0), (40, 3))
+    together = px4_ways_home(places, np.zeros(3), PX4)
+    durations = np.bincount(together.segments.item, together.segments.duration_s, minlength=40)
+    alone = [
+        px4_ways_home(place[None], np.zeros(3), PX4).segments.duration_s.sum() for place in places
+    ]
+    assert durations == pytest.approx(alone, abs=0.02)
+    starts = np.searchsorted(
+        together.piece_segment, np.searchsorted(together.segments.item, np.arange(40))
+    )
+    begun = together.state_at(starts, np.zeros(40))
+    assert np.column_stack((begun.east_m, begun.north_m, begun.height_m)) == pytest.approx(places)
+
+
+def test_a_way_home_from_home_is_a_landing() -> None:
+    motion = px4_ways_home(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
+    assert [STATES[state] for state in motion.segments.state] == ["land"]

@@ -1,0 +1,125 @@
+"""Legs of PX4 that climb or descend: both axes keep to their limits, and heights have vertices."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, takeoff
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.state import STATES
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.mission.stage import Stage
+
+PX4 = Px4Parameters()
+
+
+def legs_s(*places: Stage, parameters: Px4Parameters = PX4) -> np.ndarray:
+    """Return the times of legs that begin standing over home at 50 m."""
+    motion = fly_px4((takeoff(), go(0.0, hold=60.0), *places), parameters)
+    return np.diff(motion.segments.end_s[motion.arrival_segment[1:]])
+
+
+@pytest.mark.parametrize(
+    ("way_m", "climb_m", "speed_m_s"),
+    [
+        (200.0, 100.0, 3.0 * 2.0),  # vertical limit: 3 m/s up over 100 m
+        (400.0, 40.0, 10.0),  # horizontal limit
+        (200.0, -45.0, 1.5 * 200.0 / 45.0),  # vertical limit: 1.5 m/s down
+    ],
+)
+def test_the_slower_axis_sets_the_speed_of_both(
+    way_m: float, climb_m: float, speed_m_s: float
+) -> None:
+    there = replace(go(0.0, way_m, 50.0 + climb_m, hold=1.0), speed_m_s=10.0)
+    motion = fly_px4((takeoff(), go(0.0, hold=60.0), there), PX4)
+    middle = motion.segments.end_s[motion.arrival_segment[1]] + 0.5 * way_m / speed_m_s
+    state = motion.state_at_time(np.array([middle]))
+    assert state.ground_speed_m_s == pytest.approx(speed_m_s, rel=0.01)
+    assert state.climb_m_s == pytest.approx(speed_m_s * climb_m / way_m, rel=0.01)
+
+
+def test_a_steep_leg_is_a_climb_and_a_shallow_one_is_not() -> None:
+    motion = fly_px4((takeoff(), go(0.0, hold=9.0), go(30.0, 0.0, 90.0), go(130.0, 0.0, 95.0)), PX4)
+    states = [STATES[state] for state in motion.segments.state]
+    assert states[2] == "climb"
+    assert states[3:] == ["accelerate", "cruise", "brake"]
+
+
+def test_a_gentle_slope_that_ends_level_is_flown_through() -> None:
+    # 2 m on 100 m at 5 m/s is 0.1 m/s: below 0.5 m/s the height does not slow the way.
+    level, gentle = (
+        legs_s(go(0.0, 100.0, 50.0 + climb), go(0.0, 200.0, 50.0 + climb, hold=1.0))
+        for climb in (0.0, 2.0)
+    )
+    assert gentle.sum() == pytest.approx(level.sum(), abs=0.1)
+
+
+def test_a_steep_slope_that_ends_level_slows_to_a_crawl() -> None:
+    # Before its height is reached the climb may be at most (−16 + sqrt(256 + 32 · 0.4))/2 = 0.39 m/s
+    # 0.4 m below; on a slope of 1 : 5 that is 0.98 m/s over ground, 2 m before the waypoint.
+    motion = fly_px4(
+        (takeoff(), go(0.0, hold=60.0), go(0.0, 100.0, 70.0), go(0.0, 200.0, 70.0)), PX4
+    )
+    passed = motion.segments.end_s[motion.arrival_segment[2:3]]
+    assert motion.state_at_time(passed).ground_speed_m_s == pytest.approx(0.98, abs=0.02)
+
+
+def test_a_slope_that_goes_on_is_flown_through() -> None:
+    whole = legs_s(go(0.0, 200.0, 90.0, hold=1.0)).sum()
+    parts = legs_s(go(0.0, 100.0, 70.0), go(0.0, 200.0, 90.0, hold=1.0)).sum()
+    assert parts == pytest.approx(whole, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "climb_m"),
+    [({"climb_speed_m_s": 2.0}, 60.0), ({"descent_speed_m_s": 1.0}, -40.0)],
+)
+def test_two_thirds_of_a_vertical_speed_take_up_to_half_as_long_again(
+    change: dict[str, float], climb_m: float
+) -> None:
+    slope = replace(go(0.0, 60.0, 50.0 + climb_m, hold=1.0), speed_m_s=10.0)
+    before = legs_s(slope)[0]
+    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    after = legs_s(slope, parameters=changed)[0]
+    # The ends of the leg stay as they are.
+    assert 0.3 < (after - before) / before < 0.5
+
+
+@pytest.mark.parametrize("limit", ["acceleration_up_m_s2", "jerk_m_s3"])
+def test_more_vertical_acceleration_or_jerk_takes_less_time(limit: str) -> None:
+    climb = go(0.0, 0.0, 150.0, hold=1.0)
+    soft, hard = (
+        legs_s(climb, parameters=replace(PX4, **{limit: value}))[0]  # type: ignore[arg-type]  # numbers
+        for value in (2.0, 4.0)
+    )
+    if limit == "jerk_m_s3":
+        assert hard < soft
+    else:
+        # Less acceleration brakes later: a²/j is what is kept in hand to turn it round.
+        assert soft != hard
+
+
+def test_a_climb_of_100_m_takes_what_its_law_says() -> None:
+    # Speeding up 2 √(3/4) = 1.73 s, 2.6 m; braking from 3 m/s 7.125 m before, to 0.8 m before:
+    # (3 − 0.39)/4 + 2 ln(3/0.39) = 4.73 s; (100 − 2.6 − 7.125)/3 = 30.09 s between.
+    took = legs_s(go(0.0, 0.0, 150.0, hold=1.0))[0] - 1.0
+    assert took == pytest.approx(1.73 + 30.09 + 4.73, abs=0.1)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(20.0, 300.0), st.floats(-40.0, 100.0), st.floats(2.0, 12.0))
+def test_no_leg_beats_either_of_its_axes(way_m: float, climb_m: float, speed_m_s: float) -> None:
+    took = legs_s(replace(go(0.0, way_m, 50.0 + climb_m, hold=1.0), speed_m_s=speed_m_s))[0] - 1.0
+    vertical = abs(climb_m) - 0.8
+    least = max((way_m - 2.0) / speed_m_s, vertical / (3.0 if climb_m > 0.0 else 1.5))
+    assert took > least
+    assert took < math.hypot((way_m + 45.0) / speed_m_s + 12.0, abs(climb_m) / 1.5 + 12.0)

@@ -1,0 +1,131 @@
+"""Waits of PX4: holds, loiters, delays, and headings waited for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ardupilot_missions import go, stage, takeoff
+from stepped_point import leg_time_s
+
+from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.speeds import yaw_time_s
+from planner.flight.state import STATES
+from planner.mission.stage import Stage, StageKind
+from planner.vehicle.px4_parameters import Px4Parameters
+
+PX4 = Px4Parameters()
+
+
+def took_s(*stages: Stage, parameters: Px4Parameters = PX4) -> np.ndarray:
+    """Return how long each stage took until it was done."""
+    motion = fly_px4(stages, parameters)
+    return np.diff(np.concatenate(([0.0], motion.segments.end_s[motion.done_segment])))
+
+
+@pytest.mark.parametrize("kind", [StageKind.GO, StageKind.LOITER])
+def test_a_hold_begins_where_the_place_counts_as_reached(kind: StageKind) -> None:
+    motion = fly_px4((takeoff(), stage(kind, 0.0, 200.0, hold=30.0), go(200.0, 200.0)), PX4)
+    hover = STATES.index("hover")
+    held = np.flatnonzero(motion.segments.state == hover)
+    assert motion.segments.duration_s[held] == pytest.approx([30.0])
+    begin = motion.segments.end_s[held] - 30.0
+    reached, left = (motion.state_at_time(time) for time in (begin, begin + 30.0))
+    # Still braking 2 m before its target; standing there when it goes on.
+    assert reached.north_m == pytest.approx(198.0, abs=0.01)
+    assert left.north_m == pytest.approx(200.0, abs=0.01)
+    assert left.ground_speed_m_s == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_loiter_without_time_is_still_a_stop() -> None:
+    places = (go(0.0, 200.0), go(0.0, 400.0))
+    flown = took_s(takeoff(), *places).sum()
+    stopped = took_s(takeoff(), replace(places[0], kind=StageKind.LOITER), places[1]).sum()
+    # Passed at 5 m/s or at the 1.2 m/s of a stop 2 m ahead: braking and speeding up again.
+    assert stopped > flown + 1.5
+
+
+@pytest.mark.parametrize("seconds", [3.0, 47.5])
+def test_a_delay_takes_its_time_and_is_not_seen_coming(seconds: float) -> None:
+    delay = stage(StageKind.DELAY, 0.0, 200.0, hold=seconds)
+    without = took_s(takeoff(), go(0.0, 200.0), go(0.0, 400.0))
+    with_it = took_s(takeoff(), go(0.0, 200.0), delay, go(0.0, 400.0))
+    # The look-ahead sees the waypoint behind it: the place is passed at full speed.
+    assert with_it[1] == pytest.approx(without[1], abs=0.01)
+    assert with_it[2] == pytest.approx(seconds, abs=1e-6)
+
+
+def test_a_change_of_height_flies_level_first() -> None:
+    motion = fly_px4(
+        (takeoff(), stage(StageKind.CHANGE_HEIGHT, 0.0, 200.0, 90.0), go(0.0, 400.0, 90.0)), PX4
+    )
+    states = [STATES[state] for state in motion.segments.state]
+    assert states[:5] == ["takeoff", "accelerate", "cruise", "brake", "climb"]
+    arrived = motion.state_at_time(motion.segments.end_s[3:4])
+    assert arrived.height_m == pytest.approx(50.0, abs=0.05)
+    assert motion.done_segment[1] == 4
+
+
+def test_half_a_turn_takes_six_seconds() -> None:
+    # At 20°/s² up to 60°/s: 3 s up, 3 s down; the last 12° of it, 1.1 s, need not be waited for.
+    found = yaw_time_s(np.array([math.pi]), PX4)
+    assert found == pytest.approx(6.0 - math.sqrt(2.0 * 12.0 / 20.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "expected_s"),
+    [
+        ({"yaw_rate_rad_s": math.radians(30.0)}, 180.0 / 30.0 + 30.0 / 20.0 - math.sqrt(1.2)),
+        ({"yaw_acceleration_rad_s2": math.radians(10.0)}, 2.0 * math.sqrt(18.0) - math.sqrt(2.4)),
+        ({"yaw_acceptance_rad": math.radians(45.0)}, 6.0 - math.sqrt(4.5)),
+        ({"yaw_acceptance_rad": math.radians(180.0)}, 0.0),
+    ],
+)
+def test_each_parameter_of_yaw_moves_half_a_turn(
+    change: dict[str, float], expected_s: float
+) -> None:
+    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    assert yaw_time_s(np.array([math.pi]), changed) == pytest.approx(expected_s, abs=1e-9)
+
+
+def test_a_heading_is_turned_to_on_the_way_and_waited_for_on_a_short_leg() -> None:
+    def wait_s(length_m: float, parameters: Px4Parameters = PX4) -> float:
+        free = go(0.0, 100.0 + length_m)
+        asked = replace(free, yaw_deg=180.0)  # it flies north
+        stages = (takeoff(), go(0.0, 100.0, hold=9.0))
+        return float(
+            took_s(*stages, asked, parameters=parameters)[2]
+            - took_s(*stages, free, parameters=parameters)[2]
+        )
+
+    assert wait_s(200.0) == 0.0
+    # The turn takes 6 s less the last 12°; what the leg does not take of them is waited for.
+    turn_s = 6.0 - math.sqrt(1.2)
+    assert wait_s(10.0) == pytest.approx(turn_s - leg_time_s(10.0, 5.0), abs=0.1)
+    # With a timeout PX4 does not wait for headings at all.
+    assert wait_s(10.0, replace(PX4, yaw_timeout_s=5.0)) == 0.0
+
+
+def test_a_hold_and_a_heading_are_waited_for_together() -> None:
+    stages = (takeoff(), go(0.0, 100.0, hold=9.0), go(0.0, 105.0, hold=8.0))
+    turned = replace(stages[2], yaw_deg=180.0)
+    assert took_s(*stages[:2], turned)[2] == pytest.approx(took_s(*stages)[2], abs=1e-6)
+
+
+def test_turning_before_each_leg_costs_the_turn() -> None:
+    stages = (takeoff(), go(0.0, 200.0, hold=9.0), go(200.0, 200.0, hold=1.0))
+    usual, first = (took_s(*stages, parameters=replace(PX4, yaw_mode=mode)) for mode in (0, 4))
+    # A right angle within 12°: 2 √(90/20) − √(24/20) = 3.15 s.
+    assert first[2] - usual[2] == pytest.approx(3.15, abs=0.05)
+    motion = fly_px4(stages, replace(PX4, yaw_mode=4))
+    states = [STATES[state] for state in motion.segments.state]
+    # The hold, the turn, and the leg after it.
+    assert states[-6:] == ["hover", "hover", "accelerate", "cruise", "brake", "hover"]
+
+
+def test_straight_on_there_is_nothing_to_turn_to() -> None:
+    stages = (takeoff(), go(0.0, 200.0), go(0.0, 400.0, hold=1.0))
+    usual, first = (took_s(*stages, parameters=replace(PX4, yaw_mode=mode)) for mode in (0, 4))
+    assert first[2] == pytest.approx(usual[2], abs=0.01)
