@@ -17,6 +17,7 @@ import numpy as np
 from planner.catalogue.loader_text import FILE_ENCODING
 from planner.errors import MissionFileError
 from planner.findings import Place
+from planner.mission.slots import make_many
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -110,7 +111,7 @@ class JsonDocument:
         lines = np.searchsorted(self.origin.line_ends, offsets)
         # Before the first line feed there is, as it were, one at offset −1.
         columns = offsets - np.concatenate(([-1], self.origin.line_ends))[lines]
-        return tuple(map(Place, (lines + 1).tolist(), columns.tolist()))
+        return tuple(make_many(Place, ((lines + 1).tolist(), columns.tolist())))
 
     def element_places(self, container: dict[str, Any], *path: str | int) -> tuple[Place, ...]:
         """Return where each element of a list inside an object of this document begins."""

@@ -9,6 +9,7 @@ from planner.mission.commands import has_location
 from planner.mission.jump_numbers import numbered_in_order
 from planner.mission.plan import PlanDocument
 from planner.mission.simple_item import (
+    ALTITUDE_KEYS,
     ALTITUDE_MODE_OF_FRAME,
     CALCULATED_MODE,
     has_whole_copies,
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from planner.mission.items import Mission, MissionItem
 
-_ALTITUDE_KEYS = ("AMSLAltAboveTerrain", "Altitude", "AltitudeMode")
 _OLDER_KEYS = ("coordinate", "id", "param1", "param2", "param3", "param4")
 _LARGEST_EXACT = 2**53
 """Whole numbers up to here are the same in a double."""
@@ -114,7 +114,7 @@ def _simple_element(item: MissionItem, raw: dict[str, Any]) -> dict[str, Any]:
         and has_whole_copies(raw)
     )
     if not has_same_altitude:
-        for key in _ALTITUDE_KEYS:
+        for key in ALTITUDE_KEYS:
             element.pop(key, None)
         element |= _altitude_copies(item)
     put(element, "autoContinue", item.autocontinue)
@@ -141,10 +141,10 @@ def _altitude_copies(item: MissionItem) -> dict[str, Any]:
     mode = ALTITUDE_MODE_OF_FRAME.get(item.frame)
     if item.unresolved_agl_m is not None:
         values = (None, _number(item.unresolved_agl_m), CALCULATED_MODE)
-        return dict(zip(_ALTITUDE_KEYS, values, strict=True))
+        return dict(zip(ALTITUDE_KEYS, values, strict=True))
     if item.altitude_m is None or mode is None or not has_location(item.command):
         return {}
-    return dict(zip(_ALTITUDE_KEYS, (None, _number(item.altitude_m), mode), strict=True))
+    return dict(zip(ALTITUDE_KEYS, (None, _number(item.altitude_m), mode), strict=True))
 
 
 def _number(value: float | None) -> float | None:

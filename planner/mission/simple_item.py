@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from planner.mission.json_document import JsonDocument
     from planner.mission.remarks import Remarks
 
+ALTITUDE_KEYS = ("AMSLAltAboveTerrain", "Altitude", "AltitudeMode")
+"""The copies of its altitude in an item, for display."""
+
 _NUMBER_TYPES = frozenset({int, float})
 _COPY_TYPES = _NUMBER_TYPES | {type(None)}
 _PARAMETERS = (
@@ -56,13 +59,12 @@ def is_complex(raw: dict[str, Any]) -> bool:
 
 def has_whole_copies(raw: dict[str, Any]) -> bool:
     """Return whether an element has copies of its altitude that QGroundControl takes, or none."""
-    if "Altitude" not in raw and "AltitudeMode" not in raw and "AMSLAltAboveTerrain" not in raw:
-        return True
-    return (
-        type(raw.get("Altitude")) in _NUMBER_TYPES
-        and type(raw.get("AltitudeMode")) in _NUMBER_TYPES
-        and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
-    )
+    if type(raw.get("Altitude")) in _NUMBER_TYPES:
+        return (
+            type(raw.get("AltitudeMode")) in _NUMBER_TYPES
+            and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
+        )
+    return raw.keys().isdisjoint(ALTITUDE_KEYS)
 
 
 class SimpleItemReader:
