@@ -147,21 +147,20 @@ def _fly(
     airspeed_limit_m_s: float | None,
 ) -> Motion:
     """Return the motion of moves that serve a number of stages."""
-    begins = np.vstack((moves.start_m[:1], moves.target_m[:-1]))
-    begins[moves.is_first] = moves.start_m[moves.is_first]
     speed, findings = held_speeds_m_s(
         moves.speed_m_s,
-        (moves.target_m - begins)[:, :2],
+        (moves.target_m - moves.begins_m)[:, :2],
         moves.item,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
     moves = replace(moves, speed_m_s=speed)
     flown = fly_legs(moves, parameters)
-    waits = yaw_waits_s(moves, flown.layout.direction, flight_times_s(flown), parameters)
-    if (waits > moves.hold_s).any():
-        moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
-        flown = fly_legs(moves, parameters)
+    if not np.isnan(moves.yaw_rad).all():
+        waits = yaw_waits_s(moves, flown.layout.direction, flight_times_s(flown), parameters)
+        if (waits > moves.hold_s).any():
+            moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
+            flown = fly_legs(moves, parameters)
     pieces = Pieces()
     add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters, pace=pace)
     add_legs(pieces, flown, parameters, pace=pace)

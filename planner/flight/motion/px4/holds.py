@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.px4.laws import hermite_cubics, wright_omega
-from planner.flight.motion.px4.limits import STILL_M
-from planner.flight.motion.px4.speeds import allowed_speed_m_s, half_b_m_s
+from planner.flight.motion.px4.speeds import STILL_M, allowed_speed_m_s, half_b_m_s
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.headings import pauses_s
+from planner.flight.motion.px4.speeds import STILL_M
 from planner.flight.motion.px4.vertices import final_speeds_m_s
 
 if TYPE_CHECKING:
@@ -50,11 +51,11 @@ class Layout(Columns):
     is_takeoff: BoolArray
 
 
-def lay_out(moves: Moves, parameters: Px4Parameters, speed_m_s: FloatArray) -> Layout:
+def lay_out(moves: Moves, parameters: Px4Parameters) -> Layout:
     """Return moves laid out between their waypoints: corner speeds, waits for headings, order."""
-    begins = np.vstack((moves.start_m[:1], moves.target_m[:-1]))
-    begins[moves.is_first] = moves.start_m[moves.is_first]
+    begins = moves.begins_m
     way = moves.target_m - begins
+    way = np.where(np.abs(way) < STILL_M, 0.0, way)
     length = np.sqrt((way**2).sum(axis=1))
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
     band = _height_bands_m(moves, way[:, 2], parameters)
@@ -79,7 +80,7 @@ def lay_out(moves: Moves, parameters: Px4Parameters, speed_m_s: FloatArray) -> L
     before[moves.is_first] = -1
     first_of_flight = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(moves)), 0))
     before = np.where(before >= first_of_flight, before, -1)
-    final_level, final_upright = final_speeds_m_s(moves, direction, speed_m_s, parameters)
+    final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
     return Layout(
         begins_m=begins,
         target_m=moves.target_m,
@@ -87,7 +88,7 @@ def lay_out(moves: Moves, parameters: Px4Parameters, speed_m_s: FloatArray) -> L
         ends_m=ends,
         tail_m=tail,
         radius_m=moves.radius_m,
-        speed_m_s=speed_m_s,
+        speed_m_s=moves.speed_m_s,
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
         hold_s=moves.hold_s.copy(),

@@ -10,9 +10,9 @@ import numpy as np
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.holds import ends_of_moves
 from planner.flight.motion.px4.layout import Layout, lay_out
-from planner.flight.motion.px4.limits import STILL_M, Limits, limits_along
+from planner.flight.motion.px4.limits import Limits, limits_along
 from planner.flight.motion.px4.onto_legs import cut_short, slowed_turns, turns_onto_moves
-from planner.flight.motion.px4.speeds import braking_time_s
+from planner.flight.motion.px4.speeds import STILL_M, braking_time_s
 from planner.flight.motion.px4.straights import Straights, fly_straights
 from planner.flight.motion.px4.takeoffs import Takeoffs, make_takeoffs
 
@@ -59,9 +59,7 @@ class FlownMoves:
     """Of the moves that are take-offs, in their order."""
 
 
-def fly_legs(
-    moves: Moves, parameters: Px4Parameters, *, speed_m_s: FloatArray | None = None
-) -> FlownMoves:
+def fly_legs(moves: Moves, parameters: Px4Parameters) -> FlownMoves:
     """Return how moves are flown.
 
     Parameters
@@ -70,8 +68,6 @@ def fly_legs(
         At least one.
     parameters : Px4Parameters
         The vehicle's.
-    speed_m_s : ndarray, optional
-        Greatest horizontal speed of each move; default the commanded one. (n,) [m s⁻¹]
 
     Notes
     -----
@@ -79,7 +75,7 @@ def fly_legs(
     too short for the speed allowed at their end change those.  So all are flown at once, then those
     behind a change again, until nothing changes.
     """
-    layout = lay_out(moves, parameters, moves.speed_m_s if speed_m_s is None else speed_m_s)
+    layout = lay_out(moves, parameters)
     takeoffs = make_takeoffs(
         layout.begins_m[moves.is_takeoff], layout.target_m[moves.is_takeoff], parameters
     )

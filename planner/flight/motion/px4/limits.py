@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 _LEVEL, _UPRIGHT = 0, 1
 """The two laws that limit a speed: of the horizontal and of the vertical axes."""
-STILL_M = 1e-6
-"""Way that is none. [m]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

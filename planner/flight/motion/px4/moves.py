@@ -74,6 +74,12 @@ class Moves:
         """Return the number of moves."""
         return len(self.stage)
 
+    @property
+    def begins_m(self) -> FloatArray:
+        """Where each is meant to begin: at the target of the one before. (n, 3) [m]"""
+        before = np.vstack((self.start_m[:1], self.target_m[:-1]))
+        return np.where(self.is_first[:, None], self.start_m, before)
+
     @classmethod
     def of(cls, rows: Sequence[Move]) -> Moves:
         """Return the rows of one flight, which begins at home, as columns."""

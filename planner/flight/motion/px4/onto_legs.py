@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.px4.ramps import ramp_time_s
+from planner.flight.motion.px4.speeds import STILL_M
 from planner.flight.motion.px4.turns import PEAK_OVER_MEAN, Approach, Turns, turns_onto_legs
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def slowed_turns(
     level, height = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
     rising = way[:, 2] > 0.0
     limit = np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
-    left = np.divide(limit * level, height, out=np.full_like(level, np.inf), where=height > 0.0)
+    left = np.divide(limit * level, height, out=np.full_like(level, np.inf), where=height > STILL_M)
     slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (left < turns.speed_m_s)
     slows &= part.pause_s == 0.0
     if not slows.any():

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
     from planner.vehicle.px4_parameters import Px4Parameters
 
+STILL_M = 1e-6
+"""Way that is none. [m]"""
 HOLD_DELAY_S = 0.6
 """Time PX4 takes a vehicle to keep its speed when told to hold (``Navigator::preproject_stop_point``). [s]"""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.ramps import Ramps
+from planner.flight.motion.px4.speeds import STILL_M
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
@@ -89,7 +90,7 @@ def turns_onto_legs(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: 
         (way * approach.velocity_m_s).sum(axis=1),
         distance,
         out=np.zeros_like(speed),
-        where=distance > 0.0,
+        where=distance > STILL_M,
     )
     turning = (
         (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed) & (distance > approach.radius_m)
@@ -129,7 +130,7 @@ class _LegFrame:
         leg = approach.target_m[:, :2] - approach.begins_m[:, :2]
         length = np.hypot(leg[:, 0], leg[:, 1])
         straight = approach.target_m[:, :2] - approach.place_m[:, :2]
-        leg = np.where((length > 0.0)[:, None], leg, straight)
+        leg = np.where((length > STILL_M)[:, None], leg, straight)
         length = np.hypot(leg[:, 0], leg[:, 1])
         along = leg / length[:, None]
         velocity = approach.velocity_m_s
@@ -229,7 +230,7 @@ def _held_speed_m_s(
     steep = height_m / l1_m
     slowed = np.minimum(
         speed_m_s,
-        np.divide(vertical_m_s, steep, out=np.full_like(steep, np.inf), where=steep > 0.0),
+        np.divide(vertical_m_s, steep, out=np.full_like(steep, np.inf), where=steep > STILL_M),
     )
     return np.where(speed_m_s * steep < CLAMPED_M_S, speed_m_s, slowed)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.speeds import allowed_speed_m_s, corner_speed_m_s
+from planner.flight.motion.px4.speeds import STILL_M, allowed_speed_m_s, corner_speed_m_s
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
@@ -19,7 +19,7 @@ _SAME_PLACE_M = 0.001
 
 
 def final_speeds_m_s(
-    moves: Moves, direction: FloatArray, speed_m_s: FloatArray, parameters: Px4Parameters
+    moves: Moves, direction: FloatArray, parameters: Px4Parameters
 ) -> tuple[FloatArray, FloatArray]:
     """Return the horizontal and the vertical speed at which targets are to be passed. (n,) [m s⁻¹]
 
@@ -58,7 +58,7 @@ def final_speeds_m_s(
         jerk_m_s3=np.full(count, parameters.jerk_m_s3),
     )
     passed = follows & (length >= np.maximum(moves.radius_m, _SAME_PLACE_M))
-    level = np.where(passed, np.minimum(np.minimum(corner, leaving), speed_m_s), 0.0)
+    level = np.where(passed, np.minimum(np.minimum(corner, leaving), moves.speed_m_s), 0.0)
     return level, np.where(
         follows, _vertex_speeds_m_s(direction, target, following_m, parameters), 0.0
     )
@@ -73,7 +73,7 @@ def _vertex_speeds_m_s(
         (direction[:, :2] * target_m[:, :2]).sum(axis=1),
         distance,
         out=-np.hypot(direction[:, 0], direction[:, 1]),
-        where=distance > 0.0,
+        where=distance > STILL_M,
     )
     come = np.column_stack((outward, direction[:, 2]))
     leave = np.column_stack(
