@@ -35,7 +35,7 @@ def check_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Me
 def headline(result: CheckResult | UnreadableMission) -> str:
     """Return what a flight takes and leaves, in one line without the verdict."""
     if not isinstance(result, CheckResult):
-        return "the file cannot be read"
+        return "the mission cannot be checked"
     totals, battery = result.totals, result.battery
     way = f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}"
     if math.isnan(totals.energy_wh):

@@ -70,7 +70,7 @@ def test_the_text_keeps_the_verdict_of_every_mission(
     lines = statistics_text([*_results(flown), unreadable], medium=Medium()).splitlines()
     assert lines[0] == "3 missions: 2 GO, 1 NO-GO"
     assert lines[1].startswith("  GO     site.plan (not counting 1 error): ")
-    assert lines[3] == "  NO-GO  broken.plan: the file cannot be read"
+    assert lines[3] == "  NO-GO  broken.plan: the mission cannot be checked"
     assert [line.split()[3] for line in lines[6:]] == ["X901", "C1", "A1", "A2", "B1"]
 
 

@@ -144,7 +144,7 @@ def test_several_missions_end_in_a_summary(
     assert lines[-4] == tally(results)
     assert lines[-3].startswith("  GO     site.plan: 11 min 32 s")
     assert lines[-2].startswith("  NO-GO  site.plan: 11 min 32 s")
-    assert lines[-1] == "  NO-GO  broken.plan: the file cannot be read"
+    assert lines[-1] == "  NO-GO  broken.plan: the mission cannot be checked"
 
 
 def test_an_unreadable_mission_says_why_and_invents_no_figures(
