@@ -23,6 +23,10 @@ three times 1 s, and 0.6 s until the thrust has gone (measured; ``MulticopterLan
 LANDED_AFTER_BLIND_S = 1.6
 """The same without a range sensor: three times a third of a second. [s]"""
 
+STANDS_M = 1e-4
+"""Way left from which a trajectory in single precision moves no more, some hundred metres from its origin.
+[m]"""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DescentProfile:
@@ -100,15 +104,22 @@ def add_landings(
     parameters : Px4Parameters
         The vehicle's.
     pace : float
-        Seconds of PX4's trajectory per second of flight.
+        Seconds of PX4's trajectory per second of flight while the vehicle is behind half of the time.
     has_range_sensor : bool
         Whether the vehicle measures its distance to the ground.
+
+    Notes
+    -----
+    Where the trajectory stands still over the place, the vehicle counts as behind all of the time:
+    ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the error points backward.
     """
     if not len(move):
         return
     descents = _Descents.over(place_m, ground_m, parameters)
     descents.fall(DescentProfile.of(parameters, has_range_sensor=has_range_sensor), parameters)
-    descents.add_to(pieces, move, pace=pace)
+    offset = place_m[:, :2] - ground_m[:, :2]
+    stands = np.hypot(offset[:, 0], offset[:, 1]) < STANDS_M
+    descents.add_to(pieces, move, np.where(stands, 2.0 * pace - 1.0, pace))
     landed = LANDED_AFTER_S if has_range_sensor else LANDED_AFTER_BLIND_S
     disarmed = landed + np.where(is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
     zero = np.zeros(len(move))
@@ -196,7 +207,7 @@ class _Descents:
         place[:, :2] += self._offset_m(self.elapsed_s)
         return place
 
-    def add_to(self, pieces: Pieces, move: IntArray, *, pace: float) -> None:
+    def add_to(self, pieces: Pieces, move: IntArray, pace: FloatArray) -> None:
         """Add the parts as pieces."""
         count = len(self.parts)
         rows = np.tile(np.arange(len(move)), count)
@@ -215,7 +226,7 @@ class _Descents:
                 order=np.repeat(np.arange(count), len(move)),
                 slot=np.full(len(rows), RAMP),
                 duration_s=np.concatenate([part[1] for part in self.parts]),
-                pace=np.full(len(rows), pace),
+                pace=pace[rows],
             ),
             SettlingLaw(
                 coefficients=coefficients,
