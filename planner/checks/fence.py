@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from planner import numbers
 from planner.catalogue.fence import FENCE_IN_PART, PATH_CROSSES
 from planner.geo.local_frame import LocalFrame
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,6 +25,7 @@ def check_fence(case: Case) -> Iterator[Finding]:
     if not fence:
         return
     from planner.geo.fence_area import make_fence_area  # shapely takes time to load
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
     parameters = case.parameters
     unite = isinstance(parameters, ArduPilotParameters) and bool(
