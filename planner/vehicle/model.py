@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planner.vehicle.cruise_law import CruiseLaw, VerticalPower
     from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Interval
+    from planner.vehicle.model_spread import ModelSpread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,6 +178,8 @@ class VehicleModel:
     """Speed where a mission commands none; ``None`` where it is an autopilot parameter. [m/s]"""
     parameters: tuple[tuple[str, float], ...] = ()
     """Autopilot parameters by their own names and in their own units."""
+    spread: ModelSpread | None = None
+    """``None``: nothing is known about how far flights are from predictions."""
 
     def __post_init__(self) -> None:
         TOP.refuse(self)

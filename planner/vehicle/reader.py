@@ -61,6 +61,7 @@ from planner.vehicle.schema import (
     VALID_FOR,
     VERSION,
 )
+from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from planner.vehicle.cruise_law import CruiseLaw
     from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Table
+    from planner.vehicle.model_spread import ModelSpread
 
 _MASS_LAWS = (DENSITY_LAW, MOMENTUM, LIU)
 _WHOLE_LAWS = (MOMENTUM, LIU, DI_FRANCO_BUTTAZZO)
@@ -329,12 +331,22 @@ class _Content:
             battery=None if battery is None else Battery(**battery),
             default_speed_m_s=self._cleaned.get(SPEED.name, {}).get("default_m_s"),
             parameters=tuple(self._cleaned.get(PARAMETERS.name, {}).items()),
+            spread=self._spread(),
             valid_for=ValidFor(**self._cleaned[VALID_FOR.name]),
             provenance=Provenance(
                 **self._cleaned[PROVENANCE.name],
                 fit=tuple(self._cleaned.get(FIT.name, {}).items()),
             ),
         )
+
+    def _spread(self) -> ModelSpread | None:
+        values = self._cleaned.get(SPREAD.name)
+        if values is None:
+            return None
+        from planner.vehicle.model_spread import ModelSpread
+
+        states = self._cleaned.get(STATE_SPREAD.name, {})
+        return ModelSpread(**values, energy_state_fraction=tuple(states.items()))
 
     def _hover_law(self) -> HoverLaw | None:
         values = self._cleaned["hover"]

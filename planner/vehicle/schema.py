@@ -20,6 +20,7 @@ from planner.vehicle.power_schema import (
     VERTICAL,
 )
 from planner.vehicle.response_schema import RESPONSE_TABLES, RESPONSES
+from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
 
 SCHEMA_VERSION = 1
 
@@ -155,6 +156,8 @@ SCHEMA = (
     BATTERY,
     PARAMETERS,
     VALID_FOR,
+    SPREAD,
+    STATE_SPREAD,
     PROVENANCE,
     FIT,
 )

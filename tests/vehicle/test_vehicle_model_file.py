@@ -12,8 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import VehicleFileError
+from planner.flight.state import STATES
 from planner.vehicle.cruise_law import CruisePower
 from planner.vehicle.reader import MOST_BYTES, read_vehicle, vehicle_from_toml
+from planner.vehicle.spread_schema import STATE_NAMES
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
@@ -74,6 +76,13 @@ cutoff_voltage_v = 13.2
 [valid_for]
 speed_m_s = [0, 10]
 
+[spread]
+time_fraction = 0.02
+energy_fraction = 0.05
+energy_state_fraction = { cruise = 0.02, land = 0.1 }
+n_flights = 6
+source = "six flights"
+
 [provenance]
 source = "invented for a test"
 method = "none"
@@ -132,6 +141,10 @@ def problems_of(text: str | bytes, name: str = "quad") -> tuple[str, ...]:
     return caught.value.problems
 
 
+def test_the_spread_names_the_states_of_a_flight() -> None:
+    assert tuple(STATES) == STATE_NAMES
+
+
 def test_a_right_file_gives_what_it_says() -> None:
     model = read(STEP_MODEL)
     assert model.name == "quad"
@@ -149,6 +162,10 @@ def test_a_right_file_gives_what_it_says() -> None:
     assert model.valid_for.speed_m_s is not None
     assert 10.0 in model.valid_for.speed_m_s
     assert 10.1 not in model.valid_for.speed_m_s
+    assert model.spread is not None
+    assert model.spread.time_fraction == 0.02
+    assert model.spread.energy_state_fraction == (("cruise", 0.02), ("land", 0.1))
+    assert model.spread.stopping_distance_fraction is None
     assert model.provenance.fit == (("power_rmse_w", 3.5),)
 
 
@@ -237,6 +254,19 @@ def test_a_model_of_an_autopilot_carries_its_parameters_and_density_law() -> Non
         ('logs = ["a.ulg"]', 'logs = "a.ulg"', "provenance.logs", "list of texts"),
         ('logs = ["a.ulg"]', "logs = []", "provenance.logs_sha256", "has 1 values, logs has 0"),
         ('["00', '["g0', "provenance.logs_sha256", "hexadecimal"),
+        ("time_fraction = 0.02", "time_fraction = -0.02", "spread.time_fraction", "below 0"),
+        ("time_fraction = 0.02", "time_fraction = 20", "spread.time_fraction", "above 10"),
+        ("time_fraction = 0.02", "time_percent = 2", "spread.time_percent", "is no key"),
+        ("n_flights = 6", "", "spread.n_flights", "is missing"),
+        ("n_flights = 6", "n_flights = 0", "spread.n_flights", "below 1"),
+        ("{ cruise", "{ glide", "spread.energy_state_fraction.glide", "is no key"),
+        ("land = 0.1 }", 'land = "0" }', "spread.energy_state_fraction.land", "must be a number"),
+        (
+            "time_fraction = 0.02\nenergy_fraction = 0.05\n",
+            "",
+            "spread.time_fraction",
+            "give one of",
+        ),
         ("power_rmse_w = 3.5", 'power_rmse_w = "3"', "provenance.fit.power_rmse_w", "a number"),
         ("[speed]\n", "[parameters]\nWP_SPD = 5\n[speed]\n", "parameters", "no autopilot"),
         ("[speed]\n", "[[speed]]\n", "speed", "must be a table"),
