@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-import secrets
-import shutil
+import stat
 from pathlib import Path
 
 from planner.errors import OutputError
@@ -29,7 +28,7 @@ def write_output_file(path: Path, text: str) -> None:
         If the file cannot be written; what was there before is untouched.
     """
     target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".mavjoule-{secrets.token_hex(6)}.part")
+    temporary = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
     try:
         if target.exists() and not target.is_file():
             target.write_text(text, encoding="utf-8", newline="")
@@ -40,7 +39,7 @@ def write_output_file(path: Path, text: str) -> None:
                 file.flush()
                 os.fsync(file.fileno())
             if target.exists():
-                shutil.copymode(target, temporary)
+                temporary.chmod(stat.S_IMODE(target.stat().st_mode))
             temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)

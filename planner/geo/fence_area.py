@@ -8,7 +8,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.catalogue.fence import INCLUSION_SEMANTICS, INVALID_POLYGON
 from planner.findings import Severity
@@ -23,10 +22,13 @@ from planner.geo.fence_outline import (
 from planner.geo.path_legs import path_legs
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from planner.findings import Finding
     from planner.geo.fence import Fence, FenceCircle, FencePolygon
     from planner.geo.geodesy import FloatArray
     from planner.geo.local_frame import LocalFrame
+
 
 # Where circles have to become polygons (unions, emptiness): inscribed, within this of the circle.
 _CIRCLE_TOLERANCE_M = 0.001

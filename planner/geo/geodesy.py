@@ -7,12 +7,15 @@ pp. 88–93: right to well under a millimetre wherever a vehicle flies.
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray: TypeAlias = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray: TypeAlias = npt.NDArray[np.float64]
+
 
 SEMI_MAJOR_AXIS_M = 6_378_137.0
 """WGS 84 semi-major axis: NGA.STND.0036 version 1.0.0 (2014), table 3.1. [m]"""

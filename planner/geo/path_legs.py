@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from planner.geo.geodesy import FloatArray
 
-IndexArray: TypeAlias = npt.NDArray[np.intp]
+    IndexArray: TypeAlias = npt.NDArray[np.intp]
 
 
 class PathLegs(NamedTuple):

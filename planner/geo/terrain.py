@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.errors import TerrainFileError
 from planner.geo.geodesy import distance_m
@@ -17,8 +16,11 @@ from planner.geo.path_legs import path_legs
 if TYPE_CHECKING:
     from os import PathLike
 
+    import numpy.typing as npt
+
     from planner.geo.geodesy import FloatArray
     from planner.geo.local_frame import LocalFrame
+
 
 MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"
 

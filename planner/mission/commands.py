@@ -10,7 +10,7 @@ import json
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
-from importlib import resources
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class CommandTable:
 @cache
 def load_command_table() -> CommandTable:
     """Return the generated table; read once, on first use."""
-    text = resources.files("planner.mission").joinpath("mavlink_commands.json").read_text("utf-8")
+    text = Path(__file__).with_name("mavlink_commands.json").read_text("utf-8")
     table = json.loads(text)
     return CommandTable(
         commands={

@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import codecs
-import gzip
-import io
 import os
 import stat
 import sys
-import zipfile
-import zlib
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
 from planner.errors import MissionFileError
+from planner.mission.file_size import LARGEST_FILE_BYTES, refuse_large
 from planner.mission.foreign import describe_binary
 
 if TYPE_CHECKING:
     from planner.findings import Finding
 
-LARGEST_FILE_BYTES = 64 * 2**20
-"""No mission of 65,535 items comes near it, in any format."""
 STANDARD_INPUT = "-"
-MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
-
-_UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, ValueError)
-"""What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,14 +84,18 @@ def read_text(data: bytes, *, source: str) -> FileText:
     MissionFileError
         If they are too many, empty, not text, or an archive without exactly one mission.
     """
-    _refuse_large(data, source=source)
+    refuse_large(data, source=source)
     findings: list[Finding] = []
     inner_name: str | None = None
     if data.startswith(b"\x1f\x8b"):
-        data = _unpack_gzip(data, source=source)
+        from planner.mission.archive import unpack_gzip
+
+        data = unpack_gzip(data, source=source)
         findings.append(FILE_PACKED.finding("read from a gzip file"))
     elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-        data, inner_name = _unpack_zip(data, source=source)
+        from planner.mission.archive import unpack_zip
+
+        data, inner_name = unpack_zip(data, source=source)
         findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
     text, odd = _decode(data, source=source)
     if odd:
@@ -109,48 +104,6 @@ def read_text(data: bytes, *, source: str) -> FileText:
         msg = "the file is empty"
         raise MissionFileError(msg, source=source)
     return FileText(text=text, findings=tuple(findings), inner_name=inner_name)
-
-
-def _refuse_large(data: bytes, *, source: str) -> None:
-    if len(data) > LARGEST_FILE_BYTES:
-        size = LARGEST_FILE_BYTES // 2**20
-        msg = f"more than {size} MiB: no mission is that large"
-        raise MissionFileError(msg, source=source)
-
-
-def _unpack_gzip(data: bytes, *, source: str) -> bytes:
-    try:
-        with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
-            unpacked = stream.read(LARGEST_FILE_BYTES + 1)
-    except _UNPACK_ERRORS:
-        msg = "a gzip file that is broken: make it anew"
-        raise MissionFileError(msg, source=source) from None
-    _refuse_large(unpacked, source=source)
-    return unpacked
-
-
-def _unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            names = [
-                name
-                for name in archive.namelist()
-                if PurePosixPath(name).suffix.lower() in MISSION_SUFFIXES
-                and not name.startswith("__MACOSX/")
-            ]
-            if len(names) != 1:
-                held = f"{len(names)} missions" if names else "no mission"
-                if "doc.kml" in archive.namelist():
-                    held = "a Google Earth document (KMZ), no mission"
-                msg = f"a zip archive that holds {held}: unpack it and give one mission file"
-                raise MissionFileError(msg, source=source)
-            with archive.open(names[0]) as stream:
-                unpacked = stream.read(LARGEST_FILE_BYTES + 1)
-    except _UNPACK_ERRORS:
-        msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
-        raise MissionFileError(msg, source=source) from None
-    _refuse_large(unpacked, source=source)
-    return unpacked, names[0]
 
 
 def _decode(data: bytes, *, source: str) -> tuple[str, str]:

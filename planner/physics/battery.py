@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from planner.physics.quadrature import unit_quadrature
 from planner.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
@@ -26,9 +27,8 @@ if TYPE_CHECKING:
     FloatArray: TypeAlias = npt.NDArray[np.float64]
     Curve: TypeAlias = Sequence[float] | FloatArray
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-# Gauss-Legendre on [0, 1]: the voltage under load is smooth between two points of the curve.
-_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+# The voltage under load is smooth between two points of the curve.
+_NODES, _WEIGHTS = unit_quadrature(8)
 
 _CHARGE_PASSES = 6
 """Passes over a flight until its charge stands still: to 1e-6 even where it empties the battery."""

@@ -24,13 +24,15 @@ from math import factorial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-FloatArray: TypeAlias = npt.NDArray[np.float64]
-ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+    import numpy.typing as npt
+
+    FloatArray: TypeAlias = npt.NDArray[np.float64]
+    ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+
 
 SEPARATION = 0.1
 """Poles closer than this fraction of the larger modulus belong to one group."""

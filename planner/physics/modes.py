@@ -40,7 +40,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.physics.clusters import (
     ClusteredModes,
@@ -53,9 +52,12 @@ from planner.physics.clusters import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-FloatArray: TypeAlias = npt.NDArray[np.float64]
-ComplexArray: TypeAlias = npt.NDArray[np.complex128]
-ModeArray: TypeAlias = npt.NDArray[Any]  # real for real poles, else complex
+    import numpy.typing as npt
+
+    FloatArray: TypeAlias = npt.NDArray[np.float64]
+    ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+    ModeArray: TypeAlias = npt.NDArray[Any]  # real for real poles, else complex
+
 
 MAX_INTEGRATIONS = 5
 """Highest k: the integral of the answer to an input that grows with the cube of time."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime as dt
 import math
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from enum import StrEnum
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -230,6 +229,8 @@ def shortened(text: str) -> str:
 
 def nearest_hint(name: str, known: Iterable[str]) -> str:
     """Return a hint at the nearest known spelling, empty where none is near."""
+    from difflib import get_close_matches
+
     close = get_close_matches(name, sorted(known), n=1)
     return f"; did you mean {close[0]}?" if close else ""
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def models_root() -> Path:
     """Return the folder of the shipped models."""
-    packaged = Path(str(files("planner"))) / "_data" / "models"  # in a wheel
-    return packaged if packaged.is_dir() else Path(__file__).resolve().parents[2] / "models"
+    packaged = _PACKAGE / "_data" / "models"  # in a wheel
+    return packaged if packaged.is_dir() else _PACKAGE.parent / "models"

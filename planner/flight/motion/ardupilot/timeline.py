@@ -10,6 +10,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.legs import SLOTS
 from planner.flight.motion.kinematics import CircleLaw, Motion, PolynomialLaw, SegmentColumns
 from planner.flight.state import STATE_INDEX, FlightState
+from planner.physics.quadrature import unit_quadrature
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,8 +24,7 @@ STEADY_FRACTION = 0.98
 """A corner passed at this fraction of the cruise is no braking and accelerating. [-]"""
 _INSTANT_S = 1e-9
 """Shorter pieces are rounding. [s]"""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+_NODES, _WEIGHTS = unit_quadrature(3)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

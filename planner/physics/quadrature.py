@@ -1,0 +1,51 @@
+"""Gauss-Legendre quadrature: exact for polynomials up to degree 2 n - 1 with n points.
+
+The nodes and weights stand here as numbers, because `numpy.polynomial`, which computes them, takes
+longer to import than a small mission takes to check.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+_HALVES = {
+    3: ((0.0, 0.8888888888888888), (0.7745966692414834, 0.5555555555555556)),
+    4: (
+        (0.33998104358485626, 0.6521451548625461),
+        (0.8611363115940526, 0.34785484513745385),
+    ),
+    8: (
+        (0.1834346424956498, 0.362683783378362),
+        (0.525532409916329, 0.31370664587788727),
+        (0.7966664774136267, 0.22238103445337448),
+        (0.9602898564975363, 0.10122853629037626),
+    ),
+}
+"""By the number of points: nodes that are not negative and their weights, on −1 to 1 (Abramowitz
+and Stegun, table 25.4)."""
+
+
+def unit_quadrature(points: int) -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights of the integral over 0 to 1.
+
+    Parameters
+    ----------
+    points : int
+        3, 4 or 8.
+
+    Returns
+    -------
+    nodes, weights : ndarray
+        Rising nodes, and weights that add up to 1. (points,) [-]
+    """
+    half = _HALVES[points]
+    pairs = sorted({(sign * node, weight) for node, weight in half for sign in (-1.0, 1.0)})
+    nodes, weights = np.array(pairs).T
+    return 0.5 * (nodes + 1.0), 0.5 * weights
