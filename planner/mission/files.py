@@ -10,20 +10,11 @@ from typing import TYPE_CHECKING
 
 from planner.catalogue.loader_text import FILE_SUFFIX
 from planner.errors import MissionFileError, UsageError
-from planner.mission.area_text import (
-    is_fence_line,
-    is_rally_line,
-    read_fence_list,
-    read_rally_list,
-)
 from planner.mission.container import read_bytes, read_text
-from planner.mission.foreign import describe_text, describe_xml
+from planner.mission.foreign import describe_xml
 from planner.mission.items import MissionFormat
 from planner.mission.json_document import parse_json
-from planner.mission.legacy_json import is_legacy, read_legacy
-from planner.mission.plan import read_plan
-from planner.mission.wpl import has_wpl_header, read_wpl
-from planner.mission.wpl_rows import is_row, read_lines
+from planner.mission.plan import is_legacy, read_plan
 from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
@@ -150,23 +141,19 @@ def _read_content(text: str, *, source: str) -> Mission:
         return _read_json(text, source=source)
     if text.lstrip().startswith("<"):
         raise MissionFileError(describe_xml(text), source=source)
-    for _, line in read_lines(text, source=source):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        if has_wpl_header(line) or is_row(line):
-            return read_wpl(text, source=source)
-        if is_rally_line(line):
-            return read_rally_list(text, source=source)
-        if is_fence_line(line):
-            return read_fence_list(text, source=source)
-        break
-    raise MissionFileError(describe_text(text), source=source)
+    from planner.mission.text_files import read_mission_text  # most missions are plans
+
+    return read_mission_text(text, source=source)
 
 
 def _read_json(text: str, *, source: str) -> Mission:
     """Return the mission in a JSON text: a plan, or what came before plans."""
     document = parse_json(text, source=source)
-    return (read_legacy if is_legacy(document) else read_plan)(document, source)
+    if not is_legacy(document):
+        return read_plan(document, source)
+    from planner.mission.legacy_json import read_legacy
+
+    return read_legacy(document, source)
 
 
 def _check_suffix(mission: Mission, name: str) -> list[Finding]:

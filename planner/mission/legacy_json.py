@@ -25,17 +25,6 @@ if TYPE_CHECKING:
     from planner.mission.json_document import JsonDocument
 
 
-def is_legacy(document: JsonDocument) -> bool:
-    """Return whether a JSON text is a mission file from before plans, by what it holds."""
-    root = document.root
-    return (
-        isinstance(root, dict)
-        and isinstance(root.get("items"), list)
-        and (root.get("fileType") == "Mission" or not {"fileType", "mission"} & root.keys())
-        and bool({"MAV_AUTOPILOT", "firmwareType", "plannedHomePosition"} & root.keys())
-    )
-
-
 def read_legacy(document: JsonDocument, source: str) -> Mission:
     """Return the mission in a JSON text from before plans.
 

@@ -49,6 +49,17 @@ class PlanDocument:
         return elements
 
 
+def is_legacy(document: JsonDocument) -> bool:
+    """Return whether a JSON text is a mission file from before plans, by what it holds."""
+    root = document.root
+    return (
+        isinstance(root, dict)
+        and isinstance(root.get("items"), list)
+        and (root.get("fileType") == "Mission" or not {"fileType", "mission"} & root.keys())
+        and bool({"MAV_AUTOPILOT", "firmwareType", "plannedHomePosition"} & root.keys())
+    )
+
+
 def read_plan_text(text: str, *, source: str) -> Mission:
     """Return the mission in the text of a plan.
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from planner.autopilot import Autopilot
 from planner.catalogue.loader import JUMP_IDS, JUMP_INTO_COMPLEX_ITEM, JUMP_SHIFTED
 from planner.mission.commands import Command
-from planner.mission.complex_items import ComplexItemReader
 from planner.mission.items import MOST_ITEMS, make_items
 from planner.mission.json_document import describe
 from planner.mission.json_fields import JsonFields
 from planner.mission.simple_item import SimpleItemReader
 
 if TYPE_CHECKING:
+    from planner.findings import Place
     from planner.mission.items import MissionItem
     from planner.mission.remarks import Remarks
 
@@ -61,7 +61,6 @@ def read_items(
             section.refuse(f"element {index + 1} of 'items' is {describe(raw)}", "items", index)
     places = document.places(elements)
     reader = SimpleItemReader(document, remarks, is_legacy=is_legacy)
-    complex_reader = ComplexItemReader(simple_items=reader, remarks=remarks)
     rows: list[tuple[Any, ...]] = []
     groups: list[tuple[int, list[MissionItem]]] = []
     origins: list[int] = []
@@ -72,7 +71,7 @@ def read_items(
             origins.append(index)
         else:
             fields = JsonFields(document=document, value=raw, title=f"item {number}")
-            group = complex_reader.read(fields, place, first_number=number)
+            group = _expand(fields, place, reader, remarks, first_number=number)
             groups.append((len(origins), group))
             origins += [index] * len(group)
         if len(origins) > MOST_ITEMS:
@@ -86,6 +85,21 @@ def read_items(
         _compare_jump_ids(items, remarks)
         _check_jumps(items, groups, remarks, autopilot)
     return PlanItems(items=tuple(items), origins=tuple(origins))
+
+
+def _expand(
+    raw: JsonFields,
+    place: Place,
+    simple_items: SimpleItemReader,
+    remarks: Remarks,
+    *,
+    first_number: int,
+) -> list[MissionItem]:
+    """Return the mission items that a complex item stands for."""
+    from planner.mission.complex_items import ComplexItemReader  # many missions hold none
+
+    reader = ComplexItemReader(simple_items=simple_items, remarks=remarks)
+    return reader.read(raw, place, first_number=first_number)
 
 
 def _compare_jump_ids(items: list[MissionItem], remarks: Remarks) -> None:

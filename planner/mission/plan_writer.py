@@ -13,8 +13,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from planner.mission.items import Mission, VehicleKind
-from planner.mission.legacy_json import is_legacy, read_legacy
-from planner.mission.plan import AUTOPILOTS, FILE_VERSION, SECTION_VERSION, PlanDocument, read_plan
+from planner.mission.legacy_json import read_legacy
+from planner.mission.plan import (
+    AUTOPILOTS,
+    FILE_VERSION,
+    SECTION_VERSION,
+    PlanDocument,
+    is_legacy,
+    read_plan,
+)
 from planner.mission.plan_areas import AREA_VERSION
 from planner.mission.plan_item_writer import put, write_elements
 

@@ -14,8 +14,8 @@ from plan_text import LANDING, PLAN, STRUCTURE_SCAN
 
 from planner.errors import MissionFileError
 from planner.mission.json_document import parse_json
-from planner.mission.legacy_json import is_legacy, read_legacy
-from planner.mission.plan import read_plan
+from planner.mission.legacy_json import read_legacy
+from planner.mission.plan import is_legacy, read_plan
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission
