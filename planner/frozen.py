@@ -95,11 +95,10 @@ def _repr(self: object) -> str:
     return f"{type(self).__qualname__}({', '.join(shown)})"
 
 
-def _eq(self: object, other: object) -> bool:
+def _eq(self: object, other: object) -> Any:  # noqa: ANN401 - a bool or NotImplemented
     if type(other) is not type(self):
         return NotImplemented
-    same: bool = _compared(self) == _compared(other)
-    return same
+    return _compared(self) == _compared(other)
 
 
 def _hash(self: object) -> int:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from planner.errors import BaselineFileError
 from planner.findings import Severity
+from planner.frozen import frozen
 from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class KnownFinding:
     message: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Baseline:
     """The findings of a baseline file."""
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Exemption:
     """Codes that are not reported of one mission, or of one of its items."""
 
@@ -29,7 +31,7 @@ class Exemption:
         return is_here and finding.code.startswith(self.codes)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Selection:
     """What is asked to be reported; as it stands, everything."""
 

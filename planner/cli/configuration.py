@@ -7,12 +7,12 @@ path is relative to the file.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.cli.settings import SETTINGS, Kind, Setting
 from planner.errors import ConfigurationError
+from planner.frozen import frozen
 from planner.vehicle.keys import described, is_number, nearest_hint
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ SHARED_FILE = "pyproject.toml"
 _SHARED_TABLE = "tool.mavjoule"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Configuration:
     """What one file sets."""
 

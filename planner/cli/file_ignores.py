@@ -8,11 +8,11 @@ folders.  ``#12`` at the end means the mission's item 12.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from planner.checks.selection import Exemption
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ _ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
 _ANY_FOLDERS = "**"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FileIgnore:
     """Codes not to report of the missions whose path meets a pattern."""
 

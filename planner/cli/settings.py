@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from planner.cli import quantities
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
+from planner.frozen import frozen
 from planner.service import CheckRequest
 from planner.vehicle.keys import nearest_hint
 from planner.vehicle.library import model_names
@@ -40,7 +40,7 @@ class Kind(Enum):
     TABLE = "table of codes by file"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Setting:
     """One thing a user can set."""
 
@@ -321,7 +321,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ReportRequest:
     """Where the report of a call goes, and how."""
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.prediction import QUADRATURE_WEIGHTS
+from planner.frozen import frozen
 from planner.physics.battery import (
     delivered_energy_wh,
     empty_state_of_charge,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from planner.vehicle.battery import Battery
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Discharge:
     """What a flight takes out of a battery, as columns over its segments and in figures."""
 

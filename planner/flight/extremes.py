@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray, KinematicState
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Extreme:
     """A highest or lowest value, and where it is reached."""
 
@@ -19,7 +20,7 @@ class Extreme:
     segment: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Extremes:
     """The box a flight stays in, at the nodes of its quadrature."""
 

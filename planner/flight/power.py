@@ -5,13 +5,14 @@ What the identified transients add on top is in ``planner.flight.transients``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
 from planner.physics.atmosphere import air_density_kg_m3
 from planner.vehicle.cruise_law import CruisePower, WholeLaw, whole_power_w
 from planner.vehicle.hover_law import hover_power_w
@@ -28,7 +29,7 @@ _LEAST_SPEED_M_S = 1e-9
 """Keeps a ratio of speeds finite where a vehicle stands."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SteadyPower:
     """The steady power of one vehicle in the air of one day."""
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.state import STATES
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
@@ -20,7 +21,7 @@ MOST_SAMPLES = 200_000
 """A flight of more than five and a half hours is sampled more coarsely."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Trace:
     """Samples of a flight as columns of one length, the segment boundaries among them."""
 
@@ -38,7 +39,7 @@ class Trace:
 
     def columns(self) -> dict[str, FloatArray | IntArray | tuple[str, ...]]:
         """Return the columns by name, in the order they are written."""
-        return {name: getattr(self, name) for name in self.__slots__}
+        return {column.name: getattr(self, column.name) for column in fields(self)}
 
 
 def sample_trace(flight: Flight, route: Route) -> Trace:

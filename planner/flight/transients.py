@@ -7,11 +7,12 @@ once, with the segment that began it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
@@ -24,7 +25,7 @@ def _peak_s(unit: StepResponse, window_s: float, *, highest: bool) -> float:
     return unit.extremum(window_s, highest=highest).time_s
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Transients:
     """Windows of power responses as columns, in the order of their start.
 

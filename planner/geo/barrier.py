@@ -7,10 +7,12 @@ and whole edges, never from samples along them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.findings import Place
@@ -40,7 +42,7 @@ class LegStretches(NamedTuple):
     """End of the piece, from the start of its leg. Shape (k,). [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CircleBarrier:
     """A circle, computed exactly."""
 
@@ -112,7 +114,7 @@ class CircleBarrier:
         return along / length
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class PolygonBarrier:
     """A polygon (or several, where a union has several parts).  See :func:`polygon_barrier`."""
 

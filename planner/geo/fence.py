@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.findings import Place
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FencePolygon:
     """One polygon of a fence; its edges are straight in latitude and longitude."""
 
@@ -20,7 +21,7 @@ class FencePolygon:
     place: Place | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FenceCircle:
     """One circle of a fence."""
 
@@ -32,7 +33,7 @@ class FenceCircle:
     place: Place | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Fence:
     """Every area of a mission's fence."""
 
@@ -45,7 +46,7 @@ class Fence:
         return bool(self.polygons or self.circles)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RallyPoint:
     """A place to return to instead of home."""
 

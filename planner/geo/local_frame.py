@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.geo import geodesy
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.geo.geodesy import FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LocalFrame:
     r"""The azimuthal equidistant projection of the WGS 84 ellipsoid about an origin.
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from planner.errors import TerrainFileError
+from planner.frozen import frozen
 from planner.geo.geodesy import distance_m
 from planner.geo.path_legs import path_legs
 
@@ -34,7 +35,7 @@ _MOST_SAMPLES = 1_000_000
 _LEAST_WEIGHT = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class TerrainTile:
     """One raster of ground heights; cells are known by their centres."""
 
@@ -112,7 +113,7 @@ class TerrainTile:
         return x, y
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class TerrainProfile:
     """The ground under a path."""
 
@@ -141,7 +142,7 @@ class TerrainProfile:
         return not np.ma.getmaskarray(self.height_amsl_m).any()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TerrainGrid:
     """Ground heights above mean sea level from one tile or several."""
 

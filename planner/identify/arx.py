@@ -19,7 +19,6 @@ by the matrix logarithm: ``control`` 0.10 samples systems but does not convert t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -28,6 +27,7 @@ import numpy.typing as npt
 
 from planner.catalogue.identification import ARX_BIASED
 from planner.errors import IdentificationError
+from planner.frozen import frozen
 from planner.identify.manoeuvre import ReferenceForm
 from planner.physics.transfer_function import TransferFunction
 
@@ -54,7 +54,7 @@ class Criterion(StrEnum):
     """Schwarz's: ln(samples) per coefficient."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ArxModel:
     """A fitted ARX model."""
 

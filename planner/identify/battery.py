@@ -9,12 +9,12 @@ it as such.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import IdentificationError
+from planner.frozen import frozen
 from planner.identify.estimate import Estimate
 from planner.identify.noise import Noise, fit_noise, least_squares_covariance
 
@@ -31,7 +31,7 @@ _LEAST_RISE_V = 1e-3
 """Between two knots: a curve must rise. [V]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BatteryFit:
     """What one or more discharges tell about a battery."""
 

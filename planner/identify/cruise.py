@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import IdentificationError
+from planner.frozen import frozen
 from planner.identify.estimate import Estimate
 from planner.physics.rotor import momentum_power_w
 
@@ -26,7 +26,7 @@ _LEAST_ERROR_W = 1e-3
 """Keeps the weights finite where there is no noise. [W]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CruiseCurve:
     """Power above hover over airspeed, falling to one minimum and rising after it."""
 
@@ -40,7 +40,7 @@ class CruiseCurve:
     """Most that a mean was moved by to give one minimum. [W]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class MomentumFit:
     """Parameters of `planner.physics.rotor.momentum_power_w` fitted to steady flights."""
 

@@ -8,12 +8,12 @@ density form, :math:`P = P_0 (m/m_0)^a (\rho/\rho_0)^b`, takes the exponents of 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import IdentificationError
+from planner.frozen import frozen
 from planner.identify.estimate import Estimate
 from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
 
@@ -36,7 +36,7 @@ _LEAST_RELATIVE_ERROR = 1e-6
 """Of a mean power: keeps the weights finite where there is no noise. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class AltitudeLawFit:
     """The article's law with the covariance of K and z."""
 
@@ -56,7 +56,7 @@ class AltitudeLawFit:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DensityLawFit:
     """The density form, and which of its exponents were measured."""
 

@@ -14,13 +14,13 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from planner.errors import IdentificationError
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +33,7 @@ _WORST_CONDITION = 1e10
 """Of a scaled normal matrix; beyond, some combination of parameters leaves no trace."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Noise:
     """Stationary noise at even sampling steps."""
 

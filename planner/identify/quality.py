@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.identify.manoeuvre import simulated_answers
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _LAGS = 20
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Quality:
     """How one manoeuvre is described by a model."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from planner.frozen import frozen
 from planner.identify.estimate import Estimate
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _TIME_CONSTANTS = 4.0
 """exp(-4) is 2 %."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class ResponseFit:
     """A transfer function fitted to manoeuvres."""
 

@@ -11,12 +11,12 @@ spread: the next flight meets it as well.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import IdentificationError
+from planner.frozen import frozen
 from planner.physics.transfer_function import TransferFunctionStack
 from planner.vehicle.model_spread import ModelSpread
 from planner.vehicle.spread_schema import STATE_NAMES
@@ -36,7 +36,7 @@ _LEAST_VALID = 0.05
 """Share of valid draws below which a covariance describes no model. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class ResponseSpread:
     """Models that the manoeuvres are consistent with."""
 

@@ -7,12 +7,12 @@ noise.  Thresholds have a hysteresis; what is shorter than a second belongs to w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.state import STATE_INDEX, STATES, FlightState
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -40,7 +40,7 @@ _KNOWN = 0.9
 """Share of the flight a column must be known for. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StateSegment:
     """A stretch of one flight state."""
 

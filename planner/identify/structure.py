@@ -8,11 +8,11 @@ other.  Up to the second order the coefficients of the factors are those of the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from planner.frozen import frozen
 from planner.physics.transfer_function import TransferFunction
 
 FloatArray = npt.NDArray[np.float64]
@@ -21,7 +21,7 @@ _SMALLEST_FACTOR = 1e-6
 """Nothing that is flown changes over a million seconds. [rad/s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Structure:
     """Orders of a transfer function with delay, and its steady gain where that is known.
 

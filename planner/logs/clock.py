@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from planner.catalogue.flight_log import LOG_CLOCK
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,7 +22,7 @@ _MOST_STRAYS = 5
 """So many messages in a row may be out of time; more of them are another run of the clock."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Clock:
     """Places and times of the timed messages of a log, strays left out."""
 

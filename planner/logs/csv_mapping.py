@@ -21,12 +21,12 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import LogFileError
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -111,7 +111,7 @@ class Axes(StrEnum):
     """Forward, left, up to east, north, up."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ColumnSource:
     """The column a quantity stands in."""
 
@@ -121,7 +121,7 @@ class ColumnSource:
     """The column times this is in the unit of the quantity."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Orientation:
     """Four columns that hold a quaternion, scalar first."""
 
@@ -129,7 +129,7 @@ class Orientation:
     axes: Axes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CsvMapping:
     """Which column of a CSV file is which quantity."""
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Self
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -62,7 +64,7 @@ WANTED: Mapping[str, frozenset[str]] = {
 """The fields used, by message; all names any firmware has had."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MessageFormat:
     """The definition of a message: its FMT."""
 
@@ -72,7 +74,7 @@ class MessageFormat:
     fields: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class MessageTable:
     """All messages of one name, as columns of the wanted fields."""
 
@@ -110,7 +112,7 @@ class MessageTable:
         return None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class DataflashLog:
     """The wanted messages of a log."""
 

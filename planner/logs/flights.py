@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.catalogue.flight_log import FLIGHT_LEFT_OUT
 from planner.errors import LogFileError
+from planner.frozen import frozen
 from planner.logs.record import STEP_S, Boundary
 from planner.units import SECONDS_PER_HOUR
 
@@ -35,7 +35,7 @@ _LONGEST_FLIGHT_S = 43_200.0
 """Twelve hours: a longer run of a log without a silence is a broken clock. [s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FlightSpan:
     """One flight on the clock of its recording."""
 

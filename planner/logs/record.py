@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,7 +52,7 @@ class Boundary(StrEnum):
     """The log begins, or ends, with the vehicle armed, in the air or not."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LoggedHome:
     """The home of a flight, the origin of its heights and of its local frame."""
 
@@ -64,7 +66,7 @@ class LoggedHome:
     """The message it comes from, or how it was chosen."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LoggedItem:
     """A mission item as the vehicle held it, with MAVLink's seven parameters."""
 
@@ -84,7 +86,7 @@ class LoggedItem:
     """In the altitude reference of ``frame``. [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Quantity:
     """A row of the table that says what was found where."""
 
@@ -107,7 +109,7 @@ class Quantity:
         return self.found_in is not None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class FlightRecord:
     """One flight, from arming to disarming, the vehicle armed throughout.
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from planner.logs.series import Series
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LogFile:
     """Which file a recording comes from."""
 
@@ -25,7 +27,7 @@ class LogFile:
     log_format: LogFormat
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Recording:
     """Everything a log tells between two restarts of its clock.
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.logs.record import STEP_S
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ GAP_INTERVALS = 3.0
 """Nor is a silence a gap before it is this many times the usual time between samples. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Series:
     """Samples of one quantity, finite and in the order of time."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.errors import LogFileError
+from planner.frozen import frozen
 from planner.logs.tlog_frames import Damage, frames
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ class _Rows:
     texts: dict[str, list[str]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Messages:
     """The messages of one kind, as columns."""
 

@@ -6,11 +6,11 @@ and 1.17.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.logs.attitude import euler_angles_deg
 from planner.logs.series import Series
 from planner.logs.source import sources
@@ -45,7 +45,7 @@ TOPICS = (
 """What is read of a log; the rest stays on the disk."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Topic:
     """The samples of one instance of a topic."""
 

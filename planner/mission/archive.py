@@ -9,38 +9,36 @@ import zlib
 from pathlib import PurePosixPath
 
 from planner.errors import MissionFileError
-from planner.mission.file_size import LARGEST_FILE_BYTES, refuse_large
 
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
 _UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, ValueError)
 """What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
 
 
-def unpack_gzip(data: bytes, *, source: str) -> bytes:
-    """Return the content of a gzip file.
+def unpack_gzip(data: bytes, *, most_bytes: int, source: str) -> bytes:
+    """Return the content of a gzip file, up to a size.
 
     Raises
     ------
     MissionFileError
-        If it is broken or too large.
+        If it is broken.
     """
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
-            unpacked = stream.read(LARGEST_FILE_BYTES + 1)
+            unpacked = stream.read(most_bytes)
     except _UNPACK_ERRORS:
         msg = "a gzip file that is broken: make it anew"
         raise MissionFileError(msg, source=source) from None
-    refuse_large(unpacked, source=source)
     return unpacked
 
 
-def unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
-    """Return the content and the name of the one mission in a zip archive.
+def unpack_zip(data: bytes, *, most_bytes: int, source: str) -> tuple[bytes, str]:
+    """Return the content, up to a size, and the name of the one mission in a zip archive.
 
     Raises
     ------
     MissionFileError
-        If it is broken, encrypted or too large, or does not hold exactly one mission.
+        If it is broken or encrypted, or does not hold exactly one mission.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -57,9 +55,8 @@ def unpack_zip(data: bytes, *, source: str) -> tuple[bytes, str]:
                 msg = f"a zip archive that holds {held}: unpack it and give one mission file"
                 raise MissionFileError(msg, source=source)
             with archive.open(names[0]) as stream:
-                unpacked = stream.read(LARGEST_FILE_BYTES + 1)
+                unpacked = stream.read(most_bytes)
     except _UNPACK_ERRORS:
         msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
         raise MissionFileError(msg, source=source) from None
-    refuse_large(unpacked, source=source)
     return unpacked, names[0]

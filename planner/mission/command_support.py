@@ -6,12 +6,12 @@ energy of a multicopter's flight, and whether an autopilot takes it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
+from planner.frozen import frozen
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -185,7 +185,7 @@ def support(command: int, autopilot: Autopilot, *, frame: int | None = None) -> 
     return tables.px4.get(command, Support.REFUSED)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Tables:
     effects: Mapping[int, CommandEffect]
     px4: Mapping[int, Support]

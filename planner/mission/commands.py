@@ -7,11 +7,12 @@ The table is generated from the dialects common and ardupilotmega as pymavlink c
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -87,7 +88,7 @@ GLOBAL_FRAMES = AMSL_FRAMES | RELATIVE_FRAMES | TERRAIN_FRAMES
 """Positions in degrees."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CommandDefinition:
     """What MAVLink says about one command."""
 
@@ -101,7 +102,7 @@ class CommandDefinition:
     """The seven parameters' names, ``""`` where one is not used."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CommandTable:
     """MAVLink's enumerations MAV_CMD and MAV_FRAME."""
 

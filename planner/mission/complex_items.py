@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from planner.catalogue.loader import (
@@ -11,6 +10,7 @@ from planner.catalogue.loader import (
     PLAN_VALUE,
     SURVEY_REBUILT,
 )
+from planner.frozen import frozen
 from planner.mission import structure_scan
 from planner.mission.item_sequence import ItemSequence
 from planner.mission.items import MOST_ITEMS, make_items
@@ -41,7 +41,7 @@ VERSIONS = {
 _TRANSECT_VERSIONS = (1, 2)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ComplexItemReader:
     """Expands the complex items of one document; what is odd goes to its remarks."""
 

@@ -6,22 +6,23 @@ import codecs
 import os
 import stat
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
 from planner.errors import MissionFileError
-from planner.mission.file_size import LARGEST_FILE_BYTES, refuse_large
+from planner.frozen import frozen
 from planner.mission.foreign import describe_binary
 
 if TYPE_CHECKING:
     from planner.findings import Finding
 
+LARGEST_FILE_BYTES = 64 * 2**20
+"""No mission of 65,535 items comes near it, in any format."""
 STANDARD_INPUT = "-"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FileText:
     """The text of a file and what getting at it brought to light."""
 
@@ -84,19 +85,21 @@ def read_text(data: bytes, *, source: str) -> FileText:
     MissionFileError
         If they are too many, empty, not text, or an archive without exactly one mission.
     """
-    refuse_large(data, source=source)
+    _refuse_large(data, source=source)
     findings: list[Finding] = []
     inner_name: str | None = None
+    most_bytes = LARGEST_FILE_BYTES + 1
     if data.startswith(b"\x1f\x8b"):
         from planner.mission.archive import unpack_gzip
 
-        data = unpack_gzip(data, source=source)
+        data = unpack_gzip(data, most_bytes=most_bytes, source=source)
         findings.append(FILE_PACKED.finding("read from a gzip file"))
     elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         from planner.mission.archive import unpack_zip
 
-        data, inner_name = unpack_zip(data, source=source)
+        data, inner_name = unpack_zip(data, most_bytes=most_bytes, source=source)
         findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
+    _refuse_large(data, source=source)
     text, odd = _decode(data, source=source)
     if odd:
         findings.append(FILE_ENCODING.finding(odd))
@@ -104,6 +107,13 @@ def read_text(data: bytes, *, source: str) -> FileText:
         msg = "the file is empty"
         raise MissionFileError(msg, source=source)
     return FileText(text=text, findings=tuple(findings), inner_name=inner_name)
+
+
+def _refuse_large(data: bytes, *, source: str) -> None:
+    if len(data) > LARGEST_FILE_BYTES:
+        size = LARGEST_FILE_BYTES // 2**20
+        msg = f"more than {size} MiB: no mission is that large"
+        raise MissionFileError(msg, source=source)
 
 
 def _decode(data: bytes, *, source: str) -> tuple[str, str]:

@@ -7,7 +7,7 @@ text holds with what the mission holds.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 from planner.catalogue.loader_writer import (
@@ -21,6 +21,7 @@ from planner.catalogue.loader_writer import (
     WRITTEN_DIFFERENTLY,
 )
 from planner.errors import MissionFileError, OutputError
+from planner.frozen import frozen
 from planner.mission.commands import Command
 from planner.mission.items import MissionFormat
 from planner.mission.jump_numbers import numbered_in_order
@@ -51,7 +52,7 @@ _WRITTEN_ITEM_KEYS = frozenset(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Conversion:
     """The text of a mission in a file format."""
 

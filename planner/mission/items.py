@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from planner.frozen import frozen
 from planner.mission.slots import make_many
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class VehicleKind(StrEnum):
     OTHER = "other"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class VehicleEvidence:
     """A kind of vehicle and what tells it."""
 
@@ -52,7 +53,7 @@ class VehicleEvidence:
     """What tells it, fit to stand behind "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MissionItem:
     """One item, with the meaning MAVLink gives its seven parameters.
 
@@ -87,7 +88,7 @@ def make_items(rows: Sequence[tuple[Any, ...]]) -> list[MissionItem]:
     return make_many(MissionItem, zip(*rows, strict=True))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Home:
     """The planned home; the vehicle's own home at arming is what really counts."""
 
@@ -97,7 +98,7 @@ class Home:
     """``None`` where the file does not know it. [m AMSL]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Mission:
     """A mission read from a file, in flown order, home not counted."""
 

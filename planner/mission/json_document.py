@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from planner.catalogue.loader_text import FILE_ENCODING
 from planner.errors import MissionFileError
 from planner.findings import Place
+from planner.frozen import frozen
 from planner.mission.slots import make_many
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ _SENTENCES = (
 """What the standard library's messages are about; their wording differs between its versions."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class SourceText:
     """A text and where its lines end."""
 
@@ -77,7 +77,7 @@ class SourceText:
         raise MissionFileError(message, source=self.source, place=self.place(offset))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class JsonDocument:
     """A parsed JSON text; its values are not to be changed."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from planner.frozen import frozen
 from planner.mission.json_document import describe
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ LARGEST_LENGTH_M = 100_000.0
 _NUMBER_TYPES = frozenset({int, float})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class JsonFields:
     """An object of a document together with what it is called in messages."""
 

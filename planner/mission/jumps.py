@@ -8,12 +8,12 @@ the whole mission: an inner loop is not started anew by an outer one (ArduPilot 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.catalogue.mission import JUMP_TARGET
 from planner.catalogue.time import JUMPS_TOO_LONG
+from planner.frozen import frozen
 from planner.mission.commands import Command, command_name
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FlownOrder:
     """The items of a mission in the order they are reached."""
 

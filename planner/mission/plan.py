@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.catalogue.loader import MISSION_VERSION, PLAN_VALUE, REQUIRED_KEY
 from planner.errors import MissionFileError
+from planner.frozen import frozen
 from planner.mission.items import Home, Mission, MissionFormat
 from planner.mission.json_document import JsonDocument, describe, parse_json
 from planner.mission.json_fields import JsonFields
@@ -29,7 +29,7 @@ AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
 """By MAV_AUTOPILOT."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class PlanDocument:
     """What a JSON mission was read from: enough to write it back without losing anything."""
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.catalogue.loader import JUMP_IDS, JUMP_INTO_COMPLEX_ITEM, JUMP_SHIFTED
+from planner.frozen import frozen
 from planner.mission.commands import Command
 from planner.mission.items import MOST_ITEMS, make_items
 from planner.mission.json_document import describe
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from planner.mission.remarks import Remarks
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class PlanItems:
     """Mission items in flown order, and where in the file's list each comes from."""
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from planner.frozen import frozen
 from planner.mission.items import Mission, VehicleKind
 from planner.mission.legacy_json import read_legacy
 from planner.mission.plan import (
@@ -51,7 +51,7 @@ _LEGACY_KEYS = frozenset({"MAV_AUTOPILOT", "fileType", "groundStation", "version
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Basis:
     """What a mission is written on top of: the content it was read from, if any."""
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -36,7 +37,7 @@ class StageKind(StrEnum):
     """Fly home by the vehicle's own rules and land there."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Stage:
     """One thing asked of the vehicle, in the frame of its home."""
 
@@ -65,7 +66,7 @@ class Stage:
     """Radius of a circle; negative for counter-clockwise. [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Lap:
     """The part of a route that an endless jump repeats; a route flies it once more, to its end."""
 
@@ -75,7 +76,7 @@ class Lap:
     """Where the repeated lap begins, as a position in the route's stages."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Route:
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 

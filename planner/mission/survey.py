@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, Frame
 from planner.mission.item_sequence import ItemSequence
@@ -44,7 +44,7 @@ class PointKind(Enum):
     EXIT = auto()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SurveyPlan:
     """What a survey is computed from."""
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from io import StringIO
 from typing import TYPE_CHECKING, NoReturn
 
 from planner.errors import MissionFileError
 from planner.findings import Place
+from planner.frozen import frozen
 from planner.mission.commands import (
     GLOBAL_FRAMES,
     frame_name,
@@ -49,7 +49,7 @@ _TOKEN = re.compile(r"[^\s,]+")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Row:
     """One row, converted."""
 
@@ -66,7 +66,7 @@ class Row:
     """Whether the row is 12 fields between tabs, as QGroundControl wants it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RowText:
     """Every row of a text, and what else there was."""
 
@@ -128,7 +128,7 @@ def read_rows(lines: Iterator[tuple[int, str]], *, source: str) -> RowText:
     return RowText(rows=tuple(rows), comment_lines=comments, blank_lines=blanks)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Fields:
     """The fields of one line, each with its column."""
 

@@ -18,12 +18,13 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from math import factorial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +42,7 @@ _UNDAMPED = 1e-12
 _TAYLOR_DEGREE = 26  # of a matrix of norm 2: 2^27 / 27! is 1e-20
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class DecayTerms:
     """Bound of the exponential part of a response: the sum of m t^q / q! exp(σ t)."""
 
@@ -60,7 +61,7 @@ class DecayTerms:
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class ClusteredModes:
     """One system, its poles gathered in groups of neighbours."""
 

@@ -12,11 +12,12 @@ and then polished by Newton's rule inside its bracket.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import factorial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,7 +42,7 @@ class Extremum(NamedTuple):
     """Value there, of the response or of the derivative that was asked for."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class ModulusBound:
     """Bound of a derivative of a response from the moduli of its terms."""
 
@@ -195,7 +196,7 @@ def monotone_between(
     return rising[np.concatenate(([True], rising[1:] > rising[:-1]))]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Slope:
     """A derivative of a response whose roots are sought."""
 

@@ -36,11 +36,11 @@ far, from 0.001 to 30 time constants of the fastest mode: 1e-13 for systems up t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.physics.clusters import (
     ClusteredModes,
     DecayTerms,
@@ -107,7 +107,7 @@ def roots(coefficients: FloatArray) -> ComplexArray:
     return np.take_along_axis(found, ranking, axis=-1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Modes:
     """The poles of one system or of a stack of systems, ready to be summed over time.
 

@@ -30,11 +30,11 @@ by `planner.physics.extrema` and `planner.physics.settling`, for one system and 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.physics import extrema, settling
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ MAX_EDGE_ORDER = 3
 """Inputs grow with the cube of time at most."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Edge:
     """One part of an input: amplitude · (t - start)^order / order! from its start on."""
 
@@ -163,7 +163,7 @@ class Response(ABC):
         return None if np.isinf(time_s) else time_s
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StepResponse(Response):
     """Answer to a step of the input at time 0."""
 
@@ -179,7 +179,7 @@ class StepResponse(Response):
         return (Edge(amplitude=self.amplitude),)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class PulseResponse(Response):
     """Answer to an input held for a while and then withdrawn."""
 
@@ -201,7 +201,7 @@ class PulseResponse(Response):
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class RampResponse(Response):
     """Answer to an input that grows steadily from time 0, for ever or until it is held."""
 
@@ -223,7 +223,7 @@ class RampResponse(Response):
         return (ramp, Edge(start_s=self.duration_s, order=1, amplitude=-self.rate_per_s))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ShapedResponse(Response):
     """Answer to a shaped reference, such as a jerk-limited one."""
 

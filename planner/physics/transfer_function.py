@@ -20,12 +20,13 @@ mean_residence_time_s     s               T + a_1/a_0 - b_1/b_0, how far the ans
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.physics.clusters import growth_rate
 from planner.physics.modes import make_modes, roots
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from planner.physics.modes import FloatArray, Modes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class TransferFunction:
     """One linear system: a proper rational function of s and a delay.
 
@@ -170,7 +171,7 @@ def _modes(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> Mode
     return make_modes(np.array(numerator), np.array(denominator))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class TransferFunctionStack:
     """Many systems of the same order, evaluated at once, such as draws of one model.
 

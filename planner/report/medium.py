@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
+
+from planner.frozen import frozen
 
 _CODES = {"bold": "1", "red": "1;31", "yellow": "33", "green": "1;32", "dim": "2"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Medium:
     """A terminal, or a file or pipe, which has neither width nor colour."""
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from planner.frozen import frozen
 from planner.report.table import table_lines
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CodeCount:
     """The findings of one rule and severity in all missions of a call."""
 

@@ -6,9 +6,10 @@ Version 4.7 renamed and rescaled most of them, from centimetres to metres (ArduP
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
+from planner.frozen import frozen
 from planner.vehicle.parameter_table import parameter, parameter_table
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ _SI_NAMES = (4, 7)
 """The version that renamed parameters and counts in metres."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ArduPilotParameters:
     """Copter's parameters in SI; without arguments its defaults.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from planner.frozen import frozen
 from planner.physics.battery import delivered_energy_wh
 from planner.vehicle.battery_schema import BATTERY
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Battery:
     """A battery as its label, or its identification, describes it.
 

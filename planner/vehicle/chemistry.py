@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from planner.frozen import frozen
 from planner.vehicle.battery_schema import CHEMISTRY
 from planner.vehicle.shipped import models_root
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Chemistry:
     """One kind of cell."""
 

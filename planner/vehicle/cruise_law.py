@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.physics.power_curves import di_franco_buttazzo_power_w, liu_power_w
 from planner.physics.rotor import momentum_power_w
 from planner.vehicle.power_schema import CRUISE, DI_FRANCO_BUTTAZZO, LIU, MOMENTUM, VERTICAL
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CruisePower:
     """Steady power in level flight above hover power, over airspeed."""
 
@@ -36,7 +36,7 @@ class CruisePower:
         return _curve_w(airspeed_m_s, self.speed_m_s, self.power_above_hover_w)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class VerticalPower:
     """Steady power in vertical flight above hover power, over climb rate."""
 
@@ -53,7 +53,7 @@ class VerticalPower:
         return _curve_w(climb_rate_m_s, self.climb_rate_m_s, self.power_above_hover_w)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class MomentumLaw:
     """All power of the motors by momentum theory: see `planner.physics.rotor.momentum_power_w`."""
 
@@ -74,7 +74,7 @@ class MomentumLaw:
         MOMENTUM.refuse(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class LiuLaw:
     """All power by five parameters: see `planner.physics.power_curves.liu_power_w`."""
 
@@ -92,7 +92,7 @@ class LiuLaw:
         LIU.refuse(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DiFrancoButtazzoLaw:
     """All power by a polynomial and two powers.
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
+from planner.frozen import frozen
 from planner.physics.hover import altitude_law_hover_power_w, density_law_hover_power_w
 from planner.vehicle.power_schema import ALTITUDE_LAW, DENSITY_LAW
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class AltitudeLaw:
     """Hover power over height above home, P = K H^z: the article's equation 4."""
 
@@ -28,7 +28,7 @@ class AltitudeLaw:
         ALTITUDE_LAW.refuse(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DensityLaw:
     """Hover power over mass and air density, scaled from one measured hover."""
 

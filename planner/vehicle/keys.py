@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -18,7 +20,7 @@ _MOST_UNKNOWN_KEYS = 20
 """Unknown keys named one by one; a file with more is another kind of file."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Interval:
     """A closed interval of a quantity."""
 
@@ -67,7 +69,7 @@ class Kind(StrEnum):
         return right
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Key:
     """One key of a table and what its value must be."""
 
@@ -135,7 +137,7 @@ def _nothing_to_compare(_: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     return ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Table:
     """One table of a model file: its keys, and what must hold between them."""
 

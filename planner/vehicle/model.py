@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
+from planner.frozen import frozen
 from planner.physics.response import StepResponse
 from planner.vehicle.consistency import (
     mass_problems,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model_spread import ModelSpread
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ManoeuvreResponse:
     """How the vehicle, or its power, answers a step of one reference."""
 
@@ -65,7 +65,7 @@ class ManoeuvreResponse:
         return self.transfer_function.delay_s
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Responses:
     """The identified responses, each ``None`` where the model does not have it.
 
@@ -89,7 +89,7 @@ class Responses:
                 table.refuse(response)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Loads:
     """What draws power besides flying."""
 
@@ -102,7 +102,7 @@ class Loads:
         LOADS.refuse(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ValidFor:
     """The box in which a model holds; ``None`` where the model does not say."""
 
@@ -125,7 +125,7 @@ class ValidFor:
         VALID_FOR.refuse(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Provenance:
     """Where the numbers of a model come from."""
 
@@ -146,7 +146,7 @@ class Provenance:
         PROVENANCE.refuse(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class VehicleModel:
     """What was identified about one vehicle."""
 

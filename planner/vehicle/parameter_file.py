@@ -23,6 +23,7 @@ from planner.autopilot import Autopilot
 from planner.catalogue.parameter import PARAMETER_REPEATED
 from planner.errors import ParameterFileError
 from planner.findings import Place
+from planner.frozen import frozen
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.parameter_table import parameter_table
 from planner.vehicle.px4_parameters import Px4Parameters
@@ -56,7 +57,7 @@ class ParameterValue:
     """Line of the file; ``None`` where there is no file."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ParameterSet:
     """The parameters of one vehicle, by their own names."""
 

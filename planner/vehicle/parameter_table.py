@@ -7,9 +7,11 @@ SI, and carries the row that says under which names and units the autopilot know
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,7 +44,7 @@ SI_PER_UNIT: Mapping[str, float] = {
 """SI per unit of a parameter; charge stays in ampere-hours, as on every battery."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Spelling:
     """A name under which an autopilot knows a quantity, and the unit it counts it in."""
 
@@ -56,7 +58,7 @@ class Spelling:
         return value * SI_PER_UNIT[self.unit]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Parameter:
     """One row: everything the planner knows about one parameter."""
 
@@ -163,7 +165,7 @@ class OriginKind(StrEnum):
     DEFAULT = "autopilot default"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Origin:
     """Where one value was taken from, so that a result can say it."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planner.autopilot import Autopilot
@@ -15,6 +14,7 @@ from planner.catalogue.parameter import (
     PARAMETERS_OF_ANOTHER_AUTOPILOT,
 )
 from planner.findings import Severity
+from planner.frozen import frozen
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.keys import nearest_hint
 from planner.vehicle.parameter_file import ParameterSet, ParameterValue
@@ -40,7 +40,7 @@ _NAMED = 3
 """Parameters named in one finding; the others are counted."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ResolvedParameters:
     """The parameters a flight is predicted with, and what has to be known about them."""
 

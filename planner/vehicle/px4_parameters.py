@@ -7,9 +7,10 @@ Defaults are those of PX4's 1.17 line on a multicopter: ``src/modules/mc_pos_con
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
+from planner.frozen import frozen
 from planner.vehicle.parameter_table import parameter
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ _FASTEST_M_S = 50.0
 """Faster than any multicopter that flies missions: beyond it a unit was mistaken. [m/s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Px4Parameters:
     """PX4's parameters in SI; without arguments the defaults of a multicopter.
 

@@ -7,10 +7,11 @@ the nodes of a quadrature for energy, and sampled only for plots and traces.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     IntArray: TypeAlias = npt.NDArray[np.intp]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class KinematicState:
     """Where a vehicle is and how it moves, in the frame of its home; all of one shape."""
 
@@ -51,7 +52,7 @@ class MotionLaw(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class SegmentColumns:
     """The segments of a flight as columns, all of length n, in flown order."""
 
@@ -71,7 +72,7 @@ class SegmentColumns:
         return np.cumsum(self.duration_s)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Motion:
     """How a vehicle flies a route: segments, and the pieces they are made of."""
 
@@ -145,7 +146,7 @@ class Motion:
         return self.state_at(*self.piece_at(time_s))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class PolynomialLaw:
     """Position as a cubic of time on each axis: holding, constant speed, or constant jerk."""
 
@@ -168,7 +169,7 @@ class PolynomialLaw:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class CircleLaw:
     """Level flight about a centre at a steady rate."""
 

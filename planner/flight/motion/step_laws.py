@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import KinematicState
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.physics.response import StepResponse
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class VerticalStepLaw:
     """Answer of the altitude response to steps, pausing at the peak rate where a step is long."""
 
@@ -48,7 +48,7 @@ class VerticalStepLaw:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class SpeedPulseLaw:
     """Answer of the speed response to pulses of the speed reference, along straight level legs."""
 

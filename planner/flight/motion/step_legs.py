@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
 from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Legs:
     """Stages as columns, one row per stage; each begins and ends standing still."""
 

@@ -16,7 +16,6 @@ then is left of the way, a few hundredths of the speed, is counted with the brak
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
@@ -31,6 +30,7 @@ from planner.flight.motion.kinematics import (
 from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.flight.transients import Transients
+from planner.frozen import frozen
 from planner.physics.settling import settling_times_s
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ _CLIMB_POWER, _DESCENT_POWER, _BRAKE_POWER = range(3)
 _CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, _HOLD, _SLOTS = range(8)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Part:
     """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
 
@@ -92,7 +92,7 @@ def _pieces_between(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class _Pace:
     """What a speed response says of every leg, whatever its speed."""
 

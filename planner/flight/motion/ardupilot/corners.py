@@ -14,10 +14,11 @@ and 2 t does not exceed either ramp.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
@@ -29,7 +30,7 @@ _BELOW = 1.0 - 1e-9
 """What is below a limit."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Corners:
     """Waypoints between two straight legs, one per row."""
 
@@ -101,7 +102,7 @@ def half_overlap_s(
     return half
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Limits:
     """The four limits of corners, with what of the directions they depend on."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.stage import StageKind
 
@@ -38,7 +38,7 @@ _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class StageColumns:
     """Stages, one per row; places in the autopilot's own metres."""
 

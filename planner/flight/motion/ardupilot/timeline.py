@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.legs import SLOTS
 from planner.flight.motion.kinematics import CircleLaw, Motion, PolynomialLaw, SegmentColumns
 from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
 from planner.physics.quadrature import unit_quadrature
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _INSTANT_S = 1e-9
 _NODES, _WEIGHTS = unit_quadrature(3)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Circles:
     """Circles, one per row."""
 
@@ -38,7 +38,7 @@ class Circles:
     speed_m_s: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Pieces:
     """Pieces of motion of one source."""
 
@@ -50,7 +50,7 @@ class _Pieces:
     is_grounded: BoolArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Segments:
     """Segments of one source."""
 
@@ -134,7 +134,7 @@ def make_motion(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _LegTimes:
     """Legs on the clock of the flight."""
 

@@ -11,6 +11,7 @@ from planner.flight.motion.px4.laws import SettlingLaw
 from planner.flight.motion.px4.pieces import RAMP, Lines, Places
 from planner.flight.motion.px4.ramps import Ramps
 from planner.flight.motion.px4.speeds import allowed_speed_m_s
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
@@ -28,7 +29,7 @@ STANDS_M = 1e-4
 [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class DescentProfile:
     """How fast a landing descends, by height over the ground.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from planner.flight.motion.kinematics import KinematicState
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,7 +35,7 @@ def wright_omega(y: FloatArray) -> FloatArray:
     return np.where(vanishing, 0.0, omega)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class BrakeLaw:
     """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines."""
 
@@ -90,7 +90,7 @@ class BrakeLaw:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class SettlingLaw:
     """On each axis a cubic of time plus an exponential that dies away."""
 

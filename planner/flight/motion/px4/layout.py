@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.headings import pauses_s
 from planner.flight.motion.px4.speeds import STILL_M
 from planner.flight.motion.px4.vertices import final_speeds_m_s
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
@@ -22,7 +22,7 @@ _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Layout(Columns):
     """Moves laid out between their waypoints, before anything is known of speeds handed on."""
 

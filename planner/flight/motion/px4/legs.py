@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from planner.flight.motion.px4.onto_legs import cut_short, slowed_turns, turns_o
 from planner.flight.motion.px4.speeds import STILL_M, braking_time_s
 from planner.flight.motion.px4.straights import Straights, fly_straights
 from planner.flight.motion.px4.takeoffs import Takeoffs, make_takeoffs
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
@@ -29,7 +29,7 @@ _ROUNDS = 100
 """Short legs hand on their speed to the next; each round carries it one leg further, ever less of it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Legs(Columns):
     """Moves as they are flown, as columns of length n; of landings only how they begin."""
 
@@ -49,7 +49,7 @@ class Legs(Columns):
     """Its velocity then. (n, 3) [m s⁻¹]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class FlownMoves:
     """All there is to know of the moves of a flight."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.ramps import ramp_time_s
 from planner.flight.motion.px4.speeds import allowed_speed_m_s, braking_distance_m, half_b_m_s
 from planner.flight.motion.px4.turns import CLAMPED_M_S
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
@@ -21,7 +21,7 @@ _LEVEL, _UPRIGHT = 0, 1
 """The two laws that limit a speed: of the horizontal and of the vertical axes."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Limits(Columns):
     """What limits the speed along straights; lengths and speeds count along them."""
 

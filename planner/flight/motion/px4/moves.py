@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.flight.motion.px4.returns import return_legs
+from planner.frozen import frozen
 from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Move(NamedTuple):
     """Belongs to a return, which the look-ahead of the move before does not see."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Moves:
     """Moves as columns of length n, in flown order; several flights may stand one after the other."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from planner.flight.motion.kinematics import PolynomialLaw
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.laws import BrakeLaw, SettlingLaw
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, MotionLaw
@@ -24,7 +25,7 @@ _SHORTEST_S = 1e-9
 """Shorter pieces are left out. [s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Places(Columns):
     """Where pieces belong, as columns of length k."""
 
@@ -39,7 +40,7 @@ class Places(Columns):
     """Seconds of that per second of flight. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Lines(Columns):
     """Straight parts of moves, cubic in time, as columns of length k."""
 
@@ -52,7 +53,7 @@ class Lines(Columns):
     jerk_m_s3: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Collected:
     """Pieces of one kind, in the order they were added."""
 
@@ -176,7 +177,7 @@ def _level(vectors: FloatArray) -> FloatArray:
     return np.hypot(vectors[..., 0], vectors[..., 1])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Ordered:
     """Pieces in flown order, and the segments they make."""
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
@@ -15,7 +16,7 @@ _CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
 """Half angles of the cone over home that mean something (``RTL::computeReturnAltitude``). [rad]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class ReturnLeg:
     """One leg of k returns."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.ramps import Ramps, cut_ramp_time_s, ramp_time_s
 from planner.flight.motion.px4.speeds import half_b_m_s
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +22,7 @@ _ROUNDS = 6
 """Newton's steps on a smooth rising function, from above: to millimetres."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Straights(Columns):
     """How straights are flown: ramp, cruise, onset of braking, and braking by up to two laws."""
 
@@ -59,7 +59,7 @@ class Straights(Columns):
         return whole.cut(self.is_cut, change, acceleration_m_s2=limits.ramp_m_s2)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Climb(Columns):
     """The speeds at which straights begin, and the ways of ramps from there."""
 
@@ -247,7 +247,7 @@ def _braked(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _Onsets(Columns):
     """The beginnings of braking: deceleration at limited jerk, then the greatest."""
 

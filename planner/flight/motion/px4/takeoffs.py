@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.pieces import RAMP, Lines, Places
 from planner.flight.motion.px4.speeds import braking_distance_m, half_b_m_s
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
@@ -28,7 +28,7 @@ IDLE_SHARE = 0.5
 hover. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Takeoffs(Columns):
     """Take-offs as columns of length k."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.ramps import Ramps
 from planner.flight.motion.px4.speeds import STILL_M
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
@@ -29,7 +29,7 @@ PEAK_OVER_MEAN = 1.5
 _ALIGNED_RAD = math.acos(ALIGNED_COS)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Turns(Columns):
     """What is left of a turn when the vehicle heads for its target, as columns of length n."""
 
@@ -43,7 +43,7 @@ class Turns(Columns):
     """Horizontal acceleration there, zero or more. [m s⁻²]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Approach(Columns):
     """How vehicles come to the waypoints at which new legs begin, as columns of length n."""
 
@@ -109,7 +109,7 @@ def turns_onto_legs(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: 
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class _LegFrame:
     """Coordinates along and across new legs; velocities across come out as zero or more."""
 
