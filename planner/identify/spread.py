@@ -115,7 +115,7 @@ def draw_altitude_laws(
     return laws
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FlownAndPredicted:
     """One flight and its prediction by a model that was not fitted to it."""
 
