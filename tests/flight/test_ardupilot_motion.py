@@ -80,6 +80,19 @@ def test_segments_and_pieces_are_contiguous_and_the_way_has_no_gap(
     assert position[0, 0] == pytest.approx([0.0, 0.0, 0.0])
 
 
+def test_a_leg_that_speeds_up_twice_meets_a_spline_where_it_begins() -> None:
+    # Found by the test above: the leg was as fast at its end as if it had begun at full speed.
+    motion = fly(
+        takeoff(50.0),
+        stage(StageKind.GO, 7.0, 0.5, 120.0, speed=3.0),
+        stage(StageKind.GO, -40.0, -40.0, 120.0),
+        stage(StageKind.SPLINE, -40.0, 0.5, 120.0, speed=14.0),
+    )
+    assert_is_sound(motion)
+    position, _ = ends(motion)
+    assert np.abs(position[0, 1:] - position[1, :-1]).max() < 1e-6
+
+
 @given(stages=missions())
 @settings(max_examples=60, deadline=None)
 def test_speeds_change_in_a_jump_only_at_touch_down_and_about_circles(

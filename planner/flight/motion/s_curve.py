@@ -321,7 +321,8 @@ def s_curves(
     again = None
     first = peak
     if first_m_s is not None and (first_m_s < peak).any():
-        first, peak = _peak_again(length_m, first_m_s, peak, limits)
+        first, peak = _peak_again(length_m, first_m_s, peak, end, limits)
+        end = np.minimum(end, peak)
         again = speed_ramps(peak - first, **limits)
     up = speed_ramps(first - start, **limits)
     down = up if again is None and start is end else speed_ramps(peak - end, **limits)
@@ -346,6 +347,7 @@ def _peak_again(
     length_m: FloatArray,
     first_m_s: FloatArray,
     peak_m_s: FloatArray,
+    end_m_s: FloatArray,
     limits: dict[str, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """Return first speed and peak where lines from rest speed up twice.
@@ -358,11 +360,13 @@ def _peak_again(
     room = length_m - first * ramp_s
     twice = (first < peak_m_s) & (room > _ROOM_RISES * limits["jerk_rise_s"] * first)
     rows = {name: limit[twice] for name, limit in limits.items()}
-    begun, length = first[twice], length_m[twice] - 0.5 * (first * ramp_s)[twice]
+    begun, last = first[twice], end_m_s[twice]
+    length = length_m[twice] - 0.5 * (first * ramp_s)[twice]
 
     def fits(peak: FloatArray) -> BoolArray:
         more = 0.5 * (begun + peak) * speed_ramps(peak - begun, **rows).duration_s
-        return more + 0.5 * peak * speed_ramps(peak, **rows).duration_s <= length
+        end = np.minimum(last, peak)
+        return more + 0.5 * (end + peak) * speed_ramps(peak - end, **rows).duration_s <= length
 
     peak = first.copy()
     peak[twice] = _highest(fits, begun, peak_m_s[twice])
