@@ -145,6 +145,9 @@ def check(
     payload_kg: float = 0.0,
     temperature_c: float | None = None,
     position_noise_m: float = 0.0,
+    battery_health: float | None = None,
+    battery_resistance_factor: float | None = None,
+    battery_temperature_c: float | None = None,
     home_amsl_m: float | None = None,
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
@@ -175,6 +178,12 @@ def check(
         Air temperature at home; default standard for its altitude. [°C]
     position_noise_m : float
         Mean horizontal error of the position in a hover, which slows PX4's time down. [m]
+    battery_health : float, optional
+        Charge of the full battery over that of the new one; default as the battery says. [-]
+    battery_resistance_factor : float, optional
+        Resistance of the battery over that of the new one; default as the battery says. [-]
+    battery_temperature_c : float, optional
+        Temperature of the battery; default that of the air at home. [°C]
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
     autopilot : Autopilot, optional
@@ -221,8 +230,13 @@ def check(
         temperature_c=temperature_c,
         position_noise_m=position_noise_m,
         payload_kg=payload_kg,
+        battery_health=battery_health,
+        battery_resistance_factor=battery_resistance_factor,
+        battery_temperature_c=battery_temperature_c,
     )
     known = vehicle.battery if battery is None else battery
+    if known is not None:
+        known = known.aged(health=battery_health, resistance_factor=battery_resistance_factor)
     flight: Flight | None = None
     totals, budget, home = NOTHING_FLOWN, None, None
     items: tuple[ItemArrival, ...] = ()
@@ -234,7 +248,14 @@ def check(
         discharge = None
         if known is not None and vehicle.is_power_known:
             discharge = predict_discharge(
-                flight, known, charge=charge, temperature_c=flight.power.home_temperature_c
+                flight,
+                known,
+                charge=charge,
+                temperature_c=(
+                    flight.power.home_temperature_c
+                    if battery_temperature_c is None
+                    else battery_temperature_c
+                ),
             )
         totals = flight_totals(flight, known, discharge)
         items = item_arrivals(mission, route, flight)
@@ -353,6 +374,9 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             payload_kg=request.conditions.payload_kg,
             temperature_c=request.conditions.temperature_c,
             position_noise_m=request.conditions.position_noise_m,
+            battery_health=request.conditions.battery_health,
+            battery_resistance_factor=request.conditions.battery_resistance_factor,
+            battery_temperature_c=request.conditions.battery_temperature_c,
             home_amsl_m=request.conditions.home_amsl_m,
             autopilot=request.autopilot,
             parameters=parameters,

@@ -112,7 +112,8 @@ CONDITION_NOT_MODELLED = Rule(
     ),
     how=(
         "Wind needs a model whose power depends on airspeed, payload needs a mass, temperature needs "
-        "a hover law over air density."
+        "a hover law over air density; the age and temperature of a battery need its resistance and "
+        "curves."
     ),
     example="the payload of 0.5 kg is not counted: the model does not know the vehicle's mass",
     fix="use a vehicle model that carries the missing quantity",

@@ -220,6 +220,40 @@ def check_conditions(case: Case) -> Iterator[Finding]:
             f"the temperature of {numbers.temperature(conditions.temperature_c)} is not counted: "
             "the model's power knows no air density"
         )
+    yield from _battery_conditions(case)
+
+
+def _battery_conditions(case: Case) -> Iterator[Finding]:
+    """Yield a finding for what is said of a battery that says too little of itself."""
+    conditions, pack = case.conditions, case.pack
+    given = [
+        name
+        for name, value in (
+            ("health", conditions.battery_health),
+            ("resistance", conditions.battery_resistance_factor),
+            ("temperature", conditions.battery_temperature_c),
+        )
+        if value is not None
+    ]
+    if pack is None and given:
+        yield CONDITION_NOT_MODELLED.finding(
+            f"the {' and '.join(given)} of the battery is not counted: no battery is known",
+            fix="give the battery with --battery, or use a vehicle model that has one",
+        )
+        return
+    if case.discharge is None and conditions.battery_resistance_factor is not None:
+        yield CONDITION_NOT_MODELLED.finding(
+            "the resistance of the battery is not counted: the battery gives no voltage over charge "
+            "or no resistance",
+            fix="use a vehicle model whose battery has both",
+        )
+    has_curve = pack is not None and pack.resistance_temperature_c is not None
+    if conditions.battery_temperature_c is not None and not (has_curve and case.discharge):
+        yield CONDITION_NOT_MODELLED.finding(
+            "the temperature of the battery is not counted: the battery gives no resistance over "
+            "temperature",
+            fix="use a vehicle model whose battery does",
+        )
 
 
 def check_autopilot(case: Case) -> Iterator[Finding]:

@@ -18,6 +18,8 @@ _ENERGY = re.compile(rf"{_NUMBER}\s*Wh", re.IGNORECASE)
 _PERCENT = re.compile(rf"{_NUMBER}\s*%", re.IGNORECASE)
 _PLAIN = re.compile(_NUMBER, re.IGNORECASE)
 _WIND = re.compile(rf"{_NUMBER}\s*(?:m/s)?\s*@\s*{_NUMBER}\s*°?", re.IGNORECASE)
+_POWER_PROFILE = re.compile(rf"power\s*:\s*{_NUMBER}\s*@\s*{_NUMBER}\s*m?", re.IGNORECASE)
+_LOG_PROFILE = re.compile(rf"log\s*:\s*{_NUMBER}\s*m?\s*@\s*{_NUMBER}\s*m?", re.IGNORECASE)
 
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would be told 'go'."""
@@ -80,6 +82,19 @@ def wind(text: str) -> Wind:
     return Wind(speed_m_s=speed_m_s, from_deg=from_deg)
 
 
+def wind_profile(text: str) -> Wind:
+    """Return a still air that has the profile of ``power:0.2@10m`` or ``log:0.03m@10m``."""
+    if found := _POWER_PROFILE.fullmatch(text.strip()):
+        return Wind(shear_exponent=float(found[1]), reference_height_m=float(found[2]))
+    if found := _LOG_PROFILE.fullmatch(text.strip()):
+        return Wind(roughness_length_m=float(found[1]), reference_height_m=float(found[2]))
+    msg = (
+        f"{text!r} is no wind profile: write power:EXPONENT@HEIGHT, power:0.2@10m, or "
+        "log:ROUGHNESS@HEIGHT, log:0.03m@10m, with the height the wind is given for"
+    )
+    raise ValueError(msg)
+
+
 def payload_kg(text: str) -> float:
     """Return the mass of ``0.5`` or ``0.5kg``."""
     mass_kg = _number(text, unit="kg")
@@ -99,6 +114,27 @@ def temperature_c(text: str) -> float:
     air_c = _number(text, unit="C")
     Conditions(temperature_c=air_c)  # refuses what is no weather on Earth
     return air_c
+
+
+def battery_health(text: str) -> float:
+    """Return the share of ``85%`` or ``0.85``."""
+    health = fraction(text)
+    Conditions(battery_health=health)  # refuses a battery that holds nothing
+    return health
+
+
+def battery_resistance_factor(text: str) -> float:
+    """Return the factor of ``1.5``."""
+    factor = _number(text, unit="times")
+    Conditions(battery_resistance_factor=factor)  # refuses what no battery has
+    return factor
+
+
+def battery_temperature_c(text: str) -> float:
+    """Return the temperature of ``5`` or ``5C``."""
+    battery_c = _number(text, unit="C")
+    Conditions(battery_temperature_c=battery_c)  # refuses what no battery is used at
+    return battery_c
 
 
 def position_noise_m(text: str) -> float:

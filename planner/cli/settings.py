@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -138,6 +139,14 @@ FLIGHT_SETTINGS = (
         kind=Kind.QUANTITY,
     ),
     Setting(
+        key="wind_profile",
+        option="--wind-profile",
+        metavar="power:EXPONENT@M|log:ROUGHNESS_M@M",
+        meaning="how the wind grows with the height above home, and the height --wind is given for, "
+        "such as power:0.2@10 [default: the same at every height]",
+        read=quantities.wind_profile,
+    ),
+    Setting(
         key="home_amsl_m",
         option="--home-amsl",
         metavar="M",
@@ -171,6 +180,33 @@ BUDGET_SETTINGS = (
         metavar="CHARGE@VOLTAGE|ENERGY",
         meaning="battery, such as 5.2Ah@14.8V or 77Wh [default: the model's own]",
         read=quantities.battery,
+    ),
+    Setting(
+        key="battery_health",
+        option="--battery-health",
+        metavar="SHARE",
+        meaning="charge the battery still holds when full, of that of the new one "
+        "[default: as the battery says, else 100%]",
+        read=quantities.battery_health,
+        kind=Kind.QUANTITY,
+    ),
+    Setting(
+        key="battery_resistance_factor",
+        option="--battery-resistance",
+        metavar="FACTOR",
+        meaning="resistance of the battery over that of the new one "
+        "[default: as the battery says, else 1]",
+        read=quantities.battery_resistance_factor,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="battery_temperature_c",
+        option="--battery-temperature",
+        metavar="C",
+        meaning="temperature of the battery, on which its resistance depends "
+        "[default: that of the air at home]",
+        read=quantities.battery_temperature_c,
+        kind=Kind.NUMBER,
     ),
     Setting(
         key="charge",
@@ -300,9 +336,25 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
     """Return the request that settings by key make; the defaults are the request's own."""
     conditions = {
         key: values[key]
-        for key in ("wind", "home_amsl_m", "temperature_c", "payload_kg", "position_noise_m")
+        for key in (
+            "wind",
+            "home_amsl_m",
+            "temperature_c",
+            "payload_kg",
+            "position_noise_m",
+            "battery_health",
+            "battery_resistance_factor",
+            "battery_temperature_c",
+        )
         if key in values
     }
+    if (profile := values.get("wind_profile")) is not None:
+        conditions["wind"] = replace(
+            values.get("wind", profile),
+            reference_height_m=profile.reference_height_m,
+            shear_exponent=profile.shear_exponent,
+            roughness_length_m=profile.roughness_length_m,
+        )
     own = {
         key: values[key]
         for key in ("vehicle", "battery", "charge", "reserve", "baseline", "fail_on")

@@ -10,6 +10,9 @@ from planner.physics.wind import Wind
 MOST_NOISE_M = 1.5
 """PX4 stands still at an error of MPC_XY_ERR_MAX, 2 m by default; this is short of it. [m]"""
 
+MOST_RESISTANCE_FACTOR = 20.0
+"""A battery with more is not flown: a resistance was given, not a factor. [-]"""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
@@ -24,13 +27,28 @@ class Conditions:
     """Mass carried beyond the model's own. [kg]"""
     position_noise_m: float = 0.0
     """Mean horizontal error of the position in a hover, which slows PX4's time down. [m]"""
+    battery_health: float | None = None
+    """Charge of the battery over that of the new one; ``None``: as the battery says. [-]"""
+    battery_resistance_factor: float | None = None
+    """Resistance of the battery over that of the new one; ``None``: as the battery says. [-]"""
+    battery_temperature_c: float | None = None
+    """Temperature of the battery; ``None``: that of the air at home. [°C]"""
 
     def __post_init__(self) -> None:
         if self.home_amsl_m is not None and not -500.0 <= self.home_amsl_m <= 9000.0:
             msg = f"home_amsl_m must be a place on Earth (−500 to 9000 m), got {self.home_amsl_m}"
             raise ValueError(msg)
-        if self.temperature_c is not None and not -90.0 <= self.temperature_c <= 60.0:
-            msg = f"temperature_c must be −90 to 60 °C, got {self.temperature_c}"
+        for name in ("temperature_c", "battery_temperature_c"):
+            degrees_c = getattr(self, name)
+            if degrees_c is not None and not -90.0 <= degrees_c <= 60.0:
+                msg = f"{name} must be −90 to 60 °C, got {degrees_c}"
+                raise ValueError(msg)
+        if self.battery_health is not None and not 0.0 < self.battery_health <= 1.0:
+            msg = f"battery_health must be above 0 and at most 1, got {self.battery_health}"
+            raise ValueError(msg)
+        factor = self.battery_resistance_factor
+        if factor is not None and not 1.0 <= factor <= MOST_RESISTANCE_FACTOR:
+            msg = f"battery_resistance_factor must be 1 to {MOST_RESISTANCE_FACTOR:g}, got {factor}"
             raise ValueError(msg)
         if not 0.0 <= self.position_noise_m <= MOST_NOISE_M:
             msg = f"position_noise_m must be 0 to {MOST_NOISE_M:g} m, got {self.position_noise_m}"

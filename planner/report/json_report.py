@@ -51,6 +51,15 @@ _BATTERY_KEYS = (
     "lowest_voltage_v",
     "highest_c_rate",
 )
+_CONDITION_KEYS = (
+    "home_amsl_m",
+    "temperature_c",
+    "payload_kg",
+    "position_noise_m",
+    "battery_health",
+    "battery_resistance_factor",
+    "battery_temperature_c",
+)
 _RETURN_KEYS = ("tightest_item", "energy_home_wh", "margin_wh")
 _COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
 _ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
@@ -109,9 +118,10 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
         "conditions": {
             "wind_m_s": value(wind, "speed_m_s"),
             "wind_from_deg": value(wind, "from_deg"),
-            **values(
-                conditions, ("home_amsl_m", "temperature_c", "payload_kg", "position_noise_m")
-            ),
+            "wind_reference_height_m": value(wind, "reference_height_m"),
+            "wind_shear_exponent": value(wind, "shear_exponent"),
+            "wind_roughness_length_m": value(wind, "roughness_length_m"),
+            **values(conditions, _CONDITION_KEYS),
         },
         "parameters": _parameters(flown),
         **figures(result),

@@ -15,9 +15,11 @@ from planner.report.table import table_lines
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.conditions import Conditions
+    from planner.physics.wind import Wind
     from planner.report.medium import Medium
     from planner.service import UnreadableMission
 
@@ -147,11 +149,17 @@ def _energy(totals: Totals) -> str:
 
 
 def _battery(battery: BatteryBudget) -> str:
-    return (
+    text = (
         f"{numbers.energy(battery.capacity_wh)} full, "
         f"{numbers.energy(battery.usable_wh)} at the start, "
         f"{numbers.percent(battery.used_fraction)} used"
     )
+    if battery.charge_left_fraction is not None and battery.lowest_voltage_v is not None:
+        left = numbers.percent(max(battery.charge_left_fraction, 0.0))
+        text += (
+            f", {left} of the charge left, lowest {numbers.decimals(battery.lowest_voltage_v, 1)} V"
+        )
+    return text
 
 
 def _way_home(way_home: ReturnBudget) -> str:
@@ -166,17 +174,38 @@ def _way_home(way_home: ReturnBudget) -> str:
 
 def _conditions(result: CheckResult) -> str:
     conditions = result.conditions
-    wind, payload_kg = conditions.wind, conditions.payload_kg
+    payload_kg = conditions.payload_kg
     return ", ".join(
         (
-            f"wind {numbers.speed(wind.speed_m_s)} from {numbers.bearing(wind.from_deg)}"
-            if wind.speed_m_s
-            else "no wind",
+            _wind(conditions.wind),
             numbers.temperature(conditions.temperature_c),
             f"home {numbers.height(conditions.home_amsl_m)} AMSL",
             f"payload {numbers.mass(payload_kg)}" if payload_kg else "no payload",
+            *_battery_conditions(conditions),
         )
     )
+
+
+def _wind(wind: Wind) -> str:
+    if not wind.speed_m_s:
+        return "no wind"
+    text = f"wind {numbers.speed(wind.speed_m_s)} from {numbers.bearing(wind.from_deg)}"
+    if wind.reference_height_m is None:
+        return text
+    text += f" at {numbers.height(wind.reference_height_m)}"
+    if wind.shear_exponent is not None:
+        return f"{text} (power law, exponent {wind.shear_exponent:g})"
+    return f"{text} (logarithmic law, roughness {wind.roughness_length_m:g} m)"
+
+
+def _battery_conditions(conditions: Conditions) -> Iterator[str]:
+    """Yield what is said of the age and the temperature of the battery."""
+    if conditions.battery_health is not None:
+        yield f"battery health {numbers.percent(conditions.battery_health)}"
+    if conditions.battery_resistance_factor is not None:
+        yield f"battery resistance {conditions.battery_resistance_factor:g} times the new one's"
+    if conditions.battery_temperature_c is not None:
+        yield f"battery at {numbers.temperature(conditions.battery_temperature_c)}"
 
 
 def _phase_lines(result: CheckResult) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from planner.frozen import frozen
@@ -101,6 +103,31 @@ class Battery:
         if self.nominal_voltage_v is None and self.new_charge_ah is not None:
             return self._new_energy_wh / self.new_charge_ah
         return self.nominal_voltage_v
+
+    def aged(self, *, health: float | None, resistance_factor: float | None) -> Battery:
+        """Return this battery as old as it is today; ``None`` leaves what it says itself.
+
+        Parameters
+        ----------
+        health : float or None
+            Charge over that of the new battery. [-]
+        resistance_factor : float or None
+            Resistance over that of the new battery. [-]
+
+        Raises
+        ------
+        ValueError
+            If no battery is like this.
+        """
+        if health is None and resistance_factor is None:
+            return self
+        return replace(
+            self,
+            health=self.health if health is None else health,
+            resistance_age_factor=(
+                self.resistance_age_factor if resistance_factor is None else resistance_factor
+            ),
+        )
 
     def resistance_ohm(self, temperature_c: float) -> float | None:
         """Return the resistance of the whole battery, at its age and a temperature; ``None`` unknown.

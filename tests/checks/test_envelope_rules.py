@@ -89,6 +89,46 @@ def test_conditions_the_model_cannot_count_are_said() -> None:
     assert asked.totals == calm.totals
 
 
+def test_what_is_said_of_a_battery_that_says_too_little_is_marked() -> None:
+    one = mission(takeoff(100), waypoint(300, 100), rtl())
+    label = check(
+        one, VEHICLE, battery=BATTERY, battery_resistance_factor=2.0, battery_temperature_c=5.0
+    )
+    assert len([f for f in label.findings if f.code == "E108"]) == 2
+    none = check(one, VEHICLE, battery_health=0.9)
+    assert ["no battery is known" in f.message for f in none.findings if f.code == "E108"] == [True]
+
+
+def test_the_age_and_temperature_of_a_battery_that_knows_them_are_counted() -> None:
+    pack = Battery(
+        capacity_ah=10.0,
+        internal_resistance_ohm=0.05,
+        resistance_temperature_c=(0.0, 20.0),
+        resistance_factor=(2.0, 1.0),
+        ocv_soc=(0.0, 1.0),
+        ocv_v=(12.0, 16.0),
+    )
+    one = mission(takeoff(100), waypoint(300, 100), rtl())
+
+    def lowest_v(**battery: float) -> float:
+        checked = check(one, VEHICLE, battery=pack, temperature_c=20.0, **battery)
+        assert not [f for f in checked.findings if "the battery" in f.message and f.code == "E108"]
+        assert checked.battery is not None
+        assert checked.battery.lowest_voltage_v is not None
+        return checked.battery.lowest_voltage_v
+
+    # Twice the resistance is twice the resistance, whether by age or by cold.
+    assert lowest_v(battery_resistance_factor=2.0) < lowest_v() - 0.1
+    assert lowest_v(battery_temperature_c=0.0) == pytest.approx(
+        lowest_v(battery_resistance_factor=2.0), abs=1e-9
+    )
+    aged = check(one, VEHICLE, battery=pack, battery_health=0.8).battery
+    new = check(one, VEHICLE, battery=pack).battery
+    assert aged is not None
+    assert new is not None
+    assert aged.capacity_wh == pytest.approx(0.8 * new.capacity_wh)
+
+
 def test_a_file_for_an_autopilot_is_said_to_be_flown_in_steps() -> None:
     items = (takeoff(100), waypoint(300, 100), rtl())
     assert len(found("M109", *items, autopilot=Autopilot.PX4)) == 1

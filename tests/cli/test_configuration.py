@@ -37,6 +37,10 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         reserve = 0.25
         payload_kg = 0.5
         wind = "5@270"
+        wind_profile = "power:0.2@10"
+        battery_health = "85%"
+        battery_resistance_factor = 1.5
+        battery_temperature_c = 5
         home_amsl_m = 488
         temperature_c = -5.5
         position_noise_m = 0.3
@@ -65,7 +69,12 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert request.battery is not None
     assert request.battery.energy_wh == pytest.approx(76.96)
     assert (request.charge, request.reserve) == (0.95, 0.25)
-    assert request.conditions.wind == Wind(speed_m_s=5.0, from_deg=270.0)
+    assert request.conditions.wind == Wind(
+        speed_m_s=5.0, from_deg=270.0, reference_height_m=10.0, shear_exponent=0.2
+    )
+    assert request.conditions.battery_health == 0.85
+    assert request.conditions.battery_resistance_factor == 1.5
+    assert request.conditions.battery_temperature_c == 5.0
     assert request.conditions.payload_kg == 0.5
     assert request.conditions.home_amsl_m == 488.0
     assert request.conditions.temperature_c == -5.5

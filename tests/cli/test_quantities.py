@@ -102,6 +102,25 @@ def test_a_wind_out_of_range_is_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("power:0.2@10", Wind(shear_exponent=0.2, reference_height_m=10.0)),
+        ("power: 0.14 @ 20 m", Wind(shear_exponent=0.14, reference_height_m=20.0)),
+        ("log:0.03@10", Wind(roughness_length_m=0.03, reference_height_m=10.0)),
+        ("LOG:0.1m@10m", Wind(roughness_length_m=0.1, reference_height_m=10.0)),
+    ],
+)
+def test_a_wind_profile_is_a_law_and_the_height_of_the_wind(text: str, expected: Wind) -> None:
+    assert quantities.wind_profile(text) == expected
+
+
+@pytest.mark.parametrize("text", ["0.2@10", "power:0.2", "power:2@10", "log:20@10", "log:0@10"])
+def test_what_is_no_wind_profile_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"no wind profile|must be"):
+        quantities.wind_profile(text)
+
+
+@pytest.mark.parametrize(
     ("reader", "text", "value"),
     [
         (quantities.payload_kg, "0.5", 0.5),
@@ -110,6 +129,10 @@ def test_a_wind_out_of_range_is_refused(text: str) -> None:
         (quantities.home_amsl_m, "488", 488.0),
         (quantities.temperature_c, "-5", -5.0),
         (quantities.temperature_c, "15°C", 15.0),
+        (quantities.battery_health, "85%", 0.85),
+        (quantities.battery_health, "1.0", 1.0),
+        (quantities.battery_resistance_factor, "1.5", 1.5),
+        (quantities.battery_temperature_c, "-5C", -5.0),
     ],
 )
 def test_a_number_may_carry_its_unit(
@@ -130,6 +153,10 @@ def test_a_number_may_carry_its_unit(
         (quantities.temperature_c, "90F"),
         (quantities.temperature_c, "100"),
         (quantities.temperature_c, "inf"),
+        (quantities.battery_health, "0%"),
+        (quantities.battery_resistance_factor, "0.9"),
+        (quantities.battery_resistance_factor, "30"),
+        (quantities.battery_temperature_c, "80"),
     ],
 )
 def test_a_number_out_of_range_or_in_another_unit_is_refused(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -19,6 +20,9 @@ from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
 from planner.physics.wind import Wind
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import Motion
 
 RISE_S = 0.3
 """Twice ATC_INPUT_TC of 0.15 s."""
@@ -567,6 +571,35 @@ def test_a_speed_beyond_the_lean_limit_is_not_reached_in_still_air() -> None:
 
 def test_no_headway_is_an_error() -> None:
     assert windy(16.0, 15.0)[1] == ["W101"]
+
+
+def profiled(*stages: Stage, limit: float = 15.0) -> Motion:
+    # 5 m/s from east at 10 m, growing with the root of the height: 10 m/s at 40 m, 15 m/s at 90 m.
+    wind = Wind(speed_m_s=5.0, from_deg=90.0, reference_height_m=10.0, shear_exponent=0.5)
+    return fly_ardupilot(stages, DEFAULTS, wind=wind, airspeed_limit_m_s=limit)
+
+
+def test_a_wind_that_grows_with_height_slows_the_higher_leg_more() -> None:
+    low = profiled(takeoff(10.0), go(1000.0, height_m=10.0, hold=1.0))
+    high = profiled(takeoff(40.0), go(1000.0, height_m=40.0, hold=1.0))
+    assert max(low.segments.speed_m_s) == pytest.approx(10.0)
+    assert low.findings == ()
+    assert high.segments.speed_m_s[1:].max() == pytest.approx(5.0)
+    assert [f.code for f in high.findings] == ["W102"]
+
+
+def test_a_leg_through_a_wind_profile_is_flown_at_the_lowest_speed_it_meets() -> None:
+    climbing = profiled(takeoff(10.0), go(1000.0, height_m=40.0, hold=1.0))
+    # 5 m/s over the ground at its upper end, along a line that rises 30 m on 1,000 m
+    assert climbing.segments.speed_m_s[1:].max() == pytest.approx(5.0)
+    assert [f.code for f in profiled(takeoff(90.0), go(500.0, height_m=90.0)).findings] == ["W101"]
+
+
+def test_splines_keep_to_the_lean_limit_as_well() -> None:
+    spline = stage(StageKind.SPLINE, 1000.0, 0.0, 40.0)
+    motion = profiled(takeoff(40.0), spline)
+    assert motion.segments.speed_m_s[-1] == pytest.approx(5.0)
+    assert [f.code for f in motion.findings] == ["W102"]
 
 
 def test_a_vehicle_at_its_lean_limit_starts_later() -> None:

@@ -26,6 +26,12 @@ SCHEMA: dict[str, object] = {
         "home_amsl_m": NUMBER,
         "temperature_c": NUMBER,
         "payload_kg": NUMBER,
+        "wind_reference_height_m": (*NUMBER, NOTHING),
+        "wind_shear_exponent": (*NUMBER, NOTHING),
+        "wind_roughness_length_m": (*NUMBER, NOTHING),
+        "battery_health": (*NUMBER, NOTHING),
+        "battery_resistance_factor": (*NUMBER, NOTHING),
+        "battery_temperature_c": (*NUMBER, NOTHING),
     },
     "totals": {
         "time_s": NUMBER,

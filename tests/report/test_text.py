@@ -11,6 +11,7 @@ import pytest
 
 from planner import numbers
 from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
+from planner.physics.wind import Wind
 from planner.report.json_report import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally
@@ -63,6 +64,41 @@ def test_without_a_battery_the_headline_says_so(flown: CheckResult) -> None:
     assert headline(replace(flown, battery=None)) == (
         "11 min 32 s, 4.32 km, 24.1 Wh; no battery is known"
     )
+
+
+def test_the_battery_line_says_how_deep_and_how_low_where_that_is_known(
+    flown: CheckResult,
+) -> None:
+    def line(result: CheckResult) -> str:
+        lines = check_text([result], medium=Medium()).splitlines()
+        return next(line for line in lines if line.startswith("Battery"))
+
+    assert flown.battery is not None
+    label = replace(flown.battery, charge_left_fraction=None, lowest_voltage_v=None)
+    curve = replace(flown.battery, charge_left_fraction=0.431, lowest_voltage_v=13.27)
+    assert line(replace(flown, battery=label)).endswith("used")
+    assert line(replace(flown, battery=curve)).endswith("43 % of the charge left, lowest 13.3 V")
+
+
+def test_a_wind_profile_and_an_old_battery_are_among_the_conditions(flown: CheckResult) -> None:
+    def shown(wind: Wind) -> str:
+        conditions = replace(
+            flown.conditions,
+            wind=wind,
+            battery_health=0.85,
+            battery_resistance_factor=1.5,
+            battery_temperature_c=5.0,
+        )
+        return check_text([replace(flown, conditions=conditions)], medium=Medium())
+
+    power = Wind(speed_m_s=5.0, from_deg=270.0, reference_height_m=10.0, shear_exponent=0.2)
+    text = shown(power)
+    assert "wind 5.0 m/s from 270° at 10 m (power law, exponent 0.2)" in text
+    assert (
+        "battery health 85 %, battery resistance 1.5 times the new one's, battery at 5 °C" in text
+    )
+    logarithmic = replace(power, shear_exponent=None, roughness_length_m=0.03)
+    assert "(logarithmic law, roughness 0.03 m)" in shown(logarithmic)
 
 
 def test_a_finding_is_one_line_for_other_programs_with_its_fix_below(flown: CheckResult) -> None:

@@ -10,11 +10,53 @@ from planner.catalogue.wind import AIRSPEED_LIMIT, NO_HEADWAY
 
 if TYPE_CHECKING:
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.physics.wind import Wind
 
 SLOWEST_M_S = 0.1
 """What is left of a speed without headway, so that the flight ends; a finding says it. [m s⁻¹]"""
+
+
+def headway_m_s(
+    way_m: FloatArray,
+    height_m: FloatArray,
+    *,
+    wind: Wind | None,
+    airspeed_limit_m_s: float,
+) -> FloatArray:
+    """Return the highest ground speeds that can be held on ways; not positive without headway.
+
+    Parameters
+    ----------
+    way_m : ndarray
+        East and north way, of any length but zero. (n, 2) [m]
+    height_m : ndarray
+        Heights above home that each way lies between, or the only one. (n, k) [m]
+    wind : Wind, optional
+        ``None``: none.
+    airspeed_limit_m_s : float
+        Airspeed at the greatest tilt. [m s⁻¹]
+
+    Returns
+    -------
+    ndarray
+        (n,) [m s⁻¹]
+
+    Notes
+    -----
+    An autopilot holds its ground speed until the tilt reaches its limit; with the airspeed v_max there
+    it is w_along + √(v_max² − w_across²).  That is concave in the strength of the wind, so that on a
+    way through a wind profile the lowest is met at one of its ends; it is taken for the whole way.
+    """
+    east, north = (0.0, 0.0) if wind is None else (wind.east_m_s, wind.north_m_s)
+    length = np.hypot(way_m[:, 0], way_m[:, 1])[:, None]
+    factor = np.ones(height_m.shape) if wind is None else wind.speed_factor(height_m)
+    along = factor * (east * way_m[:, :1] + north * way_m[:, 1:]) / length
+    across = factor * (north * way_m[:, :1] - east * way_m[:, 1:]) / length
+    room = airspeed_limit_m_s**2 - across**2
+    speed = np.where(room > 0.0, along + np.sqrt(np.maximum(room, 0.0)), 0.0)
+    lowest: FloatArray = speed.min(axis=1)
+    return lowest
 
 
 def held_speeds_m_s(
@@ -22,6 +64,7 @@ def held_speeds_m_s(
     way_m: FloatArray,
     item: IntArray,
     *,
+    height_m: FloatArray,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
@@ -35,6 +78,8 @@ def held_speeds_m_s(
         East and north way of each leg. (n, 2) [m]
     item : ndarray of int
         Mission item of each. (n,)
+    height_m : ndarray
+        Heights above home that each leg lies between. (n, k) [m]
     wind : Wind, optional
         ``None``: none.
     airspeed_limit_m_s : float, optional
@@ -46,43 +91,65 @@ def held_speeds_m_s(
         (n,) [m s⁻¹]
     findings : tuple of Finding
         No headway, or less speed than commanded.
-
-    Notes
-    -----
-    An autopilot holds its ground speed until the tilt reaches its limit; with the airspeed v_max there
-    it is w_along + √(v_max² − w_across²).
     """
-    length = np.hypot(way_m[:, 0], way_m[:, 1])
-    if airspeed_limit_m_s is None or not len(length):
+    if airspeed_limit_m_s is None or not len(way_m):
         return speed_m_s, ()
-    east, north = (0.0, 0.0) if wind is None else (wind.east_m_s, wind.north_m_s)
-    moves = length > 0.0
-    safe = np.where(moves, length, 1.0)
-    along = (east * way_m[:, 0] + north * way_m[:, 1]) / safe
-    across = (north * way_m[:, 0] - east * way_m[:, 1]) / safe
-    limit = along + np.sqrt(np.maximum(airspeed_limit_m_s**2 - across**2, 0.0))
-    stuck = moves & ((limit <= SLOWEST_M_S) | (np.abs(across) >= airspeed_limit_m_s))
-    slowed = moves & ~stuck & (limit < speed_m_s)
+    moves = (way_m != 0.0).any(axis=1)
+    limit = speed_m_s.copy()
+    limit[moves] = headway_m_s(
+        way_m[moves], height_m[moves], wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
+    )
+    findings = headway_findings(
+        speed_m_s, limit, item, moves=moves, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
+    )
+    held = np.minimum(speed_m_s, np.maximum(limit, SLOWEST_M_S))
+    return np.where(moves, held, speed_m_s), findings
+
+
+def headway_findings(
+    speed_m_s: FloatArray,
+    limit_m_s: FloatArray,
+    item: IntArray,
+    *,
+    moves: BoolArray,
+    wind: Wind | None,
+    airspeed_limit_m_s: float,
+) -> tuple[Finding, ...]:
+    """Return that there is no headway, or less speed than commanded.
+
+    Parameters
+    ----------
+    speed_m_s, limit_m_s : ndarray
+        Commanded, and what can be held. (n,) [m s⁻¹]
+    item : ndarray of int
+        Mission item of each leg. (n,)
+    moves : ndarray of bool
+        Whether a leg leads anywhere but up and down. (n,)
+    wind, airspeed_limit_m_s
+        As in :func:`headway_m_s`.
+    """
+    stuck = moves & (limit_m_s <= SLOWEST_M_S)
+    slowed = moves & ~stuck & (limit_m_s < speed_m_s)
     findings: list[Finding] = []
     if stuck.any():
         first = int(item[stuck][0])
+        strength_m_s = 0.0 if wind is None else wind.speed_m_s
+        profile = "" if wind is None or wind.reference_height_m is None else " with its profile"
         findings.append(
             NO_HEADWAY.finding(
-                f"no headway on {stuck.sum()} legs from item {first} on: "
-                f"{np.hypot(east, north):.1f} m/s of wind against {airspeed_limit_m_s:.1f} m/s of "
-                "airspeed",
+                f"no headway on {stuck.sum()} legs from item {first} on: {strength_m_s:.1f} m/s "
+                f"of wind{profile} against {airspeed_limit_m_s:.1f} m/s of airspeed",
                 item=first,
             )
         )
     if slowed.any():
         first = int(item[slowed][0])
-        slowest = np.flatnonzero(slowed)[np.argmin(limit[slowed])]
+        slowest = np.flatnonzero(slowed)[np.argmin(limit_m_s[slowed])]
         findings.append(
             AIRSPEED_LIMIT.finding(
                 f"{slowed.sum()} legs from item {first} on are slower than commanded, down to "
-                f"{limit[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s",
+                f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s",
                 item=first,
             )
         )
-    held = np.where(moves, np.minimum(speed_m_s, np.maximum(limit, SLOWEST_M_S)), speed_m_s)
-    return np.where(stuck, SLOWEST_M_S, held), tuple(findings)
+    return tuple(findings)

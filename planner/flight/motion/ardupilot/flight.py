@@ -158,7 +158,7 @@ def _flown(
     scale: tuple[float, float],
 ) -> Motion:
     """Return the motion of stages."""
-    splines = plan_splines(stages, parameters)
+    splines = plan_splines(stages, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
     legs = plan_legs(stages, splines, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
     circles = _circles(stages, parameters)
 
@@ -181,7 +181,7 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=stopping,
-        findings=(*legs.findings, *_hovering_returns(stages, parameters)),
+        findings=(*legs.findings, *splines.findings, *_hovering_returns(stages, parameters)),
     )
 
 

@@ -119,6 +119,7 @@ def plan_legs(
         stages.speed_m_s[stage],
         direction[:, :2],
         stages.item[stage],
+        height_m=np.stack((start[:, 2], start[:, 2] + way[:, 2]), axis=1),
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )

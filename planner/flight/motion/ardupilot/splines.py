@@ -15,14 +15,17 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.limits import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
+from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.manoeuvres import make_manoeuvres
 from planner.flight.state import FlightState
 from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
+    from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.physics.wind import Wind
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 _PIECES = 24
@@ -57,6 +60,7 @@ class Splines:
     """For each stage of the route the highest speed at the beginning of its spline. (stages,) [m s⁻¹]"""
     speed_at_end_m_s: FloatArray
     """For each stage of the route the highest speed at the end of its spline. (stages,) [m s⁻¹]"""
+    findings: tuple[Finding, ...]
 
     def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
         """Return the splines flown from speeds at their beginnings to speeds at their ends.
@@ -92,7 +96,13 @@ class Splines:
         )
 
 
-def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splines:
+def plan_splines(
+    stages: StageColumns,
+    parameters: ArduPilotParameters,
+    *,
+    wind: Wind | None,
+    airspeed_limit_m_s: float | None,
+) -> Splines:
     """Return the splines among the stages.
 
     Parameters
@@ -101,6 +111,10 @@ def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splin
         At least one.
     parameters : ArduPilotParameters
         The vehicle's parameters.
+    wind : Wind, optional
+        ``None``: none.
+    airspeed_limit_m_s : float, optional
+        Airspeed at the greatest lean angle; ``None``: no limit. [m s⁻¹]
     """
     is_spline = is_kind(stages.kind, StageKind.SPLINE)
     moves = (stages.place_m != stages.start_m).any(axis=1)
@@ -124,10 +138,18 @@ def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splin
     pace = np.sqrt((slope**2).sum(axis=-1))
     # Simpson's rule for the length of each piece.
     piece = (pace[:, :-1] + 4.0 * np.sqrt((middle**2).sum(axis=-1)) + pace[:, 1:]) / (6 * _PIECES)
+    held, findings = _held_speeds_m_s(
+        stages.speed_m_s[row],
+        tangent,
+        position[..., 2],
+        stages.item[row],
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
     limit = np.minimum(
         limits_along(
             tangent,
-            stages.speed_m_s[row][:, None],
+            held,
             np.where(
                 tangent[..., 2] > 0.0,
                 stages.climb_m_s[row][:, None],
@@ -155,7 +177,40 @@ def plan_splines(stages: StageColumns, parameters: ArduPilotParameters) -> Splin
         joins_before=joins,
         speed_at_start_m_s=at_start,
         speed_at_end_m_s=at_end,
+        findings=findings,
     )
+
+
+def _held_speeds_m_s(
+    speed_m_s: FloatArray,
+    tangent: FloatArray,
+    height_m: FloatArray,
+    item: IntArray,
+    *,
+    wind: Wind | None,
+    airspeed_limit_m_s: float | None,
+) -> tuple[FloatArray, tuple[Finding, ...]]:
+    """Return the ground speeds that can be held at the nodes of splines. (n, k + 1) [m s⁻¹]"""
+    speed = np.repeat(speed_m_s[:, None], tangent.shape[1], axis=1)
+    level = (tangent[..., :2] != 0.0).any(axis=-1)
+    if airspeed_limit_m_s is None or not level.any():
+        return speed, ()
+    limit = speed.copy()
+    limit[level] = headway_m_s(
+        tangent[level][:, :2],
+        height_m[level][:, None],
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
+    findings = headway_findings(
+        speed_m_s,
+        limit.min(axis=1),
+        item,
+        moves=level.any(axis=1),
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+    )
+    return np.minimum(speed, np.maximum(limit, SLOWEST_M_S)), findings
 
 
 def _tangents(

@@ -151,6 +151,7 @@ def _fly(
         moves.speed_m_s,
         (moves.target_m - moves.begins_m)[:, :2],
         moves.item,
+        height_m=np.stack((moves.begins_m[:, 2], moves.target_m[:, 2]), axis=1),
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
