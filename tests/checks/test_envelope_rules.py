@@ -110,18 +110,23 @@ def test_the_age_and_temperature_of_a_battery_that_knows_them_are_counted() -> N
     )
     one = mission(takeoff(100), waypoint(300, 100), rtl())
 
-    def lowest_v(**battery: float) -> float:
-        checked = check(one, VEHICLE, battery=pack, temperature_c=20.0, **battery)
+    def lowest_v(factor: float | None = None, battery_c: float | None = None) -> float:
+        checked = check(
+            one,
+            VEHICLE,
+            battery=pack,
+            temperature_c=20.0,
+            battery_resistance_factor=factor,
+            battery_temperature_c=battery_c,
+        )
         assert not [f for f in checked.findings if "the battery" in f.message and f.code == "E108"]
         assert checked.battery is not None
         assert checked.battery.lowest_voltage_v is not None
         return checked.battery.lowest_voltage_v
 
     # Twice the resistance is twice the resistance, whether by age or by cold.
-    assert lowest_v(battery_resistance_factor=2.0) < lowest_v() - 0.1
-    assert lowest_v(battery_temperature_c=0.0) == pytest.approx(
-        lowest_v(battery_resistance_factor=2.0), abs=1e-9
-    )
+    assert lowest_v(factor=2.0) < lowest_v() - 0.1
+    assert lowest_v(battery_c=0.0) == pytest.approx(lowest_v(factor=2.0), abs=1e-9)
     aged = check(one, VEHICLE, battery=pack, battery_health=0.8).battery
     new = check(one, VEHICLE, battery=pack).battery
     assert aged is not None
