@@ -163,7 +163,7 @@ def _fly(
             moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
             flown = fly_legs(moves, parameters)
     pieces = Pieces()
-    add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters, pace=pace)
+    add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters)
     add_legs(pieces, flown, parameters, pace=pace)
     add_holds(pieces, flown, parameters)
     landing = np.flatnonzero(moves.is_landing)

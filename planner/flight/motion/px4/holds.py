@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.laws import hermite_cubics, wright_omega
+from planner.flight.motion.px4.curves import Curves
+from planner.flight.motion.px4.laws import wright_omega
 from planner.flight.motion.px4.speeds import STILL_M, allowed_speed_m_s, half_b_m_s
 
 if TYPE_CHECKING:
@@ -46,10 +47,11 @@ def settlings(
     velocity_m_s: FloatArray,
     target_m: FloatArray,
     parameters: Px4Parameters,
-) -> tuple[FloatArray, FloatArray]:
-    """Return how vehicles in motion settle on places near by: cubics of time, and their durations.
+) -> Curves:
+    """Return how vehicles in motion settle on places near by.
 
-    To stop and turn back, and twice the way at the speed allowed at its beginning. (n, 3, 4), (n,) [s]
+    They take the time to stop and turn back, and for twice the way at the speed allowed at its
+    beginning.  (n rows)
     """
     way = np.sqrt(((target_m - begin_m) ** 2).sum(axis=1))
     speed = np.sqrt((velocity_m_s**2).sum(axis=1))
@@ -63,7 +65,18 @@ def settlings(
     back = np.divide(2.0 * way, allowed, out=np.zeros_like(way), where=allowed > 0.0)
     duration = back + 2.0 * (speed / a + a / j)
     still = np.zeros_like(begin_m)
-    return hermite_cubics(begin_m, velocity_m_s, target_m, still, duration), duration
+    rises = target_m[:, 2] > begin_m[:, 2]
+    return Curves.between(
+        begin_m,
+        velocity_m_s,
+        target_m,
+        still,
+        duration_s=duration,
+        level_m_s=allowed,
+        upright_m_s=np.minimum(
+            allowed, np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+        ),
+    )
 
 
 def ends_of_moves(
@@ -97,12 +110,12 @@ def ends_of_moves(
         velocity = np.where(creeping[:, None], limits.direction * left[:, None], velocity)
     if len(settling):
         target = part.target_m[settling]
-        cubics, settle_s = settlings(begin[settling], velocity[settling], target, parameters)
-        t = np.minimum(part.hold_s[settling], settle_s)[:, None]
-        over = part.hold_s[settling] >= settle_s
-        c0, c1, c2, c3 = np.moveaxis(cubics, -1, 0)
-        end[settling] = np.where(over[:, None], target, c0 + t * (c1 + t * (c2 + t * c3)))
-        velocity[settling] = np.where(over[:, None], 0.0, c1 + t * (2.0 * c2 + 3.0 * t * c3))
+        curves = settlings(begin[settling], velocity[settling], target, parameters)
+        settle_s = curves.duration_s.sum(axis=1)
+        over = (part.hold_s[settling] >= settle_s)[:, None]
+        place, left_m_s = curves.state_at(np.minimum(part.hold_s[settling], settle_s))
+        end[settling] = np.where(over, target, place)
+        velocity[settling] = np.where(over, 0.0, left_m_s)
     landed = ~part.is_leg & ~part.stands
     end = np.where(landed[:, None], part.target_m, end)
     return end, np.where(landed[:, None], 0.0, velocity)

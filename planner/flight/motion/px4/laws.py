@@ -128,24 +128,3 @@ class SettlingLaw:
             north_m_s=velocity[..., 1],
             climb_m_s=velocity[..., 2],
         )
-
-
-def hermite_cubics(
-    place_m: FloatArray,
-    velocity_m_s: FloatArray,
-    end_m: FloatArray,
-    end_m_s: FloatArray,
-    duration_s: FloatArray,
-) -> FloatArray:
-    """Return coefficients of cubics of time between places and velocities. (n, 3, 4)"""
-    t = np.where(duration_s > 0.0, duration_s, 1.0)[:, None]
-    way = end_m - place_m
-    return np.stack(
-        (
-            place_m,
-            velocity_m_s,
-            (3.0 * way / t - 2.0 * velocity_m_s - end_m_s) / t,
-            (velocity_m_s + end_m_s - 2.0 * way / t) / t**2,
-        ),
-        axis=-1,
-    )

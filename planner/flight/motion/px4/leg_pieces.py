@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.px4.curves import Curves
 from planner.flight.motion.px4.holds import creeps, settlings
-from planner.flight.motion.px4.laws import BrakeLaw, hermite_cubics
+from planner.flight.motion.px4.laws import BrakeLaw
 from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Lines, Places
 from planner.flight.motion.px4.ramps import ramp_time_s
 from planner.flight.motion.px4.speeds import braking_time_s, half_b_m_s
@@ -101,16 +102,27 @@ def _add_turns(
     leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
     after = legs.limits.direction * np.where(pausing, 0.0, leaving)[:, None]
     count = len(move)
-    pieces.add_cubics(
-        Places(
-            move=move,
-            order=np.full(count, _TURN),
-            slot=np.where(pausing, PAUSE, RAMP),
-            duration_s=turn_s,
-            pace=np.full(count, pace),
-        ),
-        hermite_cubics(legs.place_m, legs.velocity_m_s, legs.straight_m, after, turn_s),
+    rises = legs.straight_m[:, 2] > legs.place_m[:, 2]
+    curves = Curves.between(
+        legs.place_m,
+        legs.velocity_m_s,
+        legs.straight_m,
+        after,
+        duration_s=turn_s,
+        level_m_s=layout.speed_m_s,
+        upright_m_s=np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
     )
+    for duration, coefficients in curves.parts(turn_s):
+        pieces.add_cubics(
+            Places(
+                move=move,
+                order=np.full(count, _TURN),
+                slot=np.where(pausing, PAUSE, RAMP),
+                duration_s=duration,
+                pace=np.full(count, pace),
+            ),
+            coefficients,
+        )
     zero = np.zeros(count)
     pieces.add_lines(
         Places(
@@ -317,16 +329,17 @@ def add_holds(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters) -> N
     legs, hold_s, target = flown.legs.select(move), layout.hold_s[move], layout.target_m[move]
     length = legs.limits.length_m[:, None]
     leaving = legs.limits.direction * legs.straights.end_m_s[:, None]
-    cubics, settle_s = settlings(
+    curves = settlings(
         legs.straight_m + legs.limits.direction * length,
         np.where(length > 0.0, leaving, legs.velocity_m_s),
         target,
         parameters,
     )
-    pieces.add_cubics(_hold_places(move, _HOLD, np.minimum(settle_s, hold_s)), cubics)
+    for duration, coefficients in curves.parts(hold_s):
+        pieces.add_cubics(_hold_places(move, _HOLD, duration), coefficients)
     zero = np.zeros(len(move))
     pieces.add_lines(
-        _hold_places(move, _REST, hold_s - settle_s),
+        _hold_places(move, _REST, hold_s - curves.duration_s.sum(axis=1)),
         Lines(
             place_m=target,
             direction=legs.limits.direction,

@@ -99,14 +99,14 @@ def make_takeoffs(
 
 
 def add_takeoffs(
-    pieces: Pieces,
-    move: IntArray,
-    takeoffs: Takeoffs,
-    parameters: Px4Parameters,
-    *,
-    pace: float,
+    pieces: Pieces, move: IntArray, takeoffs: Takeoffs, parameters: Px4Parameters
 ) -> None:
-    """Add the pieces of take-offs, which are these moves."""
+    """Add the pieces of take-offs, which are these moves.
+
+    Noise does not slow them: the height of the trajectory is kept at the vehicle's, which climbs at the
+    speed ordered however far the trajectory's time has come (``_updateTrajConstraints``,
+    ``forceSetPosition``).
+    """
     if not len(move):
         return
     count, zero = len(move), np.zeros(len(move))
@@ -124,14 +124,13 @@ def add_takeoffs(
     ):
         place = takeoffs.ground_m.copy()
         place[:, 2] += height
-        flies = order > 1
         pieces.add_lines(
             Places(
                 move=move,
                 order=np.full(count, order),
                 slot=np.full(count, RAMP),
                 duration_s=duration,
-                pace=np.full(count, pace if flies else 1.0),
+                pace=np.ones(count),
             ),
             Lines(
                 place_m=place,
