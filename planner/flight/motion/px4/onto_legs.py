@@ -30,6 +30,9 @@ def turns_onto_moves(
             radius_m=part.radius_m,
             vertical_m_s=np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
             climb_m_s=velocity_m_s[:, 2],
+            vertical_m_s2=np.where(
+                rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2
+            ),
         ),
         acceleration_m_s2=parameters.acceleration_m_s2,
         jerk_m_s3=parameters.jerk_m_s3,
@@ -105,11 +108,16 @@ def slowed_turns(
 def cut_short(
     part: Layout,
     place_m: FloatArray,
+    velocity_m_s: FloatArray,
     turns: Turns,
     ends_m: FloatArray,
     parameters: Px4Parameters,
 ) -> tuple[Turns, FloatArray]:
-    """Return turns that lead no further than the end of their leg, and ends not before their turn."""
+    """Return turns that lead no further than the end of their leg, and ends not before their turn.
+
+    A turn cut to next to nothing still takes the time to bring the vehicle across to its end, and to
+    turn its velocity into the leg.
+    """
     goal = ((ends_m - place_m) * part.direction).sum(axis=1)
     turned = ((turns.end_m - place_m) * part.direction).sum(axis=1)
     flies = part.is_leg & ~part.is_takeoff
@@ -118,12 +126,16 @@ def cut_short(
     share = np.where(behind, 0.0, np.where(beyond, goal / np.where(beyond, turned, 1.0), 1.0))
     end = np.where(beyond[:, None], ends_m, turns.end_m)
     end = np.where(behind[:, None], place_m, end)
-    # A turn cut to next to nothing still has to bring the vehicle across to its end.
     across = np.abs(end - place_m)
     slowest = min(parameters.climb_speed_m_s, parameters.descent_speed_m_s)
     least_s = PEAK_OVER_MEAN * np.maximum(
         np.hypot(across[:, 0], across[:, 1]) / part.speed_m_s, across[:, 2] / slowest
     )
+    along = np.maximum((velocity_m_s * part.direction).sum(axis=1), 0.0)
+    turned_m_s = np.abs(velocity_m_s - part.direction * along[:, None])
+    vertical = min(parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
+    accelerations = np.array([parameters.acceleration_m_s2] * 2 + [vertical])
+    least_s = np.maximum(least_s, (turned_m_s / accelerations).max(axis=1))
     duration_s = turns.duration_s * share
     return (
         Turns(

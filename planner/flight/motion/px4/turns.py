@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.px4.columns import Columns
-from planner.flight.motion.px4.ramps import Ramps
+from planner.flight.motion.px4.ramps import Ramps, ramp_time_s
 from planner.flight.motion.px4.speeds import STILL_M
 from planner.frozen import frozen
 
@@ -61,6 +61,8 @@ class Approach(Columns):
     """Greatest vertical speed of the new leg. [m s⁻¹]"""
     climb_m_s: FloatArray
     """Vertical velocity at the place, upwards positive. [m s⁻¹]"""
+    vertical_m_s2: FloatArray
+    """Vertical acceleration. [m s⁻²]"""
 
 
 def turns_onto_legs(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
@@ -162,6 +164,10 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
     l1 = np.maximum(approach.radius_m, SHORTEST_L1_M)
     height = approach.target_m[:, 2] - approach.place_m[:, 2]
     held = _held_speed_m_s(v, np.abs(height), l1, approach.vertical_m_s)
+    rate = np.minimum(approach.vertical_m_s, held * np.abs(height) / l1)
+    lift = np.abs(np.sign(height) * rate - approach.climb_m_s)
+    jerk = np.full(len(v), jerk_m_s3)
+    lift_s = ramp_time_s(lift, acceleration_m_s2=approach.vertical_m_s2, jerk_m_s3=jerk)
     steered = np.clip(-frame.y_m / l1, -1.0, 1.0)
     for _ in range(2):
         # Towards the point steered for once the swing is over, which its own way decides.
@@ -169,10 +175,12 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
         swing = (held * cos_steered - v * cos_turn)[:, None] * frame.along + (
             held * steered - v * sin_turn
         )[:, None] * frame.across
+        widest = np.abs(swing).max(axis=1)
+        lifts = lift_s > ramp_time_s(widest, acceleration_m_s2=acceleration_m_s2, jerk_m_s3=jerk)
         ramps = Ramps.of(
-            np.abs(swing).max(axis=1),
-            acceleration_m_s2=np.full(len(v), acceleration_m_s2),
-            jerk_m_s3=np.full(len(v), jerk_m_s3),
+            np.where(lifts, lift, widest),
+            acceleration_m_s2=np.where(lifts, approach.vertical_m_s2, acceleration_m_s2),
+            jerk_m_s3=jerk,
         )
         time = ramps.duration_s
         y_swung = (frame.y_m + 0.5 * time * v * sin_turn) / (1.0 + 0.5 * time * held / l1)
@@ -195,7 +203,10 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
     along_change = held * cos_steered - v * cos_turn
     x = frame.x_m + v * cos_turn * until + along_change * share_way
     y = frame.y_m + v * sin_turn * until + (held * steered - v * sin_turn) * share_way
-    free = np.where(swings_enough, v * cos_turn + along_change * share, held * cos_aligned)
+    # Aligned, the velocity is still 11.5° off the target; what leads there is kept.
+    sideways = v * sin_turn + (held * steered - v * sin_turn) * share
+    swung = np.hypot(v * cos_turn + along_change * share, sideways)
+    free = ALIGNED_COS * np.where(swings_enough, swung, held)
 
     # The rest of the way, where it takes longer, along the tractrix.
     late = ~swings_enough & (steered > sin_aligned)
