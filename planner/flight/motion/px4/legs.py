@@ -141,7 +141,7 @@ def _flown(
     turns.end_m[climbing] = takeoffs.place_m[which]
 
     ends = np.where(part.stands[:, None] | ~part.is_leg[:, None], turns.end_m, part.ends_m)
-    turns, ends = cut_short(part, place, velocity, turns, ends, parameters)
+    turns, ends = cut_short(part, place, velocity, turns, ends, parameters=parameters)
     limits = limits_along(
         turns.end_m,
         ends,

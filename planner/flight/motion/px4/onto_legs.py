@@ -111,6 +111,7 @@ def cut_short(
     velocity_m_s: FloatArray,
     turns: Turns,
     ends_m: FloatArray,
+    *,
     parameters: Px4Parameters,
 ) -> tuple[Turns, FloatArray]:
     """Return turns that lead no further than the end of their leg, and ends not before their turn.
