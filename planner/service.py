@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from planner.autopilot import Autopilot
-from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
 from planner.checks.registry import check_case
@@ -22,7 +21,7 @@ from planner.flight.budget import (
 )
 from planner.flight.conditions import Conditions
 from planner.flight.discharge import predict_discharge
-from planner.flight.pilot import make_pilot
+from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.trace import sample_trace
 from planner.mission.files import read_mission, write_mission
@@ -32,7 +31,7 @@ from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from planner.findings import Finding
@@ -41,6 +40,8 @@ if TYPE_CHECKING:
     from planner.flight.segment import ItemArrival, Segment
     from planner.flight.trace import Trace
     from planner.geo.terrain import TerrainGrid
+    from planner.identify.verification import KnownConditions, Verification
+    from planner.logs.csv_mapping import CsvMapping
     from planner.mission.items import Mission
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -217,7 +218,7 @@ def check(
             msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
             raise UsageError(msg)
     flown_by = vehicle.reference if autopilot is None else autopilot
-    flown_with, findings = _flight_parameters(vehicle, flown_by, parameters)
+    flown_with, findings = flight_parameters(vehicle, flown_by, parameters)
     route = make_route(
         mission,
         meaning=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
@@ -307,37 +308,6 @@ def check(
     )
 
 
-def _flight_parameters(
-    vehicle: VehicleModel, flown_by: Autopilot, given: ParameterSet | None
-) -> tuple[FlightParameters | None, list[Finding]]:
-    """Return the parameters an autopilot flies with, none for reference steps, and their findings.
-
-    Raises
-    ------
-    UsageError
-        If the model cannot be flown this way.
-    """
-    if (flown_by is Autopilot.STEP) is not (vehicle.reference is Autopilot.STEP):
-        msg = (
-            f"{vehicle.name} answers {vehicle.reference.label}; "
-            f"it cannot be flown as {flown_by.label}"
-        )
-        raise UsageError(msg)
-    if flown_by is not Autopilot.STEP:
-        from planner.vehicle.parameters import resolve_parameters
-
-        resolved = resolve_parameters(flown_by, file=given, model=vehicle)
-        return resolved.values, list(resolved.findings)
-    if given is None:
-        return None, []
-    unused = CONDITION_NOT_MODELLED.finding(
-        f"{given.source} is not used: {vehicle.name} answers step references, which "
-        "no autopilot parameter shapes",
-        fix="use a vehicle model that is flown by that autopilot",
-    )
-    return None, [unused]
-
-
 def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:
     """Read a mission and check it; one that cannot be read is a result too.
 
@@ -411,6 +381,48 @@ def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
         findings=mission.findings,
         losses=write_mission(mission, target),
     )
+
+
+def verify_logs(
+    vehicle: VehicleModel,
+    paths: Iterable[Path | str],
+    known: KnownConditions,
+    *,
+    mapping: CsvMapping | None = None,
+) -> Iterator[Verification]:
+    """Predict the flights in logs from their missions alone, and compare with what was flown.
+
+    Parameters
+    ----------
+    vehicle : VehicleModel
+        The model to verify.
+    paths : iterable of path
+        Flight logs.
+    known : KnownConditions
+        What the logs do not tell, or tell wrongly.
+    mapping : CsvMapping, optional
+        For logs in CSV of no known kind.
+
+    Yields
+    ------
+    Verification
+        One for every flight, in the order of the logs.
+
+    Raises
+    ------
+    LogFileError
+        If a log cannot be read, or holds no mission and none is given.
+    MissionFileError
+        If a mission cannot be predicted.
+    UsageError
+        If the model cannot be flown as the logs were.
+    """
+    from planner.identify.verification import verify_flight
+    from planner.logs.files import read_log
+
+    for path in paths:
+        for record in read_log(path, mapping):
+            yield verify_flight(record, vehicle, known)
 
 
 def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:

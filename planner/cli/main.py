@@ -20,6 +20,7 @@ COMMANDS = {
     "check": "planner.cli.check",
     "segments": "planner.cli.segments",
     "convert": "planner.cli.convert",
+    "verify": "planner.cli.verify",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",
     "explain": "planner.cli.explain",

@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner.autopilot import Autopilot
+from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.errors import UsageError
 from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
 from planner.flight.transients import NO_TRANSIENTS
 
 if TYPE_CHECKING:
+    from planner.findings import Finding
     from planner.flight.conditions import Conditions
     from planner.flight.motion.kinematics import FloatArray, Motion
     from planner.flight.transients import Transients
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     from planner.physics.wind import Wind
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import VehicleModel
+    from planner.vehicle.parameter_file import ParameterSet
     from planner.vehicle.parameters import FlightParameters
     from planner.vehicle.px4_parameters import Px4Parameters
 
@@ -53,6 +57,37 @@ class Pilot(Protocol):
             The power transients on the way.
         """
         ...
+
+
+def flight_parameters(
+    vehicle: VehicleModel, flown_by: Autopilot, given: ParameterSet | None
+) -> tuple[FlightParameters | None, list[Finding]]:
+    """Return the parameters an autopilot flies with, none for reference steps, and their findings.
+
+    Raises
+    ------
+    UsageError
+        If the model cannot be flown this way.
+    """
+    if (flown_by is Autopilot.STEP) is not (vehicle.reference is Autopilot.STEP):
+        msg = (
+            f"{vehicle.name} answers {vehicle.reference.label}; "
+            f"it cannot be flown as {flown_by.label}"
+        )
+        raise UsageError(msg)
+    if flown_by is not Autopilot.STEP:
+        from planner.vehicle.parameters import resolve_parameters
+
+        resolved = resolve_parameters(flown_by, file=given, model=vehicle)
+        return resolved.values, list(resolved.findings)
+    if given is None:
+        return None, []
+    unused = CONDITION_NOT_MODELLED.finding(
+        f"{given.source} is not used: {vehicle.name} answers step references, which "
+        "no autopilot parameter shapes",
+        fix="use a vehicle model that is flown by that autopilot",
+    )
+    return None, [unused]
 
 
 def make_pilot(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.catalogue.flight_log import FLIGHT_INCOMPLETE, LOG_GAP, POSITION_RESET
+from planner.catalogue.verification import MISSION_CHANGED
 from planner.logs.flights import is_off_ground, silences
 from planner.logs.grid import Column, Grid
 from planner.logs.positions import height_columns, home_of, position_columns
@@ -93,7 +94,12 @@ def flight_record(
         sha256=recording.file.sha256,
         log_format=recording.file.log_format,
         quantities=tuple(_quantities(columns, events, recording.remarks)),
-        findings=(*recording.findings, *findings, *_gaps(recording, span, number, is_landed)),
+        findings=(
+            *recording.findings,
+            *findings,
+            *_gaps(recording, span, number, is_landed),
+            *_mission_changes(recording, span, number),
+        ),
     )
 
 
@@ -131,6 +137,21 @@ def _mission_at(recording: Recording, span: FlightSpan) -> tuple[LoggedItem, ...
     """Return the mission that was on board at the end of a flight."""
     held = [items for time_s, items in recording.missions if time_s <= span.end_s]
     return held[-1] if held else ()
+
+
+def _mission_changes(recording: Recording, span: FlightSpan, number: int) -> Iterator[Finding]:
+    """Return that another mission was sent to the vehicle during a flight."""
+    before = [items for time_s, items in recording.missions if time_s <= span.begin_s]
+    held = before[-1] if before else None
+    for time_s, items in recording.missions:
+        if span.begin_s < time_s <= span.end_s:
+            if held is not None and items != held:
+                yield MISSION_CHANGED.finding(
+                    f"{recording.file.source}: the mission was changed at "
+                    f"{time_s - span.begin_s:.1f} s of flight {number}"
+                )
+                return
+            held = items
 
 
 def _quantities(

@@ -15,10 +15,11 @@ from planner.errors import LogFileError
 from planner.logs.electrical import NO_CURRENT_A, electrical_series
 from planner.logs.items_flown import items_flown
 from planner.logs.px4_modes import AUTO_MISSION, px4_mode
-from planner.logs.record import LoggedHome, LoggedItem
+from planner.logs.record import LoggedHome
 from planner.logs.recording import Recording
 from planner.logs.series import Series
 from planner.logs.ulog_local_frame import local_series, position_jumps
+from planner.logs.ulog_mission import missions_flown
 from planner.logs.ulog_topics import TOPICS, Topic, quantity_series
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ MAGIC = b"ULog\x01\x12\x35"
 
 _ARMED = 2
 """ARMING_STATE_ARMED of vehicle_status, the same in every version."""
-_RELATIVE_FRAME, _AMSL_FRAME = 3, 0
 _BACK_S = 1.0
 
 
@@ -82,7 +82,9 @@ def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
             modes_found_in="vehicle_status.nav_state",
             mission_item=_mission_item(topics.get("mission_result"), modes),
             homes=_homes(topics.get("home_position")),
-            missions=_missions(topics.get("navigator_mission_item")),
+            missions=missions_flown(
+                topics.get("navigator_mission_item"), topics.get("position_setpoint_triplet")
+            ),
             parameters=_parameters(log),
             autopilot=Autopilot.PX4,
             firmware=_firmware(log),
@@ -196,37 +198,6 @@ def _homes(topic: Topic | None) -> tuple[tuple[float, LoggedHome], ...]:
             )
             homes.append((time_s, home))
     return tuple(homes)
-
-
-def _missions(topic: Topic | None) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
-    """Return the mission as far as it was flown: PX4 logs an item when it begins it."""
-    needed = ("sequence_current", "nav_cmd", "latitude", "longitude", "altitude")
-    if topic is None or not set(needed) <= topic.fields.keys():
-        return ()
-    items: dict[int, LoggedItem] = {}
-    for row in range(len(topic.time_s)):
-        sequence, command, *position = (float(topic.fields[field][row]) for field in needed)
-        latitude, longitude, altitude = (
-            value if np.isfinite(value) else None for value in position
-        )
-        is_relative = topic.fields.get("altitude_is_relative", np.zeros(row + 1))[row] != 0.0
-        hold_s = float(topic.fields.get("time_inside", np.full(row + 1, np.nan))[row])
-        items.setdefault(
-            int(sequence),
-            LoggedItem(
-                item=int(sequence) + 1,
-                command=int(command),
-                frame=_RELATIVE_FRAME if is_relative else _AMSL_FRAME,
-                param1=hold_s if np.isfinite(hold_s) else None,
-                param2=None,
-                param3=None,
-                param4=None,
-                latitude_deg=latitude,
-                longitude_deg=longitude,
-                altitude_m=altitude,
-            ),
-        )
-    return ((float(topic.time_s[0]), tuple(items[number] for number in sorted(items))),)
 
 
 def _parameters(log: Any) -> tuple[tuple[float, str, float], ...]:  # noqa: ANN401 - as above

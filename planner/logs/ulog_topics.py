@@ -30,6 +30,7 @@ TOPICS = (
     "home_position",
     "mission_result",
     "navigator_mission_item",
+    "position_setpoint_triplet",
     "sensor_gps",
     "trajectory_setpoint",
     "vehicle_attitude",

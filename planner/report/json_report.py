@@ -127,9 +127,9 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
         "items": [values(one, _ITEM_KEYS) for one in (flown.items if flown else ())],
-        "findings": [_finding(finding) for finding in result.findings],
+        "findings": [finding_document(finding) for finding in result.findings],
         "suppressed": [
-            _finding(finding) | {"suppression": value(finding, "suppression")}
+            finding_document(finding) | {"suppression": value(finding, "suppression")}
             for finding in result.suppressed
         ],
     }
@@ -146,7 +146,8 @@ def _parameters(result: CheckResult | None) -> Document:
     }
 
 
-def _finding(finding: Finding) -> Document:
+def finding_document(finding: Finding) -> Document:
+    """Return a finding under the keys of the contract."""
     return {
         "code": finding.code,
         "name": finding.name,

@@ -375,3 +375,19 @@ def test_untimed_logs_are_refused(tmp_path: Path) -> None:
     log.add("EV", 10)
     with pytest.raises(LogFileError, match="no message with a time"):
         _read(tmp_path, log.content())
+
+
+def test_a_mission_sent_in_flight_is_told(tmp_path: Path) -> None:
+    log = copter_log()
+    half = len(log.messages) // 2
+    at_us = round(0.5 * (made.BEGIN_S + made.END_S) * 1e6)
+    for number, command in ((0, 16), (1, 22), (2, 21)):
+        log.add(
+            *("CMD", at_us, 3, number, command, 0.0, 0.0, 0.0, 0.0),
+            *(made.LATITUDE_DEG, made.LONGITUDE_DEG, 30.0, 3),
+        )
+    sent, log.messages[-3:] = log.messages[-3:], []
+    log.messages[half:half] = sent
+    [record] = _read(tmp_path, log.content())
+    assert _codes(record) == ["R206"]
+    assert len(record.mission_items) == 2

@@ -154,3 +154,20 @@ def test_another_battery_is_told(tmp_path: Path) -> None:
     record = _read(tmp_path, log.content())
     assert [finding.code for finding in record.findings] == ["R106"]
     assert record.voltage_v == pytest.approx(made.VOLTAGE_V)
+
+
+def test_changes_of_speed_are_read_from_the_speeds_flown_by(tmp_path: Path) -> None:
+    log = px4_log()
+    log.define(
+        "navigator_mission_item",
+        "uint16_t sequence_current;uint16_t nav_cmd;float latitude;float longitude;float altitude;"
+        "float time_inside;bool altitude_is_relative",
+    )
+    log.define("position_setpoint_triplet", "float current.cruising_speed")
+    # Items 0, 2, 4: 1 was a change to 8 m/s, 3 was none.
+    for time_s, sequence, speed in ((6.0, 0, -1.0), (12.0, 2, 8.0), (20.0, 4, 8.0)):
+        log.add("navigator_mission_item", time_s, sequence, 16, 50.0, 20.0, 30.0, 5.0, True)
+        log.add("position_setpoint_triplet", time_s + 0.1, speed)
+    record = _read(tmp_path, log.content())
+    told = [(item.item, item.command, item.param1, item.param2) for item in record.mission_items]
+    assert told == [(1, 16, 5.0, None), (2, 178, 1.0, 8.0), (3, 16, 5.0, None), (5, 16, 5.0, None)]

@@ -1,0 +1,190 @@
+"""``mavjoule verify``: a model against the flights in logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import __version__, service
+from planner.cli import quantities
+from planner.cli.format_option import format_option
+from planner.cli.options import SettingType
+from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
+from planner.cli.settings import FLIGHT_SETTINGS
+from planner.errors import ExitCode
+from planner.mission.files import read_mission
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.identify.verification import KnownConditions, Verification
+    from planner.vehicle.parameter_file import ParameterSet
+
+_SETTINGS = {setting.key: setting for setting in FLIGHT_SETTINGS}
+_FILE = click.Path(path_type=Path)
+
+
+class _Share(click.ParamType[float]):
+    """A share such as ``5%``."""
+
+    name = "share"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the fraction of the text; fail with the reader's sentence."""
+        try:
+            return quantities.fraction(str(value))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+@click.command("verify")
+@click.argument("model", metavar="MODEL")
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=click.Path(readable=False))
+@click.option("--mission", metavar="FILE", type=_FILE, help="mission flown [default: the log's]")
+@click.option(
+    "--params", metavar="FILE", type=_FILE, help="autopilot parameters [default: the log's]"
+)
+@click.option(
+    "--mapping", metavar="FILE.toml", type=_FILE, help="which column of a CSV log is which"
+)
+@click.option(
+    "--wind",
+    type=SettingType(_SETTINGS["wind"]),
+    metavar="SPEED@FROM_DEG",
+    help="wind in m/s and where it blows from [default: the log's, else none]",
+)
+@click.option(
+    "--home-amsl",
+    "home_amsl_m",
+    type=SettingType(_SETTINGS["home_amsl_m"]),
+    metavar="M",
+    help="altitude of the take-off place [default: the log's]",
+)
+@click.option(
+    "--temperature",
+    "temperature_c",
+    type=SettingType(_SETTINGS["temperature_c"]),
+    metavar="C",
+    help="air temperature at home [default: standard for its altitude]",
+)
+@click.option(
+    "--payload",
+    "payload_kg",
+    type=SettingType(_SETTINGS["payload_kg"]),
+    metavar="KG",
+    help="mass carried beyond the model's own [default: 0]",
+)
+@click.option(
+    "--fail-on-time", metavar="SHARE", type=_Share(), help="exit with 1 at a larger error of time"
+)
+@click.option(
+    "--fail-on-energy",
+    metavar="SHARE",
+    type=_Share(),
+    help="exit with 1 at a larger error of energy, or where none can be told",
+)
+@click.option(
+    "--plots", metavar="FOLDER", type=_FILE, help="draw power, height and speed of every flight"
+)
+@format_option("text", "json")
+@click.option(
+    "--output", metavar="FILE", type=_FILE, help="write to a file instead of standard output"
+)
+def command(
+    model: str,
+    logs: tuple[str, ...],
+    *,
+    mission: Path | None,
+    params: Path | None,
+    mapping: Path | None,
+    fail_on_time: float | None,
+    fail_on_energy: float | None,
+    plots: Path | None,
+    file_format: str,
+    output: Path | None,
+    **conditions: object,
+) -> ExitCode:
+    """Predict the flights in logs from their missions, and compare with what was flown.
+
+    MODEL is the name of a shipped vehicle model or a model file.  Mission, parameters, wind and
+    altitude come from the log where they are not given; nothing of how it was flown does.
+
+    Exit codes: 0 every flight was compared, 1 an error is larger than asked for, 2 unusable input
+    or usage.
+    """
+    read = [*logs, model, *(str(path) for path in (mission, params, mapping) if path is not None)]
+    refuse_overwriting(output, read)
+    known = _known(mission, params, conditions)
+    vehicle = load_vehicle(model)
+    csv_mapping = None
+    if mapping is not None:
+        from planner.logs.csv_mapping import read_csv_mapping
+
+        csv_mapping = read_csv_mapping(mapping)
+    with progress(logs, label="Verifying") as paths:
+        done = list(service.verify_logs(vehicle, paths, known, mapping=csv_mapping))
+    if plots is not None:
+        _draw(done, plots)
+    if file_format == "json":
+        from planner.report.verification_json import verification_json
+
+        text = verification_json(done, model=model, version=__version__)
+    else:
+        from planner.report.verification_text import verification_text
+
+        text = verification_text(done, medium=standard_medium(output))
+    write_data(text, output=output)
+    return _exit_code(done, fail_on_time, fail_on_energy)
+
+
+def _known(
+    mission: Path | None, params: Path | None, conditions: dict[str, object]
+) -> KnownConditions:
+    from planner.identify.verification import KnownConditions
+
+    given = {key: value for key, value in conditions.items() if value is not None}
+    return KnownConditions(
+        mission=None if mission is None else read_mission(mission),
+        parameters=None if params is None else _parameters(params),
+        **given,  # type: ignore[arg-type]  # each option is read as its setting
+    )
+
+
+def _parameters(path: Path) -> ParameterSet:
+    from planner.vehicle.parameter_file import read_parameters
+
+    return read_parameters(path)
+
+
+def _draw(done: Sequence[Verification], folder: Path) -> None:
+    """Draw every flight into a folder, a file each."""
+    from planner.errors import OutputError
+    from planner.report.figures_verification import verification_figure, write_figure
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for number, one in enumerate(done, start=1):
+            path = folder / f"{number:02d}-{Path(one.log).stem}-{one.flight}.svg"
+            write_figure(verification_figure(one), path)
+    except OSError as error:
+        msg = f"{folder}: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error
+    narrate(f"{len(done)} drawn in {folder}")
+
+
+def _exit_code(
+    done: Sequence[Verification], most_time: float | None, most_energy: float | None
+) -> ExitCode:
+    for one in done:
+        if most_time is not None and abs(one.time_fraction) > most_time:
+            return ExitCode.NO_GO
+        if most_energy is not None:
+            error = one.energy_fraction
+            if error is None or abs(error) > most_energy:
+                return ExitCode.NO_GO
+    return ExitCode.GO

@@ -1,0 +1,90 @@
+"""``mavjoule verify`` over logs made by hand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from dataflash_writer import copter_log
+
+from planner.cli.main import main
+
+MODEL = "arducopter-sitl-quad"
+
+
+@pytest.fixture
+def log() -> str:
+    Path("flight.bin").write_bytes(copter_log().content())
+    return "flight.bin"
+
+
+def test_a_log_is_compared_from_itself_alone(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", MODEL, log, "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == 1
+    assert document["model"] == MODEL
+    [flight] = document["flights"]
+    assert flight["log"] == log
+    for part in ("measured", "predicted"):
+        assert set(flight[part]) == {"time_s", "energy_wh", "distance_m"}
+    measured, predicted = flight["measured"], flight["predicted"]
+    assert measured["time_s"] == pytest.approx(50.0)  # made_flight: armed 5 s to 55 s
+    assert flight["error"]["time_fraction"] == pytest.approx(
+        predicted["time_s"] / measured["time_s"] - 1.0
+    )
+    assert flight["error"]["energy_fraction"] == pytest.approx(
+        predicted["energy_wh"] / measured["energy_wh"] - 1.0
+    )
+    assert {"state", "count", "fit_percent", "energy_fraction"} <= set(flight["states"][0])
+    for stop in flight["stops"]:
+        assert {"start_s", "speed_m_s", "measured_m", "predicted_m"} <= set(stop)
+
+
+def test_a_mission_and_a_wind_given_take_the_place_of_the_logs(
+    log: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["verify", MODEL, log, "--mission", mission, "--wind", "4@90", "--format", "json"]
+    assert main(arguments) == 0
+    [flight] = json.loads(capsys.readouterr().out)["flights"]
+    assert flight["mission"] == mission
+    assert flight["conditions"]["wind_m_s"] == 4.0
+    # SQUARE of conftest goes 100 m up and 556 m out and back; the flight in the log is far shorter.
+    assert flight["error"]["time_fraction"] > 1.0
+
+
+def test_errors_above_a_threshold_exit_with_one(log: str, mission: str) -> None:
+    assert main(["verify", MODEL, log, "--mission", mission]) == 0
+    assert main(["verify", MODEL, log, "--mission", mission, "--fail-on-time", "5%"]) == 1
+    assert main(["verify", MODEL, log, "--mission", mission, "--fail-on-energy", "10%"]) == 1
+
+
+def test_the_text_names_the_errors_and_the_flights(
+    log: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["verify", MODEL, log, log]) == 0
+    out = capsys.readouterr().out
+    assert "Time" in out
+    assert "median error" in out
+
+
+def test_plots_are_drawn_into_a_folder(log: str) -> None:
+    pytest.importorskip("matplotlib")
+    assert main(["verify", MODEL, log, "--plots", "drawn"]) == 0
+    [path] = Path("drawn").iterdir()
+    assert path.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_unusable_input_is_refused_in_a_sentence(
+    log: str, broken: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["verify", MODEL, "missing.bin"]) == 2
+    assert main(["verify", MODEL, broken]) == 2
+    assert main(["verify", "no-such-model", log]) == 2
+    assert main(["verify", MODEL, log, "--mission", broken]) == 2
+    assert main(["verify", MODEL, log, "--params", "missing.param"]) == 2
+    assert main(["verify", "px4-sih-quad", log]) == 2
+    err = capsys.readouterr().err
+    assert "Traceback" not in err
+    assert "this is a bug" not in err
+    assert main(["verify", MODEL]) == 2
