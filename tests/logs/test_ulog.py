@@ -166,7 +166,7 @@ def test_changes_of_speed_are_read_from_the_speeds_flown_by(tmp_path: Path) -> N
     log.define("position_setpoint_triplet", "float current.cruising_speed")
     # Items 0, 2, 4: 1 was a change to 8 m/s, 3 was none.
     for time_s, sequence, speed in ((6.0, 0, -1.0), (12.0, 2, 8.0), (20.0, 4, 8.0)):
-        log.add("navigator_mission_item", time_s, sequence, 16, 50.0, 20.0, 30.0, 5.0, True)
+        log.add("navigator_mission_item", time_s, sequence, *(16, 50.0, 20.0, 30.0, 5.0, True))
         log.add("position_setpoint_triplet", time_s + 0.1, speed)
     record = _read(tmp_path, log.content())
     told = [(item.item, item.command, item.param1, item.param2) for item in record.mission_items]
