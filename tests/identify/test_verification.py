@@ -115,7 +115,7 @@ def test_a_flight_that_takes_longer_is_found_as_such_and_stops_are_still_compare
     )
     columns = {name: column[waited] for name, column in flown.columns().items()}
     columns["time_s"] = np.arange(float(waited.size)) * 0.1
-    late = replace(flown, **columns, duration_s=flown.duration_s + 20.0)  # type: ignore[arg-type]  # columns by name
+    late = replace(flown, **columns, duration_s=flown.duration_s + 20.0)
     verified = verify_flight(late, ARTICLE, CALM)
     predicted_s = verified.predicted.time_s
     assert verified.time_fraction == pytest.approx(predicted_s / (predicted_s + 20.0) - 1.0)
