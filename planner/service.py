@@ -107,6 +107,8 @@ class CheckResult:
     """What the autopilot was taken to fly with, each value with its origin."""
     trace: Trace | None = None
     """The flight sampled over time, where it was asked for and something is flown."""
+    case: Case | None = None
+    """Everything the rules looked at, for pictures; ``None`` where nothing is flown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,6 +241,7 @@ def check(
     if known is not None:
         known = known.aged(health=battery_health, resistance_factor=battery_resistance_factor)
     flight: Flight | None = None
+    case: Case | None = None
     totals, budget, home = NOTHING_FLOWN, None, None
     items: tuple[ItemArrival, ...] = ()
     findings += [*mission.findings, *route.findings]
@@ -266,23 +269,22 @@ def check(
                     totals, known, charge=charge, reserve=reserve, discharge=discharge
                 )
             home = way_home(route, flight, pilot, budget)
-        findings += check_case(
-            Case(
-                mission=mission,
-                route=route,
-                vehicle=vehicle,
-                autopilot=flown_by,
-                parameters=flown_with,
-                conditions=conditions,
-                flight=flight,
-                totals=totals,
-                items=items,
-                pack=known,
-                discharge=discharge,
-                battery=budget,
-                way_home=home,
-            )
+        case = Case(
+            mission=mission,
+            route=route,
+            vehicle=vehicle,
+            autopilot=flown_by,
+            parameters=flown_with,
+            conditions=conditions,
+            flight=flight,
+            totals=totals,
+            items=items,
+            pack=known,
+            discharge=discharge,
+            battery=budget,
+            way_home=home,
         )
+        findings += check_case(case)
     reported, suppressed = (selection or Selection()).divide(findings, file=mission.source)
     return CheckResult(
         file=mission.source,
@@ -305,6 +307,7 @@ def check(
         fail_on=fail_on,
         parameters=flown_with,
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
+        case=case,
     )
 
 
