@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
+    from planner.logs.csv_mapping import CsvMapping, read_csv_mapping
+    from planner.logs.files import read_log
+    from planner.logs.record import FlightRecord
     from planner.mission.files import read_mission, write_mission
     from planner.mission.items import Mission
     from planner.physics.wind import Wind
@@ -28,7 +31,9 @@ __all__ = [
     "Battery",
     "CheckResult",
     "Conditions",
+    "CsvMapping",
     "Finding",
+    "FlightRecord",
     "MavjouleError",
     "Mission",
     "Place",
@@ -39,6 +44,8 @@ __all__ = [
     "__version__",
     "check",
     "load_vehicle",
+    "read_csv_mapping",
+    "read_log",
     "read_mission",
     "write_mission",
 ]
@@ -48,7 +55,9 @@ _HOMES = {
     "Battery": "planner.vehicle.battery",
     "CheckResult": "planner.service",
     "Conditions": "planner.flight.conditions",
+    "CsvMapping": "planner.logs.csv_mapping",
     "Finding": "planner.findings",
+    "FlightRecord": "planner.logs.record",
     "MavjouleError": "planner.errors",
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
@@ -58,6 +67,8 @@ _HOMES = {
     "Wind": "planner.physics.wind",
     "check": "planner.service",
     "load_vehicle": "planner.vehicle.library",
+    "read_csv_mapping": "planner.logs.csv_mapping",
+    "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
     "write_mission": "planner.mission.files",
 }

@@ -31,7 +31,7 @@ from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from pathlib import Path
 
     from planner.findings import Finding
@@ -40,8 +40,11 @@ if TYPE_CHECKING:
     from planner.flight.segment import ItemArrival, Segment
     from planner.flight.trace import Trace
     from planner.geo.terrain import TerrainGrid
+    from planner.identify.outcome import Identification
+    from planner.identify.settings import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
     from planner.logs.csv_mapping import CsvMapping
+    from planner.logs.record import FlightRecord
     from planner.mission.items import Mission
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -384,6 +387,61 @@ def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
         findings=mission.findings,
         losses=write_mission(mission, target),
     )
+
+
+def identify_logs(
+    paths: Sequence[Path | str],
+    settings: IdentificationSettings,
+    *,
+    mapping: CsvMapping | None = None,
+    output: Path | None = None,
+    on_log: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """Identify a vehicle from its flight logs and write the model file.
+
+    Parameters
+    ----------
+    paths : sequence of Path or str
+        Flight logs.
+    settings : IdentificationSettings
+        What no log tells.
+    mapping : CsvMapping, optional
+        For logs in CSV of no known kind.
+    output : Path, optional
+        The model file; left out, none is written.
+    on_log : callable
+        Told what is done next: a log is read, the model is fitted.
+
+    Returns
+    -------
+    Identification
+        The model, what was found about each state, and what has to be known.
+
+    Raises
+    ------
+    LogFileError
+        If a log cannot be read.
+    IdentificationError
+        If the flights do not tell enough for any model.
+    UsageError
+        If the base model answers another reference.
+    OutputError
+        If the model file cannot be written.
+    """
+    from planner.identify.identification import identify_vehicle
+    from planner.logs.files import read_log
+
+    records: list[FlightRecord] = []
+    for path in paths:
+        on_log(f"reading {path}")
+        records += read_log(path, mapping)
+    on_log(f"identifying {settings.name} from {len(records)} flights")
+    identification = identify_vehicle(records, settings)
+    if output is not None:
+        from planner.vehicle.writer import write_vehicle
+
+        write_vehicle(output, identification.model, remarks=identification.remarks)
+    return identification
 
 
 def verify_logs(

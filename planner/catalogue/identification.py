@@ -18,3 +18,61 @@ ARX_BIASED = Rule(
     example="altitude: fitted by ARX alone; its poles are biased by noise of the measurement",
     fix="use the default, which refines the model by output error",
 )
+
+STATE_LEFT_OUT = Rule(
+    code="I102",
+    name="state-left-out",
+    severity=Severity.WARNING,
+    summary="The flights do not tell a state of the model: it is left out.",
+    why=(
+        "What no flight shows cannot be identified, and nothing is invented: predictions by the model "
+        "lack this state, or the model lacks its power altogether."
+    ),
+    how="Every segment of the state is looked at; those refused are counted with their reasons.",
+    example="brake_power: left out: the flights hold no such manoeuvre",
+    fix="fly the manoeuvre that is missing, or name a base model with --base",
+)
+
+STATE_OF_BASE = Rule(
+    code="I103",
+    name="state-of-base",
+    severity=Severity.WARNING,
+    summary="A state the flights do not tell is that of the base model.",
+    why="The base model is another vehicle's: its power and its motion need not be this one's.",
+    how="With --base, what the flights do not tell is copied from that model.",
+    example="brake_power: taken from falkowski-2023-quadrotor: the flights hold no such manoeuvre",
+    fix="fly the manoeuvre that is missing",
+)
+
+PARAMETERS_DIFFER = Rule(
+    code="I104",
+    name="parameters-differ",
+    severity=Severity.WARNING,
+    summary="Autopilot parameters differ between the flights a model is made of.",
+    why="The vehicle flew in two ways; a model with one of them would be wrong for the other.",
+    how="Parameters that predictions depend on are compared between the logs.",
+    example="WPNAV_SPEED, LAND_SPEED differ from flight to flight: left out of the model",
+    fix="give --params with the parameters of the day to check, or identify from like flights",
+)
+
+MASS_UNKNOWN = Rule(
+    code="I105",
+    name="mass-unknown",
+    severity=Severity.WARNING,
+    summary="A model is made without the mass of the vehicle.",
+    why="Logs do not hold the mass.  Without it payload cannot be predicted, nor air density counted.",
+    how="Fires where neither --mass nor a base model gives one.",
+    example="no log tells the mass: payload and air density are not modelled",
+    fix="weigh the vehicle with its battery and give --mass",
+)
+
+VEHICLES_DIFFER = Rule(
+    code="I106",
+    name="vehicles-differ",
+    severity=Severity.WARNING,
+    summary="The logs name different vehicles or autopilots.",
+    why="A model made of two vehicles is a model of neither.",
+    how="Firmware, frame and autopilot of the logs are compared.",
+    example="a.BIN is of QUAD/PLUS, b.BIN of OCTAQUAD/X: is this one vehicle?",
+    fix="identify each vehicle from its own logs",
+)

@@ -20,6 +20,7 @@ COMMANDS = {
     "check": "planner.cli.check",
     "segments": "planner.cli.segments",
     "convert": "planner.cli.convert",
+    "identify": "planner.cli.identify",
     "verify": "planner.cli.verify",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",

@@ -59,6 +59,12 @@ class Cut:
     """When the reference begins to change, in the record. [s]"""
     change: float
     """How far the reference changes. [m or m/s]"""
+    duration_s: float
+    """How long the reference changes. [s]"""
+    log: str
+    """File name of the log."""
+    flight: int
+    """Which flight of the log, from 1."""
     manoeuvre: Manoeuvre | None
     refusal: str = ""
     """Why there is no manoeuvre; empty where there is one."""
@@ -224,6 +230,9 @@ def _cut(
         answer=signal.answer,
         start_s=float(record.time_s[command.first]),
         change=command.change,
+        duration_s=(command.end - command.first) * step_s,
+        log=record.source,
+        flight=record.number,
         manoeuvre=manoeuvre,
         refusal=refusal,
     )

@@ -18,6 +18,8 @@ FloatArray = npt.NDArray[np.float64]
 
 _COLUMNS = ("time_s", "reference", "answer")
 _UNEVEN = 1e-6  # of a sampling step: rounding of times in seconds since the epoch
+_MANY_EDGES = 16
+"""From so many edges on their answers are summed by Fourier transforms."""
 
 
 class ReferenceForm(StrEnum):
@@ -145,8 +147,14 @@ class Manoeuvre:
             Answer, zero at rest. [output]
         """
         samples = self.time_s.size
+        edges = self._edges()
+        if len(edges) > _MANY_EDGES:
+            train = np.zeros(samples)
+            for position, size in edges:
+                train[position] = size
+            return _convolved(train, answer_to_edge[..., :samples])
         total = np.zeros((*answer_to_edge.shape[:-1], samples))
-        for position, size in self._edges():
+        for position, size in edges:
             total[..., position:] += size * answer_to_edge[..., : samples - position]
         return total
 
@@ -163,6 +171,14 @@ class Manoeuvre:
             slopes = np.diff(self.reference) / self.step_s
             sizes = np.diff(slopes, prepend=0.0)
         return [(int(position), float(sizes[position])) for position in np.flatnonzero(sizes)]
+
+
+def _convolved(train: FloatArray, answers: FloatArray) -> FloatArray:
+    """Return the causal convolution of a train of edges (n,) with answers (…, n)."""
+    samples = train.size
+    size = 1 << (2 * samples - 1).bit_length()
+    product = np.fft.rfft(train, size) * np.fft.rfft(answers, size)
+    return np.asarray(np.fft.irfft(product, size)[..., :samples])
 
 
 def simulated_answers(

@@ -42,12 +42,16 @@ class SteadyPower:
     """Mean height. [m]"""
     airspeed_m_s: float = 0.0
     """Mean horizontal airspeed. [m/s]"""
+    climb_rate_m_s: float = 0.0
+    """Mean climb rate, descent negative. [m/s]"""
     air_density_kg_m3: float | None = None
     """Mean air density, where it is known. [kg m⁻³]"""
     mass_kg: float | None = None
     """Mass that flew, where it is known. [kg]"""
     source: str = ""
     """Name of the log."""
+    start_s: float = 0.0
+    """When it begins, in the flight. [s]"""
 
 
 def steady_power(

@@ -147,6 +147,8 @@ class Structure:
 
 MOTION = Structure(numerator_degree=0, denominator_degree=2)
 """Altitude and speed, G1 and G4 of the article."""
+FOLLOWING = Structure(numerator_degree=0, denominator_degree=1)
+"""How a vehicle follows a reference that was shaped for it."""
 POWER = Structure(numerator_degree=1, denominator_degree=2)
 """Power of a climb, a descent or a stop, G2, G3 and G5."""
 POWER_WITHOUT_ZERO = Structure(numerator_degree=0, denominator_degree=2)

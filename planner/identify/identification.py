@@ -1,0 +1,220 @@
+"""From flight records to a vehicle model: the one way through identification.
+
+A vehicle whose reference is a step is identified as in the article: responses G1 to G5, hover power over
+height, cruise power over speed.  One whose autopilot shapes the reference is identified by the steady
+power over airspeed and climb rate, by how it follows the logged setpoints, and by the autopilot's own
+parameters.  What the flights do not tell is taken from a base model or left out, and said.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.autopilot import Autopilot
+from planner.errors import IdentificationError, UsageError
+from planner.identify.assembly import Parts, assemble_model
+from planner.identify.commands import Answer, cut_manoeuvres
+from planner.identify.outcome import SegmentUse
+from planner.identify.power_states import (
+    PowerIdentification,
+    identify_cruise,
+    identify_hover,
+    identify_power,
+)
+from planner.identify.response_states import identify_response
+from planner.identify.settings import Method
+from planner.identify.states import find_states
+from planner.identify.steady import steady_stretches
+from planner.identify.steady_flight import record_air_density_kg_m3, steady_flight
+from planner.vehicle.hover_law import AltitudeLaw, hover_power_w
+from planner.vehicle.model import Loads
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.identify.commands import Cut
+    from planner.identify.outcome import Identification
+    from planner.identify.settings import IdentificationSettings
+    from planner.identify.steady import SteadyPower, SteadyStretch
+    from planner.logs.record import FlightRecord
+
+_RINGING_S = 20.0
+"""After a step the power of an identified response may ring for tens of seconds. [s]"""
+
+
+def identify_vehicle(
+    records: Sequence[FlightRecord], settings: IdentificationSettings
+) -> Identification:
+    """Identify a vehicle from its flights.
+
+    Parameters
+    ----------
+    records : sequence of FlightRecord
+        Flights of one vehicle, one at least.
+    settings : IdentificationSettings
+        What no log tells.
+
+    Returns
+    -------
+    Identification
+        The model, what was found about each state, and what has to be known.
+
+    Raises
+    ------
+    IdentificationError
+        If the flights do not tell enough for any model.
+    UsageError
+        If the base model answers another reference.
+    """
+    if not records:
+        msg = "there is no flight to identify a vehicle from"
+        raise IdentificationError(msg)
+    reference = settings.reference or _reference_of(records)
+    base = settings.base
+    if base is not None and base.reference is not reference:
+        msg = (
+            f"{base.name} answers {base.reference.label}, the flights {reference.label}: it cannot "
+            "be their base model"
+        )
+        raise UsageError(msg)
+    identify = _identify_stepped if reference is Autopilot.STEP else _identify_shaped
+    settings = replace(settings, reference=reference)
+    return assemble_model(records, settings, identify(records, settings))
+
+
+def _reference_of(records: Sequence[FlightRecord]) -> Autopilot:
+    autopilots = {record.autopilot for record in records}
+    if len(autopilots) > 1:
+        names = ", ".join(sorted("none" if a is None else a.label for a in autopilots))
+        msg = f"the logs are of different autopilots ({names}): identify each by itself"
+        raise IdentificationError(msg)
+    return autopilots.pop() or Autopilot.STEP
+
+
+def _identify_shaped(records: Sequence[FlightRecord], settings: IdentificationSettings) -> Parts:
+    mass_kg = _flown_mass_kg(settings)
+    steady: list[SteadyPower] = []
+    refusals: list[SegmentUse] = []
+    cuts: list[Cut] = []
+    for record in records:
+        density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+        steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
+        refusals += _power_refusals(record)
+        cuts += cut_manoeuvres(record)
+    use_arx = settings.method is Method.ARX
+    return Parts(
+        power=identify_power(steady, refusals=refusals),
+        responses=tuple(
+            identify_response(answer, cuts, use_arx=use_arx, is_shaped=True)
+            for answer in (Answer.ALTITUDE, Answer.SPEED)
+        ),
+        steady=tuple(steady),
+        loads=_loads(records),
+    )
+
+
+def _identify_stepped(records: Sequence[FlightRecord], settings: IdentificationSettings) -> Parts:
+    stretches: list[SteadyStretch] = []
+    refusals: list[SegmentUse] = []
+    for record in records:
+        states = find_states(record)
+        stretches += steady_stretches(record, states, settling_s=_RINGING_S)
+        refusals += _power_refusals(record) or _stretch_refusals(record, stretches)
+    hovers = [s.power for s in stretches if s.power is not None and not s.power.airspeed_m_s]
+    cruises = [s.power for s in stretches if s.power is not None and s.power.airspeed_m_s]
+    power = _stepped_power(hovers, cruises, tuple(refusals))
+    cuts: list[Cut] = []
+    for record in records:
+        hover_w = None
+        if isinstance(power.hover, AltitudeLaw) and np.isfinite(record.power_w).any():
+            hover_w = hover_power_w(
+                power.hover,
+                height_above_home_m=record.height_above_home_m,
+                mass_kg=None,
+                air_density_kg_m3=1.0,
+            )
+        cuts += cut_manoeuvres(record, hover_power_w=hover_w)
+    use_arx = settings.method is Method.ARX
+    return Parts(
+        power=power,
+        responses=tuple(identify_response(answer, cuts, use_arx=use_arx) for answer in Answer),
+        steady=(*hovers, *cruises),
+        hovers=tuple(hovers),
+    )
+
+
+def _stepped_power(
+    hovers: Sequence[SteadyPower],
+    cruises: Sequence[SteadyPower],
+    refusals: tuple[SegmentUse, ...],
+) -> PowerIdentification:
+    """Hover power over height and cruise power over speed, as in the article."""
+    if not hovers:
+        return identify_power((), refusals=refusals)
+    hover, outcome, readings = identify_hover(hovers, refusals)
+    at_hover = [
+        float(
+            hover_power_w(
+                hover,
+                height_above_home_m=c.height_above_home_m,
+                mass_kg=None,
+                air_density_kg_m3=1.0,
+            )
+        )
+        for c in cruises
+    ]
+    cruise, cruise_outcome = identify_cruise(cruises, at_hover)
+    return PowerIdentification(
+        hover=hover, cruise=cruise, outcomes=(outcome, cruise_outcome), readings=readings
+    )
+
+
+def _power_refusals(record: FlightRecord) -> list[SegmentUse]:
+    if np.isfinite(record.power_w).any():
+        return []
+    remark = next((q.remark for q in record.quantities if q.name == "current_a" and q.remark), "")
+    why = f"the log tells no power: {remark}" if remark else "the log tells no power"
+    return [
+        SegmentUse(
+            log=record.source,
+            flight=record.number,
+            start_s=0.0,
+            duration_s=record.duration_s,
+            what="flight",
+            refusal=why,
+        )
+    ]
+
+
+def _stretch_refusals(record: FlightRecord, stretches: Sequence[SteadyStretch]) -> list[SegmentUse]:
+    return [
+        SegmentUse(
+            log=record.source,
+            flight=record.number,
+            start_s=s.segment.start_s,
+            duration_s=s.segment.duration_s,
+            what=str(s.segment.state),
+            refusal=s.refusal,
+        )
+        for s in stretches
+        if s.refusal
+    ]
+
+
+def _loads(records: Sequence[FlightRecord]) -> Loads | None:
+    """Return the power on the ground, armed, by the mean of all flights."""
+    ground = [r.power_w[r.is_landed & np.isfinite(r.power_w)] for r in records]
+    samples = np.concatenate(ground)
+    if not samples.size:
+        return None
+    return Loads(avionics_w=0.0, ground_idle_w=round(max(float(samples.mean()), 0.0), 3))
+
+
+def _flown_mass_kg(settings: IdentificationSettings) -> float | None:
+    own = settings.mass_kg
+    if own is None and settings.base is not None:
+        own = settings.base.mass_kg
+    return None if own is None else own + settings.payload_kg

@@ -1,0 +1,143 @@
+"""What identification found, state by state: for the model, and for who has to trust it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.identify.battery import BatteryFit
+    from planner.identify.estimate import Estimate
+    from planner.identify.manoeuvre import Manoeuvre
+    from planner.identify.steady import SteadyPower
+    from planner.identify.steady_map import SteadyMap
+    from planner.logs.record import FlightRecord
+    from planner.physics.transfer_function import TransferFunction
+    from planner.vehicle.model import VehicleModel
+
+
+class Status(StrEnum):
+    """What became of a state."""
+
+    IDENTIFIED = "identified"
+    """The flights tell it."""
+    BASE = "base"
+    """The flights do not tell it: taken from the base model."""
+    LEFT_OUT = "left-out"
+    """The flights do not tell it, and no base model does."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SegmentUse:
+    """A stretch of a flight, and what it was used for."""
+
+    log: str
+    """File name."""
+    flight: int
+    """Which flight of the log, from 1."""
+    start_s: float
+    """In the flight. [s]"""
+    duration_s: float
+    """[s]"""
+    what: str
+    """The state, and how far or fast: ``climb 100 m``."""
+    refusal: str = ""
+    """Why it was not used; empty where it was."""
+    is_held_out: bool = False
+    """Whether the fit that is tested was made without it."""
+    fit_percent: float | None = None
+    """How well the model describes it. [%]"""
+
+    @property
+    def is_used(self) -> bool:
+        """Whether the model rests on it, or was tested on it."""
+        return not self.refusal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateOutcome:
+    """What was found about one state."""
+
+    name: str
+    """``altitude``, ``speed``, ``climb_power`` …, ``hover``, ``cruise``, ``vertical``, ``battery``."""
+    status: Status
+    said: str
+    """What was identified by which law, or why it was not."""
+    unit: str = ""
+    """Of the residuals."""
+    estimates: tuple[Estimate, ...] = ()
+    segments: tuple[SegmentUse, ...] = ()
+    """Every stretch that was looked at."""
+    fit_percent: float | None = None
+    """On segments held out, by a fit without them. [%]"""
+    rms: float | None = None
+    """Root mean square of the residuals of those. [unit]"""
+    whiteness: float | None = None
+    """Median chance that white noise has residuals of such a memory. [-]"""
+
+    @property
+    def used(self) -> int:
+        """Number of segments the model rests on."""
+        return sum(s.is_used for s in self.segments)
+
+    @property
+    def held_out(self) -> int:
+        """Number of segments the model was tested on."""
+        return sum(s.is_held_out for s in self.segments)
+
+    def refusals(self) -> tuple[tuple[str, int], ...]:
+        """Return the reasons for which segments were not used, each with their number."""
+        counts: dict[str, int] = {}
+        for segment in self.segments:
+            if segment.refusal:
+                counts[segment.refusal] = counts.get(segment.refusal, 0) + 1
+        return tuple(sorted(counts.items(), key=lambda pair: -pair[1]))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResponseEvidence:
+    """Manoeuvres beside the model that was fitted to them: what a figure shows."""
+
+    name: str
+    manoeuvres: tuple[Manoeuvre, ...]
+    transfer_function: TransferFunction
+    window_s: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evidence:
+    """What the model rests on, for figures."""
+
+    records: tuple[FlightRecord, ...]
+    steady: tuple[SteadyPower, ...]
+    hovers: tuple[SteadyPower, ...]
+    responses: tuple[ResponseEvidence, ...]
+    steady_map: SteadyMap | None
+    battery: BatteryFit | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Identification:
+    """A model made of flights, and how."""
+
+    model: VehicleModel
+    states: tuple[StateOutcome, ...]
+    findings: tuple[Finding, ...]
+    evidence: Evidence
+    remarks: tuple[str, ...]
+    """Comments for the top of the model file."""
+
+    def state(self, name: str) -> StateOutcome:
+        """Return the outcome of a state by its name.
+
+        Raises
+        ------
+        KeyError
+            If there is none of that name.
+        """
+        for outcome in self.states:
+            if outcome.name == name:
+                return outcome
+        raise KeyError(name)

@@ -1,0 +1,322 @@
+"""Responses of a vehicle, state by state: cut from all flights, fitted, and tested on some held out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import IdentificationError
+from planner.identify.commands import Answer, Cut, hold_out
+from planner.identify.outcome import ResponseEvidence, SegmentUse, StateOutcome, Status
+from planner.identify.output_error import select_response
+from planner.identify.quality import evaluate_model
+from planner.identify.structure import FOLLOWING, MOTION, POWER, POWER_WITHOUT_ZERO
+from planner.vehicle.model import ManoeuvreResponse
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from planner.identify.estimate import Estimate
+    from planner.identify.manoeuvre import Manoeuvre
+    from planner.identify.quality import Quality
+    from planner.identify.structure import Structure
+    from planner.physics.transfer_function import TransferFunction
+
+    FloatArray = npt.NDArray[np.float64]
+
+_POWERS = (Answer.CLIMB_POWER, Answer.DESCENT_POWER, Answer.BRAKE_POWER)
+_HEIGHTS = (Answer.ALTITUDE, Answer.CLIMB_POWER, Answer.DESCENT_POWER)
+_LONGEST_DELAY_S = 10.0
+_MOTION_S = 60.0
+"""After a command of motion: a vehicle that takes longer does not follow. [s]"""
+_LEAST_FIT_PERCENT = 20.0
+"""A model that describes no more than this of what it was fitted to is none. [%]"""
+_MOST_SAMPLES = 6000
+"""Of all manoeuvres of an answer together: beyond, every second one is fitted, or third …"""
+_WINDOW_PASSES = 5
+_SAME_WINDOW_S = 0.25
+_QUIET = 3.0
+"""Mean over a second in standard errors, below which a power is hover power again. [-]"""
+_GAIN_TOLERANCE = 0.05
+"""The model file holds motion to this: a vehicle arrives where it is sent. [-]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FittedResponse:
+    """A model of one answer."""
+
+    transfer_function: TransferFunction
+    estimates: tuple[Estimate, ...]
+    window_s: float | None
+    """For powers. [s]"""
+    covariance: FloatArray | None = None
+    """Of b, a and delay; ``None`` where the method tells none."""
+    coefficient_errors: tuple[tuple[float, ...], tuple[float, ...], float] | None = None
+    """Standard errors of numerator, denominator and delay."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResponseIdentification:
+    """A response for the model file, if there is one, and what was found."""
+
+    response: ManoeuvreResponse | None
+    outcome: StateOutcome
+    evidence: ResponseEvidence | None = None
+
+
+def identify_response(
+    answer: Answer, cuts: Sequence[Cut], *, use_arx: bool = False, is_shaped: bool = False
+) -> ResponseIdentification:
+    """Fit one answer to all of its manoeuvres, and test the method on some held out.
+
+    The model is fitted to every manoeuvre.  Its fit percentage is that of a second model, made the
+    same way without the manoeuvres held out, on those.
+
+    Parameters
+    ----------
+    answer : Answer
+        Which answer.
+    cuts : sequence of Cut
+        Of all flights; those of other answers are passed over.
+    use_arx : bool
+        Fit by ARX alone, as the article does.
+    is_shaped : bool
+        Whether an autopilot shaped the reference: it is followed, to the end.
+
+    Returns
+    -------
+    ResponseIdentification
+        The response, or why there is none.
+    """
+    own = hold_out([cut for cut in cuts if cut.answer is answer])
+    manoeuvres = [_prepared(c.manoeuvre, answer) for c in own if c.manoeuvre is not None]
+    if not manoeuvres:
+        why = "no manoeuvre can be used" if own else "the flights hold no such manoeuvre"
+        return _nothing(answer, why, own)
+    is_power = answer in _POWERS
+    thinned = _thinned(manoeuvres)
+    kept = [m for m in thinned if not m.is_held_out]
+    try:
+        fitted = _fit(thinned, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
+        tested = fitted
+        if len(kept) < len(thinned):
+            tested = _fit(kept, is_power=is_power, use_arx=use_arx, is_shaped=is_shaped)
+    except IdentificationError as error:
+        return _nothing(answer, str(error), own)
+    gain = fitted.transfer_function.numerator[-1] / fitted.transfer_function.denominator[-1]
+    if not is_power and not abs(gain - 1.0) <= _GAIN_TOLERANCE:
+        why = f"a command of 1 ends at {gain:.3g}: the vehicle does not arrive where it is sent"
+        return _nothing(answer, why, own)
+    windowed = [m if fitted.window_s is None else m.up_to(fitted.window_s) for m in manoeuvres]
+    of_all = evaluate_model(fitted.transfer_function, windowed)
+    best = float(np.median([q.fit_percent for q in of_all]))
+    if best < _LEAST_FIT_PERCENT:
+        why = f"the best model describes {best:.0f} % of the manoeuvres: no model"
+        return _nothing(answer, why, own)
+    held = [m for m in windowed if m.is_held_out]
+    judged = evaluate_model(tested.transfer_function, held) if held else ()
+    return ResponseIdentification(
+        response=_model_response(answer, own, fitted),
+        outcome=_outcome(answer, own, fitted, of_all, judged),
+        evidence=ResponseEvidence(
+            name=answer.value,
+            manoeuvres=tuple(windowed),
+            transfer_function=fitted.transfer_function,
+            window_s=fitted.window_s,
+        ),
+    )
+
+
+def _prepared(manoeuvre: Manoeuvre, answer: Answer) -> Manoeuvre:
+    return manoeuvre if answer in _POWERS else manoeuvre.up_to(_command_s(manoeuvre) + _MOTION_S)
+
+
+def _command_s(manoeuvre: Manoeuvre) -> float:
+    """How long the reference changes [s]."""
+    moving = np.flatnonzero(np.diff(manoeuvre.reference))
+    return float(manoeuvre.time_s[moving[-1] + 1]) - manoeuvre.command_s
+
+
+def _thinned(manoeuvres: Sequence[Manoeuvre]) -> list[Manoeuvre]:
+    count = -(-sum(m.time_s.size for m in manoeuvres) // _MOST_SAMPLES)
+    return list(manoeuvres) if count == 1 else [m.every(count) for m in manoeuvres]
+
+
+def _fit(
+    manoeuvres: Sequence[Manoeuvre], *, is_power: bool, use_arx: bool, is_shaped: bool
+) -> FittedResponse:
+    if not is_power:
+        structures: tuple[Structure, ...] = (MOTION,)
+        if is_shaped:
+            structures = tuple(replace(s, steady_gain=1.0) for s in (MOTION, FOLLOWING))
+        motion = _fit_once(manoeuvres, structures, use_arx=use_arx)
+        return replace(motion, window_s=None)
+    window_s = _quiet_after_s(manoeuvres)
+    fitted: FittedResponse | None = None
+    next_s = window_s
+    for _ in range(_WINDOW_PASSES):
+        windowed = [m.up_to(window_s) for m in manoeuvres]
+        fitted = _fit_once(windowed, (POWER, POWER_WITHOUT_ZERO), use_arx=use_arx)
+        longest = min(float(m.time_s[-1]) - m.command_s for m in manoeuvres)
+        next_s = min(fitted.window_s or window_s, longest)
+        if abs(next_s - window_s) < _SAME_WINDOW_S:
+            break
+        window_s = next_s
+    assert fitted is not None
+    return replace(fitted, window_s=next_s)
+
+
+def _fit_once(
+    manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], *, use_arx: bool
+) -> FittedResponse:
+    span_s = min(float(m.time_s[-1]) - m.command_s for m in manoeuvres)
+    longest_delay_s = min(_LONGEST_DELAY_S, 0.5 * span_s)
+    if use_arx:
+        return _fit_by_arx(manoeuvres, structures, longest_delay_s)
+    fit = select_response(manoeuvres, structures, longest_delay_s=longest_delay_s)
+    errors = np.sqrt(np.maximum(np.diagonal(fit.covariance), 0.0))
+    size = fit.structure.numerator_size
+    return FittedResponse(
+        transfer_function=fit.transfer_function,
+        estimates=fit.estimates,
+        window_s=fit.window_s,
+        covariance=fit.covariance,
+        coefficient_errors=(
+            tuple(errors[:size].tolist()),
+            (0.0, *errors[size:-1].tolist()),
+            float(errors[-1]),
+        ),
+    )
+
+
+def _fit_by_arx(
+    manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], longest_delay_s: float
+) -> FittedResponse:
+    """Fit as the article does: it tells no errors, and noise biases it."""
+    from planner.identify.arx import select_arx
+    from planner.identify.estimate import Estimate
+
+    structure = structures[0]
+    model = select_arx(
+        manoeuvres,
+        longest_delay_s=longest_delay_s,
+        poles=(structure.denominator_degree,),
+        zeros=(structure.numerator_degree,),
+    )
+    system = model.transfer_function()
+    gain = system.numerator[-1] / system.denominator[-1]
+    rows = {"steady_gain": gain, "delay_s": system.delay_s}
+    slowest = min(-pole.real for pole in system.poles)
+    period_s = system.damped_period_s or 4.0 / max(slowest, 1e-9)
+    return FittedResponse(
+        transfer_function=system,
+        estimates=tuple(Estimate(name=n, value=v, error=float("nan")) for n, v in rows.items()),
+        window_s=system.delay_s + period_s,
+    )
+
+
+def _quiet_after_s(manoeuvres: Sequence[Manoeuvre]) -> float:
+    """Return after which time a power is hover power again, by the mean of the manoeuvres.
+
+    What is known is the noise at rest before the command: the last second whose mean leaves it ends
+    the manoeuvre.
+    """
+    step_s = manoeuvres[0].step_s
+    second = max(1, round(1.0 / step_s))
+    shortest = min(m.time_s.size - m.first_change for m in manoeuvres)
+    total, noise = np.zeros(shortest), 0.0
+    for m in manoeuvres:
+        change = float(m.reference[-1] - m.reference[0])
+        answer = (m.answer - m.answer_before) / change
+        total += answer[m.first_change : m.first_change + shortest]
+        noise += float(answer[: m.first_change].var())
+    smooth = np.convolve(total, np.full(second, 1.0 / second), mode="valid")
+    # white noise, averaged over a second, and over the rest that the offset was taken from
+    limit = _QUIET * np.sqrt(noise / second) + 0.02 * float(np.abs(smooth).max())
+    loud = np.flatnonzero(np.abs(smooth) > limit)
+    last = (int(loud[-1]) + second if loud.size else shortest - 1) * step_s
+    return float(np.clip(last, 5.0, (shortest - 1) * step_s))
+
+
+def _model_response(
+    answer: Answer, cuts: Sequence[Cut], fitted: FittedResponse
+) -> ManoeuvreResponse:
+    system = fitted.transfer_function
+    rounded = replace(
+        system,
+        numerator=tuple(_rounded(b) for b in system.numerator),
+        denominator=tuple(_rounded(a) for a in system.denominator),
+        delay_s=_rounded(system.delay_s),
+    )
+    size = _rounded(float(np.median([abs(c.change) for c in cuts if c.is_used])), 4)
+    is_height = answer in _HEIGHTS
+    return ManoeuvreResponse(
+        transfer_function=rounded,
+        input_gain=1.0,
+        window_s=None if answer not in _POWERS else _rounded(fitted.window_s or 0.0),
+        identified_step_m=size if is_height else None,
+        identified_speed_m_s=None if is_height else size,
+    )
+
+
+def _outcome(
+    answer: Answer,
+    cuts: Sequence[Cut],
+    fitted: FittedResponse,
+    of_all: Sequence[Quality],
+    judged: Sequence[Quality],
+) -> StateOutcome:
+    used = sum(c.is_used for c in cuts)
+    tested = judged or of_all
+    window = "" if answer not in _POWERS else f", used for {fitted.window_s or 0.0:.1f} s"
+    beside = "" if judged else "; none could be held out"
+    order = "first" if len(fitted.transfer_function.denominator) == 2 else "second"
+    return StateOutcome(
+        name=answer.value,
+        status=Status.IDENTIFIED,
+        said=f"{order} order with a delay, from {used} manoeuvres{window}{beside}",
+        unit="W" if answer in _POWERS else "m" if answer is Answer.ALTITUDE else "m/s",
+        estimates=fitted.estimates,
+        segments=_segments(cuts, of_all),
+        fit_percent=float(np.median([q.fit_percent for q in tested])),
+        rms=float(np.sqrt(np.mean([q.rms**2 for q in tested]))),
+        whiteness=float(np.median([q.whiteness for q in tested])),
+    )
+
+
+def _segments(cuts: Sequence[Cut], qualities: Sequence[Quality] = ()) -> tuple[SegmentUse, ...]:
+    left = iter(qualities)
+    rows = []
+    for cut in cuts:
+        quality = next(left, None) if cut.is_used else None
+        unit = "m" if cut.answer in _HEIGHTS else "m/s"
+        rows.append(
+            SegmentUse(
+                log=cut.log,
+                flight=cut.flight,
+                start_s=cut.start_s,
+                duration_s=cut.duration_s,
+                what=f"{cut.answer.value} {cut.change:+.4g} {unit}",
+                refusal=cut.refusal,
+                is_held_out=cut.manoeuvre is not None and cut.manoeuvre.is_held_out,
+                fit_percent=None if quality is None else quality.fit_percent,
+            )
+        )
+    return tuple(rows)
+
+
+def _nothing(answer: Answer, why: str, cuts: Sequence[Cut]) -> ResponseIdentification:
+    return ResponseIdentification(
+        response=None,
+        outcome=StateOutcome(
+            name=answer.value, status=Status.LEFT_OUT, said=why, segments=_segments(cuts)
+        ),
+    )
+
+
+def _rounded(value: float, digits: int = 8) -> float:
+    return float(f"{value:.{digits}g}")
