@@ -106,3 +106,32 @@ ZERO_ALTITUDE = Rule(
     example="item 4 has altitude 0: PX4 flies to home's level, ArduPilot keeps its height",
     fix="write the altitude that is meant",
 )
+
+TERRAIN_NOT_FOLLOWED = Rule(
+    code="A112",
+    name="terrain-not-followed",
+    severity=Severity.WARNING,
+    summary="ArduPilot follows the ground between two items; a straight line is predicted.",
+    why=(
+        "Heights above terrain are kept all along a leg: over hills the vehicle climbs and descends "
+        "more than its items say, and waits where the ground rises faster than it can climb "
+        "(AC_WPNav, WP_TER_MARGIN)."
+    ),
+    how=(
+        "Legs to items in a terrain frame, flown by ArduPilot over known ground (--terrain) that "
+        "lies more than 2 m off the line between the ground at both ends."
+    ),
+    example="the ground on the way lies up to 23 m off the line predicted and is up to 31 % steep",
+    fix="put items where the ground bends, so that the legs lie along it",
+)
+
+RETURN_OVER_TERRAIN = Rule(
+    code="A113",
+    name="return-over-terrain",
+    severity=Severity.WARNING,
+    summary="The vehicle returns at a height above terrain; one above home is predicted.",
+    why="Over ground higher than home such a return climbs more and flies higher than predicted.",
+    how="ArduPilot's RTL_ALT_TYPE is 1; RTL_ALT is counted from home.",
+    example="RTL_ALT_TYPE is 1: returns follow the terrain; they are predicted 15.0 m above home",
+    fix="set RTL_ALT_TYPE to 0, or allow for the ground on the way home",
+)

@@ -71,7 +71,11 @@ WAIT_NOT_COUNTED = Rule(
         "A wait until a time of day lasts as long as the clock says (QGroundControl counts -1 s for "
         "it); a wait on the ground before the take-off costs next to nothing."
     ),
-    how="NAV_DELAY with a time of day, or before the take-off.",
+    how=(
+        "NAV_DELAY with a time of day, or before the take-off; ArduPilot's return where "
+        "RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits for the "
+        "heading it was armed with)."
+    ),
     example="item 3 waits until 14:30 UTC: not counted",
     fix="use a delay in seconds, or allow for the wait yourself",
 )
@@ -81,8 +85,14 @@ WAITS_FOR_EVER = Rule(
     name="waits-for-ever",
     severity=Severity.ERROR,
     summary="The vehicle waits at an item until somebody tells it to go on.",
-    why="With autoContinue off PX4 holds at the item; ArduPilot goes on.",
-    how="An item with autoContinue off is reached in flown order on PX4.",
+    why=(
+        "With autoContinue off PX4 holds at the item; ArduPilot goes on.  At NAV_GUIDED_ENABLE "
+        "ArduPilot waits for a companion computer."
+    ),
+    how=(
+        "An item with autoContinue off is reached in flown order on PX4, or NAV_GUIDED_ENABLE on "
+        "ArduPilot."
+    ),
     example="autoContinue is off: PX4 holds here; the flight is taken to go on",
     fix="set autoContinue, unless a pilot will continue the mission",
 )

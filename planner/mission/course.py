@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from planner import numbers
 from planner.autopilot import Autopilot
-from planner.catalogue.altitude import (
-    ZERO_TAKEOFF,
-)
+from planner.catalogue.altitude import TERRAIN_NOT_FOLLOWED, ZERO_TAKEOFF
 from planner.catalogue.mission import HEADING_NORTH, VALUE_STORED_OTHERWISE
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED, WAIT_NOT_COUNTED, WAITS_FOR_EVER
 from planner.findings import Severity
@@ -17,6 +16,7 @@ from planner.mission import ardupilot_storage
 from planner.mission.command_support import CommandEffect, command_effect
 from planner.mission.commands import (
     RELATIVE_FRAMES,
+    TERRAIN_FRAMES,
     Command,
     command_name,
     is_destination,
@@ -34,6 +34,8 @@ LONGEST_HOLD_S = 30.0 * 86400.0
 FASTEST_M_S = 1000.0
 MOST_TURNS = 100_000.0
 LARGEST_RADIUS_M = 100_000.0
+_GROUND_OFF_LINE_M = 2.0
+"""Grids of the ground are no better than this. [m]"""
 
 
 @dataclass(slots=True)
@@ -110,13 +112,36 @@ class Course(Whereabouts):
         return draft
 
     def _go(self, kind: StageKind, number: int, item: MissionItem, hold_s: float = 0.0) -> None:
+        from_deg = (self.latitude_deg, self.longitude_deg)
         self.move_to(number, item)
+        if item.frame in TERRAIN_FRAMES and self.meaning is Autopilot.ARDUPILOT:
+            self._look_at_ground(number, item, from_deg)
         self.height_m = self.height_of_m(number, item)
         draft = self._add(kind, number)
         draft.hold_s = hold_s
         draft.yaw_deg = item.param4
         if kind is StageKind.GO and item.param2 is not None and item.param2 > 0.0:
             draft.acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
+
+    def _look_at_ground(
+        self, number: int, item: MissionItem, from_deg: tuple[float, float]
+    ) -> None:
+        """Tell of ground on the way that ArduPilot follows and a straight line does not."""
+        if self.terrain is None:
+            return
+        from planner.mission.terrain_following import ground_between
+
+        ground = ground_between(self.terrain, from_deg, (self.latitude_deg, self.longitude_deg))
+        if ground is None or ground.off_line_m <= _GROUND_OFF_LINE_M:
+            return
+        self.remark(
+            TERRAIN_NOT_FOLLOWED,
+            number,
+            item,
+            f"the ground on the way lies up to {numbers.height(ground.off_line_m)} off the line "
+            f"predicted and is up to {numbers.percent(ground.steepest)} steep: ArduPilot follows it, "
+            "and slows down where it cannot climb so fast",
+        )
 
     def take_off(self, number: int, item: MissionItem) -> None:
         """Leave the ground."""
@@ -198,6 +223,36 @@ class Course(Whereabouts):
         if 0.0 < deepest_m < self.height_m:
             message += f"; the vehicle gives up {numbers.height(deepest_m)} down"
         self.remark(ITEM_NOT_MODELLED, number, item, message)
+
+    def arc(self, number: int, item: MissionItem) -> None:
+        """Fly to a place; the arc that is asked for is only told."""
+        self._go(StageKind.GO, number, item)
+        angle_rad = math.radians(min(abs(item.param1 or 0.0), 359.0))
+        longer = "" if angle_rad == 0.0 else f", {self._arc_over_chord(angle_rad)} as long"
+        self.remark(
+            ITEM_NOT_MODELLED,
+            number,
+            item,
+            "NAV_ARC_WAYPOINT is not modelled: a straight flight to its place is assumed, not the "
+            f"arc of {abs(item.param1 or 0.0):g}°{longer}",
+        )
+
+    @staticmethod
+    def _arc_over_chord(angle_rad: float) -> str:
+        """Return the length of an arc over that of its chord: θ/2 over sin θ/2."""
+        half = 0.5 * angle_rad
+        return f"{numbers.decimals(half / math.sin(half), 2)} times"
+
+    def guided(self, number: int, item: MissionItem) -> None:
+        """Hand over to a companion computer, which decides when the mission goes on."""
+        if self.meaning is not Autopilot.ARDUPILOT:
+            self.pass_by(number, item)
+        elif item.param1 is not None and item.param1 > 0.0:
+            message = (
+                "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
+                "DO_GUIDED_LIMITS ends it; the flight is taken to go on"
+            )
+            self.remark(WAITS_FOR_EVER, number, item, message)
 
     def change_speed(self, number: int, item: MissionItem) -> None:
         """Take a new speed for what follows."""
@@ -305,6 +360,8 @@ _WAYS: Mapping[int, Callable[[Course, int, MissionItem], None]] = {
     Command.NAV_RETURN_TO_LAUNCH: Course.return_home,
     Command.NAV_DELAY: Course.delay,
     Command.NAV_PAYLOAD_PLACE: Course.set_down,
+    Command.NAV_ARC_WAYPOINT: Course.arc,
+    Command.NAV_GUIDED_ENABLE: Course.guided,
     Command.DO_CHANGE_SPEED: Course.change_speed,
     Command.DO_SET_HOME: Course.set_home,
 }

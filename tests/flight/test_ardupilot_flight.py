@@ -11,6 +11,7 @@ from ardupilot_missions import DEFAULTS, fly, go, stage, states, takeoff, time_s
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.findings import Severity
 from planner.flight.motion.ardupilot.flight import (
     ardupilot_ways_home,
     fly_ardupilot,
@@ -395,6 +396,30 @@ def test_a_final_altitude_ends_the_return_in_the_air_and_says_so() -> None:
     assert states(motion)[-1] == "descend"
     assert motion.segments.climb_m[-1] == pytest.approx(-30.0)
     assert [finding.code for finding in motion.findings] == ["M102"]
+
+
+def codes_of(parameters: ArduPilotParameters, last: Stage) -> list[tuple[str, Severity]]:
+    motion = fly(takeoff(), go(500.0), last, parameters=parameters)
+    return [(finding.code, finding.severity) for finding in motion.findings]
+
+
+def test_rtl_alt_type_over_terrain_is_said_for_the_way_home_too() -> None:
+    terrain = ArduPilotParameters(return_altitude_type=1)
+    assert codes_of(terrain, home()) == [("A113", Severity.WARNING)]
+    assert codes_of(terrain, land()) == [("A113", Severity.WARNING)]
+    assert codes_of(DEFAULTS, home()) == []
+
+
+def test_a_return_that_may_wait_for_its_heading_says_so() -> None:
+    # Half a turn at 60°/s takes 3 s.
+    hasty = ArduPilotParameters(return_loiter_s=2.0)
+    assert codes_of(hasty, home()) == [("T107", Severity.INFO)]
+    assert codes_of(hasty, land()) == []
+    assert codes_of(ArduPilotParameters(return_loiter_s=3.1), home()) == []
+    held = ArduPilotParameters(return_loiter_s=2.0, yaw_behavior=0)
+    assert codes_of(held, home()) == []
+    slow = ArduPilotParameters(yaw_rate_rad_s=math.radians(30.0))
+    assert codes_of(slow, home()) == [("T107", Severity.INFO)]
 
 
 def test_a_return_starts_from_a_stop_and_its_speed_is_not_the_mission_s() -> None:

@@ -25,6 +25,7 @@ from planner.mission.route import make_route
 from planner.mission.stage import Route, StageKind
 
 if TYPE_CHECKING:
+    from planner.geo.geodesy import FloatArray
     from planner.geo.terrain import MaskedHeights
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
@@ -325,8 +326,8 @@ def test_terrain_altitudes_without_terrain_are_taken_above_home_and_said() -> No
 class Slope:
     """Terrain that rises one metre for each of the latitude's 1e-5 degrees beyond home's."""
 
-    def height_amsl_m(self, latitude_deg: float, _longitude_deg: float) -> MaskedHeights:
-        return np.ma.masked_array(400.0 + (latitude_deg - 47.0) * 1e5)
+    def height_amsl_m(self, latitude_deg: FloatArray, _longitude_deg: FloatArray) -> MaskedHeights:
+        return np.ma.masked_array(400.0 + (np.asarray(latitude_deg) - 47.0) * 1e5)
 
 
 def test_terrain_altitudes_with_terrain_follow_it_and_landings_reach_it() -> None:
@@ -337,6 +338,63 @@ def test_terrain_altitudes_with_terrain_follow_it_and_landings_reach_it() -> Non
     assert found.stages[1].height_m == pytest.approx(130.0)
     assert found.stages[2].height_m == pytest.approx(200.0)
     assert codes(found) == []
+
+
+class Hill:
+    """Level ground with a cone on it: 50 m high, its foot 111.2 m from its top at 47.001°."""
+
+    def height_amsl_m(self, latitude_deg: FloatArray, _longitude_deg: FloatArray) -> MaskedHeights:
+        rise = 1.0 - np.abs(np.asarray(latitude_deg) - 47.001) * 1e3
+        return np.ma.masked_array(400.0 + 50.0 * np.maximum(rise, 0.0))
+
+
+def over_the_hill(frame: int, meaning: Autopilot | None) -> list[str]:
+    made = mission(takeoff(60), item(16, 47.002, 60.0, frame=frame), rtl())
+    found = make_route(made, meaning=meaning, terrain=Hill())  # type: ignore[arg-type]  # as much of a grid as is asked
+    return [f.message for f in found.findings if f.code == "A112"]
+
+
+def test_ground_that_ardupilot_follows_and_the_prediction_does_not_is_told() -> None:
+    [message] = over_the_hill(10, ARDUPILOT)
+    # 50 m on 0.001° of latitude, 111.2 m: 45 %
+    assert "up to 50 m off the line" in message
+    assert "45 % steep" in message
+    assert over_the_hill(3, ARDUPILOT) == []
+    assert over_the_hill(10, None) == []
+
+
+def test_ground_in_a_straight_line_is_not_told() -> None:
+    made = mission(takeoff(20), item(16, 47.001, 30.0, frame=10), item(16, 47.002, 30.0, frame=10))
+    found = make_route(made, meaning=ARDUPILOT, terrain=Slope())  # type: ignore[arg-type]  # as much of a grid as is asked
+    assert "A112" not in codes(found)
+
+
+@pytest.mark.parametrize(("angle", "longer"), [(180.0, "1.57"), (-90.0, "1.11"), (270.0, "3.33")])
+def test_an_arc_is_flown_straight_and_how_much_longer_it_is_is_told(
+    angle: float, longer: str
+) -> None:
+    # θ/2 over sin θ/2: π/2 for half a circle, 0.785/0.707, 2.356/0.707
+    arc = item(36, north(300), 50.0, params=(angle, 0.0, 0.0, None))
+    found = route(takeoff(50), waypoint(100, 50), arc, rtl(), meaning=ARDUPILOT)
+    [told] = [f for f in found.findings if f.code == "T102"]
+    assert f"{longer} times as long" in told.message
+    assert found.stages[2].north_m == pytest.approx(300.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("enable", "meaning", "expected"),
+    [
+        (1.0, ARDUPILOT, [("T108", Severity.ERROR)]),
+        (0.0, ARDUPILOT, []),
+        (1.0, None, [("T102", Severity.WARNING)]),
+    ],
+)
+def test_handing_over_to_a_companion_never_ends_by_itself(
+    enable: float, meaning: Autopilot | None, expected: list[tuple[str, Severity]]
+) -> None:
+    guided = item(92, params=(enable, 0.0, 0.0, 0.0), frame=2)
+    found = route(takeoff(50), waypoint(100, 50), guided, rtl(), meaning=meaning)
+    assert [(f.code, f.severity) for f in found.findings if f.code != "X902"] == expected
 
 
 def test_an_item_without_altitude_cannot_be_flown() -> None:

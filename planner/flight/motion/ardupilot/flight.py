@@ -12,13 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.mission import LANDING_MISSING
-from planner.flight.motion.ardupilot.legs import (
-    SLOTS,
-    jerk_rise_s,
-    plan_legs,
-    return_height_m,
-)
+from planner.flight.motion.ardupilot.legs import SLOTS, jerk_rise_s, plan_legs
+from planner.flight.motion.ardupilot.returns import over_home_m, return_findings
 from planner.flight.motion.ardupilot.splines import plan_splines
 from planner.flight.motion.ardupilot.stages import (
     circle_rate_rad_s,
@@ -43,7 +38,6 @@ from planner.mission.stage import StageKind
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.findings import Finding
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
@@ -181,7 +175,7 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=stopping,
-        findings=(*legs.findings, *splines.findings, *_hovering_returns(stages, parameters)),
+        findings=(*legs.findings, *splines.findings, *return_findings(stages, parameters)),
     )
 
 
@@ -213,7 +207,7 @@ def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeu
         (held * SLOTS + 1, stages.end_m[held], stages.hold_s[held]),
         (
             home * SLOTS + 2,
-            _over_home_m(stages, home, parameters),
+            over_home_m(stages, home, parameters),
             np.full(len(home), parameters.return_loiter_s),
         ),
         (
@@ -229,19 +223,10 @@ def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeu
     ]
 
 
-def _over_home_m(
-    stages: StageColumns, home: IntArray, parameters: ArduPilotParameters
-) -> FloatArray:
-    """Return where returns arrive over home. (n, 3) [m]"""
-    over_m = stages.place_m[home].copy()
-    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters)
-    return over_m
-
-
 def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:
     """Return the landings of landing items and of returns, or a return's last descent."""
     land, home = stages.where(StageKind.LAND), stages.where(StageKind.RETURN)
-    over = _over_home_m(stages, home, parameters)
+    over = over_home_m(stages, home, parameters)
     manoeuvres: list[Manoeuvres] = []
     if len(land):
         place = stages.place_m[land].copy()
@@ -262,20 +247,6 @@ def _landings(stages: StageColumns, parameters: ArduPilotParameters) -> list[Man
             )
         )
     return manoeuvres
-
-
-def _hovering_returns(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Finding, ...]:
-    """Return that returns do not land."""
-    home = stages.where(StageKind.RETURN)
-    if not len(home) or parameters.return_final_altitude_m == 0.0:
-        return ()
-    return (
-        LANDING_MISSING.finding(
-            f"RTL_ALT_FINAL: the return ends in the air at {parameters.return_final_altitude_m:.1f} m "
-            "above home: the landing is not counted",
-            item=int(stages.item[home[0]]),
-        ),
-    )
 
 
 def _changes_of_height(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:

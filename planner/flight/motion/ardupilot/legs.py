@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
 from planner.flight.motion.ardupilot.limits import limits_along
+from planner.flight.motion.ardupilot.returns import return_height_m
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.s_curve import s_curves
@@ -44,12 +45,6 @@ _COORDINATE_M = 1e-7 * math.radians(6_378_100.0)
 """Coordinates are whole 1e-7 degrees: 1.1 cm. [m]"""
 _HEIGHT_STEP_M = 0.01
 """Altitudes of locations are whole centimetres. [m]"""
-_LEAST_RETURN_M = 0.3
-"""``RTL_ALT_MIN_M``. [m]"""
-_CEILING = 1
-"""``AC_FENCE_TYPE_ALT_MAX`` among the bits of FENCE_TYPE."""
-_SHALLOWEST_CONE = 0.5
-"""``RTL_MIN_CONE_SLOPE``: a shallower cone does not count. [-]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -184,37 +179,6 @@ def plan_legs(
         corner_speed_m_s=corner_speed,
         findings=findings,
     )
-
-
-def return_height_m(
-    start_m: FloatArray, home_m: FloatArray, parameters: ArduPilotParameters
-) -> FloatArray:
-    """Return the height above home at which returns are flown. (n,) [m]
-
-    Parameters
-    ----------
-    start_m, home_m : ndarray
-        East, north, height of where the returns begin and of home. (n, 3) [m]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-
-    Notes
-    -----
-    ``ModeRTL::compute_return_target``: RTL_ALT, at least RTL_CLIMB_MIN above the present height; with a
-    RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; no higher than FENCE_ALT_MAX less
-    FENCE_MARGIN while that fence is on; never down.
-    """
-    present = start_m[:, 2] - home_m[:, 2]
-    least = np.maximum(present + parameters.return_climb_min_m, _LEAST_RETURN_M)
-    height = np.maximum(parameters.return_altitude_m, least)
-    if parameters.return_cone_slope >= _SHALLOWEST_CONE:
-        distance = np.hypot(start_m[:, 0] - home_m[:, 0], start_m[:, 1] - home_m[:, 1])
-        height = np.minimum(height, np.maximum(distance * parameters.return_cone_slope, least))
-    if parameters.fence_enable and parameters.fence_type & _CEILING:
-        ceiling = parameters.fence_height_max_m - parameters.fence_margin_m
-        height = np.minimum(height, ceiling)
-    lifted: FloatArray = home_m[:, 2] + np.maximum(height, present)
-    return lifted
 
 
 def _ways(

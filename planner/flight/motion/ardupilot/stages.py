@@ -28,9 +28,6 @@ _EDGE_NEAR_M = 3.0
 """``ModeAuto::circle_movetoedge_start`` flies to the edge from farther away only. [m]"""
 _STOPPING_GAIN_PER_S = 1.0
 """PSC_NE_POS_P, which the stopping point is computed with: its default. [s⁻¹]"""
-_WHOLE_RADIUS_M = 255
-"""A larger circle's radius is kept in tens of metres: AP_Mission stores a byte. [m]"""
-_LARGEST_RADIUS_M = 2550
 _LOWEST_TAKEOFF_M = 1.0
 """``ModeAuto::takeoff_start`` climbs this high at least. [m]"""
 
@@ -151,7 +148,9 @@ def stage_columns(
     speed[home] = parameters.return_speed_m_s  # ModeRTL::init starts from the parameters again
     climb[home] = parameters.climb_speed_m_s
     hold = numbers[:, 7].copy()
-    turns, radius = _stored_circles(numbers[:, 8], numbers[:, 9], parameters)
+    turns = numbers[:, 8].copy()
+    # What the mission store makes of them is in the route already.
+    radius = np.where(numbers[:, 9] == 0.0, parameters.circle_radius_m, numbers[:, 9])
     start, end, edge = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed
     )
@@ -212,21 +211,6 @@ def return_columns(
         is_first_leg=never,
         from_ground=never,
     )
-
-
-def _stored_circles(
-    turns: FloatArray, radius_m: FloatArray, parameters: ArduPilotParameters
-) -> tuple[FloatArray, FloatArray]:
-    """Return turns and radii as the autopilot's mission store keeps them.
-
-    Whole turns, a fraction only below one; metres up to 255, tens of metres up to 2550, and
-    CIRCLE_RADIUS where none is left.
-    """
-    size = np.floor(np.abs(radius_m))
-    large = np.minimum(10.0 * np.floor(size / 10.0), _LARGEST_RADIUS_M)
-    size = np.where(size > _WHOLE_RADIUS_M, large, size)
-    size = np.where(size == 0.0, parameters.circle_radius_m, size)
-    return np.where(turns < 1.0, turns, np.floor(turns)), np.where(radius_m < 0.0, -size, size)
 
 
 def _chained(
