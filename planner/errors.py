@@ -10,6 +10,7 @@
     │   ├── ParameterFileError   2
     │   ├── TerrainFileError     2
     │   ├── BaselineFileError    2
+    │   ├── ProfileFileError     2
     │   └── LogFileError         2
     ├── UsageError               2   options that make no sense together
     ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
@@ -107,6 +108,10 @@ class TerrainFileError(InputError):
 
 class BaselineFileError(InputError):
     """A baseline of known findings that cannot be read."""
+
+
+class ProfileFileError(InputError):
+    """A profile of a site that cannot be read."""
 
 
 class LogFileError(InputError):

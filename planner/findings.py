@@ -64,6 +64,8 @@ class Rule:
     example: str
     fix: str
     """How to make it go away honestly."""
+    is_default: bool = True
+    """Whether it is asked without being selected by its code."""
 
     def finding(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
 from planner.checks.registry import check_case
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
     from pathlib import Path
 
+    from planner.checks.site_profile import SiteProfile
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.prediction import Flight
@@ -67,8 +68,14 @@ class CheckRequest:
     """``None``: the model's own way of commanding."""
     parameters: Path | None = None
     """Autopilot parameter file."""
+    target: Target | None = None
+    """Version of the firmware whose rules count; ``None``: of the parameter file, else any."""
     terrain: tuple[Path, ...] = ()
     """Grids of ground heights; none: the ground is level with home."""
+    clearance_m: float = 0.0
+    """Height over the terrain that has to be kept. [m]"""
+    profile: Path | None = None
+    """What a site asks for."""
     battery: Battery | None = None
     """``None``: the model's own."""
     charge: float = 1.0
@@ -158,6 +165,9 @@ def check(
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
     terrain: TerrainGrid | None = None,
+    clearance_m: float = 0.0,
+    target: Target | None = None,
+    profile: SiteProfile | None = None,
     selection: Selection | None = None,
     fail_on: Severity = Severity.ERROR,
     with_trace: bool = False,
@@ -199,6 +209,12 @@ def check(
         Not used by a model of step references.
     terrain : TerrainGrid, optional
         Heights of the ground; default level with home.
+    clearance_m : float
+        Height over the terrain that has to be kept. [m]
+    target : Target, optional
+        Version of the firmware whose rules count; default that of the parameters, else any.
+    profile : SiteProfile, optional
+        What a site asks for, as `planner.checks.site_profile.read_profile` returns it.
     selection : Selection, optional
         Which findings to report; default all.
     fail_on : Severity
@@ -223,10 +239,16 @@ def check(
             msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
             raise UsageError(msg)
     flown_by = vehicle.reference if autopilot is None else autopilot
-    flown_with, findings = flight_parameters(vehicle, flown_by, parameters)
+    if target is not None and flown_by not in {Autopilot.STEP, target.autopilot}:
+        msg = f"the rules of {target.label} do not hold for a vehicle flown as {flown_by.label}"
+        raise UsageError(msg)
+    judged_by = _target(flown_by, target, mission, parameters)
+    flown_with, findings = flight_parameters(
+        vehicle, flown_by, parameters, version=None if target is None else target.version
+    )
     route = make_route(
         mission,
-        meaning=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
+        meaning=None if judged_by is None else judged_by.autopilot,
         home_amsl_m=home_amsl_m,
         terrain=terrain,
     )
@@ -240,6 +262,7 @@ def check(
         battery_resistance_factor=battery_resistance_factor,
         battery_temperature_c=battery_temperature_c,
     )
+    selection = selection or Selection()
     known = vehicle.battery if battery is None else battery
     if known is not None:
         known = known.aged(health=battery_health, resistance_factor=battery_resistance_factor)
@@ -286,9 +309,15 @@ def check(
             discharge=discharge,
             battery=budget,
             way_home=home,
+            target=judged_by,
+            given_parameters=parameters,
+            terrain=terrain,
+            clearance_m=clearance_m,
+            given_home_amsl_m=home_amsl_m,
+            profile=profile,
         )
-        findings += check_case(case)
-    reported, suppressed = (selection or Selection()).divide(findings, file=mission.source)
+        findings += check_case(case, selection)
+    reported, suppressed = selection.divide(findings, file=mission.source)
     return CheckResult(
         file=mission.source,
         verdict=verdict(reported, fail_on),
@@ -314,12 +343,25 @@ def check(
     )
 
 
+def _target(
+    flown_by: Autopilot, target: Target | None, mission: Mission, given: ParameterSet | None
+) -> Target | None:
+    """Return whose rules a mission has to meet: of what flies it, else of what it is for."""
+    if target is not None:
+        return target
+    autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by
+    if autopilot is None:
+        return None
+    is_known = given is not None and given.stack is autopilot
+    return Target(autopilot, given.version if given is not None and is_known else None)
+
+
 def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:
     """Read a mission and check it; one that cannot be read is a result too.
 
     Raises
     ------
-    VehicleFileError, ParameterFileError, TerrainFileError, BaselineFileError, UsageError
+    InputError, UsageError
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
     vehicle = load_vehicle(request.vehicle)
@@ -333,6 +375,11 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
         from planner.geo.terrain import read_terrain
 
         terrain = read_terrain(*request.terrain)
+    profile = None
+    if request.profile is not None:
+        from planner.checks.site_profile import read_profile
+
+        profile = read_profile(request.profile)
     selection = request.selection
     if request.baseline is not None:
         from planner.checks.baseline import read_baseline
@@ -357,6 +404,9 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             autopilot=request.autopilot,
             parameters=parameters,
             terrain=terrain,
+            clearance_m=request.clearance_m,
+            target=request.target,
+            profile=profile,
             selection=selection,
             fail_on=request.fail_on,
             with_trace=request.with_trace,

@@ -1,8 +1,6 @@
 """The catalogue of rules, one module per family.
 
-A code is stable: never renumbered, never reused.  Families: E energy, T time and items, F fence,
-A altitude, M mission structure, W wind, P parameters, L loaders, R records of flights,
-S several vehicles, I identification, X the tool.
+A code is stable: never renumbered, never reused.
 """
 
 from __future__ import annotations
@@ -15,6 +13,22 @@ from planner.findings import Rule
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+FAMILIES: Mapping[str, str] = {
+    "A": "altitude and terrain",
+    "E": "energy and the model",
+    "F": "fence and rally points",
+    "I": "identification",
+    "L": "loaders and writers",
+    "M": "mission structure",
+    "P": "parameters",
+    "R": "records of flights",
+    "S": "several vehicles",
+    "T": "time and items",
+    "W": "wind",
+    "X": "the tool itself",
+}
+"""What the first letter of a code says."""
 
 
 def rules() -> Mapping[str, Rule]:

@@ -30,14 +30,17 @@ AMSL_SUSPECT = Rule(
     code="A107",
     name="amsl-suspect",
     severity=Severity.ERROR,
-    summary="An altitude above sea level is not above home.",
+    summary="An altitude looks as if the other reference was meant, home or the sea.",
     why=(
         "Scripts, and Mission Planner before Copter 3.4 (#953), wrote heights above home in frame "
-        "0, which means AMSL: the vehicle would fly into the ground, or is refused."
+        "0, which means AMSL: the vehicle would fly into the ground, or is refused.  The other way "
+        "round it climbs by the altitude of home too high (MissionPlanner #1741, a crash)."
     ),
     how=(
         "An item in frame 0 or 5 is not above home's altitude, nor above the ground at its place "
-        "where a terrain grid knows it."
+        "where a terrain grid knows it: an error.  A warning where one in frame 3 or 6 is more "
+        "than 500 m above home, or more than 150 m and up to 300 m above home's own altitude, "
+        "home being more than 30 m AMSL."
     ),
     example="item 2 flies at 50.0 m AMSL, 336 m below home: probably meant above home",
     fix="write the altitude relative to home (frame 3), or give the terrain with --terrain",
@@ -49,7 +52,10 @@ ZERO_TAKEOFF = Rule(
     severity=Severity.ERROR,
     summary="The take-off altitude is not above home.",
     why="A take-off to zero is refused or flown to a height nobody chose (ArduPilot #33792).",
-    how="The take-off item's altitude, resolved to a height above home, is 0 m or less.",
+    how=(
+        "The take-off item's altitude, resolved to a height above home, is 0 m or less.  PX4 refuses "
+        "it, ArduPilot does not arm with it from 4.8 on."
+    ),
     example="item 1 takes off to 0.0 m above home",
     fix="give the take-off item an altitude above home",
 )
@@ -134,4 +140,40 @@ RETURN_OVER_TERRAIN = Rule(
     how="ArduPilot's RTL_ALT_TYPE is 1; RTL_ALT is counted from home.",
     example="RTL_ALT_TYPE is 1: returns follow the terrain; they are predicted 15.0 m above home",
     fix="set RTL_ALT_TYPE to 0, or allow for the ground on the way home",
+)
+
+MIXED_FRAMES = Rule(
+    code="A101",
+    name="mixed-frames",
+    severity=Severity.WARNING,
+    summary="The places of one mission count their altitudes from different references.",
+    why=(
+        "Ground stations have lost the reference of single items on import and export "
+        "(QGroundControl #10596, #9409, #7125: 'getting this wrong can lead to crashes')."
+    ),
+    how=(
+        "Frames of the items flown to, take-offs and landings not counted: above home (3, 6), AMSL "
+        "(0, 5), above terrain (10, 11).  An item at altitude 0 is not counted.  Home and terrain "
+        "alone are only noted."
+    ),
+    example="altitudes count from home (9) and from the sea (1, first at item 4)",
+    fix="write all altitudes in one reference, or ignore the code where the mix is meant",
+)
+
+HOME_MISMATCH = Rule(
+    code="A115",
+    name="home-mismatch",
+    severity=Severity.WARNING,
+    summary="The mission was planned from another altitude of home than it is flown from.",
+    why=(
+        "Heights above home move with the place of take-off, AMSL altitudes do not: the planned home "
+        "is not the home the vehicle uses (QGroundControl #5446, #7773; Skybrush live #185 asks "
+        "for a warning from 3 m on)."
+    ),
+    how=(
+        "Planned home against --home-amsl, more than 3 m; else against --terrain at home, more than "
+        "10 m, which grids err by in hills."
+    ),
+    example="the mission was planned from 386 m AMSL, the flight starts at 401 m: 15 m apart",
+    fix="set the planned home to the place of take-off, and look at the heights again",
 )

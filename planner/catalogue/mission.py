@@ -35,7 +35,7 @@ NOTHING_TO_FLY = Rule(
     severity=Severity.ERROR,
     summary="The mission holds no flight.",
     why="An empty mission is not a 'go'; most likely the wrong file was given.",
-    how="No item makes the vehicle move.",
+    how="No item before the first landing makes the vehicle move.",
     example="the mission has 0 items",
     fix="check that this is the file you meant to fly",
 )
@@ -85,7 +85,10 @@ COMMAND_UNSUPPORTED = Rule(
         "PX4 refuses the whole mission for one item it does not know; ArduPilot skips such items "
         "in flight.  Upload tools report success all the same (MAVSDK #2103)."
     ),
-    how="The command, and for PX4 its frame, against what the autopilot's source accepts.",
+    how=(
+        "The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for what has none), "
+        "against what the autopilot's source accepts, in the version of --target."
+    ),
     example="PX4 refuses NAV_SPLINE_WAYPOINT at upload, and the whole mission with it",
     fix="use commands the autopilot flies",
 )
@@ -115,7 +118,8 @@ OTHER_VEHICLE = Rule(
     ),
     how=(
         "The vehicle type of the file, else what its commands tell: take-off pitch with a landing "
-        "approach, VTOL items, depths.  What is certain is refused."
+        "approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
+        "patterns, which are for such vehicles, are not repeated."
     ),
     example="this may be a fixed-wing mission (item 1 takes off with a pitch of 15°)",
     fix="check that this is the file you meant to fly",
@@ -178,4 +182,30 @@ VEHICLE_ASSUMED = Rule(
     ),
     example="the file does not name a vehicle: nothing in it speaks against a multicopter",
     fix="save the mission as a plan, which names it",
+)
+
+JUMP_WITHOUT_FLIGHT = Rule(
+    code="M121",
+    name="jump-without-flight",
+    severity=Severity.ERROR,
+    summary="An endless jump leads round without a place to fly to.",
+    why="The autopilot goes round such a loop and never finds what to fly next (ArduPilot #4701).",
+    how="No item between the target of an endless jump and the jump is a flight or a wait.",
+    example="jumps back to item 3 for ever, and nothing between is flown",
+    fix="put a waypoint or a wait into the loop, or give the jump a count",
+)
+
+LANDING_ALTITUDE = Rule(
+    code="M120",
+    name="landing-altitude",
+    severity=Severity.WARNING,
+    summary="A landing names an altitude that is not that of home.",
+    why=(
+        "Multicopters land where the ground is and ignore it; other vehicles and other programs do "
+        "not.  ArduPilot's users ask for it and ask to be able to turn it off (#4701)."
+    ),
+    how="NAV_LAND in a frame above home with an altitude that is not 0.",
+    example="lands at an altitude of 12 m above home",
+    fix="write 0, where the ground is level with home",
+    is_default=False,
 )

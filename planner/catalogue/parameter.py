@@ -88,3 +88,37 @@ PARAMETER_OVERRULED = Rule(
     example="MPC_XY_CRUISE = 15 m/s (line 80) is overruled: 12 m/s is flown",
     fix="raise the limit on the vehicle, or lower the value",
 )
+
+PARAMETER_UNIT_SUSPECT = Rule(
+    code="P108",
+    name="parameter-unit-suspect",
+    severity=Severity.ERROR,
+    summary="A parameter has a value that looks as if it was meant in its other unit.",
+    why=(
+        "ArduPilot 4.7 went from centimetres to metres: RTL_ALT_M = 1500 is 1500 m, RTL_ALT = 15 is "
+        "15 cm, and both are possible values (ArduPilot #31562, MissionPlanner #3678)."
+    ),
+    how=(
+        "The value is more than 30 times larger or smaller than usual, and a hundredth or hundred "
+        "times of it is not.  Usual is the default, or what it stands for where that is 0."
+    ),
+    example="RTL_ALT_M = 1500 m (line 7) is flown as given; in the unit of RTL_ALT it were 15 m",
+    fix="correct the value, or ignore the code where it is meant",
+)
+
+PARAMETER_UNKNOWN_TO_TARGET = Rule(
+    code="P109",
+    name="parameter-unknown-to-target",
+    severity=Severity.WARNING,
+    summary="A parameter has a name that this version of the firmware does not know.",
+    why=(
+        "A vehicle ignores a name it does not know and keeps what it had: a file of ArduPilot 4.6 "
+        "loaded into 4.7 sets none of the renamed parameters (ArduPilot #31970)."
+    ),
+    how=(
+        "The version of --target against the version in which the parameter was renamed.  The value "
+        "is used all the same."
+    ),
+    example="ArduCopter 4.7 does not know WPNAV_SPEED (line 3), it is WP_SPD there",
+    fix="save the parameters again from the vehicle",
+)

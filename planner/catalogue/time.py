@@ -96,3 +96,20 @@ WAITS_FOR_EVER = Rule(
     example="autoContinue is off: PX4 holds here; the flight is taken to go on",
     fix="set autoContinue, unless a pilot will continue the mission",
 )
+
+SPEED_CLAMPED = Rule(
+    code="T103",
+    name="speed-clamped",
+    severity=Severity.WARNING,
+    summary="A commanded speed is beyond the vehicle's limit and is not flown.",
+    why=(
+        "The autopilot says nothing and takes longer than planned (PX4 #11764, #18598, ArduPilot "
+        "#7741)."
+    ),
+    how=(
+        "DO_CHANGE_SPEED against MPC_XY_VEL_MAX on PX4.  ArduPilot flies what is commanded down to "
+        "0.1 m/s, and as fast as its lean angle allows (W102)."
+    ),
+    example="15.0 m/s is commanded, MPC_XY_VEL_MAX allows 12.0 m/s: 12.0 m/s is flown",
+    fix="command a speed within the limit, or raise the limit on the vehicle",
+)

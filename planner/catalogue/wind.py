@@ -37,3 +37,31 @@ AIRSPEED_LIMIT = Rule(
     example="3 legs from item 7 on are slower than commanded, down to 4.1 m/s of 12.0 m/s",
     fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
 )
+
+WIND_BEYOND_MODEL = Rule(
+    code="W103",
+    name="wind-beyond-model",
+    severity=Severity.ERROR,
+    summary="The wind is as fast as the vehicle was ever seen to fly.",
+    why=(
+        "A vehicle blown along faster than it can fly does not come back (ArduPilot #859).  A model "
+        "of reference steps flies every leg as commanded, whatever the wind."
+    ),
+    how=(
+        "Wind speed at or above the highest speed of the model's [valid_for], flown in reference "
+        "steps; autopilots are judged by their lean angle (W101)."
+    ),
+    example="12.0 m/s of wind, the model was identified up to 10.0 m/s: no way against it is known",
+    fix="wait for less wind, or identify the vehicle at higher speeds",
+)
+
+WIND_LIMIT = Rule(
+    code="W104",
+    name="wind-limit",
+    severity=Severity.WARNING,
+    summary="The wind is above the limit set on the vehicle.",
+    why="PX4 warns or returns in flight where its wind estimate is above COM_WIND_MAX (PX4 #19578).",
+    how="--wind against COM_WIND_MAX, where that is positive.",
+    example="9.0 m/s of wind, COM_WIND_MAX is 8.0 m/s",
+    fix="wait for less wind, or raise the limit if the vehicle can take it",
+)

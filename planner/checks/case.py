@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planner.autopilot import Autopilot
+    from planner.autopilot import Autopilot, Target
+    from planner.checks.site_profile import SiteProfile
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.discharge import Discharge
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival
+    from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.stage import Route
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
+    from planner.vehicle.parameter_file import ParameterSet
     from planner.vehicle.parameters import FlightParameters
 
 
@@ -40,3 +43,14 @@ class Case:
     """What the flight takes out of it, where its curve is known."""
     battery: BatteryBudget | None
     way_home: ReturnBudget | None
+    target: Target | None = None
+    """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
+    given_parameters: ParameterSet | None = None
+    """The vehicle's parameter file."""
+    terrain: TerrainGrid | None = None
+    clearance_m: float = 0.0
+    """Height over the terrain that has to be kept. [m]"""
+    given_home_amsl_m: float | None = None
+    """Altitude of the take-off place where the user gives it. [m AMSL]"""
+    profile: SiteProfile | None = None
+    """What a site asks for."""

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.autopilot import Autopilot
+from planner.catalogue.mission import LANDING_ALTITUDE
+from planner.checks.altitude import check_frames, check_home, check_relative_altitudes
 from planner.checks.energy import (
     check_battery,
     check_discharge_rate,
@@ -24,17 +27,23 @@ from planner.checks.fence import check_fence
 from planner.checks.structure import (
     check_curves,
     check_endless,
+    check_landing_altitude,
+    check_loops,
     check_support,
     check_unset_values,
 )
+from planner.checks.wind import check_wind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from planner.checks.case import Case
-    from planner.findings import Finding
+    from planner.checks.selection import Selection
+    from planner.findings import Finding, Rule
 
-CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+    Check = Callable[[Case], Iterator[Finding]]
+
+CHECKS: tuple[Check, ...] = (
     check_battery,
     check_way_home,
     check_voltage,
@@ -51,10 +60,41 @@ CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_support,
     check_unset_values,
     check_curves,
+    check_loops,
+    check_frames,
+    check_relative_altitudes,
+    check_home,
+    check_wind,
     check_fence,
 )
+"""What is asked of every case."""
+
+OPTIONAL_CHECKS: tuple[tuple[Rule, Check], ...] = ((LANDING_ALTITUDE, check_landing_altitude),)
+"""What is asked only where the rule is selected."""
 
 
-def check_case(case: Case) -> tuple[Finding, ...]:
-    """Return what every rule has to say about a case."""
-    return tuple(finding for check in CHECKS for finding in check(case))
+def check_case(case: Case, selection: Selection) -> tuple[Finding, ...]:
+    """Return what every rule has to say about a case, those off by default where selected."""
+    checks = [*CHECKS, *_further_checks(case)]
+    checks += [check for rule, check in OPTIONAL_CHECKS if selection.asks_for(rule.code)]
+    return tuple(finding for check in checks for finding in check(case))
+
+
+def _further_checks(case: Case) -> Iterator[Check]:
+    """Yield what is asked of cases with an autopilot, a terrain, a profile: imported only then."""
+    if case.target is not None and case.target.autopilot is Autopilot.PX4:
+        from planner.checks.px4_mission import PX4_CHECKS
+
+        yield from PX4_CHECKS
+    if case.target is not None and case.target.autopilot is Autopilot.ARDUPILOT:
+        from planner.checks.ardupilot_mission import ARDUPILOT_CHECKS
+
+        yield from ARDUPILOT_CHECKS
+    if case.terrain is not None:
+        from planner.checks.terrain import TERRAIN_CHECKS
+
+        yield from TERRAIN_CHECKS
+    if case.profile is not None:
+        from planner.checks.site import SITE_CHECKS
+
+        yield from SITE_CHECKS

@@ -45,6 +45,10 @@ class Selection:
     baseline: Baseline | None = None
     """Findings that are known already."""
 
+    def asks_for(self, code: str) -> bool:
+        """Return whether a rule that is off by default is selected."""
+        return code.startswith((*self.select, *self.extend_select))
+
     def divide(
         self, findings: Iterable[Finding], *, file: str
     ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:

@@ -6,11 +6,16 @@ from typing import TYPE_CHECKING
 
 from planner import numbers
 from planner.autopilot import Autopilot
-from planner.catalogue.mission import COMMAND_UNSUPPORTED, VALUE_NOT_SET
+from planner.catalogue.mission import (
+    COMMAND_UNSUPPORTED,
+    JUMP_WITHOUT_FLIGHT,
+    LANDING_ALTITUDE,
+    VALUE_NOT_SET,
+)
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
 from planner.findings import Severity
 from planner.mission.command_support import Support, support
-from planner.mission.commands import Command, command_name, frame_name
+from planner.mission.commands import RELATIVE_FRAMES, Command, command_name, frame_name
 from planner.mission.remarks import Remarks
 from planner.mission.stage import StageKind
 from planner.units import wh_from_j
@@ -20,6 +25,7 @@ if TYPE_CHECKING:
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.mission.stage import Lap
 
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
@@ -36,7 +42,7 @@ _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
 def check_endless(case: Case) -> Iterator[Finding]:
     """Yield a finding where the mission repeats itself for ever, with what one lap takes."""
     lap = case.route.lap
-    if lap is None:
+    if lap is None or not _flies(case, lap):
         return
     motion = case.flight.motion
     begin = int(motion.done_segment[lap.first_stage - 1]) + 1 if lap.first_stage else 0
@@ -50,14 +56,40 @@ def check_endless(case: Case) -> Iterator[Finding]:
     )
 
 
+def check_loops(case: Case) -> Iterator[Finding]:
+    """Yield a finding where an endless jump leads round and nothing on the way is flown."""
+    lap = case.route.lap
+    if lap is not None and not _flies(case, lap):
+        yield JUMP_WITHOUT_FLIGHT.finding(
+            "jumps back for ever, and nothing on the way round is flown: the mission never goes on",
+            item=lap.item,
+            place=case.mission.items[lap.item - 1].place,
+        )
+
+
+def _flies(case: Case, lap: Lap) -> bool:
+    """Return whether anything is flown in the lap of an endless jump."""
+    return lap.first_stage < len(case.route.stages)
+
+
+def check_landing_altitude(case: Case) -> Iterator[Finding]:
+    """Yield a finding for landings that name an altitude other than that of home."""
+    remarks = Remarks()
+    for number, item in enumerate(case.mission.items, start=1):
+        if item.command == Command.NAV_LAND and item.altitude_m and item.frame in RELATIVE_FRAMES:
+            message = f"lands at an altitude of {numbers.height(item.altitude_m)} above home"
+            remarks.add(LANDING_ALTITUDE, message, item=number, place=item.place)
+    yield from remarks.findings()
+
+
 def check_support(case: Case) -> Iterator[Finding]:
     """Yield a finding for each command the autopilot refuses or skips, and how often it stands."""
-    autopilot = case.mission.autopilot if case.autopilot is Autopilot.STEP else case.autopilot
-    if autopilot is None:
+    if case.target is None:
         return
+    autopilot, version = case.target.autopilot, case.target.version
     by_command: dict[tuple[int, int], Remarks] = {}
     for number, item in enumerate(case.mission.items, start=1):
-        taken = support(item.command, autopilot, frame=item.frame)
+        taken = support(item.command, autopilot, frame=item.frame, version=version)
         if taken in {Support.ACCEPTED, Support.UNKNOWN}:
             continue
         name = command_name(item.command)
@@ -67,7 +99,7 @@ def check_support(case: Case) -> Iterator[Finding]:
             message, severity = f"{autopilot.label} skips {name} in flight", Severity.WARNING
         elif taken is Support.BLOCKS_ARMING:
             message = f"{autopilot.label} will not arm with {name}"
-        elif support(item.command, autopilot) is Support.ACCEPTED:
+        elif support(item.command, autopilot, version=version) is Support.ACCEPTED:
             frame = f"frame {item.frame} ({frame_name(item.frame)})"
             message = f"{refusal} in {frame}, and the whole mission with it"
         else:
@@ -81,8 +113,7 @@ def check_support(case: Case) -> Iterator[Finding]:
 
 def check_unset_values(case: Case) -> Iterator[Finding]:
     """Yield a finding where a value is not set that ArduPilot wants."""
-    autopilot = case.mission.autopilot if case.autopilot is Autopilot.STEP else case.autopilot
-    if autopilot is not Autopilot.ARDUPILOT:
+    if case.target is None or case.target.autopilot is not Autopilot.ARDUPILOT:
         return
     remarks = Remarks()
     for number, item in enumerate(case.mission.items, start=1):

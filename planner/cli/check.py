@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     Results = Sequence[CheckResult | UnreadableMission]
 
 SUMMARY_VARIABLE = "GITHUB_STEP_SUMMARY"
+_READ = ("vehicle", "params", "profile")
+"""Settings that name a file that is read."""
 
 
 @click.command("check")
@@ -68,7 +70,7 @@ def command(
     if report.output is not None and report.output == report.trace:
         msg = "--output and --trace name the same file: give them one each"
         raise UsageError(msg)
-    read = [*missions, *(str(v[k]) for v in settings for k in ("vehicle", "params") if k in v)]
+    read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
     for written in (report.output, report.trace, write_baseline):
         refuse_overwriting(written, read)
     if write_baseline is not None:

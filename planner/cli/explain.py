@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__, catalogue
+from planner.catalogue.px4_events import PX4_EVENTS
 from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
     rules = catalogue.rules()
-    known = [*rules, *(rule.name for rule in rules.values())]
+    known = [*rules, *(rule.name for rule in rules.values()), *PX4_EVENTS]
     return [text for text in known if text.lower().startswith(incomplete.lower())]
 
 
@@ -30,7 +31,8 @@ def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: st
 def command(code: str, *, file_format: str) -> None:
     """Explain a rule: what it says, why, how it is computed, what to do.
 
-    CODE is the rule's code, such as E101, or its name.
+    CODE is the rule's code, such as E101, its name, or the name of PX4's event, such as
+    navigator_mis_takeoff_missing.
     """
     rule = _rule(code)
     write_data(
@@ -43,8 +45,10 @@ def command(code: str, *, file_format: str) -> None:
 def _rule(code: str) -> Rule:
     rules = catalogue.rules()
     names = {rule.name: rule for rule in rules.values()}
-    rule = rules.get(code.upper()) or names.get(code.lower())
+    of_event = PX4_EVENTS.get(code.lower(), code)
+    rule = rules.get(of_event.upper()) or names.get(code.lower())
     if rule is None:
-        msg = f"there is no rule {code!r}{nearest_hint(code, [*rules, *names])} (mavjoule rules)"
+        hint = nearest_hint(code, [*rules, *names, *PX4_EVENTS])
+        msg = f"there is no rule {code!r}{hint} (mavjoule rules)"
         raise UsageError(msg)
     return rule

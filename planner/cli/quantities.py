@@ -109,6 +109,15 @@ def home_amsl_m(text: str) -> float:
     return altitude_amsl_m
 
 
+def clearance_m(text: str) -> float:
+    """Return the height of ``10`` or ``10m``."""
+    height_m = _number(text, unit="m")
+    if not 0.0 <= height_m <= 1000.0:
+        msg = f"{text!r} is out of range: 0 to 1000 m"
+        raise ValueError(msg)
+    return height_m
+
+
 def temperature_c(text: str) -> float:
     """Return the temperature of ``-5`` or ``-5C``."""
     air_c = _number(text, unit="C")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner import catalogue
-from planner.autopilot import Autopilot
+from planner.autopilot import TARGETS, Autopilot, Target
 from planner.checks.selection import Selection
 from planner.cli import quantities
 from planner.errors import UsageError
@@ -60,6 +60,13 @@ class Setting:
 
 def _autopilot(text: str) -> Autopilot | str:
     return text if text == "auto" else Autopilot(_one_of(text, AUTOPILOTS))
+
+
+def _target(text: str) -> Target:
+    if text not in TARGETS:
+        msg = f"{text!r} is none of {', '.join(TARGETS)}{nearest_hint(text, TARGETS)}"
+        raise ValueError(msg)
+    return TARGETS[text]
 
 
 def _severity(text: str) -> Severity:
@@ -123,6 +130,14 @@ FLIGHT_SETTINGS = (
         choices=lambda: AUTOPILOTS,
     ),
     Setting(
+        key="target",
+        option="--target",
+        metavar="px4-1.16|arducopter-4.7|…",
+        meaning="version of the firmware whose rules count [default: that of the parameter file]",
+        read=_target,
+        choices=lambda: TARGETS,
+    ),
+    Setting(
         key="payload_kg",
         option="--payload",
         metavar="KG",
@@ -174,6 +189,22 @@ FLIGHT_SETTINGS = (
 """What decides how a mission is flown."""
 
 BUDGET_SETTINGS = (
+    Setting(
+        key="clearance_m",
+        option="--clearance",
+        metavar="M",
+        meaning="height to keep over the ground of --terrain [default: 0]",
+        read=quantities.clearance_m,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="profile",
+        option="--profile",
+        metavar="FILE.toml",
+        meaning="what a site asks of parameters, heights, distances and items",
+        read=Path,
+        kind=Kind.PATH,
+    ),
     Setting(
         key="battery",
         option="--battery",
@@ -357,7 +388,17 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         )
     own = {
         key: values[key]
-        for key in ("vehicle", "battery", "charge", "reserve", "baseline", "fail_on")
+        for key in (
+            "vehicle",
+            "target",
+            "clearance_m",
+            "profile",
+            "battery",
+            "charge",
+            "reserve",
+            "baseline",
+            "fail_on",
+        )
         if key in values
     }
     selection = {key: values[key] for key in ("select", "extend_select", "ignore") if key in values}

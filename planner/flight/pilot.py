@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameter_table import Version
     from planner.vehicle.parameters import FlightParameters
     from planner.vehicle.px4_parameters import Px4Parameters
 
@@ -60,9 +61,15 @@ class Pilot(Protocol):
 
 
 def flight_parameters(
-    vehicle: VehicleModel, flown_by: Autopilot, given: ParameterSet | None
+    vehicle: VehicleModel,
+    flown_by: Autopilot,
+    given: ParameterSet | None,
+    *,
+    version: Version | None = None,
 ) -> tuple[FlightParameters | None, list[Finding]]:
     """Return the parameters an autopilot flies with, none for reference steps, and their findings.
+
+    ``version`` is that of the firmware they are for; by default what they say themselves.
 
     Raises
     ------
@@ -78,7 +85,7 @@ def flight_parameters(
     if flown_by is not Autopilot.STEP:
         from planner.vehicle.parameters import resolve_parameters
 
-        resolved = resolve_parameters(flown_by, file=given, model=vehicle)
+        resolved = resolve_parameters(flown_by, file=given, model=vehicle, version=version)
         return resolved.values, list(resolved.findings)
     if given is None:
         return None, []

@@ -155,7 +155,17 @@ def command_effect(command: int) -> CommandEffect:
     return _load_tables().effects.get(command, CommandEffect.NOT_MODELLED)
 
 
-def support(command: int, autopilot: Autopilot, *, frame: int | None = None) -> Support:
+_ARDUPILOT_SINCE: Mapping[str, tuple[int, int]] = {"NAV_ARC_WAYPOINT": (4, 7)}
+"""Commands that Copter flies from a version on; before, its parser refuses them."""
+
+
+def support(
+    command: int,
+    autopilot: Autopilot,
+    *,
+    frame: int | None = None,
+    version: tuple[int, int] | None = None,
+) -> Support:
     """Return what an autopilot does with a command in a multicopter's mission.
 
     Parameters
@@ -166,6 +176,8 @@ def support(command: int, autopilot: Autopilot, *, frame: int | None = None) -> 
         Step references are no autopilot: they accept everything.
     frame : int, optional
         MAV_FRAME number, on which the answer of PX4 depends; default the right one.
+    version : tuple of int, optional
+        Major and minor version of the firmware; default not known.
 
     Returns
     -------
@@ -176,6 +188,9 @@ def support(command: int, autopilot: Autopilot, *, frame: int | None = None) -> 
     if autopilot is Autopilot.STEP:
         return Support.ACCEPTED
     if autopilot is Autopilot.ARDUPILOT:
+        since = tables.ardupilot_since.get(command)
+        if since is not None and version is not None:
+            return Support.ACCEPTED if version >= since else Support.REFUSED
         return tables.ardupilot.get(command, Support.REFUSED)
     if frame is not None:
         known = tables.px4.get(command) is not Support.UNKNOWN
@@ -192,6 +207,7 @@ class _Tables:
     px4_with_position: frozenset[int]
     px4_without_position: frozenset[int]
     ardupilot: Mapping[int, Support]
+    ardupilot_since: Mapping[int, tuple[int, int]]
 
 
 def _px4_commands_in(frame: int, tables: _Tables) -> frozenset[int]:
@@ -227,4 +243,5 @@ def _load_tables() -> _Tables:
             **dict.fromkeys(find(_ARDUPILOT_SKIPPED), Support.SKIPPED),
             **dict.fromkeys(find(_ARDUPILOT_UNKNOWN), Support.UNKNOWN),
         },
+        ardupilot_since={numbers[name]: since for name, since in _ARDUPILOT_SINCE.items()},
     )

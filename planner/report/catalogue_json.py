@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.catalogue.px4_events import events_of
 from planner.report.json_document import envelope, json_text, values
 from planner.report.rule_text import way_off
 
@@ -42,4 +43,6 @@ def _rule(rule: Rule) -> Document:
     return values(rule, _RULE_KEYS) | {
         "severity": rule.severity.label,
         "turn_off": way_off(rule),
+        "default": rule.is_default,
+        "px4_events": list(events_of(rule.code)),
     }

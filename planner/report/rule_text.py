@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING
 
+from planner.catalogue import FAMILIES
+from planner.catalogue.px4_events import events_of
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.baseline import ENERGY_FAMILY
 from planner.findings import Severity
@@ -17,9 +20,28 @@ if TYPE_CHECKING:
 
 
 def rules_text(rules: Sequence[Rule]) -> str:
-    """Return the catalogue, a line per rule."""
-    rows = [(rule.code, rule.severity.label, rule.name, rule.summary) for rule in rules]
-    return "\n".join(table_lines(rows, alignment="<<<<")) + "\n"
+    """Return the catalogue, a line per rule under the heading of its family.
+
+    A rule that has to be selected is marked; the events of PX4 that a rule stands for follow it.
+    """
+    rows = [
+        (
+            f"  {rule.code}",
+            rule.severity.label if rule.is_default else f"{rule.severity.label}, off",
+            rule.name,
+            rule.summary,
+        )
+        for rule in rules
+    ]
+    lines: list[str] = []
+    table = zip(rules, table_lines(rows, alignment="<<<<"), strict=True) if rows else ()
+    for family, members in groupby(table, key=lambda entry: entry[0].code[0]):
+        lines += ["", f"{family}: {FAMILIES.get(family, 'others')}"]
+        for rule, line in members:
+            lines.append(line)
+            lines += [f"        = {event}" for event in events_of(rule.code)]
+    lines += ["", "off: asked only where --select or --extend-select names it", "= an event of PX4"]
+    return "\n".join(lines[1:]) + "\n"
 
 
 def rule_text(rule: Rule, *, medium: Medium) -> str:
@@ -33,13 +55,18 @@ def rule_text(rule: Rule, *, medium: Medium) -> str:
 
 def explanation(rule: Rule) -> tuple[tuple[str, str], ...]:
     """Return the parts of a rule's explanation, each with its title."""
-    return (
+    parts = [
         ("Why", rule.why),
         ("How", rule.how),
         ("Example", rule.example),
         ("Fix", rule.fix),
-        ("Turn off", way_off(rule)),
-    )
+    ]
+    if events := events_of(rule.code):
+        parts.append(("PX4", ", ".join(events)))
+    if not rule.is_default:
+        parts.append(("Turn on", f"--extend-select {rule.code}"))
+    parts.append(("Turn off", way_off(rule)))
+    return tuple(part for part in parts if part[1])
 
 
 def way_off(rule: Rule) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
 from planner.catalogue.parameter import (
     PARAMETER_IMPOSSIBLE,
     PARAMETER_OVERRULED,
     PARAMETER_RENAMED,
+    PARAMETER_UNIT_SUSPECT,
+    PARAMETER_UNKNOWN_TO_TARGET,
     PARAMETERS_ASSUMED,
     PARAMETERS_OF_ANOTHER_AUTOPILOT,
 )
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding, Rule
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_table import Parameter, Spelling
+    from planner.vehicle.parameter_table import Parameter, Spelling, Version
 
 FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
 
@@ -35,6 +37,19 @@ PARAMETERS_OF: Mapping[Autopilot, type[Px4Parameters] | type[ArduPilotParameters
     Autopilot.ARDUPILOT: ArduPilotParameters,
 }
 """The parameters each autopilot flies missions with."""
+
+_UNUSUAL = 30.0
+"""A value so many times larger or smaller than usual may be in another unit."""
+_USUAL_SI: Mapping[str, float] = {
+    "corner_acceleration_m_s2": 5.0,
+    "land_high_speed_m_s": 1.5,
+    "return_final_altitude_m": 5.0,
+    "return_climb_min_m": 5.0,
+    "return_speed_m_s": 5.0,
+    "pilot_descent_speed_m_s": 2.5,
+    "pilot_takeoff_altitude_m": 2.5,
+}
+"""What is usual for quantities whose default is 0."""
 
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
@@ -54,6 +69,7 @@ def resolve_parameters(
     *,
     file: ParameterSet | None = None,
     model: VehicleModel | None = None,
+    version: Version | None = None,
 ) -> ResolvedParameters:
     """Return the value of every parameter a flight depends on, and where it comes from.
 
@@ -65,6 +81,8 @@ def resolve_parameters(
         The vehicle's own parameters; they come first.
     model : VehicleModel, optional
         Its ``[parameters]`` come second, if it was identified under this autopilot.
+    version : tuple of int, optional
+        Version of the firmware the parameters are for; default what the file says.
 
     Returns
     -------
@@ -79,7 +97,7 @@ def resolve_parameters(
     if autopilot not in PARAMETERS_OF:
         msg = f"{autopilot} has no parameters"
         raise ValueError(msg)
-    resolution = _Resolution(autopilot)
+    resolution = _Resolution(autopilot, version)
     if file is not None:
         if file.stack is None or file.stack is autopilot:
             resolution.take(file, OriginKind.FILE)
@@ -116,12 +134,15 @@ def parameter_problems(
 class _Resolution:
     """Values found so far, and the sentences about them by rule."""
 
-    def __init__(self, autopilot: Autopilot) -> None:
+    def __init__(self, autopilot: Autopilot, version: Version | None) -> None:
         self.autopilot = autopilot
+        self.version = version
         self.table = parameter_table(PARAMETERS_OF[autopilot])
         self.values_si: dict[str, float] = {}
         self.origins: dict[str, Origin] = {}
         self.impossible: list[str] = []
+        self.suspect: list[str] = []
+        self.unknown: list[str] = []
         self.disagreeing: list[str] = []
         self.agreeing: list[str] = []
         self.findings: list[Finding] = []
@@ -144,6 +165,8 @@ class _Resolution:
             spelling = present[0]
             if len(present) > 1:
                 spelling = self._chosen(row, given)
+            elif kind is OriginKind.FILE:
+                self._note_unknown(row, given, spelling)
             entry = given.values[spelling.name]
             value_si = math.nan if entry.value is None else spelling.si(entry.value)
             if row.is_possible(value_si):
@@ -152,6 +175,7 @@ class _Resolution:
                 self.origins[quantity] = Origin(
                     kind=kind, name=spelling.name, source=given.source, line=entry.line
                 )
+                self._note_suspect(quantity, row, given, spelling)
             else:
                 self.origins[quantity] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
                 self.impossible.append(
@@ -159,10 +183,44 @@ class _Resolution:
                     f"{_with_unit(row.default, row.now)}, the default, is assumed"
                 )
 
+    def _note_unknown(self, row: Parameter, given: ParameterSet, spelling: Spelling) -> None:
+        """Note a name that the version asked for does not know."""
+        since = row.now.since
+        if self.version is None or since is None or row.formerly is None:
+            return
+        known = row.now if self.version >= since else row.formerly
+        if spelling is not known:
+            firmware = Target(self.autopilot, self.version).label
+            entry = given.values[spelling.name]
+            line = "" if entry.line is None else f" (line {entry.line})"
+            self.unknown.append(
+                f"{firmware} does not know {spelling.name}{line}, it is {known.name} there"
+            )
+
+    def _note_suspect(
+        self, quantity: str, row: Parameter, given: ParameterSet, spelling: Spelling
+    ) -> None:
+        """Note a value that would be usual in the unit of the quantity's other name."""
+        value = given.values[spelling.name].value
+        usual_si = _USUAL_SI.get(quantity, row.now.si(row.default))
+        other = next((one for one in row.spellings if one is not spelling), None)
+        if not value or other is None or other.unit == spelling.unit or usual_si <= 0.0:
+            return
+
+        def is_unusual(value_si: float) -> bool:
+            return not usual_si / _UNUSUAL <= abs(value_si) <= usual_si * _UNUSUAL
+
+        if is_unusual(spelling.si(value)) and not is_unusual(other.si(value)):
+            self.suspect.append(
+                f"{_described(given, spelling)} is flown as given; in the unit of {other.name} it "
+                f"were {_with_unit(other.si(value) / row.now.si(1.0), row.now)}"
+            )
+
     def _chosen(self, row: Parameter, given: ParameterSet) -> Spelling:
         """Return the spelling to use where both are present, and note that they are."""
         now, formerly = row.spellings
-        is_old = given.version is not None and now.since is not None and given.version < now.since
+        version = self.version or given.version
+        is_old = version is not None and now.since is not None and version < now.since
         chosen = formerly if is_old else now
         values_si = [
             math.nan if value is None else spelling.si(value)
@@ -191,6 +249,8 @@ class _Resolution:
             *self.findings,
             *_joined(PARAMETER_RENAMED, self.disagreeing + self.agreeing, self._renamed_severity),
             *_joined(PARAMETER_IMPOSSIBLE, self.impossible),
+            *_joined(PARAMETER_UNIT_SUSPECT, self.suspect),
+            *_joined(PARAMETER_UNKNOWN_TO_TARGET, self.unknown),
             *_joined(PARAMETER_OVERRULED, list(self._overruled(values))),
         ]
         if assumed:

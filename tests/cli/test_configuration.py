@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.autopilot import Autopilot
+from planner.autopilot import Autopilot, Target
 from planner.cli.configuration import find_configuration, mission_settings, read_configuration
 from planner.cli.settings import SETTINGS, check_request, report_request
 from planner.errors import ConfigurationError, UsageError
@@ -32,6 +32,9 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         params = "mine.param"
         terrain = ["north.tif", "south.tif"]
         autopilot = "px4"
+        target = "px4-1.16"
+        clearance_m = 15
+        profile = "site.toml"
         battery = "5.2Ah@14.8V"
         charge = "95%"
         reserve = 0.25
@@ -66,6 +69,9 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert request.parameters == tmp_path / "mine.param"
     assert request.terrain == (tmp_path / "north.tif", tmp_path / "south.tif")
     assert request.autopilot is Autopilot.PX4
+    assert request.target == Target(Autopilot.PX4, (1, 16))
+    assert request.clearance_m == 15.0
+    assert request.profile == tmp_path / "site.toml"
     assert request.battery is not None
     assert request.battery.energy_wh == pytest.approx(76.96)
     assert (request.charge, request.reserve) == (0.95, 0.25)

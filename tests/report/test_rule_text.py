@@ -58,5 +58,22 @@ def test_that_a_file_cannot_be_read_cannot_be_turned_off() -> None:
     assert way_off(FILE_UNREADABLE).startswith("not possible")
 
 
-def test_the_list_of_rules_has_a_line_each() -> None:
-    assert rules_text([RULE]) == "Z101  warning  made-up  It says something.\n"
+def test_the_list_of_rules_has_a_line_each_under_its_family() -> None:
+    off = replace(RULE, code="M105", name="other", is_default=False)
+    assert rules_text([off, RULE]).splitlines() == [
+        "M: mission structure",
+        "  M105  warning, off  other    It says something.",
+        "        = navigator_mis_unsup_cmd",
+        "        = navigator_mis_vtol_items",
+        "",
+        "Z: others",
+        "  Z101  warning       made-up  It says something.",
+        "",
+        "off: asked only where --select or --extend-select names it",
+        "= an event of PX4",
+    ]
+
+
+def test_a_rule_that_is_off_says_how_to_turn_it_on() -> None:
+    off = rule_text(replace(RULE, is_default=False), medium=Medium())
+    assert "Turn on:  --extend-select Z101" in off

@@ -1,0 +1,82 @@
+"""Family M: what PX4's feasibility check and ArduPilot's arming check say about a mission.
+
+Apart from the rest of the family, because reference steps need none of them.
+"""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+FIRST_WAYPOINT_FAR = Rule(
+    code="M104",
+    name="first-wp-far",
+    severity=Severity.WARNING,
+    summary="The first place of the mission is farther from home than PX4's MIS_DIST_1WP.",
+    why=(
+        "Most likely a mission of another site: PX4 refused it up to 1.15 and warns since 1.16 "
+        "(PX4 #8146, #21262, #23568)."
+    ),
+    how=(
+        "Distance from home to the first item with a place, not below MIS_DIST_1WP, where that is "
+        "positive.  An error for --target px4-1.15."
+    ),
+    example="the first place is 12.4 km from home, MIS_DIST_1WP is 900 m",
+    fix="check home and mission, or raise MIS_DIST_1WP",
+)
+
+LAND_START_WITHOUT_LANDING = Rule(
+    code="M106",
+    name="land-start-without-land",
+    severity=Severity.WARNING,
+    summary="DO_LAND_START stands before no landing.",
+    why=(
+        "A failsafe that jumps there finds no landing, and the vehicle flies on or hovers "
+        "(ArduPilot #4701)."
+    ),
+    how="No NAV_LAND, RETURN_TO_LAUNCH or next DO_LAND_START follows it in the file.",
+    example="DO_LAND_START: no landing follows",
+    fix="put the landing behind it, or delete it",
+)
+
+REQUIRED_ITEM_MISSING = Rule(
+    code="M116",
+    name="required-item-missing",
+    severity=Severity.ERROR,
+    summary="The vehicle is set to refuse missions without an item that this one lacks.",
+    why=(
+        "The upload succeeds, the vehicle then says no in the field (QGroundControl #7836: 'one of "
+        "the most common user complaints'; MAVSDK #2103)."
+    ),
+    how=(
+        "PX4 MIS_TKO_LAND_REQ: 1 take-off, 2 landing, 3 both, 4 and 5 both or neither; a return is no "
+        "landing to it.  ArduPilot ARMING_MIS_ITEMS, bits 0 NAV_LAND, 1 VTOL_LAND, 2 DO_LAND_START, "
+        "3 NAV_TAKEOFF, 4 VTOL_TAKEOFF, 5 a rally point, 6 RETURN_TO_LAUNCH."
+    ),
+    example="MIS_TKO_LAND_REQ is 3: PX4 refuses the mission without NAV_LAND",
+    fix="add the item, or change the parameter on the vehicle",
+)
+
+RALLY_FAR = Rule(
+    code="M118",
+    name="rally-far",
+    severity=Severity.WARNING,
+    summary="A rally point is farther from the whole mission than ArduPilot looks.",
+    why=(
+        "ArduPilot returns home instead of to a rally point beyond RALLY_LIMIT_KM, 300 m on Copter: "
+        "the point is never used (ArduPilot #4701, #30575)."
+    ),
+    how="Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM.",
+    example="rally point 1 is 1.2 km from the mission, RALLY_LIMIT_KM is 0.3",
+    fix="move the rally point, or raise RALLY_LIMIT_KM",
+)
+
+GATE_AT_WAYPOINT = Rule(
+    code="M119",
+    name="gate-at-waypoint",
+    severity=Severity.ERROR,
+    summary="A gate lies at the place before or behind it.",
+    why="PX4 finds no direction through the gate and refuses the mission.",
+    how="CONDITION_GATE less than 5 cm from its neighbour among the items with a place.",
+    example="CONDITION_GATE is 0.00 m from the place of item 3",
+    fix="move the gate between two waypoints",
+)

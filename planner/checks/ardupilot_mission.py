@@ -1,0 +1,124 @@
+"""What ArduPilot's arming check says about a Copter's mission, and what failsafes find in it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.catalogue.feasibility import (
+    LAND_START_WITHOUT_LANDING,
+    RALLY_FAR,
+    REQUIRED_ITEM_MISSING,
+)
+from planner.mission.commands import Command
+from planner.mission.remarks import Remarks
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+
+_REQUIRED: Mapping[int, Command] = {
+    0: Command.NAV_LAND,
+    1: Command.NAV_VTOL_LAND,
+    2: Command.DO_LAND_START,
+    3: Command.NAV_TAKEOFF,
+    4: Command.NAV_VTOL_TAKEOFF,
+    6: Command.NAV_RETURN_TO_LAUNCH,
+}
+"""Item by bit of ARMING_MIS_ITEMS (AP_Arming.cpp, ``mission_checks``)."""
+_RALLY_BIT = 5
+_RALLY_LIMIT = "RALLY_LIMIT_KM"
+_RALLY_LIMIT_KM = 0.3
+"""Copter's default. [km]"""
+_LANDINGS = frozenset(
+    {Command.NAV_LAND, Command.NAV_VTOL_LAND, Command.NAV_RETURN_TO_LAUNCH, Command.DO_LAND_START}
+)
+
+
+def _parameters(case: Case) -> ArduPilotParameters:
+    given = case.parameters
+    return given if isinstance(given, ArduPilotParameters) else ArduPilotParameters()
+
+
+def check_required_items(case: Case) -> Iterator[Finding]:
+    """Yield a finding where an item is missing that ARMING_MIS_ITEMS asks for."""
+    bits = _parameters(case).mission_items_required
+    if bits <= 0:
+        return
+    commands = {item.command for item in case.mission.items}
+    missing = [
+        command.name
+        for bit, command in _REQUIRED.items()
+        if bits & 1 << bit and command not in commands
+    ]
+    if bits & 1 << _RALLY_BIT and not case.mission.rally:
+        missing.append("a rally point")
+    if missing:
+        yield REQUIRED_ITEM_MISSING.finding(
+            f"ARMING_MIS_ITEMS is {bits}: ArduPilot will not arm without {', '.join(missing)}"
+        )
+
+
+def check_land_starts(case: Case) -> Iterator[Finding]:
+    """Yield a finding for each DO_LAND_START that no landing follows."""
+    items = case.mission.items
+    remarks = Remarks()
+    for number, item in enumerate(items, start=1):
+        if item.command == Command.DO_LAND_START and not any(
+            later.command in _LANDINGS for later in items[number:]
+        ):
+            message = "DO_LAND_START: no landing follows"
+            remarks.add(LAND_START_WITHOUT_LANDING, message, item=number, place=item.place)
+    yield from remarks.findings()
+
+
+def check_rally(case: Case) -> Iterator[Finding]:
+    """Yield a finding where a rally point is nowhere within RALLY_LIMIT_KM of the mission."""
+    rally, route = case.mission.rally, case.route
+    if not rally:
+        return
+    given = None
+    if case.given_parameters is not None and _RALLY_LIMIT in case.given_parameters.values:
+        given = case.given_parameters.values[_RALLY_LIMIT].value
+    limit_km = _RALLY_LIMIT_KM if given is None else given
+    if limit_km <= 0.0:  # ArduPilot takes any
+        return
+    path_m = np.array([(0.0, 0.0), *((s.east_m, s.north_m) for s in route.stages)])
+    points_m = np.column_stack(
+        route.frame.east_north_m([p.latitude_deg for p in rally], [p.longitude_deg for p in rally])
+    )
+    remarks = Remarks()
+    for number, (point, point_m) in enumerate(zip(rally, points_m, strict=True), start=1):
+        away_m = _distance_to_path_m(point_m, path_m)
+        if away_m > 1000.0 * limit_km:
+            remarks.add(
+                RALLY_FAR,
+                f"rally point {number} is {numbers.distance(away_m)} from the mission, "
+                f"RALLY_LIMIT_KM is {limit_km:g}: ArduPilot never goes there",
+                place=point.place,
+            )
+    yield from remarks.findings()
+
+
+def _distance_to_path_m(
+    point_m: np.ndarray[tuple[int], np.dtype[np.float64]],
+    path_m: np.ndarray[tuple[int, int], np.dtype[np.float64]],
+) -> float:
+    """Return the distance of a point (2,) from straight legs through points (n, 2). [m]"""
+    start, way = path_m[:-1], np.diff(path_m, axis=0)
+    length2 = (way**2).sum(axis=1)
+    share = ((point_m - start) * way).sum(axis=1) / np.where(length2 > 0.0, length2, 1.0)
+    nearest = start + np.clip(share, 0.0, 1.0)[:, None] * way
+    return float(np.hypot(*(point_m - nearest).T).min())
+
+
+ARDUPILOT_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+    check_required_items,
+    check_land_starts,
+    check_rally,
+)

@@ -1,0 +1,171 @@
+"""Rules of a profile: what a site asks of parameters, heights, distances and items."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.catalogue.site import (
+    ITEM_REQUIRED_BY_SITE,
+    PARAMETER_NOT_AS_EXPECTED,
+    TOO_FAR_FOR_SITE,
+    TOO_HIGH_FOR_SITE,
+)
+from planner.geo.geodesy import distance_m
+from planner.mission.commands import command_name
+from planner.vehicle.parameter_table import parameter_table
+from planner.vehicle.parameters import PARAMETERS_OF
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from planner.checks.case import Case
+    from planner.checks.site_profile import ExpectedValue
+    from planner.findings import Finding
+    from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameter_table import Spelling
+
+
+def check_expected_values(case: Case) -> Iterator[Finding]:
+    """Yield a finding for each parameter that is not as the profile asks."""
+    profile, given = case.profile, case.given_parameters
+    if profile is None or not profile.expected:
+        return
+    if given is None:
+        yield PARAMETER_NOT_AS_EXPECTED.finding(
+            f"{profile.source} asks for {numbers.count(len(profile.expected), 'parameter')}, none is "
+            "known",
+            fix="give the vehicle's parameters with --params",
+        )
+        return
+    spellings = _spellings(given)
+    for expected in profile.expected:
+        said = _not_as_expected(expected, given, spellings)
+        if said is not None:
+            yield PARAMETER_NOT_AS_EXPECTED.finding(f"{said}, {profile.source} asks for {expected}")
+
+
+def _spellings(given: ParameterSet) -> Mapping[str, tuple[Spelling, ...]]:
+    """Return every spelling of a quantity by each of its names."""
+    if given.stack is None or given.stack not in PARAMETERS_OF:
+        return {}
+    rows = parameter_table(PARAMETERS_OF[given.stack]).values()
+    return {spelling.name: row.spellings for row in rows for spelling in row.spellings}
+
+
+def _not_as_expected(
+    expected: ExpectedValue, given: ParameterSet, spellings: Mapping[str, tuple[Spelling, ...]]
+) -> str | None:
+    """Return what a parameter is, where that is not as expected."""
+    names = spellings.get(expected.name, ())
+    present = next(
+        (
+            name
+            for name in (expected.name, *(spelling.name for spelling in names))
+            if name in given.values
+        ),
+        None,
+    )
+    if present is None:
+        return f"{expected.name} is not in {given.source}"
+    entry = given.values[present]
+    if entry.value is None:
+        return f"{present} holds no number"
+    value = entry.value
+    if present != expected.name:
+        units = {spelling.name: spelling.si(1.0) for spelling in names}
+        value *= units[present] / units[expected.name]
+    if expected.holds(value):
+        return None
+    line = "" if entry.line is None else f" (line {entry.line})"
+    as_named = "" if present == expected.name else f", that is {expected.name} = {value:.6g}"
+    return f"{present} = {entry.value:.6g}{line}{as_named}"
+
+
+def check_height(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the flight is higher than the profile allows."""
+    profile, extremes = case.profile, case.flight.extremes
+    limit_m = None if profile is None else profile.max_height_above_home_m
+    if profile is None or limit_m is None or extremes is None:
+        return
+    heights_m = [stage.height_m for stage in case.route.stages]
+    # A return may climb higher than every place; rounding of files is no breach.
+    highest_m = max(*heights_m, extremes.highest_m)
+    if highest_m <= limit_m + 0.05:
+        return
+    item = case.route.stages[int(np.argmax(heights_m))].item
+    yield TOO_HIGH_FOR_SITE.finding(
+        f"{numbers.height(highest_m)} above home, {profile.source} allows "
+        f"{numbers.height(limit_m)}",
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
+
+
+def check_distance(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the mission or what belongs to it is farther away than allowed."""
+    profile = case.profile
+    if profile is None or profile.max_distance_m is None:
+        return
+    route, mission, limit_m = case.route, case.mission, profile.max_distance_m
+    start = (route.frame.latitude_deg, route.frame.longitude_deg)
+    origin, origin_name = start, "home"
+    if profile.latitude_deg is not None and profile.longitude_deg is not None:
+        origin, origin_name = (profile.latitude_deg, profile.longitude_deg), "the site"
+    stages = route.frame.latitude_longitude_deg(
+        [stage.east_m for stage in route.stages], [stage.north_m for stage in route.stages]
+    )
+    places = [("home", None, *start)]
+    places += [
+        (f"item {stage.item}", stage.item, latitude, longitude)
+        for stage, latitude, longitude in zip(
+            route.stages, *(column.tolist() for column in stages), strict=True
+        )
+    ]
+    places += [
+        (f"rally point {number}", None, point.latitude_deg, point.longitude_deg)
+        for number, point in enumerate(mission.rally, start=1)
+    ]
+    if mission.fence is not None:
+        places += [
+            (f"a corner of fence polygon {number}", None, *vertex)
+            for number, polygon in enumerate(mission.fence.polygons, start=1)
+            if polygon.inclusion
+            for vertex in polygon.vertices_deg
+        ]
+    away_m = distance_m(*origin, [place[2] for place in places], [place[3] for place in places])
+    farthest = int(np.argmax(away_m))
+    if away_m[farthest] <= limit_m:
+        return
+    what, item = places[farthest][:2]
+    beyond = int((away_m > limit_m).sum())
+    more = f", and {numbers.count(beyond - 1, 'more place')}" if beyond > 1 else ""
+    yield TOO_FAR_FOR_SITE.finding(
+        f"{what} is {numbers.distance(float(away_m[farthest]))} from {origin_name}{more}; "
+        f"{profile.source} allows {numbers.distance(limit_m)}",
+        item=item,
+        place=None if item is None else mission.items[item - 1].place,
+    )
+
+
+def check_required_items(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the mission lacks an item that the profile asks for."""
+    profile = case.profile
+    if profile is None:
+        return
+    held = {command_name(item.command) for item in case.mission.items}
+    missing = [name for name in profile.required_items if name not in held]
+    if missing:
+        yield ITEM_REQUIRED_BY_SITE.finding(
+            f"{profile.source} asks for {', '.join(missing)}, the mission has none"
+        )
+
+
+SITE_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+    check_expected_values,
+    check_height,
+    check_distance,
+    check_required_items,
+)

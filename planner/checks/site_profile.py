@@ -1,0 +1,192 @@
+"""Profiles: what a site, a club or an operation asks of every mission and vehicle, in TOML.
+
+=============  ==================================================================
+table          holds
+=============  ==================================================================
+``site``       place, greatest distance from it and height above home, items that
+               every mission must have
+``expect``     ``params``: values of the vehicle's parameters, in their own units: a
+               number, ``[lowest, highest]``, or ``{value = …, tolerance = …}``
+=============  ==================================================================
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from planner.errors import ProfileFileError
+from planner.mission.commands import load_command_table
+from planner.vehicle.keys import Key, Kind, Table, described, is_number, nearest_hint
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+MOST_BYTES = 1 << 20
+_SINGLE_PRECISION = 1e-6
+"""Vehicles hold 7 digits of a number."""
+
+_SITE = Table(
+    name="site",
+    meaning="where the missions of this profile fly",
+    keys=(
+        Key(
+            name="latitude_deg",
+            kind=Kind.NUMBER,
+            meaning="place of the site",
+            required=False,
+            at_least=-90.0,
+            at_most=90.0,
+        ),
+        Key(
+            name="longitude_deg",
+            kind=Kind.NUMBER,
+            meaning="place of the site",
+            required=False,
+            at_least=-180.0,
+            at_most=180.0,
+        ),
+        Key(
+            name="max_distance_m",
+            kind=Kind.NUMBER,
+            meaning="greatest distance from the site, else from home",
+            required=False,
+            above=0.0,
+        ),
+        Key(
+            name="max_height_above_home_m",
+            kind=Kind.NUMBER,
+            meaning="greatest height of the flight",
+            required=False,
+            above=0.0,
+        ),
+        Key(
+            name="required_items",
+            kind=Kind.TEXTS,
+            meaning="commands every mission must have",
+            required=False,
+        ),
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExpectedValue:
+    """The values of one parameter that are as they should be, in its own unit."""
+
+    name: str
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        """Return ``3000``, or ``13.8 to 14.4``."""
+        if self.low == self.high:
+            return f"{self.low:.6g}"
+        return f"{self.low:.6g} to {self.high:.6g}"
+
+    def holds(self, value: float) -> bool:
+        """Return whether a value is as expected, to the digits a vehicle holds."""
+        slack = _SINGLE_PRECISION * max(abs(self.low), abs(self.high))
+        return self.low - slack <= value <= self.high + slack
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SiteProfile:
+    """What a profile asks for; ``None`` and empty where it does not ask."""
+
+    source: str
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    max_distance_m: float | None = None
+    max_height_above_home_m: float | None = None
+    required_items: tuple[str, ...] = ()
+    """Names of commands, without ``MAV_CMD_``."""
+    expected: tuple[ExpectedValue, ...] = ()
+
+
+def read_profile(path: Path) -> SiteProfile:
+    """Read a profile.
+
+    Raises
+    ------
+    ProfileFileError
+        If the file cannot be read, or holds a wrong key or value.
+    """
+    source = str(path)
+    document = _document(path, source)
+    problems = [
+        f"{name} is no table of a profile{nearest_hint(name, ('site', 'expect'))}"
+        for name in document
+        if name not in {"site", "expect"}
+    ]
+    site, expect = document.get("site", {}), document.get("expect", {})
+    if not isinstance(site, dict) or not isinstance(expect, dict):
+        msg = "site and expect must be tables"
+        raise ProfileFileError(msg, source=source)
+    problems += [f"site.{key} {problem}" for key, problem in _SITE.problems(site)]
+    if ("latitude_deg" in site) is not ("longitude_deg" in site):
+        problems.append("site needs latitude_deg and longitude_deg, or neither of them")
+    problems += [f"expect.{name} is no table of a profile" for name in expect if name != "params"]
+    params = expect.get("params", {})
+    if not isinstance(params, dict):
+        problems.append(f"expect.params must be a table, got {described(params)}")
+        params = {}
+    expected = []
+    for name, raw in params.items():
+        interval = _interval(raw)
+        if interval is None:
+            problems.append(
+                f"expect.params.{name} must be a number, [lowest, highest] or "
+                f"{{value = …, tolerance = …}}, got {described(raw)}"
+            )
+        else:
+            expected.append(ExpectedValue(name=name, low=interval[0], high=interval[1]))
+    if problems:
+        raise ProfileFileError("; ".join(problems[:5]), source=source)
+    values = _SITE.cleaned(site)
+    values["required_items"] = _commands(values.get("required_items", ()), source)
+    return SiteProfile(source=source, expected=tuple(expected), **values)
+
+
+def _document(path: Path, source: str) -> Mapping[str, Any]:
+    import tomllib
+
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        msg = f"cannot be read: {error.strerror or error}"
+        raise ProfileFileError(msg, source=source) from error
+    if len(data) > MOST_BYTES:
+        msg = "is larger than 1 MiB: this is no profile"
+        raise ProfileFileError(msg, source=source)
+    try:
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        msg = f"is no profile in TOML: {error}"
+        raise ProfileFileError(msg, source=source) from error
+
+
+def _interval(raw: Any) -> tuple[float, float] | None:  # noqa: ANN401 - whatever TOML holds
+    """Return lowest and highest of an expected value as TOML holds it; ``None`` if it is none."""
+    match raw:
+        case {"value": value, **others} if set(others) <= {"tolerance"}:
+            tolerance: Any = others.get("tolerance", 0.0)
+            if is_number(value) and is_number(tolerance) and tolerance >= 0.0:
+                return value - tolerance, value + tolerance
+        case [low, high] if is_number(low) and is_number(high) and low <= high:
+            return float(low), float(high)
+        case int() | float() if is_number(raw):
+            return float(raw), float(raw)
+    return None
+
+
+def _commands(names: tuple[str, ...], source: str) -> tuple[str, ...]:
+    known = {definition.name for definition in load_command_table().commands.values()}
+    bare = tuple(name.strip().upper().removeprefix("MAV_CMD_") for name in names)
+    for name in bare:
+        if name not in known:
+            msg = f"site.required_items: there is no command {name}{nearest_hint(name, known)}"
+            raise ProfileFileError(msg, source=source)
+    return bare

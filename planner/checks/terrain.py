@@ -1,0 +1,234 @@
+"""Rules on the ground of a terrain grid: under the whole flight, and under every way home."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner import numbers
+from planner.autopilot import Autopilot
+from planner.catalogue.terrain import BELOW_TERRAIN, GROUND_CLEARANCE, RETURN_BELOW_TERRAIN
+from planner.catalogue.tool import NO_TERRAIN_DATA
+from planner.findings import Severity
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.mission.commands import TERRAIN_FRAMES
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.geo.terrain import TerrainGrid
+
+_MOST_SAMPLES = 500_000
+_MOST_RETURNS = 2_000
+_RETURN_SPACING_M = 100.0
+"""Ways home begin no farther apart, unless the flight is longer than 200 km. [m]"""
+_LOWEST_CONE_SLOPE = 0.5
+"""ArduPilot takes no notice of a flatter cone (``ModeRTL::compute_return_target``)."""
+_STRAIGHT_HOME = frozenset({0, 3})
+"""RTL_TYPE that lead straight to home or another place, not along the mission."""
+
+
+class _Way(NamedTuple):
+    """A flight as samples in the order they are flown, take-off and landing left out."""
+
+    east_m: FloatArray
+    north_m: FloatArray
+    height_m: FloatArray
+    """Above home. [m]"""
+    clearance_m: FloatArray
+    """Above the ground, NaN where that is not known. [m]"""
+    step_m: FloatArray
+    """Way from the sample before; 0 where that is left out. [m]"""
+    item: IntArray
+    follows_terrain: BoolArray
+
+
+def check_ground(case: Case) -> Iterator[Finding]:
+    """Yield findings on the heights over ground of the flight and of every way home."""
+    way = _sampled(case)
+    if way is None:
+        return
+    unknown = np.isnan(way.clearance_m)
+    if unknown.any():
+        item = int(way.item[unknown.argmax()])
+        yield NO_TERRAIN_DATA.finding(
+            f"{numbers.distance(float(way.step_m[unknown].sum()))} of the flight lie outside of the "
+            "terrain grid: heights over ground are not checked there",
+            item=item,
+            place=case.mission.items[item - 1].place,
+            severity=Severity.WARNING,
+            fix="give --terrain the grids of the whole mission",
+        )
+    if unknown.all():
+        return
+    yield from _too_low(case, way)
+    yield from _extremes(case, way)
+    yield from _returns(case, way)
+
+
+def _sampled(case: Case) -> _Way | None:
+    """Return the flight in steps of half a cell or less; ``None`` where nothing is in the air."""
+    terrain, motion = case.terrain, case.flight.motion
+    if terrain is None:
+        return None
+    spacing_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
+    states = motion.segments.state[motion.piece_segment]
+    airborne = ~np.isin(
+        states, [STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.LAND]]
+    ) & (motion.piece_duration_s > 0.0)
+    pieces = np.flatnonzero(airborne)
+    if not len(pieces):
+        return None
+    ends = np.linspace(0.0, 1.0, 5) * motion.piece_duration_s[pieces, None]
+    speed_m_s = motion.state_at(pieces[:, None], ends).ground_speed_m_s.max(axis=1)
+    length_m = speed_m_s * motion.piece_duration_s[pieces]
+    spacing_m = max(spacing_m, float(length_m.sum()) / _MOST_SAMPLES)
+    count = np.ceil(length_m / spacing_m).astype(np.intp) + 2
+    piece = np.repeat(pieces, count)
+    number = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+    share = number / (np.repeat(count, count) - 1)
+    state = motion.state_at(piece, share * motion.piece_duration_s[piece])
+    ground_m = _ground_m(case, terrain, state.east_m, state.north_m)
+    step_m = np.zeros(len(piece))
+    step_m[1:] = np.hypot(np.diff(state.east_m), np.diff(state.north_m))
+    step_m[1:][np.diff(piece) > 1] = 0.0
+    item = motion.segments.item[motion.piece_segment[piece]]
+    frames = np.array([one.frame for one in case.mission.items])
+    return _Way(
+        east_m=state.east_m,
+        north_m=state.north_m,
+        height_m=state.height_m,
+        clearance_m=state.height_m - ground_m,
+        step_m=step_m,
+        item=item,
+        follows_terrain=np.isin(frames[item - 1], list(TERRAIN_FRAMES))
+        & (case.autopilot is Autopilot.ARDUPILOT),
+    )
+
+
+def _ground_m(
+    case: Case, terrain: TerrainGrid, east_m: FloatArray, north_m: FloatArray
+) -> FloatArray:
+    """Return the height of the ground above home, NaN where the grid does not know it. [m]"""
+    heights = terrain.height_amsl_m(*case.route.frame.latitude_longitude_deg(east_m, north_m))
+    ground_m: FloatArray = heights.filled(np.nan) - case.route.home_amsl_m
+    return ground_m
+
+
+def _too_low(case: Case, way: _Way) -> Iterator[Finding]:
+    """Yield a finding where the flight is below the ground, or nearer to it than asked for."""
+    low = (way.clearance_m < case.clearance_m) & ~way.follows_terrain
+    if not low.any():
+        return
+    clearance_m = np.where(low, way.clearance_m, np.inf)
+    worst = int(clearance_m.argmin())
+    item = int(way.item[worst])
+    lowest_m = float(clearance_m[worst])
+    where = (
+        f"{numbers.height(-lowest_m)} below the ground"
+        if lowest_m < 0.0
+        else f"{numbers.height(lowest_m)} over the ground, {numbers.height(case.clearance_m)} are "
+        "asked for"
+    )
+    to_go_m = float(way.step_m[worst + 1 :][way.item[worst + 1 :] == item].sum())
+    before = f" {numbers.distance(to_go_m)} before its end" if to_go_m >= 1.0 else ""
+    yield BELOW_TERRAIN.finding(
+        f"{where}{before}; {numbers.distance(float(way.step_m[low].sum()))} of the way are too low",
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
+
+
+def _extremes(case: Case, way: _Way) -> Iterator[Finding]:
+    """Yield the least and the greatest height over ground."""
+    lowest, highest = int(np.nanargmin(way.clearance_m)), int(np.nanargmax(way.clearance_m))
+    item = int(way.item[lowest])
+    yield GROUND_CLEARANCE.finding(
+        f"{numbers.height(float(way.clearance_m[lowest]))} over the ground at item {item} to "
+        f"{numbers.height(float(way.clearance_m[highest]))} at item {int(way.item[highest])}",
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
+
+
+def _returns(case: Case, way: _Way) -> Iterator[Finding]:
+    """Yield a finding where a return straight home meets the ground."""
+    along_m = np.cumsum(way.step_m)
+    spacing_m = max(_RETURN_SPACING_M, float(along_m[-1]) / _MOST_RETURNS)
+    # One place for each stretch of the way, the last of each item besides.
+    first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
+    chosen = np.flatnonzero(first | (np.diff(way.item, append=0) != 0))
+    east_m, north_m = way.east_m[chosen], way.north_m[chosen]
+    away_m = np.hypot(east_m, north_m)
+    height_m = return_height_m(case, way.height_m[chosen], away_m)
+    if height_m is None or case.terrain is None:
+        return
+    cell_m = 0.5 * min(tile.cell_m for tile in case.terrain.tiles)
+    cell_m = max(cell_m, float(away_m.sum()) / _MOST_SAMPLES)
+    count = np.ceil(away_m / cell_m).astype(np.intp) + 1
+    place = np.repeat(np.arange(len(chosen)), count)
+    share = (np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)) / count[place]
+    ground_m = _ground_m(
+        case, case.terrain, east_m[place] * (1.0 - share), north_m[place] * (1.0 - share)
+    )
+    clearance_m = np.where(np.isnan(ground_m), np.inf, height_m[place] - ground_m)
+    worst = int(clearance_m.argmin())
+    lowest_m = float(clearance_m[worst])
+    if lowest_m >= case.clearance_m:
+        return
+    begin = place[worst]
+    item = int(way.item[chosen[begin]])
+    from_home_m = float(away_m[begin] * (1.0 - share[worst]))
+    over = (
+        f"{numbers.height(-lowest_m)} below the ground"
+        if lowest_m < 0.0
+        else f"{numbers.height(lowest_m)} over the ground"
+    )
+    yield RETURN_BELOW_TERRAIN.finding(
+        f"a return from here at {numbers.height(float(height_m[begin]))} above home is {over}, "
+        f"{numbers.distance(from_home_m)} from home",
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
+
+
+def return_height_m(case: Case, height_m: FloatArray, away_m: FloatArray) -> FloatArray | None:
+    """Return the heights at which returns are flown.
+
+    Parameters
+    ----------
+    case : Case
+        Whose parameters count; reference steps return as high as they are.
+    height_m, away_m : ndarray
+        Height above home and distance from it where returns begin. (n,) [m]
+
+    Returns
+    -------
+    ndarray or None
+        Heights above home, (n,) [m]; ``None`` where returns follow the terrain or the mission.
+    """
+    parameters = case.parameters
+    if isinstance(parameters, Px4Parameters):
+        if parameters.return_type not in _STRAIGHT_HOME:
+            return None
+        far = away_m > parameters.return_min_distance_m
+        return np.where(far, np.maximum(height_m, parameters.return_altitude_m), height_m)
+    if isinstance(parameters, ArduPilotParameters):
+        if parameters.return_altitude_type == 1:
+            return None
+        target_m = np.maximum(
+            parameters.return_altitude_m, height_m + parameters.return_climb_min_m
+        )
+        if parameters.return_cone_slope >= _LOWEST_CONE_SLOPE:
+            target_m = np.minimum(target_m, parameters.return_cone_slope * away_m)
+        return np.maximum(height_m, target_m)
+    return height_m
+
+
+TERRAIN_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (check_ground,)

@@ -1,0 +1,27 @@
+"""Rules on wind against what is known of the vehicle; its headway is found while it flies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.autopilot import Autopilot
+from planner.catalogue.wind import WIND_BEYOND_MODEL
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+
+
+def check_wind(case: Case) -> Iterator[Finding]:
+    """Yield a finding where reference steps are flown in wind as fast as the vehicle."""
+    limit = case.vehicle.valid_for.speed_m_s
+    wind_m_s = case.conditions.wind.speed_m_s
+    if case.autopilot is not Autopilot.STEP or limit is None or wind_m_s < limit.high:
+        return
+    yield WIND_BEYOND_MODEL.finding(
+        f"{numbers.speed(wind_m_s)} of wind, the model was identified up to "
+        f"{numbers.speed(limit.high)}: no way against it is known"
+    )

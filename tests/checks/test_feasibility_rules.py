@@ -1,0 +1,270 @@
+"""What PX4's feasibility check and ArduPilot's arming check refuse, and what failsafes find."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
+
+from planner import catalogue
+from planner.autopilot import TARGETS, Autopilot, Target
+from planner.catalogue.px4_events import PX4_EVENTS
+from planner.checks.selection import Selection
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.geo.fence import RallyPoint
+from planner.mission.command_support import Support, support
+from planner.physics.wind import Wind
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import parameters_from_text
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.mission.items import Mission, MissionItem
+
+COPTER = load_vehicle("arducopter-sitl-quad")
+PX4 = load_vehicle("px4-sih-quad")
+STEP = load_vehicle("falkowski-2023-quadrotor")
+OF = {Autopilot.PX4: PX4, Autopilot.ARDUPILOT: COPTER, Autopilot.STEP: STEP}
+GATE = 4501
+LAND = item(21, HOME.latitude_deg, 0.0)
+LAND_START = item(189, frame=2, params=(0.0, 0.0, 0.0, 0.0))
+
+
+def of(
+    code: str,
+    one: Mission,
+    autopilot: Autopilot,
+    parameters: str = "",
+    *,
+    target: Target | None = None,
+    wind: Wind | None = None,
+    selection: Selection | None = None,
+) -> list[Finding]:
+    result = check(
+        one,
+        OF[autopilot],
+        battery=Battery(capacity_wh=5000.0),
+        parameters=parameters_from_text(parameters.encode(), source="p.param")
+        if parameters
+        else None,
+        target=target,
+        wind=wind,
+        selection=selection,
+    )
+    return [finding for finding in result.findings if finding.code == code]
+
+
+@pytest.mark.parametrize(
+    ("required", "items", "missing"),
+    [
+        (0, "", ""),
+        (1, "", "NAV_TAKEOFF"),
+        (1, "T", ""),
+        (2, "T", "NAV_LAND"),
+        (2, "TR", "NAV_LAND"),  # a return is no landing
+        (2, "L", ""),
+        (3, "", "NAV_TAKEOFF and NAV_LAND"),
+        (3, "TL", ""),
+        (4, "", ""),
+        (4, "TL", ""),
+        (4, "TR", "NAV_LAND"),
+        (4, "L", "NAV_TAKEOFF"),
+        (5, "T", "NAV_LAND"),
+        (5, "", ""),
+    ],
+)
+def test_px4_refuses_without_what_mis_tko_land_req_asks_for(
+    required: int, items: str, missing: str
+) -> None:
+    """PX4's ``checkTakeoffLandAvailable`` for a multicopter on the ground, case by case."""
+    made = [takeoff(20)] * ("T" in items) + [waypoint(100, 20)]
+    made += [LAND] * ("L" in items) + [rtl()] * ("R" in items)
+    found = of("M116", mission(*made), Autopilot.PX4, f"MIS_TKO_LAND_REQ,{required}\n")
+    assert len(found) == bool(missing)
+    if missing:
+        assert found[0].severity is Severity.ERROR
+        assert f"without {missing}" in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("bits", "missing"),
+    [
+        (0, ""),
+        (0b1000, ""),  # take-off
+        (0b1000000, ""),  # return
+        (0b1, "NAV_LAND"),
+        (0b100, "DO_LAND_START"),
+        (0b100000, "a rally point"),
+        (0b1001001, "NAV_LAND"),
+        (0b10010, "NAV_VTOL_LAND, NAV_VTOL_TAKEOFF"),
+    ],
+)
+def test_ardupilot_does_not_arm_without_what_arming_mis_items_asks_for(
+    bits: int, missing: str
+) -> None:
+    made = mission(takeoff(20), waypoint(100, 20), rtl())
+    found = of("M116", made, Autopilot.ARDUPILOT, f"ARMING_MIS_ITEMS,{bits}\n")
+    assert len(found) == bool(missing)
+    if missing:
+        assert found[0].message.endswith(f"without {missing}")
+
+
+def test_a_rally_point_satisfies_arming_mis_items() -> None:
+    point = RallyPoint(latitude_deg=47.0, longitude_deg=8.0, height_above_home_m=20.0)
+    made = replace(mission(takeoff(20), waypoint(100, 20), rtl()), rally=(point,))
+    assert of("M116", made, Autopilot.ARDUPILOT, "ARMING_MIS_ITEMS,32\n") == []
+
+
+@pytest.mark.parametrize("items", [(LAND,), (speed(5.0), LAND)])
+def test_a_mission_that_begins_with_a_landing_is_no_flight(items: tuple[MissionItem, ...]) -> None:
+    """PX4 refuses it by name (navigator_mis_starts_w_landing)."""
+    [finding] = of("M108", mission(*items, takeoff(20), waypoint(100, 20)), Autopilot.PX4)
+    assert finding.severity is Severity.ERROR
+    assert of("M108", mission(takeoff(20), waypoint(50, 20), *items), Autopilot.PX4) == []
+
+
+@pytest.mark.parametrize(("metres", "fires"), [(899.0, False), (901.0, True)])
+def test_a_first_place_beyond_mis_dist_1wp_is_told(
+    metres: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    made = mission(waypoint(metres, 20), waypoint(0, 20), rtl())
+    found = of("M104", made, Autopilot.PX4, "MIS_DIST_1WP,900\n")
+    assert [(f.severity, f.item) for f in found] == [(Severity.WARNING, 1)] * fires
+    refused = of("M104", made, Autopilot.PX4, "MIS_DIST_1WP,900\n", target=TARGETS["px4-1.15"])
+    assert [f.severity for f in refused] == [Severity.ERROR] * fires
+    assert of("M104", made, Autopilot.PX4, "MIS_DIST_1WP,0\n") == []
+    assert of("M104", made, Autopilot.ARDUPILOT) == []
+
+
+@pytest.mark.parametrize(("metres", "fires"), [(50.0, True), (50.04, True), (50.06, False)])
+def test_a_gate_at_a_waypoint_is_refused(
+    metres: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    gate = item(GATE, north(metres), 20.0)
+    made = mission(takeoff(20), waypoint(50, 20), gate, waypoint(100, 20), rtl())
+    found = of("M119", made, Autopilot.PX4)
+    assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 3)] * fires
+
+
+@pytest.mark.parametrize(
+    ("items", "fires"),
+    [
+        ((LAND_START, LAND), False),
+        ((LAND_START, waypoint(50, 20), rtl()), False),
+        ((waypoint(50, 20), LAND_START, waypoint(60, 20)), True),
+        ((LAND, LAND_START), True),
+    ],
+)
+def test_a_landing_sequence_without_a_landing_is_warned_of(
+    items: tuple[MissionItem, ...],
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    made = mission(takeoff(20), waypoint(100, 20), *items)
+    assert len(of("M106", made, Autopilot.ARDUPILOT)) == fires
+
+
+@pytest.mark.parametrize(
+    ("east_m", "parameters", "fires"),
+    [
+        (299.0, "", False),
+        (301.0, "", True),
+        (301.0, "RALLY_LIMIT_KM,0.5\n", False),
+        (9000.0, "RALLY_LIMIT_KM,0\n", False),
+    ],
+)
+def test_a_rally_point_that_ardupilot_never_uses_is_warned_of(
+    east_m: float,
+    parameters: str,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # A degree of longitude at 47° has 76,055 m on WGS 84: 250 m off the middle of the leg.
+    point = RallyPoint(
+        latitude_deg=north(250), longitude_deg=8.0 + east_m / 76055.0, height_above_home_m=20.0
+    )
+    made = replace(mission(takeoff(20), waypoint(500, 20), rtl()), rally=(point,))
+    assert len(of("M118", made, Autopilot.ARDUPILOT, parameters)) == fires
+    assert of("M118", made, Autopilot.PX4) == []
+
+
+@pytest.mark.parametrize(("commanded", "fires"), [(12.0, False), (12.1, True)])
+def test_a_speed_that_px4_does_not_fly_is_warned_of(
+    commanded: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    made = mission(takeoff(20), speed(commanded), waypoint(500, 20), rtl())
+    found = of("T103", made, Autopilot.PX4)
+    assert [(f.severity, f.item) for f in found] == [(Severity.WARNING, 2)] * fires
+    assert of("T103", made, Autopilot.PX4, "MPC_XY_VEL_MAX,13\n") == []
+
+
+@pytest.mark.parametrize(("wind_m_s", "fires"), [(8.0, False), (8.1, True)])
+def test_wind_above_com_wind_max_is_warned_of(
+    wind_m_s: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    made, wind = mission(takeoff(20), waypoint(500, 20), rtl()), Wind(speed_m_s=wind_m_s)
+    assert len(of("W104", made, Autopilot.PX4, "COM_WIND_MAX,8\n", wind=wind)) == fires
+    assert of("W104", made, Autopilot.PX4, wind=wind) == []
+
+
+@pytest.mark.parametrize(("wind_m_s", "fires"), [(9.9, False), (10.0, True)])
+def test_wind_as_fast_as_a_model_of_steps_is_an_error(
+    wind_m_s: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    """The article's vehicle was identified up to 10 m/s."""
+    made = mission(takeoff(100), waypoint(500, 100), rtl())
+    found = of("W103", made, Autopilot.STEP, wind=Wind(speed_m_s=wind_m_s))
+    assert [finding.severity for finding in found] == [Severity.ERROR] * fires
+
+
+def test_an_endless_jump_round_nothing_is_told_as_what_it_is() -> None:
+    made = mission(takeoff(20), waypoint(50, 20), speed(3.0), jump(3, -1.0), rtl())
+    [finding] = of("M121", made, Autopilot.ARDUPILOT)
+    assert (finding.severity, finding.item) == (Severity.ERROR, 4)
+    assert of("T101", made, Autopilot.ARDUPILOT) == []
+    flies = mission(takeoff(20), waypoint(50, 20), jump(2, -1.0), rtl())
+    assert of("M121", flies, Autopilot.ARDUPILOT) == []
+    assert of("T101", flies, Autopilot.ARDUPILOT)
+
+
+def test_a_landing_at_a_height_is_told_only_where_it_is_asked_for() -> None:
+    made = mission(takeoff(20), waypoint(50, 20), item(21, HOME.latitude_deg, 12.0))
+    assert of("M120", made, Autopilot.ARDUPILOT) == []
+    for selection in (Selection(extend_select=("M120",)), Selection(select=("M",))):
+        assert len(of("M120", made, Autopilot.ARDUPILOT, selection=selection)) == 1
+    level = mission(takeoff(20), waypoint(50, 20), LAND)
+    asked = Selection(extend_select=("M120",))
+    assert of("M120", level, Autopilot.ARDUPILOT, selection=asked) == []
+
+
+def test_a_target_decides_whose_rules_count_for_reference_steps() -> None:
+    made = mission(takeoff(100), item(82, north(100), 100.0), rtl())
+    assert of("M105", made, Autopilot.STEP) == []
+    refused = of("M105", made, Autopilot.STEP, target=TARGETS["px4-1.16"])
+    assert [finding.severity for finding in refused] == [Severity.ERROR]
+    assert of("M105", made, Autopilot.STEP, target=TARGETS["arducopter-4.6"]) == []
+
+
+def test_a_target_decides_which_commands_are_known() -> None:
+    arc = 36
+    for version, answer in (((4, 6), Support.REFUSED), ((4, 7), Support.ACCEPTED)):
+        assert support(arc, Autopilot.ARDUPILOT, version=version) is answer
+    assert support(arc, Autopilot.ARDUPILOT) is Support.UNKNOWN
+
+
+def test_the_target_of_another_autopilot_is_a_mistake() -> None:
+    made = mission(takeoff(20), waypoint(50, 20), rtl())
+    with pytest.raises(UsageError, match=r"PX4 1\.16.*flown as ArduPilot"):
+        of("M105", made, Autopilot.ARDUPILOT, target=TARGETS["px4-1.16"])
+
+
+def test_every_event_of_px4_is_told_by_a_rule_there_is() -> None:
+    assert set(PX4_EVENTS.values()) <= set(catalogue.rules())

@@ -1,0 +1,231 @@
+"""Missions that users sent to their projects, each with what it must lead to here.
+
+Numbers of threads: see the explanation of each rule.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+
+from planner.autopilot import Autopilot
+from planner.errors import OtherVehicleError
+from planner.findings import Severity
+from planner.mission.files import read_mission
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import parameters_from_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.mission.items import Mission, MissionItem
+    from planner.service import CheckResult
+
+STEP = load_vehicle("falkowski-2023-quadrotor")
+COPTER = load_vehicle("arducopter-sitl-quad")
+PX4 = load_vehicle("px4-sih-quad")
+BATTERY = Battery(capacity_wh=1000.0)
+
+
+def checked(one: Mission, vehicle: str = "step", parameters: str = "") -> CheckResult:
+    return check(
+        one,
+        {"step": STEP, "ardupilot": COPTER, "px4": PX4}[vehicle],
+        battery=BATTERY,
+        parameters=parameters_from_text(parameters.encode(), source="p.param")
+        if parameters
+        else None,
+    )
+
+
+def codes(result: CheckResult, severity: Severity) -> set[str]:
+    return {finding.code for finding in result.findings if finding.severity is severity}
+
+
+def test_case_3_text_with_three_altitude_references_is_warned_of(tmp_path: Path) -> None:
+    rows = [(0, 16, 47.0, 8.0, 400.0), (3, 22, 47.0, 8.0, 20.0), (3, 16, 47.001, 8.0, 30.0)]
+    rows += [(0, 16, 47.002, 8.0, 430.0), (10, 16, 47.003, 8.0, 30.0), (3, 20, 0.0, 0.0, 0.0)]
+    lines = ["QGC WPL 110"]
+    lines += [
+        "\t".join(map(str, (n, 0, frame, command, 0, 0, 0, 0, lat, lon, alt, 1)))
+        for n, (frame, command, lat, lon, alt) in enumerate(rows)
+    ]
+    path = tmp_path / "mixed.waypoints"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = [f for f in checked(read_mission(path)).findings if f.code == "A101"]
+    assert [(f.severity, f.item) for f in found] == [(Severity.WARNING, 3)]
+    assert "from the terrain (1, first at item 4)" in found[0].message
+
+
+@pytest.mark.parametrize("vehicle", ["step", "ardupilot", "px4"])
+@pytest.mark.parametrize(
+    ("target", "repeats", "code", "message"),
+    [
+        (3, 1.0, "M103", "jumps to itself"),
+        (9, 1.0, "M103", "there is no item 9"),
+        (2, -1.0, "T101", "jumps back for ever"),
+    ],
+)
+def test_case_4_a_jump_to_itself_to_nowhere_or_for_ever_is_an_error(
+    vehicle: str, target: int, repeats: float, code: str, message: str
+) -> None:
+    result = checked(mission(takeoff(20), waypoint(100, 20), jump(target, repeats), rtl()), vehicle)
+    [finding] = [f for f in result.findings if f.code == code]
+    assert finding.severity is Severity.ERROR
+    assert finding.item == 3
+    assert message in finding.message
+    assert result.verdict == "no-go"
+
+
+def test_case_7_old_and_new_names_of_a_speed_fly_the_same() -> None:
+    one = mission(takeoff(20), waypoint(400, 20), rtl(), autopilot=Autopilot.ARDUPILOT)
+    old, new = (checked(one, "ardupilot", text) for text in ("WPNAV_SPEED,500\n", "WP_SPD,5\n"))
+    assert old.totals == new.totals
+    default = checked(one, "ardupilot")
+    assert old.totals.time_s > default.totals.time_s + 30.0  # 400 m at 5 for 10 m/s, there and back
+
+
+def _vtol(tmp_path: Path, **items: object) -> Path:
+    path = tmp_path / "vtol.plan"
+    path.write_text(
+        json.dumps(
+            {
+                "fileType": "Plan",
+                "version": 1,
+                "groundStation": "QGroundControl",
+                "geoFence": {"version": 2, "polygons": [], "circles": []},
+                "rallyPoints": {"version": 2, "points": []},
+                "mission": {
+                    "version": 2,
+                    "firmwareType": 12,
+                    "plannedHomePosition": [47.0, 8.0, 400.0],
+                    "cruiseSpeed": 15,
+                    "hoverSpeed": 5,
+                    **items,
+                },
+            }
+        ),
+        encoding="utf-8",
+    )
+    return path
+
+
+def _simple(command: int, *params: float | None, number: int) -> dict[str, object]:
+    return {
+        "type": "SimpleItem",
+        "command": command,
+        "frame": 3,
+        "params": params,
+        "autoContinue": True,
+        "doJumpId": number,
+    }
+
+
+def test_case_13_a_vtol_mission_is_not_timed_as_a_multicopters(tmp_path: Path) -> None:
+    items = [
+        _simple(84, 0, 0, 0, None, 47.0, 8.0, 30, number=1),
+        _simple(16, 0, 0, 0, None, 47.05, 8.0, 80, number=2),
+        _simple(85, 0, 0, 0, None, 47.0, 8.0, 0, number=3),
+    ]
+    for vehicle_type in (20, 0):  # stated, and told by its items alone
+        one = read_mission(_vtol(tmp_path, vehicleType=vehicle_type, items=items))
+        with pytest.raises(OtherVehicleError, match="VTOL"):
+            checked(one)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "loiter", "least_s"),
+    [
+        ("step", item(19, north(100), 20.0, params=(90.0, 0.0, 0.0, None)), 90.0),
+        ("px4", item(19, north(100), 20.0, params=(90.0, 0.0, 0.0, None)), 90.0),
+        ("ardupilot", item(19, north(100), 20.0, params=(90.0, 0.0, 0.0, 0.0)), 90.0),
+        # 3 turns of 20 m are 377 m: at 10 m/s and more, and 18 s each at CIRCLE_RATE 20 °/s.
+        ("ardupilot", item(18, north(100), 20.0, params=(3.0, 0.0, 20.0, 0.0)), 54.0),
+        ("step", item(18, north(100), 20.0, params=(3.0, 0.0, 20.0, 0.0)), 37.0),
+    ],
+)
+def test_case_14_loitering_adds_its_time(vehicle: str, loiter: MissionItem, least_s: float) -> None:
+    plain = checked(mission(takeoff(20), waypoint(100, 20), rtl()), vehicle)
+    waits = checked(mission(takeoff(20), loiter, rtl()), vehicle)
+    assert waits.totals.time_s > plain.totals.time_s + least_s - 5.0  # the stop is there already
+
+
+@pytest.mark.parametrize("vehicle", ["step", "ardupilot", "px4"])
+@pytest.mark.parametrize(("height_m", "fires"), [(0.0, True), (0.1, False), (-1.0, True)])
+def test_case_15_a_take_off_to_nothing_is_an_error(
+    vehicle: str,
+    height_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    one = mission(takeoff(height_m), waypoint(100, 20), rtl())
+    assert ("A106" in codes(checked(one, vehicle), Severity.ERROR)) is fires
+
+
+def test_case_16_a_landing_pattern_of_an_aircraft_loads_and_is_not_a_multicopters(
+    tmp_path: Path,
+) -> None:
+    pattern = {
+        "type": "ComplexItem",
+        "complexItemType": "fwLandingPattern",
+        "version": 2,
+        "landCoordinate": [47.0, 8.0, 0.0],
+        "landingApproachCoordinate": [47.01, 8.0, 40.0],
+        "altitudesAreRelative": True,
+        "loiterClockwise": True,
+        "loiterRadius": 75,
+        "useLoiterToAlt": True,
+        "stopTakingPhotos": True,
+        "stopVideoPhotos": True,
+    }
+    takeoff_item = _simple(22, 15, 0, 0, None, 47.0, 8.0, 30, number=1)
+    one = read_mission(_vtol(tmp_path, vehicleType=1, items=[takeoff_item, pattern]))
+    assert 21 in {i.command for i in one.items}
+    with pytest.raises(OtherVehicleError, match="fixed-wing"):
+        checked(one)
+
+
+def test_case_16_a_corridor_loads_and_is_flown(tmp_path: Path) -> None:
+    inner = [
+        _simple(16, 0, 0, 0, None, 47.0 + 0.001 * n, 8.0, 40, number=1 + n) for n in range(1, 4)
+    ]
+    corridor = {
+        "type": "ComplexItem",
+        "complexItemType": "CorridorScan",
+        "version": 2,
+        "CorridorWidth": 50,
+        "EntryPoint": 0,
+        "polyline": [[47.001, 8.0], [47.003, 8.0]],
+        "TransectStyleComplexItem": {
+            "version": 1,
+            "CameraCalc": {"version": 1, "DistanceToSurface": 40},
+            "TurnAroundDistance": 0,
+            "CameraTriggerInTurnAround": True,
+            "HoverAndCapture": False,
+            "Refly90Degrees": False,
+            "FollowTerrain": False,
+            "VisualTransectPoints": [],
+            "Items": inner,
+        },
+    }
+    takeoff_item = _simple(22, 0, 0, 0, None, 47.0, 8.0, 30, number=1)
+    home = _simple(20, 0, 0, 0, 0, 0, 0, 0, number=5) | {"frame": 2}
+    one = read_mission(_vtol(tmp_path, vehicleType=2, items=[takeoff_item, corridor, home]))
+    result = checked(one, "px4")
+    assert [arrival.command for arrival in result.items].count("NAV_WAYPOINT") == 3
+    # 0.003° of latitude and back: 2 x 333.5 m.
+    assert result.totals.distance_m == pytest.approx(667.0, abs=5.0)
+
+
+def test_what_is_good_in_all_of_this_is_told_nothing() -> None:
+    """The rules of these cases keep quiet about a mission without any of it."""
+    one = mission(takeoff(20), speed(5.0), waypoint(300, 30), waypoint(300, 60), rtl())
+    for vehicle in ("step", "ardupilot", "px4"):
+        result = checked(replace(one, autopilot=None), vehicle)
+        told = codes(result, Severity.ERROR) | codes(result, Severity.WARNING)
+        assert told <= {"E109", "E105"}  # the PX4 model's power; climbs longer than the step's
