@@ -28,6 +28,18 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FlightStretch:
+    """The stretch of ground a finding is about, for maps and pictures."""
+
+    start_deg: tuple[float, float]
+    """Latitude and longitude where it begins. [°]"""
+    end_deg: tuple[float, float]
+    """Latitude and longitude where it ends. [°]"""
+    distance_m: float
+    """What the finding is about, along it: way outside a fence, room needed, way home. [m]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """One thing a user has to know before flying."""
 
@@ -44,6 +56,8 @@ class Finding:
     """Mission item from 1 in flown order, home not counted; ``None`` where none applies."""
     place: Place | None = None
     """Where in the mission file."""
+    stretch: FlightStretch | None = None
+    """Where over ground; ``None`` where no one stretch is meant."""
     suppression: str = ""
     """Why it is not reported, though it was found; empty where it is reported."""
 
@@ -75,6 +89,7 @@ class Rule:
         item: int | None = None,
         place: Place | None = None,
         severity: Severity | None = None,
+        stretch: FlightStretch | None = None,
     ) -> Finding:
         """Return a finding of this rule; ``fix`` and ``severity`` default to the rule's own."""
         return Finding(
@@ -85,4 +100,5 @@ class Rule:
             fix=self.fix if fix is None else fix,
             item=item,
             place=place,
+            stretch=stretch,
         )

@@ -161,6 +161,8 @@ def check(
     battery_health: float | None = None,
     battery_resistance_factor: float | None = None,
     battery_temperature_c: float | None = None,
+    reaction_time_s: float = 1.0,
+    position_error_m: float = 2.5,
     home_amsl_m: float | None = None,
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
@@ -200,6 +202,10 @@ def check(
         Resistance of the battery over that of the new one; default as the battery says. [-]
     battery_temperature_c : float, optional
         Temperature of the battery; default that of the air at home. [°C]
+    reaction_time_s : float
+        Time until somebody or something reacts, in the room to stop before a fence. [s]
+    position_error_m : float
+        How far the vehicle may be from where it takes itself to be, in the same. [m]
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
     autopilot : Autopilot, optional
@@ -257,6 +263,8 @@ def check(
         home_amsl_m=route.home_amsl_m,
         temperature_c=temperature_c,
         position_noise_m=position_noise_m,
+        reaction_time_s=reaction_time_s,
+        position_error_m=position_error_m,
         payload_kg=payload_kg,
         battery_health=battery_health,
         battery_resistance_factor=battery_resistance_factor,
@@ -400,6 +408,8 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             battery_health=request.conditions.battery_health,
             battery_resistance_factor=request.conditions.battery_resistance_factor,
             battery_temperature_c=request.conditions.battery_temperature_c,
+            reaction_time_s=request.conditions.reaction_time_s,
+            position_error_m=request.conditions.position_error_m,
             home_amsl_m=request.conditions.home_amsl_m,
             autopilot=request.autopilot,
             parameters=parameters,

@@ -153,6 +153,20 @@ def position_noise_m(text: str) -> float:
     return noise_m
 
 
+def reaction_time_s(text: str) -> float:
+    """Return the time of ``1.5`` or ``1.5s``."""
+    time_s = _number(text, unit="s")
+    Conditions(reaction_time_s=time_s)  # refuses what nobody waits
+    return time_s
+
+
+def position_error_m(text: str) -> float:
+    """Return the length of ``2.5`` or ``2.5m``."""
+    error_m = _number(text, unit="m")
+    Conditions(position_error_m=error_m)  # refuses what is no position
+    return error_m
+
+
 def _number(text: str, *, unit: str) -> float:
     found = re.fullmatch(rf"{_NUMBER}\s*(?:°?{unit})?", text.strip(), re.IGNORECASE)
     if found is None:

@@ -256,6 +256,22 @@ BUDGET_SETTINGS = (
         kind=Kind.QUANTITY,
     ),
     Setting(
+        key="reaction_time_s",
+        option="--reaction-time",
+        metavar="S",
+        meaning="time until a vehicle going astray is told to stop, for fences [default: 1]",
+        read=quantities.reaction_time_s,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="position_error_m",
+        option="--position-error",
+        metavar="M",
+        meaning="how wrong the position may be, for fences [default: 2.5]",
+        read=quantities.position_error_m,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
         key="select",
         option="--select",
         metavar="CODES",
@@ -376,6 +392,8 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
             "battery_health",
             "battery_resistance_factor",
             "battery_temperature_c",
+            "reaction_time_s",
+            "position_error_m",
         )
         if key in values
     }

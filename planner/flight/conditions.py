@@ -13,6 +13,9 @@ MOST_NOISE_M = 1.5
 MOST_RESISTANCE_FACTOR = 20.0
 """A battery with more is not flown: a resistance was given, not a factor. [-]"""
 
+MOST_CAUTION = 100.0
+"""More seconds, or metres, to keep from a fence were mistyped."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
@@ -33,6 +36,10 @@ class Conditions:
     """Resistance of the battery over that of the new one; ``None``: as the battery says. [-]"""
     battery_temperature_c: float | None = None
     """Temperature of the battery; ``None``: that of the air at home. [°C]"""
+    reaction_time_s: float = 1.0
+    """Time until somebody or something reacts to a vehicle that goes where it should not. [s]"""
+    position_error_m: float = 2.5
+    """How far the vehicle may be from where it takes itself to be. [m]"""
 
     def __post_init__(self) -> None:
         if self.home_amsl_m is not None and not -500.0 <= self.home_amsl_m <= 9000.0:
@@ -53,6 +60,13 @@ class Conditions:
         if not 0.0 <= self.position_noise_m <= MOST_NOISE_M:
             msg = f"position_noise_m must be 0 to {MOST_NOISE_M:g} m, got {self.position_noise_m}"
             raise ValueError(msg)
+        for name, value in (
+            ("reaction_time_s", self.reaction_time_s),
+            ("position_error_m", self.position_error_m),
+        ):
+            if not 0.0 <= value <= MOST_CAUTION:
+                msg = f"{name} must be 0 to {MOST_CAUTION:g}, got {value}"
+                raise ValueError(msg)
         if not (math.isfinite(self.payload_kg) and self.payload_kg >= 0.0):
             msg = f"payload_kg must be zero or more, got {self.payload_kg}"
             raise ValueError(msg)

@@ -209,7 +209,11 @@ class FenceArea:
 
 
 def make_fence_area(
-    fence: Fence, frame: LocalFrame, *, inclusions_unite: bool = False
+    fence: Fence,
+    frame: LocalFrame,
+    *,
+    inclusions_unite: bool = False,
+    ardupilot_origin: LocalFrame | None = None,
 ) -> FenceArea:
     """Return the area a fence allows, in a local frame whose origin is near it.
 
@@ -223,12 +227,14 @@ def make_fence_area(
     inclusions_unite : bool
         ``False``: inside every inclusion area, as PX4 and ArduPilot demand; ``True``: inside
         any, as ArduPilot does with bit 1 of FENCE_OPTIONS.
+    ardupilot_origin : LocalFrame, optional
+        Home, where ArduPilot flies: edges are straight in its metres, counted from there.
     """
     findings: list[Finding] = []
     inclusions: list[Barrier] = []
     exclusions: list[Barrier] = []
     for number, polygon in enumerate(fence.polygons, start=1):
-        barrier = _polygon_barrier(polygon, number, frame, findings)
+        barrier = _polygon_barrier(polygon, number, frame, ardupilot_origin, findings)
         if barrier is not None:
             (inclusions if polygon.inclusion else exclusions).append(barrier)
     for number, circle in enumerate(fence.circles, start=1):
@@ -250,7 +256,11 @@ def _label(area: FencePolygon | FenceCircle, kind: str, number: int) -> str:
 
 
 def _polygon_barrier(
-    polygon: FencePolygon, number: int, frame: LocalFrame, findings: list[Finding]
+    polygon: FencePolygon,
+    number: int,
+    frame: LocalFrame,
+    ardupilot_origin: LocalFrame | None,
+    findings: list[Finding],
 ) -> Barrier | None:
     """Return the barrier of a polygon, ``None`` where it encloses nothing; add to findings."""
     import shapely
@@ -270,7 +280,7 @@ def _polygon_barrier(
     if len(set(vertices)) < 3:
         report("has fewer than 3 different vertices")
         return None
-    points, edge = edge_points_m(vertices, frame)
+    points, edge = edge_points_m(vertices, frame, ardupilot_origin)
     problem = outline_problem(points, edge)
     if problem is not None:
         report(problem)

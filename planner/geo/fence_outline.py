@@ -40,13 +40,16 @@ def distinct_vertices_deg(
 
 
 def edge_points_m(
-    vertices_deg: tuple[tuple[float, float], ...], frame: LocalFrame
+    vertices_deg: tuple[tuple[float, float], ...],
+    frame: LocalFrame,
+    ardupilot_origin: LocalFrame | None = None,
 ) -> tuple[FloatArray, IndexArray]:
     """Return points along a polygon's edges, close enough to replace them.
 
     Edges are straight in latitude and longitude, the short way round; in a frame of metres they
-    bow (8.4 m in 20 km along the 47th parallel, PX4 #28759).  Each is halved until its pieces are
-    within :data:`OUTLINE_TOLERANCE_M` of it.
+    bow (8.4 m in 20 km along the 47th parallel, PX4 #28759).  ArduPilot's are straight in its own
+    metres (:mod:`planner.geo.ardupilot_lines`).  Each is halved until its pieces are within
+    :data:`OUTLINE_TOLERANCE_M` of it.
 
     Parameters
     ----------
@@ -54,6 +57,8 @@ def edge_points_m(
         Latitude and longitude of each vertex, not closed. [°]
     frame : LocalFrame
         Where to draw.
+    ardupilot_origin : LocalFrame, optional
+        Where ArduPilot's metres are counted from; ``None``: edges straight in degrees.
 
     Returns
     -------
@@ -66,11 +71,18 @@ def edge_points_m(
     step = np.diff(corners[:, 1])
     longitude = np.concatenate([corners[:1, 1], step - 360.0 * np.round(step / 360.0)]).cumsum()
     index = np.arange(len(corners))
+    linear = longitude
+    if ardupilot_origin is not None:
+        turn = longitude[0] - ardupilot_origin.longitude_deg
+        longitude = longitude - ardupilot_origin.longitude_deg - 360.0 * np.round(turn / 360.0)
+        linear = longitude * _mean_cosine(corners[:, 0], ardupilot_origin)
 
     def points_m(t: FloatArray) -> FloatArray:
-        east, north = frame.east_north_m(
-            np.interp(t, index, corners[:, 0]), np.interp(t, index, longitude)
-        )
+        latitude_deg, longitude_deg = (np.interp(t, index, c) for c in (corners[:, 0], linear))
+        if ardupilot_origin is not None:
+            longitude_deg = longitude_deg / _mean_cosine(latitude_deg, ardupilot_origin)
+            longitude_deg += ardupilot_origin.longitude_deg
+        east, north = frame.east_north_m(latitude_deg, longitude_deg)
         return np.stack([east, north], axis=-1)
 
     low, high = index[:-1].astype(np.float64), index[1:].astype(np.float64)
@@ -91,6 +103,12 @@ def edge_points_m(
             break
     t = np.sort(np.concatenate([*done, low]))
     return points_m(t), np.floor(t).astype(np.intp)
+
+
+def _mean_cosine(latitude_deg: FloatArray, origin: LocalFrame) -> FloatArray:
+    """Return the cosine of the mean of latitudes and the origin's, 0.01 at least, as ArduPilot."""
+    mean: FloatArray = np.radians(0.5 * (latitude_deg + origin.latitude_deg))
+    return np.maximum(np.cos(mean), 0.01)
 
 
 def is_thin(region: Any) -> bool:  # noqa: ANN401 - shapely has no types

@@ -47,6 +47,8 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         home_amsl_m = 488
         temperature_c = -5.5
         position_noise_m = 0.3
+        reaction_time_s = 1.5
+        position_error_m = 3
         select = ["E", "F"]
         extend_select = "A1"
         ignore = "E107, T"
@@ -85,6 +87,8 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert request.conditions.home_amsl_m == 488.0
     assert request.conditions.temperature_c == -5.5
     assert request.conditions.position_noise_m == 0.3
+    assert request.conditions.reaction_time_s == 1.5
+    assert request.conditions.position_error_m == 3.0
     assert request.selection.select == ("E", "F")
     assert request.selection.extend_select == ("A1",)
     assert request.selection.ignore == ("E107", "T")

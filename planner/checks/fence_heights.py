@@ -1,0 +1,59 @@
+"""Rules on the heights a fence of parameters allows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.catalogue.fence import FENCE_HEIGHT
+from planner.checks.fence_settings import limits_from_parameters
+from planner.findings import Severity
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+
+_SLACK_M = 0.01
+"""Rounding of files. [m]"""
+_ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
+
+
+def check_fence_heights(case: Case) -> Iterator[Finding]:
+    """Yield findings where the flight, or a return, leaves the heights the parameters allow."""
+    limit, parameters = limits_from_parameters(case.parameters), case.parameters
+    stages = case.route.stages
+    if parameters is None or not stages:
+        return
+    if limit.ceiling_m is not None:
+        highest = max(stages, key=lambda stage: stage.height_m)
+        if highest.height_m > limit.ceiling_m + _SLACK_M:
+            yield FENCE_HEIGHT.finding(
+                f"{numbers.height(highest.height_m)} above home are flown, {limit.ceiling_name} is "
+                f"{numbers.height(limit.ceiling_m)}",
+                item=highest.item,
+                place=case.mission.items[highest.item - 1].place,
+            )
+        elif parameters.return_altitude_m > limit.ceiling_m + _SLACK_M:
+            returns = [s.item for s in stages if s.kind is StageKind.RETURN]
+            yield FENCE_HEIGHT.finding(
+                f"a return climbs to {numbers.height(parameters.return_altitude_m)} above home, "
+                f"{limit.ceiling_name} is {numbers.height(limit.ceiling_m)}",
+                severity=Severity.ERROR if returns else Severity.WARNING,
+                item=returns[0] if returns else None,
+                place=case.mission.items[returns[0] - 1].place if returns else None,
+                fix="lower the return altitude, or raise the limit",
+            )
+    if limit.floor_m is not None:
+        flying = [stage for stage in stages if stage.kind not in _ON_THE_GROUND]
+        lowest = min(flying, key=lambda stage: stage.height_m, default=None)
+        if lowest is not None and lowest.height_m < limit.floor_m - _SLACK_M:
+            yield FENCE_HEIGHT.finding(
+                f"{numbers.height(lowest.height_m)} above home are flown, {limit.floor_name} is "
+                f"{numbers.height(limit.floor_m)}",
+                item=lowest.item,
+                place=case.mission.items[lowest.item - 1].place,
+                fix="fly higher, or lower the limit",
+            )

@@ -1,0 +1,114 @@
+"""Rules on the way home and the fence: the straight line home from every place of a flight."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.catalogue.fence import FENCE_IN_PART, RTL_PATH_CROSSES
+from planner.checks.fenced_flight import straight_legs
+from planner.geo.swept_area import swept_areas
+from planner.mission.stage import StageKind
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.checks.case import Case
+    from planner.checks.fenced_flight import FencedFlight
+    from planner.findings import Finding
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.geo.barrier import Barrier
+    from planner.geo.swept_area import SweptAreas
+
+
+def own_return(case: Case, item: int) -> bool:
+    """Return whether an item is the mission's own return."""
+    return any(s.item == item and s.kind is StageKind.RETURN for s in case.route.stages)
+
+
+def unchecked_returns(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the vehicle's returns are others than the straight ones."""
+    if isinstance(case.parameters, Px4Parameters) and case.parameters.return_type not in {0, 5}:
+        yield FENCE_IN_PART.finding(
+            f"RTL_TYPE {case.parameters.return_type} returns along the mission or to its landing: "
+            "only straight ways home are checked against the fence"
+        )
+
+
+def check_returns(
+    flown: FencedFlight, barriers: list[Barrier], crossing: set[int]
+) -> Iterator[Finding]:
+    """Yield a finding where the straight way home crosses the fence.
+
+    Parameters
+    ----------
+    flown : FencedFlight
+        The flight and its fence.
+    barriers : list
+        Areas of the fence that may be in the way.
+    crossing : set of int
+        Groups of legs that are outside themselves: nothing more is said of the way home from them.
+    """
+    inside = flown.targets_m[flown.area.is_inside(*flown.targets_m.T)]
+    if not len(inside):
+        return
+    away = np.hypot(*(flown.points_m[:, None] - inside[None]).transpose(2, 0, 1))
+    target = inside[np.argmin(away, axis=1)]
+    judged = ~np.isin(flown.group, list(crossing))
+    # The own return of a mission flies what is checked as its path already.
+    judged &= ~np.isin(
+        flown.path.item, [s.item for s in flown.case.route.stages if s.kind is StageKind.RETURN]
+    )
+    for barrier in barriers:
+        legs = _legs_cut_off(flown, barrier, target, judged)
+        if len(legs):
+            yield _finding(flown, barrier, target, legs)
+            return
+
+
+def _legs_cut_off(
+    flown: FencedFlight, barrier: Barrier, target_m: FloatArray, judged: BoolArray
+) -> IntArray:
+    """Return the legs from somewhere on which the way home crosses a barrier."""
+    chosen = np.flatnonzero(judged)
+    if not len(chosen):
+        return chosen
+    _, group = np.unique(flown.group[chosen], return_inverse=True)
+    whole = _triangles(flown, target_m, chosen, group)
+    chosen = chosen[whole.near(barrier, 0.0)[group]]
+    if not len(chosen):
+        return chosen
+    return chosen[_triangles(flown, target_m, chosen, np.arange(len(chosen))).near(barrier, 0.0)]
+
+
+def _triangles(
+    flown: FencedFlight, target_m: FloatArray, legs: IntArray, owner: IntArray
+) -> SweptAreas:
+    """Return what ways home from legs pass over, by owner."""
+    return swept_areas(
+        np.concatenate([p[rows] for p in (flown.points_m, target_m) for rows in (legs, legs + 1)]),
+        np.tile(owner, 4),
+    )
+
+
+def _finding(
+    flown: FencedFlight, barrier: Barrier, target_m: FloatArray, legs: IntArray
+) -> Finding:
+    ends = np.unique(np.concatenate((legs, legs + 1)))
+    ways = straight_legs(flown.points_m[ends], target_m[ends])
+    point = ends[int(np.argmin(barrier.leg_clearance(ways).clearance_m))]
+    leg = legs[np.argmin(np.abs(legs - point))]
+    item = int(flown.path.item[leg])
+    items = len(np.unique(flown.path.item[legs]))
+    start, end = flown.points_m[point], target_m[point]
+    others = f", as from {numbers.count(items, 'item')} in all" if items > 1 else ""
+    home = "home or to the nearest rally point" if flown.case.mission.rally else "home"
+    return RTL_PATH_CROSSES.finding(
+        f"the straight way {home} from here crosses {barrier.label}{others}",
+        item=item,
+        place=flown.place(item),
+        stretch=flown.stretch(start, end, float(np.hypot(*(end - start)))),
+    )

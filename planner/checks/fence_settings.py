@@ -1,0 +1,102 @@
+"""What a vehicle's parameters say of its fence: limits around home, and whether it is enforced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameter_table import OriginKind
+
+if TYPE_CHECKING:
+    from planner.vehicle.parameters import FlightParameters
+
+_CEILING, _CIRCLE, _POLYGONS, _FLOOR = 1, 2, 4, 8
+"""Bits of ArduPilot's FENCE_TYPE."""
+_ONE_INCLUSION_IS_ENOUGH = 2
+"""Bit of ArduPilot's FENCE_OPTIONS."""
+_PX4_WARNS = 1
+"""GF_ACTION up to which PX4 does nothing about a breach."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FenceLimits:
+    """The fence that parameters draw around home; ``None`` where they draw none."""
+
+    distance_m: float | None = None
+    distance_name: str = ""
+    """The parameter with its value."""
+    ceiling_m: float | None = None
+    """Over home. [m]"""
+    ceiling_name: str = ""
+    floor_m: float | None = None
+    """Over home. [m]"""
+    floor_name: str = ""
+
+    def __bool__(self) -> bool:
+        return (self.distance_m, self.ceiling_m, self.floor_m) != (None, None, None)
+
+
+def limits_from_parameters(parameters: FlightParameters | None) -> FenceLimits:
+    """Return the limits around home that are enforced."""
+    if parameters is None:
+        return FenceLimits()
+    if not isinstance(parameters, ArduPilotParameters):
+        distance_m, ceiling_m = parameters.fence_distance_max_m, parameters.fence_height_max_m
+        return FenceLimits(
+            distance_m=distance_m or None,
+            distance_name=f"GF_MAX_HOR_DIST ({distance_m:g} m)",
+            ceiling_m=ceiling_m or None,
+            ceiling_name="GF_MAX_VER_DIST",
+        )
+    kind = parameters.fence_type if _is_on(parameters) else 0
+    return FenceLimits(
+        distance_m=parameters.fence_radius_m if kind & _CIRCLE else None,
+        distance_name=f"FENCE_RADIUS ({parameters.fence_radius_m:g} m)",
+        ceiling_m=parameters.fence_height_max_m if kind & _CEILING else None,
+        ceiling_name="FENCE_ALT_MAX",
+        floor_m=parameters.fence_height_min_m if kind & _FLOOR else None,
+        floor_name="FENCE_ALT_MIN",
+    )
+
+
+def inclusions_unite(parameters: FlightParameters | None) -> bool:
+    """Return whether one inclusion area is enough."""
+    return isinstance(parameters, ArduPilotParameters) and bool(
+        parameters.fence_options & _ONE_INCLUSION_IS_ENOUGH
+    )
+
+
+def fence_margin_m(parameters: FlightParameters | None) -> float:
+    """Return the distance the autopilot itself keeps from its fence. [m]"""
+    return parameters.fence_margin_m if isinstance(parameters, ArduPilotParameters) else 0.0
+
+
+def why_not_enforced(parameters: FlightParameters | None) -> str | None:
+    """Return what leaves a fence of areas without effect; ``None`` where no file says so."""
+    if parameters is None:
+        return None
+    reasons: tuple[tuple[bool, str, str], ...]
+    if isinstance(parameters, ArduPilotParameters):
+        reasons = (
+            (not _is_on(parameters), "fence_enable", "the fence is off"),
+            (
+                not parameters.fence_type & _POLYGONS,
+                "fence_type",
+                "polygons and circles are off",
+            ),
+            (parameters.fence_action == 0, "fence_action", "a breach is only reported"),
+        )
+    else:
+        does = "only warns of" if parameters.fence_action else "does nothing about"
+        weak = parameters.fence_action <= _PX4_WARNS
+        reasons = ((weak, "fence_action", f"PX4 {does} a breach"),)
+    for holds, quantity, reason in reasons:
+        origin = parameters.origins.get(quantity)
+        if holds and origin is not None and origin.kind is OriginKind.FILE:
+            return f"{origin}: {reason}"
+    return None
+
+
+def _is_on(parameters: ArduPilotParameters) -> bool:
+    return bool(parameters.fence_enable or parameters.fence_auto_enable)

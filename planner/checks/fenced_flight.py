@@ -1,0 +1,258 @@
+"""A flight and its fence in one local frame: what the rules on fences look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.autopilot import Autopilot
+from planner.checks.fence_settings import (
+    fence_margin_m,
+    inclusions_unite,
+    limits_from_parameters,
+)
+from planner.findings import FlightStretch
+from planner.flight.path import PATH_TOLERANCE_M, flown_path
+from planner.flight.stopping import StopRoom
+from planner.geo.ardupilot_lines import bow_m, straight_length_m
+from planner.geo.barrier import CircleBarrier
+from planner.geo.fence import Fence
+from planner.geo.fence_area import make_fence_area
+from planner.geo.geodesy import distance_m
+from planner.geo.local_frame import LocalFrame
+from planner.geo.path_legs import PathLegs
+from planner.geo.swept_area import swept_areas
+
+if TYPE_CHECKING:
+    from planner.checks.case import Case
+    from planner.findings import Place
+    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.flight.path import FlownPath
+    from planner.geo.barrier import Barrier
+    from planner.geo.fence_area import FenceArea
+    from planner.geo.swept_area import SweptAreas
+
+_NEAR_HOME_M = 50_000.0
+"""A fence this near home is drawn in the frame of home: distances are 1 cm in a kilometre true. [m]"""
+_STANDING_M_S = 1e-6
+"""Slower than this nothing moves ahead. [m s⁻¹]"""
+_FAR_LEG_M = 1000.0
+"""Length of a leg that is straight in any frame. [m]"""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FencedFlight:
+    """A flight and its fence."""
+
+    case: Case
+    area: FenceArea
+    frame: LocalFrame
+    path: FlownPath
+    """In the frame."""
+    room: StopRoom
+    """What it takes to stop."""
+    margin_m: float
+    """Distance to keep from the fence, whatever the speed. [m]"""
+
+    @cached_property
+    def points_m(self) -> FloatArray:
+        """East and north of the points of the path. (n + 1, 2) [m]"""
+        return np.column_stack((self.path.east_m, self.path.north_m))
+
+    def ahead_m(self, reach_m: FloatArray) -> FloatArray:
+        """Return the places so far straight ahead of each point; none of a braking begun already.
+
+        Parameters
+        ----------
+        reach_m : ndarray
+            From each point. (n + 1,) [m]
+
+        Returns
+        -------
+        ndarray
+            East and north. (n + 1, 2) [m]
+        """
+        path = self.path
+        speed = path.speed_m_s
+        far = np.where(path.is_committed & (speed > _STANDING_M_S), reach_m, 0.0)
+        step = far / np.maximum(speed, _STANDING_M_S)
+        return self.points_m + np.column_stack((path.east_m_s * step, path.north_m_s * step))
+
+    @cached_property
+    def stopped_m(self) -> FloatArray:
+        """Where the vehicle stands still if it is told to stop after a reaction. (n + 1, 2) [m]"""
+        return self.ahead_m(self.room.needed_m(self.path.speed_m_s, self.tail_wind_m_s))
+
+    @cached_property
+    def tail_wind_m_s(self) -> FloatArray:
+        """Part of the wind that blows in the direction of motion. (n + 1,) [m s⁻¹]"""
+        wind, path = self.case.conditions.wind, self.path
+        along = wind.east_m_s * path.east_m_s + wind.north_m_s * path.north_m_s
+        return along / np.maximum(path.speed_m_s, _STANDING_M_S)
+
+    @cached_property
+    def group(self) -> IntArray:
+        """The group of each leg: legs of one item that follow each other. (n,)"""
+        return _groups(self.path.item)
+
+    @cached_property
+    def group_first(self) -> IntArray:
+        """The first leg of each group, and the number of legs. (groups + 1,)"""
+        starts = np.flatnonzero(np.diff(self.group, prepend=-1))
+        return np.append(starts, len(self.group))
+
+    @cached_property
+    def _group_areas(self) -> SweptAreas:
+        """What each group passes over, and would while stopping."""
+        last = self.group_first[1:]
+        points = [self.points_m, self.stopped_m]
+        return swept_areas(
+            np.concatenate([p[rows] for p in points for rows in (slice(0, -1), last)]),
+            np.tile(np.concatenate((self.group, np.arange(len(last)))), len(points)),
+        )
+
+    @cached_property
+    def _whole_area(self) -> SweptAreas:
+        """What the flight passes over as a whole, and would while stopping or returning."""
+        points = np.concatenate((self.points_m, self.stopped_m, self.targets_m))
+        return swept_areas(points, np.zeros(len(points), np.intp))
+
+    def is_clear_of(self, barrier: Barrier) -> bool:
+        """Return whether a barrier is beyond everything there is; else there may be room yet."""
+        return not self._whole_area.near(barrier, self.margin_m + PATH_TOLERANCE_M)[0]
+
+    def legs_near(self, barrier: Barrier) -> IntArray:
+        """Return the legs of groups that may be too near to a barrier: no other leg is."""
+        near = self._group_areas.near(barrier, self.margin_m + PATH_TOLERANCE_M)
+        return np.flatnonzero(near[self.group])
+
+    def legs(self, chosen: IntArray) -> PathLegs:
+        """Return some legs of the path."""
+        points = self.points_m
+        return straight_legs(points[chosen], points[chosen + 1])
+
+    def along_m(self, leg: int, way_m: float) -> FloatArray:
+        """Return the place so far along a leg. (2,) [m]"""
+        row = np.array([leg])
+        place: FloatArray = self.legs(row).point_m(np.array([way_m]))[0]
+        return place
+
+    @cached_property
+    def targets_m(self) -> FloatArray:
+        """East and north of home and of the rally points. (1 + rally points, 2) [m]"""
+        home, rally = self.case.route.frame, self.case.mission.rally
+        return np.column_stack(
+            self.frame.east_north_m(
+                [home.latitude_deg, *(point.latitude_deg for point in rally)],
+                [home.longitude_deg, *(point.longitude_deg for point in rally)],
+            )
+        )
+
+    def position_deg(self, point_m: FloatArray) -> tuple[float, float]:
+        """Return latitude and longitude of a place of the frame. [°]"""
+        latitude, longitude = self.frame.latitude_longitude_deg(point_m[0], point_m[1])
+        return round(float(latitude), 7), round(float(longitude), 7)
+
+    def stretch(self, start_m: FloatArray, end_m: FloatArray, distance_m: float) -> FlightStretch:
+        """Return a stretch over ground."""
+        return FlightStretch(
+            start_deg=self.position_deg(start_m),
+            end_deg=self.position_deg(end_m),
+            distance_m=distance_m,
+        )
+
+    def place(self, item: int) -> Place | None:
+        """Return where an item stands in the file."""
+        return self.case.mission.items[item - 1].place
+
+
+def straight_legs(start_m: FloatArray, end_m: FloatArray) -> PathLegs:
+    """Return legs between points. (n, 2) each [m]"""
+    length = np.hypot(*(end_m - start_m).T)
+    length = np.where(length > 1e-9, length, 0.0)  # shorter ones have no direction
+    return PathLegs(start_m, np.where(length[:, None] > 0.0, end_m, start_m), length)
+
+
+def make_fenced_flight(case: Case) -> FencedFlight:
+    """Return the flight of a case and its fence, in a frame near the fence."""
+    fence = case.mission.fence or Fence()
+    home = case.route.frame
+    ardupilot = case.autopilot is Autopilot.ARDUPILOT
+    frame = _frame(fence, home)
+    area = make_fence_area(
+        fence,
+        frame,
+        inclusions_unite=inclusions_unite(case.parameters),
+        ardupilot_origin=home if ardupilot else None,
+    )
+    limit = limits_from_parameters(case.parameters)
+    if limit.distance_m is not None:
+        east, north = frame.east_north_m(home.latitude_deg, home.longitude_deg)
+        around_home = CircleBarrier(
+            label=f"the circle of {limit.distance_name} around home",
+            place=None,
+            keep_inside=True,
+            east_m=float(east),
+            north_m=float(north),
+            radius_m=limit.distance_m,
+        )
+        area = replace(area, barriers=(*area.barriers, around_home))
+    return FencedFlight(
+        case=case,
+        area=area,
+        frame=frame,
+        path=_path(case, frame, bends=ardupilot),
+        room=StopRoom(
+            vehicle=case.vehicle,
+            parameters=case.parameters,
+            reaction_time_s=case.conditions.reaction_time_s,
+        ),
+        margin_m=max(case.conditions.position_error_m, fence_margin_m(case.parameters)),
+    )
+
+
+def _path(case: Case, frame: LocalFrame, *, bends: bool) -> FlownPath:
+    """Return the flown path in a frame, its legs bent as the autopilot bends them."""
+    home = case.route.frame
+    straight_m = np.inf if frame is home else _FAR_LEG_M
+    if bends:
+        straight_m = min(straight_m, straight_length_m(PATH_TOLERANCE_M, home.latitude_deg))
+    path = flown_path(case.flight.motion, straight_m=straight_m)
+    points = np.column_stack((path.east_m, path.north_m))
+    if bends and np.hypot(*np.ptp(points, axis=0)) > straight_m:
+        points = points + _bow_m(points, path.item, home.latitude_deg)
+    if frame is not home:
+        places = home.latitude_longitude_deg(points[:, 0], points[:, 1])
+        points = np.column_stack(frame.east_north_m(*places))
+    return replace(path, east_m=points[:, 0], north_m=points[:, 1])
+
+
+def _bow_m(points_m: FloatArray, item: IntArray, latitude_deg: float) -> FloatArray:
+    """Return what ArduPilot's legs are away from straight ones, by the way of each item."""
+    group = _groups(item)
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    start, end = points_m[first], points_m[np.append(first[1:], len(item))]
+    way = (end - start)[group]
+    squared = np.maximum(np.sum(way**2, axis=1), 1e-12)
+    share = np.clip(np.sum((points_m[:-1] - start[group]) * way, axis=1) / squared, 0.0, 1.0)
+    return np.vstack((bow_m(way, share, latitude_deg), np.zeros((1, 2))))
+
+
+def _groups(item: IntArray) -> IntArray:
+    return np.cumsum(np.diff(item, prepend=item[0]) != 0)
+
+
+def _frame(fence: Fence, home: LocalFrame) -> LocalFrame:
+    """Return the frame of home, or one at a fence that is far from it."""
+    places = [vertex for polygon in fence.polygons for vertex in polygon.vertices_deg]
+    places += [(circle.latitude_deg, circle.longitude_deg) for circle in fence.circles]
+    sane = [place for place in places if abs(place[0]) <= 90.0 and abs(place[1]) <= 180.0]
+    if not sane:
+        return home
+    away = distance_m(home.latitude_deg, home.longitude_deg, *np.array(sane).T)
+    if np.max(away) < _NEAR_HOME_M:
+        return home
+    return LocalFrame(latitude_deg=sane[0][0], longitude_deg=sane[0][1])

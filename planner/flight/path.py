@@ -1,0 +1,166 @@
+"""The path of a motion over ground, as straight pieces that stay within a tolerance of it.
+
+Nothing is left out between two samples: each piece of motion is written as the control points of a
+cubic, which the curve stays in the hull of, and is divided until that hull is flat.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import CircleLaw, PolynomialLaw
+from planner.flight.motion.step_laws import VerticalStepLaw
+from planner.flight.state import STATE_INDEX, FlightState
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, Motion
+
+PATH_TOLERANCE_M = 0.05
+"""How far a motion may be from the straight pieces of its path. [m]"""
+_FIRST_PARTS = 4
+"""Parts a piece that is no polynomial is divided into at first: its cubics are then good to 1 mm."""
+_MOST_PARTS = 4000
+_SLOWING_M_S = 1e-3
+"""A fall of speed along a leg from which on it brakes. [m s⁻¹]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlownPath:
+    """A motion over ground: n + 1 points and the n straight legs between them."""
+
+    east_m: FloatArray
+    """(n + 1,) [m]"""
+    north_m: FloatArray
+    """(n + 1,) [m]"""
+    east_m_s: FloatArray
+    """Velocity at each point. (n + 1,) [m s⁻¹]"""
+    north_m_s: FloatArray
+    """(n + 1,) [m s⁻¹]"""
+    item: IntArray
+    """Item of each leg, as the segments of the motion have it. (n,)"""
+    is_circle: BoolArray
+    """Whether a leg is part of a loiter circle. (n,)"""
+    is_brake: BoolArray
+    """Whether a leg is part of a braking. (n,)"""
+
+    @property
+    def speed_m_s(self) -> FloatArray:
+        """Ground speed at each point. (n + 1,) [m s⁻¹]"""
+        return np.hypot(self.east_m_s, self.north_m_s)
+
+    @property
+    def length_m(self) -> FloatArray:
+        """Length of each leg. (n,) [m]"""
+        return np.hypot(np.diff(self.east_m), np.diff(self.north_m))
+
+    @property
+    def is_committed(self) -> BoolArray:
+        """Whether the vehicle is not slowing down already at a point. (n + 1,)
+
+        In the middle of a braking there is nothing left to begin too late; its beginning and its
+        end are committed.
+        """
+        speed = self.speed_m_s
+        slows = self.is_brake | (speed[1:] < speed[:-1] - _SLOWING_M_S)
+        return ~(np.append(slows, True) & np.concatenate(([True], slows)))
+
+
+def flown_path(motion: Motion, *, straight_m: float = np.inf) -> FlownPath:
+    """Return the path of a motion over ground.
+
+    Parameters
+    ----------
+    motion : Motion
+        At least one piece.
+    straight_m : float
+        Greatest length of a leg, where something else bends long ones. [m]
+
+    Returns
+    -------
+    FlownPath
+        Within :data:`PATH_TOLERANCE_M` of the motion everywhere.
+
+    Notes
+    -----
+    A cubic stays within ¾ of the greatest distance of its inner control points from its chord, and in
+    k equal parts of time within 1/k² of ¾ of the greatest second difference of its control points.
+    """
+    piece, start_s, end_s = _first_intervals(motion)
+    parts = _parts(motion, piece, start_s, end_s, straight_m)
+    if parts.max() > 1:
+        piece, start_s, end_s = _divided(piece, start_s, end_s, parts)
+    state = motion.state_at(np.append(piece, piece[-1]), np.append(start_s, end_s[-1]))
+    segment = motion.piece_segment[piece]
+    circles = [i for i, law in enumerate(motion.laws) if isinstance(law, CircleLaw)]
+    return FlownPath(
+        east_m=state.east_m,
+        north_m=state.north_m,
+        east_m_s=state.east_m_s,
+        north_m_s=state.north_m_s,
+        item=motion.segments.item[segment],
+        is_circle=np.isin(motion.piece_law[piece], circles),
+        is_brake=motion.segments.state[segment] == STATE_INDEX[FlightState.BRAKE],
+    )
+
+
+def _first_intervals(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return piece, beginning and end of intervals in which a cubic follows the motion."""
+    duration_s = motion.piece_duration_s
+    parts = np.full(len(duration_s), _FIRST_PARTS)
+    for index, law in enumerate(motion.laws):
+        own = np.flatnonzero(motion.piece_law == index)
+        if not len(own):
+            continue
+        if isinstance(law, (PolynomialLaw, VerticalStepLaw)):
+            parts[own] = 1
+        elif isinstance(law, CircleLaw):
+            row = motion.piece_row[own]
+            radius_m = np.hypot(*(law.start_m[row, :2] - law.centre_m[row]).T)
+            angle = np.abs(law.rate_rad_s[row]) * duration_s[own]
+            # An arc of angle β is r β²/8 from its chord; an eighth of a turn is the most.
+            step = np.sqrt(8.0 * PATH_TOLERANCE_M / np.maximum(radius_m, PATH_TOLERANCE_M))
+            wanted = np.ceil(angle / np.minimum(step, 0.25 * np.pi))
+            parts[own] = np.clip(wanted, 1, _MOST_PARTS).astype(np.intp)
+    piece = np.arange(len(duration_s))
+    return _divided(piece, np.zeros(len(duration_s)), duration_s, parts)
+
+
+def _divided(
+    piece: IntArray, start_s: FloatArray, end_s: FloatArray, parts: IntArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return intervals divided into equal parts of time."""
+    owner = np.repeat(np.arange(len(parts)), parts)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    step = (end_s - start_s) / parts
+    begin = start_s[owner] + step[owner] * number
+    end = np.where(number == parts[owner] - 1, end_s[owner], begin + step[owner])
+    return piece[owner], begin, end
+
+
+def _parts(
+    motion: Motion, piece: IntArray, start_s: FloatArray, end_s: FloatArray, straight_m: float
+) -> IntArray:
+    """Return into how many parts each interval has to be divided to be straight."""
+    both = motion.state_at(piece[:, None], np.column_stack((start_s, end_s)))
+    third_s = (end_s - start_s) / 3.0
+    place = np.stack((both.east_m, both.north_m), axis=-1)
+    velocity = np.stack((both.east_m_s, both.north_m_s), axis=-1)
+    first, last = place[:, 0], place[:, 1]
+    one = first + velocity[:, 0] * third_s[:, None]
+    two = last - velocity[:, 1] * third_s[:, None]
+    chord = last - first
+    squared = np.maximum(np.sum(chord**2, axis=1), 1e-12)
+    away = np.zeros(len(piece))
+    for control in (one, two):
+        along = np.clip(np.sum((control - first) * chord, axis=1) / squared, 0.0, 1.0)
+        gap = control - first - along[:, None] * chord
+        away = np.maximum(away, np.hypot(gap[:, 0], gap[:, 1]))
+    bend = np.maximum(np.hypot(*(first - 2.0 * one + two).T), np.hypot(*(one - 2.0 * two + last).T))
+    curved = 0.75 * away > PATH_TOLERANCE_M
+    wanted = np.where(curved, np.ceil(np.sqrt(0.75 * bend / PATH_TOLERANCE_M)), 1.0)
+    wanted = np.maximum(wanted, np.ceil(np.sqrt(squared) / straight_m))
+    parts: IntArray = np.clip(wanted, 1, _MOST_PARTS).astype(np.intp)
+    return parts

@@ -1,0 +1,181 @@
+"""The flown path against the fence: where it leaves it, home, rally points and ways home."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from fenced_missions import at, box, circle, degrees, findings_of, rally
+from made_missions import item, north, rtl, takeoff
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.geo.fence import FencePolygon
+
+if TYPE_CHECKING:
+    from planner.mission.items import MissionItem
+
+EVERY_AUTOPILOT = pytest.mark.parametrize("autopilot", list(Autopilot))
+AROUND = box(-400.0, -400.0, 400.0, 400.0)
+METRES_PER_DEGREE_EAST = 76_057.0
+"""Length of a degree of longitude at 47° north: N cos 47° π/180, N = 6 389 700 m."""
+
+
+def loiter(east_m: float, north_m: float, radius_m: float) -> tuple[MissionItem, ...]:
+    turn = at(east_m, north_m, command=18, params=(1.0, 0.0, radius_m, None))
+    return (takeoff(20), turn, rtl())
+
+
+@EVERY_AUTOPILOT
+def test_a_flight_well_inside_has_nothing_to_tell(autopilot: Autopilot) -> None:
+    items = (takeoff(20), at(0, 100), at(100, 100), rtl())
+    out = circle(-200.0, 0.0, 50.0, inclusion=False)
+    assert findings_of(items, AROUND, out, autopilot=autopilot) == {}
+
+
+@EVERY_AUTOPILOT
+def test_a_sliver_of_one_metre_across_a_long_leg_is_found(autopilot: Autopilot) -> None:
+    sliver = box(-50.0, 1500.0, 50.0, 1501.0, inclusion=False)
+    finding = findings_of((takeoff(20), at(0, 3000), rtl()), sliver, autopilot=autopilot)["F101"]
+    assert (finding.severity, finding.item) == (Severity.ERROR, 2)
+    # One metre on the way out, one on the way back.
+    assert "2.0 m are outside" in finding.message
+    assert finding.stretch is not None
+    assert finding.stretch.distance_m == pytest.approx(2.0, abs=0.01)
+    assert finding.stretch.start_deg == pytest.approx(degrees(0.0, 1500.0), abs=1e-6)
+
+
+def along_the_parallel(off_m: float, *, autopilot: Autopilot, straight: bool) -> tuple[float, bool]:
+    """Fly 20 km along 47° north past a square of 10 m; return where its edge is and F101.
+
+    PX4 #28759: the straight line passes L² tan φ / 8R north of the parallel in the middle.
+    """
+    bow_m = 20_000.0**2 * math.tan(math.radians(47.0)) / (8.0 * 6_389_700.0)
+    middle_deg = 8.0 + 13_000.0 / METRES_PER_DEGREE_EAST
+    ends_deg = [middle_deg + way / METRES_PER_DEGREE_EAST for way in (-10_000.0, 10_000.0)]
+    items = (takeoff(20), *(item(16, 47.0, 20.0, longitude_deg=end) for end in ends_deg))
+    middle_m = (bow_m if straight else 0.0) + off_m
+    side_deg = 5.0 / METRES_PER_DEGREE_EAST
+    square = FencePolygon(
+        inclusion=False,
+        vertices_deg=tuple(
+            (north(middle_m + y), middle_deg + x)
+            for x, y in ((-side_deg, -5), (side_deg, -5), (side_deg, 5), (-side_deg, 5))
+        ),
+    )
+    found = findings_of(items, square, autopilot=autopilot, position_error_m=0.0)
+    return bow_m, "F101" in found
+
+
+@pytest.mark.parametrize("autopilot", list(Autopilot))
+def test_the_middle_of_a_long_parallel_is_where_the_autopilot_flies_it(
+    autopilot: Autopilot,
+) -> None:
+    straight = autopilot is not Autopilot.ARDUPILOT
+    for off_m, crosses in ((0.0, True), (4.9, True), (-4.9, True), (5.1, False), (-5.1, False)):
+        bow_m, found = along_the_parallel(off_m, autopilot=autopilot, straight=straight)
+        assert bow_m == pytest.approx(8.39, abs=0.01)
+        assert found is crosses
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.STEP, Autopilot.ARDUPILOT])
+def test_the_rim_of_a_loiter_crosses_though_its_centre_is_far(autopilot: Autopilot) -> None:
+    # PX4 #28527: a radius of 200 m; the rim passes 10 m into the exclusion.
+    keep_out = box(190.0, -20.0, 260.0, 20.0, inclusion=False)
+    finding = findings_of(loiter(0.0, 0.0, 200.0), keep_out, autopilot=autopilot)["F107"]
+    assert (finding.severity, finding.item) == (Severity.ERROR, 2)
+    # 40 m of rim, some curved: 2 · 200 asin(20/200) = 40.07 m.
+    assert finding.stretch is not None
+    assert finding.stretch.distance_m == pytest.approx(40.07, abs=0.2)
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.STEP, Autopilot.ARDUPILOT])
+@pytest.mark.parametrize(("clear_m", "crosses"), [(0.5, False), (-0.5, True)])
+def test_a_loiter_crosses_where_the_circle_does(
+    autopilot: Autopilot,
+    clear_m: float,
+    crosses: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # ArduPilot's metres are up to 0.3 m in 200 m others than those on the ground at 47° north.
+    keep_out = box(200.0 + clear_m, -20.0, 260.0, 20.0, inclusion=False)
+    found = findings_of(loiter(0.0, 0.0, 200.0), keep_out, autopilot=autopilot)
+    assert ("F107" in found) is crosses
+
+
+def test_rally_points_outside_are_errors_and_those_inside_are_none() -> None:
+    items = (takeoff(20), at(0, 100), rtl())
+    found = findings_of(items, AROUND, rally_points=(rally(0.0, 50.0), rally(0.0, 435.0)))
+    assert set(found) == {"F103"}
+    assert found["F103"].severity is Severity.ERROR
+    assert "rally point 2 is 35 m beyond inclusion polygon 1" in found["F103"].message
+    assert findings_of(items, AROUND, rally_points=(rally(0.0, 399.9),)) == {}
+
+
+@EVERY_AUTOPILOT
+@pytest.mark.parametrize(("south_m", "outside"), [(0.1, True), (-0.1, False)])
+def test_home_outside_is_an_error(
+    autopilot: Autopilot,
+    south_m: float,
+    outside: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    area = box(-200.0, south_m, 200.0, 400.0)
+    found = findings_of((takeoff(20), at(0, 100), rtl()), area, autopilot=autopilot)
+    assert ("F104" in found) is outside
+    if outside:
+        assert found["F104"].severity is Severity.ERROR
+
+
+def test_two_inclusions_apart_are_an_error_unless_ardupilot_unites_them() -> None:
+    items = (takeoff(20), at(0, 100), rtl())
+    areas = (box(-200.0, -200.0, 200.0, 200.0), box(500.0, -200.0, 900.0, 200.0))
+    assert "F106" in findings_of(items, *areas, autopilot=Autopilot.PX4)
+    assert "F106" in findings_of(items, *areas, autopilot=Autopilot.ARDUPILOT)
+    united = findings_of(
+        items, *areas, autopilot=Autopilot.ARDUPILOT, parameters="FENCE_OPTIONS,2\n"
+    )
+    assert united == {}
+
+
+@EVERY_AUTOPILOT
+@pytest.mark.parametrize(("top_m", "crosses"), [(104.0, True), (99.0, False)])
+def test_the_way_home_crosses_an_exclusion_that_the_flight_goes_around(
+    autopilot: Autopilot,
+    top_m: float,
+    crosses: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # From (200, 200) home is a diagonal, at the middle of it a wall ends; ArduPilot turns some metres
+    # before the place.
+    wall = box(100.0, -300.0, 300.0, top_m, inclusion=False)
+    items = (takeoff(20), at(0, 200), at(200, 200), at(0, 200), rtl())
+    found = findings_of(items, wall, autopilot=autopilot, position_error_m=0.0)
+    assert set(found) == ({"F108"} if crosses else set())
+    if crosses:
+        assert found["F108"].severity is Severity.WARNING
+
+
+def test_the_way_home_is_judged_between_waypoints_too() -> None:
+    # A pillar of 1 m on the way home from the middle of a leg, from neither of its ends.
+    pillar = box(49.5, 99.5, 50.5, 100.5, inclusion=False)
+    items = (takeoff(20), at(0, 200), at(200, 200), at(0, 200), rtl())
+    finding = findings_of(items, pillar)["F108"]
+    assert finding.item == 3
+    # From (100, 200) on the line through (50, 100).
+    assert finding.stretch is not None
+    assert finding.stretch.end_deg == pytest.approx((47.0, 8.0), abs=1e-6)
+
+
+def test_a_nearer_rally_point_spares_the_way_home_the_fence() -> None:
+    wall = box(100.0, -300.0, 300.0, 101.0, inclusion=False)
+    items = (takeoff(20), at(0, 200), at(200, 200), at(0, 200), rtl())
+    assert "F108" in findings_of(items, wall)
+    # From the last half of the leg the rally point at its end is nearer than home.
+    assert findings_of(items, wall, rally_points=(rally(200.0, 210.0),)) == {}
+
+
+def test_returns_that_are_not_straight_are_said_to_be_unchecked() -> None:
+    items = (takeoff(20), at(0, 100), rtl())
+    found = findings_of(items, AROUND, autopilot=Autopilot.PX4, parameters="RTL_TYPE,2\n")
+    assert set(found) == {"F109"}
+    assert found["F109"].severity is Severity.INFO
+    assert findings_of(items, AROUND, autopilot=Autopilot.PX4, parameters="RTL_TYPE,0\n") == {}

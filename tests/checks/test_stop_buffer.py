@@ -1,0 +1,135 @@
+"""Room to stop before the fence: speed, reaction, stopping distance, position error, wind."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from fenced_missions import at, box, findings_of
+from made_missions import rtl, speed, takeoff
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.physics.wind import Wind
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+
+FINAL = 0.9947
+"""Flown over commanded speed of the article's quadrotor: the gain of its speed response."""
+
+
+def ahead(
+    gap_m: float,
+    *,
+    speed_m_s: float = 10.0,
+    **more: Any,  # noqa: ANN401 - whatever findings_of takes
+) -> dict[str, Finding]:
+    """Fly 400 m north, stop there, and have the fence so far behind it."""
+    items = (takeoff(20), speed(speed_m_s), at(0, 400), rtl())
+    return findings_of(items, box(-100.0, -100.0, 100.0, 400.0 + gap_m), **more)
+
+
+# Where braking begins the waypoint is as far as the way to stand still: what is needed beyond is
+# the way of the reaction time, v · 1 s, and the position error, 2.5 m.
+@pytest.mark.parametrize(("gap_m", "fires"), [(12.2, True), (12.7, False)])
+def test_a_stop_at_a_waypoint_needs_the_way_of_the_reaction_behind_it(
+    gap_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    assert pytest.approx(12.447) == 10.0 * FINAL + 2.5
+    found = ahead(gap_m)
+    assert ("F102" in found) is fires
+    if fires:
+        assert found["F102"].severity is Severity.WARNING
+        assert found["F102"].item == 3
+
+
+@pytest.mark.parametrize(
+    ("conditions", "needed_m"),
+    [
+        ({"reaction_time_s": 2.0}, 20.0 * FINAL + 2.5),
+        ({"reaction_time_s": 0.0}, 2.5),
+        ({"position_error_m": 4.0}, 10.0 * FINAL + 4.0),
+        ({"wind": Wind(speed_m_s=5.0, from_deg=180.0)}, 10.0 * FINAL + 5.0 + 2.5),
+        ({"wind": Wind(speed_m_s=5.0, from_deg=0.0)}, 10.0 * FINAL + 2.5),
+        ({"wind": Wind(speed_m_s=5.0, from_deg=90.0)}, 10.0 * FINAL + 2.5),
+    ],
+)
+def test_every_part_of_the_buffer_counts(conditions: dict[str, Any], needed_m: float) -> None:
+    assert "F102" in ahead(needed_m - 0.2, **conditions)
+    assert "F102" not in ahead(needed_m + 0.2, **conditions)
+
+
+def test_without_reaction_and_error_a_stop_right_at_the_fence_is_allowed() -> None:
+    assert ahead(0.2, reaction_time_s=0.0, position_error_m=0.0) == {}
+
+
+def test_px4_needs_the_way_its_hold_takes_and_names_the_speed_that_fits() -> None:
+    message = ahead(1.0, speed_m_s=12.0, autopilot=Autopilot.PX4)["F102"].message
+    # 12 m/s · 1 s + 12 (12/6 + 0.6) m + 2.5 m; braking begins 42 m before the waypoint.
+    for part in ("takes 45.7 m", "12.0 m to react", "31.2 m to stop", "2.5 m of position error"):
+        assert part in message
+    [room_m] = re.findall(r"is ([\d.]+) m ahead", message)
+    assert float(room_m) == pytest.approx(43.0, abs=0.5)
+    # v²/6 + 1.6 v + 2.5 = 43 has the root 3 (√(2.56 + 40.5/1.5) − 1.6) = 11.5 m/s.
+    [fits_m_s] = re.findall(r"([\d.]+) m/s or less", message)
+    assert float(fits_m_s) == pytest.approx(11.5, abs=0.15)
+
+
+def test_ardupilot_has_its_own_way_to_stop() -> None:
+    message = ahead(1.0, autopilot=Autopilot.ARDUPILOT)["F102"].message
+    # 25 m from 10 m/s were measured on recorded flights.
+    [stop_m] = re.findall(r"([\d.]+) m to stop", message)
+    assert float(stop_m) == pytest.approx(25.0, abs=0.5)
+
+
+@pytest.mark.parametrize(("clear_m", "fires"), [(2.3, True), (2.7, False)])
+@pytest.mark.parametrize("autopilot", list(Autopilot))
+def test_a_leg_along_the_fence_keeps_the_position_error_off_it(
+    autopilot: Autopilot,
+    clear_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    items = (takeoff(20), at(0, 400), rtl())
+    area = box(-100.0, -100.0, clear_m, 500.0)
+    found = findings_of(items, area, autopilot=autopilot)
+    assert set(found) == ({"F102"} if fires else set())
+    if fires:
+        assert "at 2.3 m, nearer than the 2.5 m" in found["F102"].message
+        assert found["F102"].severity is Severity.WARNING
+
+
+def test_ardupilots_own_margin_is_kept_where_it_is_wider() -> None:
+    items = (takeoff(20), at(0, 400), rtl())
+    area = box(-100.0, -100.0, 4.0, 500.0)
+    assert findings_of(items, area, autopilot=Autopilot.ARDUPILOT) == {}
+    found = findings_of(items, area, autopilot=Autopilot.ARDUPILOT, parameters="FENCE_MARGIN,5\n")
+    assert set(found) == {"F102"}
+
+
+def test_where_a_stop_begun_at_once_passes_the_fence_it_is_an_error() -> None:
+    # PX4 flies through a bend of 15° at 4.8 m/s, which takes 4.8²/6 + 0.6 · 4.8 = 6.7 m to stop; the
+    # turn begins 2 m before the waypoint.  3 m behind it, left of the turn, an exclusion begins.
+    bend = (at(0, 300), at(77.6, 589.8))
+    items = (takeoff(20), speed(12.0), *bend, rtl())
+    wall = box(-1.0, 303.0, 0.3, 305.0, inclusion=False)
+    finding = findings_of(items, wall, autopilot=Autopilot.PX4, position_error_m=0.0)["F102"]
+    assert finding.severity is Severity.ERROR
+    beyond = box(-1.0, 305.5, 0.3, 307.5, inclusion=False)
+    finding = findings_of(items, beyond, autopilot=Autopilot.PX4, position_error_m=0.0)["F102"]
+    assert finding.severity is Severity.WARNING
+    clear = box(-1.0, 312.0, 0.3, 314.0, inclusion=False)
+    assert findings_of(items, clear, autopilot=Autopilot.PX4, position_error_m=0.0) == {}
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.STEP, Autopilot.ARDUPILOT])
+def test_a_circle_is_left_along_its_tangent(autopilot: Autopilot) -> None:
+    circle = at(0, 0, command=18, params=(1.0, 0.0, 50.0, None))
+    items = (takeoff(20), speed(4.0), circle, rtl())
+    # An island of 1 m, 6 m ahead on the tangent and 0.36 m outside the circle; both far from legs.
+    east_m, north_m = 50.0, 6.0
+    island = box(east_m + 0.5, north_m - 0.5, east_m + 1.5, north_m + 0.5, inclusion=False)
+    found = findings_of(items, island, autopilot=autopilot)
+    assert set(found) == {"F102"}
