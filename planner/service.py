@@ -157,7 +157,7 @@ def check(
     wind: Wind | None = None,
     payload_kg: float = 0.0,
     temperature_c: float | None = None,
-    position_noise_m: float = 0.0,
+    position_noise_m: float | None = None,
     battery_health: float | None = None,
     battery_resistance_factor: float | None = None,
     battery_temperature_c: float | None = None,
@@ -194,8 +194,9 @@ def check(
         Mass carried beyond the model's own. [kg]
     temperature_c : float, optional
         Air temperature at home; default standard for its altitude. [°C]
-    position_noise_m : float
-        Mean horizontal error of the position in a hover, which slows PX4's time down. [m]
+    position_noise_m : float, optional
+        Mean horizontal error of the position in a hover, which slows PX4's time down; default the
+        model's. [m]
     battery_health : float, optional
         Charge of the full battery over that of the new one; default as the battery says. [-]
     battery_resistance_factor : float, optional
@@ -252,6 +253,9 @@ def check(
     flown_with, findings = flight_parameters(
         vehicle, flown_by, parameters, version=None if target is None else target.version
     )
+    if position_noise_m is None:
+        position_noise_m = vehicle.position_noise_m
+        findings += _noise_findings(vehicle, flown_by)
     route = make_route(
         mission,
         meaning=None if judged_by is None else judged_by.autopilot,
@@ -362,6 +366,20 @@ def _target(
         return None
     is_known = given is not None and given.stack is autopilot
     return Target(autopilot, given.version if given is not None and is_known else None)
+
+
+def _noise_findings(vehicle: VehicleModel, flown_by: Autopilot) -> list[Finding]:
+    """Return what is said of a position noise that is the model's."""
+    if flown_by is not Autopilot.PX4 or not vehicle.position_noise_m > 0.0:
+        return []
+    from planner.catalogue.time import NOISE_ASSUMED
+
+    return [
+        NOISE_ASSUMED.finding(
+            f"a position noise of {vehicle.position_noise_m:g} m is taken from {vehicle.name}: "
+            "PX4 slows down for it"
+        )
+    ]
 
 
 def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:

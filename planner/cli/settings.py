@@ -181,7 +181,7 @@ FLIGHT_SETTINGS = (
         key="position_noise_m",
         option="--position-noise",
         metavar="M",
-        meaning="mean error of the position in a hover; slows PX4 down [default: 0]",
+        meaning="mean error of the position in a hover; slows PX4 down [default: the model's]",
         read=quantities.position_noise_m,
         kind=Kind.NUMBER,
     ),

@@ -28,8 +28,9 @@ class Conditions:
     """Air temperature at home; ``None``: standard for its altitude. [°C]"""
     payload_kg: float = 0.0
     """Mass carried beyond the model's own. [kg]"""
-    position_noise_m: float = 0.0
-    """Mean horizontal error of the position in a hover, which slows PX4's time down. [m]"""
+    position_noise_m: float | None = None
+    """Mean horizontal error of the position in a hover, which slows PX4's time down; ``None``: the
+    vehicle's own. [m]"""
     battery_health: float | None = None
     """Charge of the battery over that of the new one; ``None``: as the battery says. [-]"""
     battery_resistance_factor: float | None = None
@@ -57,8 +58,9 @@ class Conditions:
         if factor is not None and not 1.0 <= factor <= MOST_RESISTANCE_FACTOR:
             msg = f"battery_resistance_factor must be 1 to {MOST_RESISTANCE_FACTOR:g}, got {factor}"
             raise ValueError(msg)
-        if not 0.0 <= self.position_noise_m <= MOST_NOISE_M:
-            msg = f"position_noise_m must be 0 to {MOST_NOISE_M:g} m, got {self.position_noise_m}"
+        noise_m = self.position_noise_m
+        if noise_m is not None and not 0.0 <= noise_m <= MOST_NOISE_M:
+            msg = f"position_noise_m must be 0 to {MOST_NOISE_M:g} m, got {noise_m}"
             raise ValueError(msg)
         for name, value in (
             ("reaction_time_s", self.reaction_time_s),

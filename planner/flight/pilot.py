@@ -107,9 +107,12 @@ def make_pilot(
 
     limit_m_s = vehicle.airspeed_limit_m_s
     if isinstance(parameters, Px4Parameters):
-        if conditions.position_noise_m >= parameters.position_error_max_m:
+        noise_m = conditions.position_noise_m
+        if noise_m is None:
+            noise_m = vehicle.position_noise_m
+        if noise_m >= parameters.position_error_max_m:
             msg = (
-                f"with a position noise of {conditions.position_noise_m:g} m PX4 stands still: "
+                f"with a position noise of {noise_m:g} m PX4 stands still: "
                 f"MPC_XY_ERR_MAX is {parameters.position_error_max_m:g} m"
             )
             raise UsageError(msg)
@@ -117,7 +120,7 @@ def make_pilot(
             parameters=parameters,
             wind=conditions.wind,
             airspeed_limit_m_s=limit_m_s,
-            position_noise_m=conditions.position_noise_m,
+            position_noise_m=noise_m,
         )
     return ArduPilotPilot(parameters=parameters, wind=conditions.wind, airspeed_limit_m_s=limit_m_s)
 

@@ -172,6 +172,8 @@ class VehicleModel:
     battery: Battery | None = None
     airspeed_limit_m_s: float | None = None
     """Highest airspeed the vehicle can hold, at its lean limit; ``None``: not known. [m s⁻¹]"""
+    position_noise_m: float = 0.0
+    """Mean horizontal error of the position in a hover, where none is given. [m]"""
     mass_kg: float | None = None
     """Take-off mass with battery, without payload. [kg]"""
     default_speed_m_s: float | None = None

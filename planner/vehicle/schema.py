@@ -57,6 +57,15 @@ TOP = Table(
             required=False,
             above=0.0,
         ),
+        Key(
+            name="position_noise_m",
+            kind=Kind.NUMBER,
+            unit="m",
+            meaning="mean error of the position in a hover, where none is given; slows PX4 down",
+            required=False,
+            at_least=0.0,
+            at_most=1.5,
+        ),
     ),
 )
 

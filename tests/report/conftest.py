@@ -24,6 +24,7 @@ def flown() -> CheckResult:
         vehicle_name="quad",
         vehicle_source="models/quad.toml",
         conditions=Conditions(
+            position_noise_m=0.0,
             wind=Wind(speed_m_s=5.0, from_deg=270.0),
             home_amsl_m=488.0,
             temperature_c=15.0,

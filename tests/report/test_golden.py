@@ -62,7 +62,10 @@ def _flown(
         vehicle_name="quad",
         vehicle_source="models/quad.toml",
         conditions=Conditions(
-            wind=Wind(speed_m_s=5.0, from_deg=270.0), home_amsl_m=488.0, temperature_c=15.0
+            position_noise_m=0.0,
+            wind=Wind(speed_m_s=5.0, from_deg=270.0),
+            home_amsl_m=488.0,
+            temperature_c=15.0,
         ),
         totals=Totals(
             time_s=60.0,
