@@ -235,3 +235,42 @@ def test_a_console_without_the_signs_we_use_gets_substitutes(mission: str) -> No
 def test_the_version_is_the_package_s(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"mavjoule {planner.__version__}\n"
+
+
+def test_a_rule_is_explained_by_the_name_of_px4s_event(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", "navigator_mis_takeoff_missing"]) == 0
+    assert capsys.readouterr().out.startswith("M116 required-item-missing [error]")
+    assert main(["explain", "navigator_mis_takeof_missing"]) == 2
+    assert "did you mean navigator_mis_takeoff_missing?" in capsys.readouterr().err
+
+
+def test_rules_say_whether_they_are_asked_by_default(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["rules", "--format", "json"])
+    rules = _json(capsys)["rules"]
+    assert isinstance(rules, list)
+    assert [rule["code"] for rule in rules if not rule["default"]] == ["M120"]
+    [required] = [rule for rule in rules if rule["code"] == "M116"]
+    assert "navigator_mis_land_missing" in required["px4_events"]
+
+
+def test_a_target_that_is_not_known_is_one_sentence(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", mission, "--target", "arducopter-4.77"]) == 2
+    error = capsys.readouterr().err
+    assert "did you mean arducopter-4.7?" in error
+    assert len(error.splitlines()) == 1
+    assert (
+        main(["check", mission, "--vehicle", "arducopter-sitl-quad", "--target", "px4-1.16"]) == 2
+    )
+    assert "PX4 1.16" in capsys.readouterr().err
+
+
+def test_a_profile_judges_from_the_command_line(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "site.toml").write_text("[site]\nmax_height_above_home_m = 90\n", encoding="utf-8")
+    assert main(["check", mission, "--profile", "site.toml", "--format", "json"]) == 1
+    assert '"code": "A114"' in capsys.readouterr().out
+    assert main(["check", mission, "--profile", "none.toml"]) == 2
+    assert "none.toml: cannot be read" in capsys.readouterr().err

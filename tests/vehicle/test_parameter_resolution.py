@@ -11,7 +11,7 @@ from planner.findings import Severity
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameter_file import ParameterSet, parameters_from_text
-from planner.vehicle.parameter_table import OriginKind, parameter_table
+from planner.vehicle.parameter_table import OriginKind, Parameter, parameter_table
 from planner.vehicle.parameters import ResolvedParameters, resolve_parameters
 from planner.vehicle.px4_parameters import Px4Parameters
 
@@ -181,3 +181,82 @@ def test_a_file_that_repeats_itself_says_so_in_the_result() -> None:
 def test_step_references_have_no_parameters() -> None:
     with pytest.raises(ValueError, match="no parameters"):
         resolve_parameters(Autopilot.STEP)
+
+
+@pytest.mark.parametrize(
+    ("text", "fires"),
+    [
+        # More than 30 times the default of 15 m, and a hundredth of it is not.
+        ("RTL_ALT_M,450\n", False),
+        ("RTL_ALT_M,451\n", True),
+        ("RTL_ALT_M,1500\n", True),
+        ("RTL_ALT,15\n", True),
+        ("RTL_ALT,49\n", True),
+        ("RTL_ALT,50\n", False),
+        ("RTL_ALT,0\n", False),  # as high as it is
+        ("RTL_ALT,3000\n", False),
+        ("WPNAV_SPEED,10\n", True),
+        ("WPNAV_SPEED,50\n", False),
+        ("LAND_ALT_LOW_M,1000\n", True),
+        ("LAND_SPD_HIGH_MS,50\n", True),  # 0 by default: WP_SPD_DN is usual
+        ("RTL_CLIMB_MIN_M,200\n", True),
+        ("WPNAV_JERK,100\n", False),  # the same unit under both names
+        ("WPNAV_RADIUS,200\n", False),
+        ("WPNAV_RADIUS,6\n", True),
+    ],
+)
+def test_a_value_that_looks_like_the_other_unit_is_an_error(
+    text: str,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    found = messages(resolved(text), "P108")
+    assert [severity for severity, _ in found] == [Severity.ERROR] * fires
+    if fires:
+        assert "is flown as given; in the unit of " in found[0][1]
+
+
+def test_no_default_of_either_name_is_suspected() -> None:
+    for row in parameter_table(ArduPilotParameters).values():
+        for spelling in row.spellings:
+            value = row.now.si(row.default) / spelling.si(1.0)
+            assert not messages(resolved(f"{spelling.name},{value:.9g}\n"), "P108"), spelling.name
+
+
+@pytest.mark.parametrize("row", parameter_table(ArduPilotParameters).values(), ids=str)
+def test_a_factor_of_a_hundred_never_slips_through(row: Parameter) -> None:
+    """A usual value in the unit of the other name is refused, suspected or not rescaled at all."""
+    if row.formerly is None or row.formerly.unit == row.now.unit or row.default == 0.0:
+        return
+    for right, wrong in ((row.formerly, row.now), (row.now, row.formerly)):
+        value = row.now.si(row.default) / right.si(1.0)
+        result = resolved(f"{wrong.name},{value:.9g}\n")
+        assert messages(result, "P105") or messages(result, "P108"), wrong.name
+
+
+@pytest.mark.parametrize(
+    ("text", "version", "unknown"),
+    [
+        ("WPNAV_SPEED,500\n", None, ""),
+        ("WPNAV_SPEED,500\n", (4, 6), ""),
+        ("WPNAV_SPEED,500\n", (4, 7), "does not know WPNAV_SPEED (line 1), it is WP_SPD there"),
+        ("WP_SPD,5\n", (4, 7), ""),
+        ("WP_SPD,5\n", (4, 6), "does not know WP_SPD (line 1), it is WPNAV_SPEED there"),
+        ("RTL_LOIT_TIME,5000\n", (4, 7), ""),
+    ],
+)
+def test_a_name_that_the_version_asked_for_does_not_know_is_warned_of(
+    text: str, version: tuple[int, int] | None, unknown: str
+) -> None:
+    result = resolve_parameters(Autopilot.ARDUPILOT, file=file_of(text), version=version)
+    found = messages(result, "P109")
+    assert [severity for severity, _ in found] == [Severity.WARNING] * bool(unknown)
+    if unknown:
+        assert unknown in found[0][1]
+
+
+def test_the_version_asked_for_decides_between_an_old_and_a_new_name() -> None:
+    text = "WPNAV_SPEED,500\nWP_SPD,8\n"
+    for version, speed_m_s in (((4, 6), 5.0), ((4, 7), 8.0)):
+        result = resolve_parameters(Autopilot.ARDUPILOT, file=file_of(text), version=version)
+        assert isinstance(result.values, ArduPilotParameters)
+        assert result.values.cruise_speed_m_s == speed_m_s

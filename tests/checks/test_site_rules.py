@@ -1,0 +1,157 @@
+"""Profiles: what they ask for, and what is wrong with them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import item, mission, north, rtl, takeoff, waypoint
+
+from planner.checks.site_profile import read_profile
+from planner.errors import ProfileFileError
+from planner.findings import Severity
+from planner.geo.fence import Fence, FencePolygon, RallyPoint
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import parameters_from_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+
+COPTER = load_vehicle("arducopter-sitl-quad")
+GOOD = mission(takeoff(20), waypoint(500, 60), rtl())
+
+
+def of(
+    code: str, tmp_path: Path, profile: str, *, one: Mission = GOOD, parameters: str = ""
+) -> list[Finding]:
+    path = tmp_path / "site.toml"
+    path.write_text(profile, encoding="utf-8")
+    given = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
+    result = check(
+        one,
+        COPTER,
+        battery=Battery(capacity_wh=5000.0),
+        parameters=given,
+        profile=read_profile(path),
+    )
+    return [finding for finding in result.findings if finding.code == code]
+
+
+@pytest.mark.parametrize(
+    ("expected", "given", "fires"),
+    [
+        ("RTL_ALT = 3000", "RTL_ALT,3000\n", False),
+        ("RTL_ALT = 3000", "RTL_ALT,2999\n", True),
+        ("RTL_ALT = 3000", "RTL_ALT_M,30\n", False),  # the same under its new name
+        ("RTL_ALT_M = 30", "RTL_ALT,3000\n", False),
+        ("RTL_ALT = 3000", "RTL_ALT_M,3000\n", True),  # never a factor of 100
+        ("RTL_ALT = 3000", "WPNAV_SPEED,500\n", True),  # not in the file
+        ("BATT_LOW_VOLT = [13.8, 14.4]", "BATT_LOW_VOLT,13.8\nRTL_ALT,1500\n", False),
+        ("BATT_LOW_VOLT = [13.8, 14.4]", "BATT_LOW_VOLT,13.79\nRTL_ALT,1500\n", True),
+        ("BATT_LOW_VOLT = [13.8, 14.4]", "BATT_LOW_VOLT,14.41\nRTL_ALT,1500\n", True),
+        ("WPNAV_SPEED = {value = 500, tolerance = 20}", "WPNAV_SPEED,520\n", False),
+        ("WPNAV_SPEED = {value = 500, tolerance = 20}", "WPNAV_SPEED,521\n", True),
+        # Vehicles hold single precision: 0.1 is 0.100000001.
+        ("MOT_SPIN_ARM = 0.1", "MOT_SPIN_ARM,0.100000001\nRTL_ALT,1500\n", False),
+        ("SERIAL1_PROTOCOL = 2", "SERIAL1_PROTOCOL,1\nRTL_ALT,1500\n", True),
+    ],
+)
+def test_parameters_are_held_to_what_a_profile_asks(
+    tmp_path: Path,
+    expected: str,
+    given: str,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    found = of("P103", tmp_path, f"[expect.params]\n{expected}\n", parameters=given)
+    assert [finding.severity for finding in found] == [Severity.ERROR] * fires
+    if fires:
+        assert f"{tmp_path / 'site.toml'} asks for " in found[0].message
+
+
+def test_expected_parameters_without_a_file_of_parameters_are_an_error(tmp_path: Path) -> None:
+    [finding] = of("P103", tmp_path, "[expect.params]\nRTL_ALT = 1500\nFENCE_ENABLE = 1\n")
+    assert "asks for 2 parameters, none is known" in finding.message
+
+
+@pytest.mark.parametrize(("limit_m", "fires"), [(61, False), (60, False), (59.9, True)])
+def test_a_flight_above_the_height_of_a_site_is_an_error(
+    tmp_path: Path,
+    limit_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    found = of("A114", tmp_path, f"[site]\nmax_height_above_home_m = {limit_m}\n")
+    assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
+
+
+@pytest.mark.parametrize(("limit_m", "fires"), [(501, False), (499, True)])
+def test_a_mission_beyond_the_distance_of_a_site_is_an_error(
+    tmp_path: Path,
+    limit_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    profile = f"[site]\nmax_distance_m = {limit_m}\n"
+    found = of("M122", tmp_path, profile)
+    assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
+    if fires:
+        assert "item 2 is 500 m from home" in found[0].message
+
+
+def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(
+    tmp_path: Path,
+) -> None:
+    place = f"[site]\nlatitude_deg = {north(250)}\nlongitude_deg = 8.0\nmax_distance_m = 300\n"
+    assert of("M122", tmp_path, place) == []
+    rally = RallyPoint(latitude_deg=north(900), longitude_deg=8.0, height_above_home_m=20.0)
+    [finding] = of("M122", tmp_path, place, one=replace(GOOD, rally=(rally,)))
+    assert "rally point 1 is 650 m from the site" in finding.message
+    corners = ((north(-100), 7.999), (north(2250), 8.0), (north(-100), 8.001))
+    fence = Fence(polygons=(FencePolygon(inclusion=True, vertices_deg=corners),))
+    [finding] = of("M122", tmp_path, place, one=replace(GOOD, fence=fence))
+    assert "a corner of fence polygon 1 is 2.00 km" in finding.message
+
+
+def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
+    profile = '[site]\nrequired_items = ["NAV_TAKEOFF", "MAV_CMD_NAV_LAND"]\n'
+    [finding] = of("M123", tmp_path, profile)
+    assert "asks for NAV_LAND, the mission has none" in finding.message
+    lands = mission(takeoff(20), waypoint(500, 60), item(21, north(0), 0.0))
+    assert of("M123", tmp_path, profile, one=lands) == []
+
+
+@pytest.mark.parametrize(
+    ("profile", "problem"),
+    [
+        ("[sites]\n", "sites is no table of a profile; did you mean site?"),
+        ("[site]\nmax_distance = 3\n", "did you mean max_distance_m?"),
+        ("[site]\nmax_distance_m = 0\n", "must be greater than 0"),
+        ("[site]\nlatitude_deg = 47\n", "latitude_deg and longitude_deg"),
+        ('[site]\nrequired_items = ["NAV_TAKEOF"]\n', "did you mean NAV_TAKEOFF?"),
+        ('[expect.params]\nRTL_ALT = "high"\n', "RTL_ALT must be a number"),
+        ("[expect.params]\nRTL_ALT = [2, 1]\n", "RTL_ALT must be a number"),
+        ("[expect.params]\nRTL_ALT = {value = 1, of = 2}\n", "RTL_ALT must be a number"),
+        ("[expect.params]\nRTL_ALT = nan\n", "RTL_ALT must be a number"),
+        ("[expect.params]\nRTL_ALT = true\n", "RTL_ALT must be a number"),
+        ("[expect.parameters]\nRTL_ALT = 1\n", "expect.parameters is no table"),
+        ("site = 3\n", "must be tables"),
+        ("[site\n", "is no profile in TOML"),
+    ],
+)
+def test_a_profile_that_is_none_is_refused_in_a_sentence(
+    tmp_path: Path, profile: str, problem: str
+) -> None:
+    path = tmp_path / "site.toml"
+    path.write_text(profile, encoding="utf-8")
+    with pytest.raises(ProfileFileError) as raised:
+        read_profile(path)
+    assert problem in str(raised.value)
+
+
+def test_a_profile_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ProfileFileError, match="cannot be read"):
+        read_profile(tmp_path / "none.toml")

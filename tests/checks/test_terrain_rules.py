@@ -1,0 +1,201 @@
+"""The ground under a flight and under its ways home, on a ridge drawn by hand.
+
+The ridge lies across the way, 250 m north of home: a wall of two cells, as high as is asked for.
+The rest of the ground is level with home, 400 m AMSL.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_missions import (
+    HOME,
+    METRES_PER_DEGREE_NORTH,
+    item,
+    mission,
+    north,
+    rtl,
+    takeoff,
+    waypoint,
+)
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.geo.terrain import TerrainGrid, TerrainTile
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import parameters_from_text
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+
+STEP = load_vehicle("falkowski-2023-quadrotor")
+OF = {
+    Autopilot.STEP: STEP,
+    Autopilot.PX4: load_vehicle("px4-sih-quad"),
+    Autopilot.ARDUPILOT: load_vehicle("arducopter-sitl-quad"),
+}
+CELL_M = 10.0
+CELL_DEG = CELL_M / METRES_PER_DEGREE_NORTH
+ROWS, COLUMNS = 400, 40
+SOUTH_M = -1000.0
+
+
+def ground(ridge_m: float, *, at_m: float = 250.0, rows: int = ROWS) -> TerrainGrid:
+    """Return a grid from 1 km south of home; the centres of two rows of cells lie on the ridge."""
+    heights = np.full((rows, COLUMNS), 400.0, dtype=np.float32)
+    southern = round((at_m - SOUTH_M) / CELL_M)
+    heights[rows - 1 - southern - 1 : rows - 1 - southern + 1] += ridge_m
+    south, west = north(SOUTH_M) - 0.5 * CELL_DEG, HOME.longitude_deg - 0.5 * COLUMNS * CELL_DEG
+    top = south + rows * CELL_DEG
+    tile = TerrainTile(
+        source="ridge.tif",
+        heights_amsl_m=heights,
+        transform=(CELL_DEG, 0.0, west, 0.0, -CELL_DEG, top),
+        projection_wkt=None,
+        bounds_deg=(south, west, top, west + COLUMNS * CELL_DEG),
+        cell_m=CELL_M,
+    )
+    return TerrainGrid(tiles=(tile,))
+
+
+def findings(
+    one: Mission,
+    terrain: TerrainGrid,
+    autopilot: Autopilot = Autopilot.STEP,
+    parameters: str = "",
+    *,
+    clearance_m: float = 0.0,
+) -> list[Finding]:
+    given = parameters_from_text(parameters.encode(), source="p.param") if parameters else None
+    return list(
+        check(
+            one,
+            OF[autopilot],
+            battery=Battery(capacity_wh=5000.0),
+            terrain=terrain,
+            clearance_m=clearance_m,
+            parameters=given,
+        ).findings
+    )
+
+
+def of(code: str, found: list[Finding]) -> list[Finding]:
+    return [finding for finding in found if finding.code == code]
+
+
+LOW = mission(takeoff(20), waypoint(500, 20), rtl())
+"""Both of its places are 20 m above the ground; the ridge is between them."""
+
+
+@pytest.mark.parametrize("autopilot", list(OF))
+@pytest.mark.parametrize(("ridge_m", "fires"), [(0.0, False), (19.0, False), (21.0, True)])
+def test_a_ridge_between_two_waypoints_is_found(
+    autopilot: Autopilot,
+    ridge_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # PX4's model flies over a place a little lower than told: it takes the 0.8 m of NAV_MC_ALT_RAD.
+    found = of("A102", findings(LOW, ground(ridge_m), autopilot))
+    assert [(f.severity, f.item) for f in found] == [(Severity.ERROR, 2)] * fires
+    if fires:
+        assert "below the ground" in found[0].message
+
+
+def test_how_deep_and_where_is_said() -> None:
+    [finding] = of("A102", findings(LOW, ground(50.0)))
+    # 20 m against 50 m; the ridge is 250 m before the waypoint, its cells are 10 m wide.
+    said = re.match(
+        r"30 m below the ground (\d+) m before its end; (\d+) m of the way are too low",
+        finding.message,
+    )
+    assert said is not None
+    assert float(said[1]) == pytest.approx(250.0, abs=10.0)
+    # The slopes pass 20 m at 4 m of 10 on either side: 10 + 2 x 6 m, there and back, each to a
+    # step of half a cell at both ends.
+    assert float(said[2]) == pytest.approx(44.0, abs=4 * 5.0)
+
+
+@pytest.mark.parametrize(("clearance_m", "fires"), [(4.9, False), (5.1, True)])
+def test_a_clearance_asked_for_is_kept(
+    clearance_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    found = of("A102", findings(LOW, ground(15.0), clearance_m=clearance_m))
+    assert len(found) == fires
+
+
+def test_the_least_and_greatest_height_over_the_ground_are_told() -> None:
+    high = mission(takeoff(20), waypoint(500, 60), waypoint(600, 60), rtl())
+    [finding] = of("A116", findings(high, ground(0.0)))
+    assert finding.severity is Severity.INFO
+    assert finding.message.startswith("20 m over the ground")
+    assert "to 60 m at item" in finding.message
+
+
+def test_a_way_that_leaves_the_grid_is_warned_of() -> None:
+    far = mission(takeoff(20), waypoint(4000, 20), rtl())
+    [finding] = of("X902", findings(far, ground(0.0)))
+    assert finding.severity is Severity.WARNING
+    # The grid ends 3 km north: 1 km out and 1 km back, to a cell.
+    assert finding.message.startswith("2.0")
+    assert of("X902", findings(LOW, ground(0.0))) == []
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "parameters", "ridge_m", "fires"),
+    [
+        # Step references return as high as they are: 60 m, and up to 2 m where a descent ends.
+        (Autopilot.STEP, "", 59.0, False),
+        (Autopilot.STEP, "", 63.0, True),
+        (Autopilot.PX4, "RTL_RETURN_ALT,80\n", 79.0, False),
+        (Autopilot.PX4, "RTL_RETURN_ALT,80\n", 81.0, True),
+        (Autopilot.PX4, "RTL_RETURN_ALT,30\n", 59.0, False),  # never lower than it is
+        (Autopilot.PX4, "RTL_TYPE,2\n", 200.0, False),  # along the mission
+        (Autopilot.ARDUPILOT, "RTL_ALT,8000\n", 79.0, False),
+        (Autopilot.ARDUPILOT, "RTL_ALT,8000\n", 81.0, True),
+        (Autopilot.ARDUPILOT, "RTL_ALT,1500\n", 61.0, True),
+        (Autopilot.ARDUPILOT, "RTL_ALT,1500\nRTL_ALT_TYPE,1\n", 61.0, False),
+    ],
+)
+def test_a_ridge_on_the_way_home_is_found(
+    autopilot: Autopilot,
+    parameters: str,
+    ridge_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    """The mission goes round the ridge in the height; a return from behind it does not."""
+    over = [waypoint(200, 300), waypoint(300, 300), waypoint(500, 60), waypoint(300, 300)]
+    made = mission(takeoff(300), *over, item(21, north(0), 0.0))
+    behind = mission(takeoff(300), *over[:3], waypoint(490, 60), item(21, north(480), 0.0))
+    for one in (made, behind):
+        found = findings(one, ground(ridge_m), autopilot, parameters)
+        assert of("A102", found) == []
+        assert [f.severity for f in of("A104", found)] == [Severity.ERROR] * fires
+
+
+def test_ardupilots_cone_lowers_a_return_near_home() -> None:
+    """At 100 m from home a cone of 0.5 returns at 50 m whatever RTL_ALT says."""
+    near = ground(55.0, at_m=60.0)
+    made = mission(takeoff(30), waypoint(20, 100), waypoint(100, 100), waypoint(100, 45), rtl())
+    steep, flat = (f"RTL_ALT,10000\nRTL_CONE_SLOPE,{slope}\n" for slope in (3, 0.5))
+    assert of("A104", findings(made, near, Autopilot.ARDUPILOT, steep)) == []
+    assert of("A104", findings(made, near, Autopilot.ARDUPILOT, flat))
+
+
+def test_home_on_another_height_than_the_grid_says_is_warned_of() -> None:
+    for planned_m, fires in ((409.0, False), (411.0, True), (389.0, True)):
+        made = replace(LOW, home=replace(HOME, altitude_amsl_m=planned_m))
+        assert len(of("A115", findings(made, ground(0.0)))) == fires
+
+
+def test_legs_that_follow_the_terrain_are_not_judged_along_a_straight_line() -> None:
+    places = [item(16, north(metres), 20.0, frame=10) for metres in (400, 500)]
+    made = mission(takeoff(20), *places, item(21, north(500), 0.0))
+    assert of("A102", findings(made, ground(40.0), Autopilot.ARDUPILOT)) == []
