@@ -20,7 +20,9 @@ from planner.flight.budget import (
     way_home,
 )
 from planner.flight.conditions import Conditions
+from planner.flight.destination import make_destinations
 from planner.flight.discharge import predict_discharge
+from planner.flight.homeward import make_homeward
 from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.trace import sample_trace
@@ -306,7 +308,8 @@ def check(
                 budget = battery_budget(
                     totals, known, charge=charge, reserve=reserve, discharge=discharge
                 )
-            home = way_home(route, flight, pilot, budget)
+            destinations = make_destinations(mission, route, flown_with, terrain=terrain)
+            home = way_home(make_homeward(route, flight, pilot, destinations), budget)
         case = Case(
             mission=mission,
             route=route,

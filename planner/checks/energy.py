@@ -12,12 +12,19 @@ from planner.catalogue.energy import (
     RETURN_BELOW_RESERVE,
     VOLTAGE_LOW,
 )
+from planner.flight.destination import HOME
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.flight.budget import FlightPoint
+
+_SAME_SHORTFALL = 0.05
+"""E101 and E102 say the same where their shortfalls differ by no more than this share. [-]"""
+_AT_THE_END = 0.995
+"""A point this far along its leg is at its end. [-]"""
 
 
 def check_battery(case: Case) -> Iterator[Finding]:
@@ -46,7 +53,7 @@ def check_battery(case: Case) -> Iterator[Finding]:
         f"the flight needs {numbers.energy(needed_wh)}, "
         f"{numbers.energy(max(available_wh, 0.0))} are there above the reserve of "
         f"{numbers.percent(battery.reserve_fraction)}: "
-        f"short by {numbers.energy(-battery.margin_wh)}",
+        f"short by {numbers.energy(-battery.margin_wh)}{_turning_back(case)}",
         item=item,
         place=None if item is None else case.mission.items[item - 1].place,
     )
@@ -54,15 +61,44 @@ def check_battery(case: Case) -> Iterator[Finding]:
 
 def check_way_home(case: Case) -> Iterator[Finding]:
     """Yield a finding where the way home from some point eats into the reserve."""
-    way = case.way_home
-    if way is None or way.margin_wh is None or way.margin_wh >= 0.0:
+    way, battery = case.way_home, case.battery
+    if way is None or battery is None or way.margin_wh is None or way.margin_wh >= 0.0:
         return
+    if battery.margin_wh < 0.0 and way.margin_wh > (1.0 + _SAME_SHORTFALL) * battery.margin_wh:
+        return  # E101 says it, with the place
+    turn = way.last_return
+    since = "from the take-off on" if turn is None else f"beyond {place_along(turn)}"
+    empty = way.last_return_empty
+    dry = "" if empty is None else f"; beyond {place_along(empty)} not even with an empty battery"
+    worst = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
+    item = way.tightest_item if turn is None else turn.item
     yield RETURN_BELOW_RESERVE.finding(
-        f"from here the way home takes {numbers.energy(way.energy_home_wh)}, "
-        f"{numbers.energy(-way.margin_wh)} more than is left above the reserve",
-        item=way.tightest_item,
-        place=case.mission.items[way.tightest_item - 1].place,
+        f"cannot get {destination_name(way.destination)} above the reserve {since}{dry}: from {worst} "
+        f"the way takes {numbers.energy(way.energy_home_wh)}, {numbers.energy(-way.margin_wh)} more "
+        "than is left",
+        item=item,
+        place=case.mission.items[item - 1].place,
     )
+
+
+def _turning_back(case: Case) -> str:
+    """Return where a flight that is too long can still be turned back, if it can."""
+    turn = None if case.way_home is None else case.way_home.last_return
+    if turn is None:
+        return ""
+    return f"; it gets home above the reserve up to {place_along(turn)}"
+
+
+def place_along(point: FlightPoint) -> str:
+    """Return a point of a flight in words: ``item 7, 120 m along its leg``."""
+    if point.along_m < _AT_THE_END * point.leg_m:
+        return f"item {point.item}, {numbers.distance(point.along_m)} along its leg"
+    return f"item {point.item}"
+
+
+def destination_name(destination: int) -> str:
+    """Return where a return leads in words: ``home``, ``to rally point 2``."""
+    return "home" if destination == HOME else f"to rally point {destination}"
 
 
 def check_voltage(case: Case) -> Iterator[Finding]:

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.homeward import return_energy_j
+from planner.flight.return_search import ReturnSearch
 from planner.flight.segment import ItemArrival
+from planner.frozen import frozen
 from planner.mission.commands import command_name
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
 
 if TYPE_CHECKING:
     from planner.flight.discharge import Discharge
-    from planner.flight.pilot import Pilot
+    from planner.flight.homeward import Homeward
     from planner.flight.prediction import Flight
+    from planner.flight.return_search import ReturnNodes
     from planner.mission.items import Mission
     from planner.mission.stage import Route
     from planner.vehicle.battery import Battery
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Totals:
     """The whole flight, from the start of the take-off to disarmed on the ground."""
 
@@ -40,7 +42,7 @@ class Totals:
     energy_wh_p90: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class BatteryBudget:
     """What the battery holds against what the flight takes."""
 
@@ -51,6 +53,8 @@ class BatteryBudget:
     used_fraction: float
     """Energy of the flight over capacity. [-]"""
     reserve_fraction: float
+    reserve_wh: float
+    """Energy that is to stay in the battery. [Wh]"""
     margin_wh: float
     """Usable energy less the reserve less the energy of the flight. [Wh]"""
     charge_left_fraction: float | None = None
@@ -61,15 +65,44 @@ class BatteryBudget:
     """Highest current over the charge of the new battery. [h⁻¹]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
+class FlightPoint:
+    """A place along a flight."""
+
+    item: int
+    """Mission item that is being flown to, or held at."""
+    time_s: float
+    """Since the start of the take-off. [s]"""
+    along_m: float
+    """Way flown for this item by then. [m]"""
+    leg_m: float
+    """Whole way flown for this item. [m]"""
+    latitude_deg: float
+    longitude_deg: float
+
+
+@frozen
 class ReturnBudget:
-    """The point of the flight from which the way home is tightest."""
+    """The point of the flight from which the way home is tightest.
+
+    The way home leads where the vehicle itself would go: home, or a rally point.
+    """
 
     tightest_item: int
     energy_home_wh: float
-    """Energy to fly home and land from there. [Wh]"""
+    """Energy to stop, fly home and land from there. [Wh]"""
     margin_wh: float | None
     """Energy left there less the reserve less the way home; ``None`` with no battery. [Wh]"""
+    tightest: FlightPoint | None = None
+    time_home_s: float | None = None
+    """Time to stop, fly home and land from there. [s]"""
+    destination: int = 0
+    """Where the vehicle would return to from there: 0 for home, n for rally point n."""
+    last_return: FlightPoint | None = None
+    """The point of no return: the last from which it gets home above the reserve; ``None`` where it
+    does from all."""
+    last_return_empty: FlightPoint | None = None
+    """The last from which it gets home at all, with nothing left; ``None`` where it does from all."""
 
 
 NOTHING_FLOWN = Totals(
@@ -167,6 +200,7 @@ def battery_budget(
         usable_wh=usable_wh,
         used_fraction=totals.energy_wh / capacity_wh,
         reserve_fraction=reserve,
+        reserve_wh=capacity_wh * reserve,
         margin_wh=usable_wh - capacity_wh * reserve - totals.energy_wh,
     )
     if discharge is None or battery.new_charge_ah is None:
@@ -179,24 +213,64 @@ def battery_budget(
     )
 
 
-def way_home(
-    route: Route, flight: Flight, pilot: Pilot, battery: BatteryBudget | None
-) -> ReturnBudget | None:
-    """Return the stage from which the way home is tightest; ``None`` with no stage in the air."""
-    stage, home_j = return_energy_j(route, pilot, flight.power)
-    if not len(stage):
+def way_home(homeward: Homeward, battery: BatteryBudget | None) -> ReturnBudget | None:
+    """Return the point from which the way home is tightest; ``None`` with no point in the air.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight, and the rules by which it can be broken off.
+    battery : BatteryBudget or None
+        What it has to be done with; ``None``: not known.
+    """
+    search = ReturnSearch(homeward)
+    tightest = search.tightest()
+    if tightest is None or search.nodes is None:
         return None
-    home_wh = wh_from_j(home_j)
-    used_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j))))[
-        flight.motion.done_segment[stage] + 1
-    ]
-    tightest = int(np.argmax(used_wh + home_wh))
-    margin_wh = None
-    if battery is not None:
-        above_reserve_wh = battery.usable_wh - battery.reserve_fraction * battery.capacity_wh
-        margin_wh = above_reserve_wh - float(used_wh[tightest] + home_wh[tightest])
-    return ReturnBudget(
-        tightest_item=route.stages[stage[tightest]].item,
-        energy_home_wh=float(home_wh[tightest]),
-        margin_wh=margin_wh,
+    nodes = search.nodes
+    budget = ReturnBudget(
+        tightest_item=homeward.route.stages[homeward.segment_stage[nodes.segment[tightest]]].item,
+        energy_home_wh=float(nodes.way_wh[tightest]),
+        margin_wh=None,
+        tightest=_flight_point(homeward, nodes, tightest),
+        time_home_s=float(nodes.way_s[tightest]),
+        destination=int(nodes.destination[tightest]),
+    )
+    if battery is None:
+        return budget
+    above_reserve_wh = battery.usable_wh - battery.reserve_wh
+    needed_wh = float(nodes.sum_wh[tightest])
+    budget = replace(budget, margin_wh=above_reserve_wh - needed_wh)
+    if needed_wh <= above_reserve_wh:
+        return budget
+    last = search.last_below(above_reserve_wh)
+    turn = None if last is None else _flight_point(homeward, search.nodes, last)
+    dry = search.last_below(battery.usable_wh) if needed_wh > battery.usable_wh else None
+    return replace(
+        budget,
+        last_return=turn,
+        last_return_empty=None if dry is None else _flight_point(homeward, search.nodes, dry),
+    )
+
+
+def _flight_point(homeward: Homeward, nodes: ReturnNodes, row: int) -> FlightPoint:
+    points = homeward.points(nodes.segment[row : row + 1], nodes.share[row : row + 1])
+    segment, stage = int(nodes.segment[row]), int(points.stage[0])
+    serves = homeward.segment_stage == stage
+    distance_m = homeward.flight.motion.segments.distance_m
+    # Distance inside a segment: of the part of its way the vehicle has gone, straight.
+    begin = homeward.points(nodes.segment[row : row + 1], np.zeros(1))
+    inside_m = float(np.hypot(*(points.place_m - begin.place_m)[0, :2]))
+    inside_m = min(inside_m, float(distance_m[segment]))
+    before = serves & (np.arange(len(serves)) < segment)
+    latitude_deg, longitude_deg = homeward.route.frame.latitude_longitude_deg(
+        points.place_m[:, 0], points.place_m[:, 1]
+    )
+    return FlightPoint(
+        item=homeward.route.stages[stage].item,
+        time_s=float(points.time_s[0]),
+        along_m=float(distance_m[before].sum()) + inside_m,
+        leg_m=float(distance_m[serves].sum()),
+        latitude_deg=float(latitude_deg[0]),
+        longitude_deg=float(longitude_deg[0]),
     )

@@ -1,4 +1,4 @@
-"""The way home from every stage: the energy to return and land from where each one ends."""
+"""The way home from any point of a flight: stop, then return by the vehicle's own rules."""
 
 from __future__ import annotations
 
@@ -6,48 +6,236 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.kinematics import KinematicState
 from planner.flight.prediction import segment_energy_j
-from planner.mission.stage import StageKind
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
+from planner.units import wh_from_j
 
 if TYPE_CHECKING:
+    from planner.flight.destination import Destinations, Targets
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.pilot import Pilot
-    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Flight
     from planner.mission.stage import Route
 
+_BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
+_SLOWEST_M_S = 1e-3
+"""A vehicle slower than this stands. [m s⁻¹]"""
+_SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
+_BRAKING_SHARES = np.array([1.0, 0.5, 0.0])
 
-def return_energy_j(route: Route, pilot: Pilot, power: SteadyPower) -> tuple[IntArray, FloatArray]:
-    """Return the energy home from the end of every stage that ends in the air.
 
-    Parameters
-    ----------
-    route : Route
-        The route flown.
-    pilot : Pilot
-        Who flies home, by its own rules.
-    power : SteadyPower
-        What flying costs in the air of the day.
+@frozen(eq=False)
+class Points:
+    """Points of a flight, each inside one segment."""
 
-    Returns
-    -------
-    stage : ndarray of int
-        Stages, as positions in ``route.stages``. (k,)
-    energy_j : ndarray
-        Energy home from the end of each. (k,) [J]
-    """
-    airborne = [
-        index
-        for index, stage in enumerate(route.stages)
-        if stage.kind not in {StageKind.LAND, StageKind.RETURN}
-    ]
-    count = len(airborne)
-    energy_j = np.zeros(count)
-    if airborne:
-        points_m = np.array(
-            [(s.east_m, s.north_m, s.height_m) for s in (route.stages[i] for i in airborne)]
+    segment: IntArray
+    """(n,)"""
+    share: FloatArray
+    """Of the segment's time that has passed, 0 to 1. (n,) [-]"""
+    stage: IntArray
+    """Position in the route's stages. (n,)"""
+    time_s: FloatArray
+    """Since the start of the flight. (n,) [s]"""
+    place_m: FloatArray
+    """East, north, height above home. (n, 3) [m]"""
+    stop_m: FloatArray
+    """Where a vehicle that is told to return there stands still. (n, 3) [m]"""
+    stop_s: FloatArray
+    """Time until it does. (n,) [s]"""
+    stop_wh: FloatArray
+    """Energy until it does. (n,) [Wh]"""
+    used_wh: FloatArray
+    """Energy used since the start of the flight. (n,) [Wh]"""
+
+
+@frozen(eq=False)
+class Homeward:
+    """A flight and the rules by which it can be broken off."""
+
+    route: Route
+    flight: Flight
+    pilot: Pilot
+    destinations: Destinations
+    segment_stage: IntArray
+    """Stage each segment serves. (s,)"""
+    used_wh: FloatArray
+    """Energy used before each segment, and after the last. (s + 1,) [Wh]"""
+    start_s: FloatArray
+    """When each segment begins. (s,) [s]"""
+    piece_start_s: FloatArray
+    first_piece: IntArray
+    """First piece of each segment, and one past the last of all. (s + 1,)"""
+
+    def points(self, segment: IntArray, share: FloatArray) -> Points:
+        """Return points of the flight.
+
+        Parameters
+        ----------
+        segment : ndarray of int
+            (n,)
+        share : ndarray
+            Share of the time of the segment that has passed, 0 to 1; energy inside a segment is taken
+            to be used evenly. (n,) [-]
+
+        Notes
+        -----
+        A return begins with a stop: over the distance the pilot brakes by from the ground speed, in
+        the time the pilot takes for it, at Simpson's mean of the powers at full, half and no speed.
+        Where the leg is flown into a stop anyway, a cruise stops as its leg does, and a vehicle that
+        brakes already goes on braking.
+        """
+        motion, columns = self.flight.motion, self.flight.motion.segments
+        time_s = self.start_s[segment] + share * columns.duration_s[segment]
+        piece = np.clip(
+            np.searchsorted(self.piece_start_s, time_s, side="right") - 1,
+            self.first_piece[segment],
+            self.first_piece[segment + 1] - 1,
         )
-        motion, transients = pilot.fly_home(points_m, route)
-        energy_j += np.bincount(
-            motion.segments.item, segment_energy_j(motion, transients, power), minlength=count
+        own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
+        state = motion.state_at(piece, own_s)
+        place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+        stop_m, stop_s, stop_wh = self._stops(state, place_m, segment, share)
+        before, after = self.used_wh[segment], self.used_wh[segment + 1]
+        return Points(
+            segment=segment,
+            share=share,
+            stage=self.segment_stage[segment],
+            time_s=time_s,
+            place_m=place_m,
+            stop_m=stop_m,
+            stop_s=stop_s,
+            stop_wh=stop_wh,
+            used_wh=before + share * (after - before),
         )
-    return np.array(airborne, dtype=np.intp), energy_j
+
+    def _stops(
+        self, state: KinematicState, place_m: FloatArray, segment: IntArray, share: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return where, when and at what energy vehicles in states stand still."""
+        columns = self.flight.motion.segments
+        speed = state.ground_speed_m_s
+        moves = speed > _SLOWEST_M_S
+        safe = np.where(moves, speed, 1.0)
+        way_m, stop_s = self.pilot.stop(np.where(moves, speed, 0.0))
+        stop_wh = wh_from_j(self._braking_power_w(state) * stop_s)
+        brakes = columns.state[segment] == _BRAKE
+        brake = np.minimum(segment + ~brakes, len(columns.item) - 1)
+        brake_m = columns.distance_m[brake]
+        # Written so that a distance that is not a number is no stop.
+        stops = (
+            (brakes | (columns.state[segment] == _CRUISE))
+            & (columns.state[brake] == _BRAKE)
+            & (np.abs(columns.stopping_distance_m[brake] - brake_m) <= 1e-6 * brake_m)
+        )
+        left = np.where(brakes, 1.0 - share, 1.0)
+        stop_s = np.where(stops, left * columns.duration_s[brake], stop_s)
+        stop_wh = np.where(stops, left * wh_from_j(self.flight.segment_energy_j[brake]), stop_wh)
+        stop_m = place_m.copy()
+        stop_m[:, 0] += way_m * state.east_m_s / safe
+        stop_m[:, 1] += way_m * state.north_m_s / safe
+        ahead = stops & ~brakes
+        stop_m[ahead, 0] = (place_m[:, 0] + brake_m * state.east_m_s / safe)[ahead]
+        stop_m[ahead, 1] = (place_m[:, 1] + brake_m * state.north_m_s / safe)[ahead]
+        # A response may swing about the place where its leg ends: the next segment begins there.
+        after = np.minimum(self.first_piece[brake + 1], len(self.piece_start_s) - 1)
+        stands = stops & brakes & (brake + 1 < len(columns.item))
+        begin = self.flight.motion.state_at(after, np.zeros(len(after)))
+        stop_m[stands, 0], stop_m[stands, 1] = begin.east_m[stands], begin.north_m[stands]
+        return stop_m, stop_s, stop_wh
+
+    def _braking_power_w(self, state: KinematicState) -> FloatArray:
+        """Return the mean power of stops from states. (n,) [W]"""
+        column = np.zeros(len(state.height_m))[:, None]
+        slowing = KinematicState(
+            east_m=state.east_m[:, None] + column,
+            north_m=state.north_m[:, None] + column,
+            height_m=state.height_m[:, None] + np.zeros(len(_BRAKING_SHARES)),
+            east_m_s=state.east_m_s[:, None] * _BRAKING_SHARES,
+            north_m_s=state.north_m_s[:, None] * _BRAKING_SHARES,
+            climb_m_s=column + np.zeros(len(_BRAKING_SHARES)),
+        )
+        braking = np.full(column.shape, _BRAKE)
+        power_w = self.flight.power.power_w(
+            slowing, braking, state.ground_speed_m_s[:, None] + column
+        )
+        mean_w: FloatArray = power_w @ _SIMPSON
+        return mean_w
+
+    def way(
+        self, stand_m: FloatArray, stage: IntArray, destination: IntArray | int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return time and energy of ways from standing at points to landed. (n,) [s], (n,) [Wh]
+
+        Parameters
+        ----------
+        stand_m : ndarray
+            East, north, height above home; at least one. (n, 3) [m]
+        stage : ndarray of int
+            Stages flown when the way begins, which say what home is. (n,)
+        destination : ndarray of int
+            ``HOME`` or rally points. (n,)
+        """
+        targets = self.destinations.targets(stage, destination)
+        motion, transients = self.pilot.fly_home(stand_m, targets, self.route)
+        item, count = motion.segments.item, len(stand_m)
+        energy_j = segment_energy_j(motion, transients, self.flight.power)
+        time_s, used_j = np.zeros(count), np.zeros(count)
+        time_s += np.bincount(item, motion.segments.duration_s, minlength=count)
+        used_j += np.bincount(item, energy_j, minlength=count)
+        return time_s, wh_from_j(used_j)
+
+    def chosen(self, points: Points) -> IntArray:
+        """Return the destination the vehicle itself chooses from points. (n,)"""
+        return self.destinations.chosen(points.place_m, points.stage)
+
+    def paths_m(self, points: Points, destination: IntArray | None = None) -> FloatArray:
+        """Return the corners of ways home: where it decides, stands, turns home, arrives, lands.
+
+        Parameters
+        ----------
+        points : Points
+            Where it is told to return. (n,)
+        destination : ndarray of int, optional
+            ``HOME`` or rally points; default what the vehicle itself chooses. (n,)
+
+        Returns
+        -------
+        ndarray
+            East, north, height above home; straight in between. (n, 5, 3) [m]
+        """
+        chosen = self.chosen(points) if destination is None else destination
+        targets = self.destinations.targets(points.stage, chosen)
+        return _corners_m(points, targets, self.pilot)
+
+
+def _corners_m(points: Points, targets: Targets, pilot: Pilot) -> FloatArray:
+    height_m = pilot.return_heights_m(points.stop_m, targets)
+    turn_m, over_m = points.stop_m.copy(), targets.ground_m.copy()
+    turn_m[:, 2] = over_m[:, 2] = height_m
+    corners: FloatArray = np.stack(
+        (points.place_m, points.stop_m, turn_m, over_m, targets.ground_m), axis=1
+    )
+    return corners
+
+
+def make_homeward(
+    route: Route, flight: Flight, pilot: Pilot, destinations: Destinations
+) -> Homeward:
+    """Return the ways home of a flight of at least one segment."""
+    motion = flight.motion
+    columns = motion.segments
+    count = len(columns.item)
+    stage = np.searchsorted(np.maximum.accumulate(motion.done_segment), np.arange(count))
+    return Homeward(
+        route=route,
+        flight=flight,
+        pilot=pilot,
+        destinations=destinations,
+        segment_stage=np.minimum(stage, len(route.stages) - 1),
+        used_wh=np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j)))),
+        start_s=columns.end_s - columns.duration_s,
+        piece_start_s=motion.piece_start_s(),
+        first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
+    )

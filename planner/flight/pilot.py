@@ -21,6 +21,7 @@ from planner.flight.transients import NO_TRANSIENTS
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.conditions import Conditions
+    from planner.flight.destination import Targets
     from planner.flight.motion.kinematics import FloatArray, Motion
     from planner.flight.transients import Transients
     from planner.mission.stage import Route
@@ -40,13 +41,17 @@ class Pilot(Protocol):
         """Return the motion along a route of at least one stage, and its power transients."""
         ...
 
-    def fly_home(self, points_m: FloatArray, route: Route) -> tuple[Motion, Transients]:
+    def fly_home(
+        self, points_m: FloatArray, targets: Targets, route: Route
+    ) -> tuple[Motion, Transients]:
         """Return the ways home from many points, one after the other.
 
         Parameters
         ----------
         points_m : ndarray
             East, north, height above home; the vehicle stands there. (n, 3) [m]
+        targets : Targets
+            Where each leads. (n,)
         route : Route
             Whose home it is.
 
@@ -56,6 +61,17 @@ class Pilot(Protocol):
             The item of a segment is the position of its point.
         transients : Transients
             The power transients on the way.
+        """
+        ...
+
+    def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
+        """Return the heights above the first home at which ways home are flown. (n,) [m]"""
+        ...
+
+    def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return way and time a vehicle told to return takes to stand still, from ground speeds.
+
+        (n,) [m], (n,) [s]
         """
         ...
 
@@ -136,10 +152,28 @@ class StepPilot:
         legs = Legs.of(route.stages, default_speed_m_s=self._speed_m_s)
         return fly_step_references(legs, self.vehicle.responses)
 
-    def fly_home(self, points_m: FloatArray, _route: Route) -> tuple[Motion, Transients]:
+    def fly_home(
+        self, points_m: FloatArray, targets: Targets, _route: Route
+    ) -> tuple[Motion, Transients]:
         """Return level legs home at the height of each point, and landings there."""
-        legs = Legs.home_from(points_m, speed_m_s=self._speed_m_s)
+        legs = Legs.home_from(points_m, targets.ground_m, speed_m_s=self._speed_m_s)
         return fly_step_references(legs, self.vehicle.responses)
+
+    def return_heights_m(self, points_m: FloatArray, _targets: Targets) -> FloatArray:
+        """Return the heights of the points: references by steps have no rule for a return."""
+        return points_m[:, 2]
+
+    def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how the identified response of the speed goes on after a step to zero.
+
+        Its area is the way; the time is taken to grow with the speed, up to twice the residence time.
+        """
+        response = self.vehicle.responses.speed
+        if response is None:  # such a model flies no level legs
+            return np.zeros_like(speed_m_s), np.zeros_like(speed_m_s)
+        residence_s = response.transfer_function.mean_residence_time_s
+        share = np.minimum(speed_m_s / self._speed_m_s, 1.0)
+        return speed_m_s * residence_s, 2.0 * residence_s * share
 
     @property
     def _speed_m_s(self) -> float:
@@ -171,19 +205,38 @@ class Px4Pilot:
         )
         return motion, NO_TRANSIENTS
 
-    def fly_home(self, points_m: FloatArray, _route: Route) -> tuple[Motion, Transients]:
+    def fly_home(
+        self, points_m: FloatArray, targets: Targets, _route: Route
+    ) -> tuple[Motion, Transients]:
         """Return the returns (RTL) from each point."""
         from planner.flight.motion.px4.flight import px4_ways_home
 
         motion = px4_ways_home(
             points_m,
-            np.zeros(3),
+            targets.ground_m,
             self.parameters,
+            rally_height_m=targets.rally_height_m,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             hover_noise_m=self.position_noise_m,
         )
         return motion, NO_TRANSIENTS
+
+    def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
+        """Return the heights of RTL_RETURN_ALT and its cone."""
+        from planner.flight.motion.px4.returns import return_heights_m
+
+        way = targets.ground_m - points_m
+        datum = targets.ground_m[:, 2] + targets.rally_height_m
+        distance = np.hypot(way[:, 0], way[:, 1])
+        return datum + return_heights_m(distance, points_m[:, 2] - datum, self.parameters)
+
+    def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the way to where PX4 puts the point it holds when told to in mid-leg, and its time."""
+        from planner.flight.motion.px4.speeds import stopping_distance_m
+
+        way_m = stopping_distance_m(speed_m_s, self.parameters)
+        return way_m, _even_braking_s(way_m, speed_m_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,15 +261,38 @@ class ArduPilotPilot:
         )
         return motion, NO_TRANSIENTS
 
-    def fly_home(self, points_m: FloatArray, route: Route) -> tuple[Motion, Transients]:
+    def fly_home(
+        self, points_m: FloatArray, targets: Targets, route: Route
+    ) -> tuple[Motion, Transients]:
         """Return the returns (RTL) from each point."""
         from planner.flight.motion.ardupilot.flight import ardupilot_ways_home
 
         motion = ardupilot_ways_home(
             points_m,
+            targets.ground_m,
             self.parameters,
+            rally_height_m=targets.rally_height_m,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             home_latitude_deg=route.frame.latitude_deg,
         )
         return motion, NO_TRANSIENTS
+
+    def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
+        """Return the heights of RTL_ALT, RTL_CLIMB_MIN and the cone of RTL_CONE_SLOPE."""
+        from planner.flight.motion.ardupilot.returns import return_height_m
+
+        ground_m, rally_m = targets.ground_m, targets.rally_height_m
+        return return_height_m(points_m, ground_m, self.parameters, rally_m)
+
+    def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the way an S-curve brakes by, and its time."""
+        from planner.flight.motion.ardupilot.flight import stopping_distance_m
+
+        way_m = stopping_distance_m(speed_m_s, self.parameters)
+        return way_m, _even_braking_s(way_m, speed_m_s)
+
+
+def _even_braking_s(way_m: FloatArray, speed_m_s: FloatArray) -> FloatArray:
+    """Return the time of braking at half the speed on average. (n,) [s]"""
+    return np.divide(2.0 * way_m, speed_m_s, out=np.zeros_like(way_m), where=speed_m_s > 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from planner import numbers
@@ -46,6 +46,8 @@ class Course(Whereabouts):
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
     is_over: bool = False
+    moved_homes: list[tuple[int, float, float, float]] = field(default_factory=list)
+    """Stages before DO_SET_HOME, latitude and longitude [°], height of the ground there [m]."""
 
     def follow(self, number: int, item: MissionItem) -> None:
         """Take one item into the course.
@@ -92,7 +94,7 @@ class Course(Whereabouts):
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
         has_moved = self.home_deg != self.start_deg
-        self.height_m = self.ground_m() if has_moved else self.ground_level_m
+        self.height_m = self.ground_m(*self.home_deg) if has_moved else self.ground_level_m
         # The speed of a return is set in the vehicle: what the mission commanded ends here.
         self._add(StageKind.RETURN, number).speed_m_s = None
         self.is_over = True
@@ -161,7 +163,7 @@ class Course(Whereabouts):
     def land(self, number: int, item: MissionItem) -> None:
         """Land at a place: the flight is over."""
         self.move_to(number, item)
-        self.height_m = self.ground_m()
+        self.height_m = self.ground_m(self.latitude_deg, self.longitude_deg)
         self._add(StageKind.LAND, number).yaw_deg = item.param4
         self.is_over = True
 
@@ -280,6 +282,11 @@ class Course(Whereabouts):
 
     def set_home(self, number: int, item: MissionItem) -> None:
         """Move the place a return leads to."""
+        self._move_home(number, item)
+        ground_m = self.ground_m(*self.home_deg)
+        self.moved_homes.append((len(self.drafts), *self.home_deg, ground_m))
+
+    def _move_home(self, number: int, item: MissionItem) -> None:
         if item.param1 == 1.0 or not self.has_place(number, item):
             self.home_deg = (self.latitude_deg, self.longitude_deg)
             self.datum_m = self.height_m

@@ -25,7 +25,7 @@ from planner.mission.course import Course
 from planner.mission.draft import Draft
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.jumps import flown_order
-from planner.mission.stage import Lap, Route, Stage, StageKind
+from planner.mission.stage import HomePlace, Lap, Route, Stage, StageKind
 from planner.mission.whereabouts import TAKEOFFS, ground_amsl_m, is_on_earth
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def make_route(
     lap = None
     if order.lap_item is not None and lap_start is not None and not course.is_over:
         lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
-    return _laid_out(course, tuple(reached), lap, tuple(findings))
+    return _laid_out(course, tuple(reached), lap, tuple(findings), assumed)
 
 
 def _begin(
@@ -271,15 +271,32 @@ def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
 
 
 def _laid_out(
-    course: Course, reached: tuple[int, ...], lap: Lap | None, findings: tuple[Finding, ...]
+    course: Course,
+    reached: tuple[int, ...],
+    lap: Lap | None,
+    findings: tuple[Finding, ...],
+    assumed: int,
 ) -> Route:
-    """Return the route with its drafts laid into the local frame of home."""
+    """Return the route, ``assumed`` stages put before it, laid into the local frame of home."""
     drafts = course.drafts
     frame = LocalFrame(latitude_deg=course.start_deg[0], longitude_deg=course.start_deg[1])
     east, north = frame.east_north_m(
         [draft.latitude_deg for draft in drafts], [draft.longitude_deg for draft in drafts]
     )
+    homes = course.moved_homes
+    home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
     return Route(
+        moved_homes=tuple(
+            HomePlace(
+                first_stage=home[0] + assumed if home[0] else 0,
+                east_m=east_m,
+                north_m=north_m,
+                ground_m=home[3],
+            )
+            for home, east_m, north_m in zip(
+                homes, home_east.tolist(), home_north.tolist(), strict=True
+            )
+        ),
         stages=tuple(
             Stage(
                 kind=draft.kind,

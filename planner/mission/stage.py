@@ -77,6 +77,18 @@ class Lap:
 
 
 @frozen
+class HomePlace:
+    """Where a return leads from some stage of a route on."""
+
+    first_stage: int
+    """Position in the route's stages: it counts while this one is flown, and those after it."""
+    east_m: float
+    north_m: float
+    ground_m: float
+    """Height of the ground there above the home the flight started from. [m]"""
+
+
+@frozen
 class Route:
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
@@ -87,4 +99,6 @@ class Route:
     reached: tuple[int, ...] = ()
     """Items in the order they are reached, repeated where a jump leads back."""
     lap: Lap | None = None
+    moved_homes: tuple[HomePlace, ...] = ()
+    """The homes set by DO_SET_HOME, in flown order; the first home is where the frame begins."""
     findings: tuple[Finding, ...] = ()

@@ -152,7 +152,11 @@ class Whereabouts:
 
     def _height_left_open_m(self, number: int, item: MissionItem) -> float:
         """Return the height of an item without altitude: from the terrain, or as it was."""
-        ground_m = None if item.unresolved_agl_m is None else self._known_ground_m()
+        ground_m = (
+            None
+            if item.unresolved_agl_m is None
+            else self._known_ground_m(self.latitude_deg, self.longitude_deg)
+        )
         if ground_m is None or item.unresolved_agl_m is None:
             known = "" if item.unresolved_agl_m is None else " (--terrain would tell it)"
             message = f"has no altitude: the height before it is kept{known}"
@@ -182,7 +186,7 @@ class Whereabouts:
         """Tell of an AMSL altitude that is not above home, unless the ground is known to fall."""
         if self.home_amsl_m is None or height_m > 0.0:
             return
-        ground_m = self._known_ground_m()
+        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
         if ground_m is not None and height_m > ground_m:
             return
         below = "at home's level" if height_m == 0.0 else f"{numbers.height(-height_m)} below home"
@@ -195,7 +199,7 @@ class Whereabouts:
 
     def _terrain_m(self, number: int, item: MissionItem) -> float:
         """Return the ground's height above the first home at the present place."""
-        ground_m = self._known_ground_m()
+        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
         if ground_m is not None:
             return ground_m
         self.remark(
@@ -207,15 +211,15 @@ class Whereabouts:
         )
         return self.datum_m
 
-    def ground_m(self) -> float:
-        """Return the height of the ground at the present place; home's where it is not known."""
-        ground_m = self._known_ground_m()
+    def ground_m(self, latitude_deg: float, longitude_deg: float) -> float:
+        """Return the height of the ground at a place; home's where it is not known. [m]"""
+        ground_m = self._known_ground_m(latitude_deg, longitude_deg)
         return self.ground_level_m if ground_m is None else ground_m
 
-    def _known_ground_m(self) -> float | None:
+    def _known_ground_m(self, latitude_deg: float, longitude_deg: float) -> float | None:
         if self.terrain is None or self.home_amsl_m is None:
             return None
-        ground_m = ground_amsl_m(self.terrain, self.latitude_deg, self.longitude_deg)
+        ground_m = ground_amsl_m(self.terrain, latitude_deg, longitude_deg)
         return None if ground_m is None else ground_m - self.home_amsl_m
 
     def remark(

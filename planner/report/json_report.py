@@ -50,6 +50,7 @@ _BATTERY_KEYS = (
     "charge_left_fraction",
     "lowest_voltage_v",
     "highest_c_rate",
+    "reserve_wh",
 )
 _CONDITION_KEYS = (
     "home_amsl_m",
@@ -60,7 +61,8 @@ _CONDITION_KEYS = (
     "battery_resistance_factor",
     "battery_temperature_c",
 )
-_RETURN_KEYS = ("tightest_item", "energy_home_wh", "margin_wh")
+_RETURN_KEYS = ("tightest_item", "energy_home_wh", "margin_wh", "time_home_s", "destination")
+_POINT_KEYS = ("item", "time_s", "along_m", "leg_m", "latitude_deg", "longitude_deg")
 _COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
 _ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
 
@@ -96,10 +98,17 @@ def segments_json(result: CheckResult, *, version: str) -> str:
 def figures(result: CheckResult | UnreadableMission) -> Document:
     """Return what a flight takes, leaves and needs to get home, as the keys of the contract."""
     flown = result if isinstance(result, CheckResult) else None
+    way = None if flown is None else flown.way_home
     return {
         "totals": values(value(flown, "totals"), _TOTALS_KEYS),
         "battery": values(value(flown, "battery"), _BATTERY_KEYS),
-        "return": values(value(flown, "way_home"), _RETURN_KEYS),
+        "return": values(way, _RETURN_KEYS)
+        | {
+            f"{point}_{key}": value(getattr(way, point, None), key)
+            for point in ("tightest", "last_return", "last_return_empty")
+            for key in _POINT_KEYS
+            if f"{point}_{key}" not in _RETURN_KEYS
+        },
     }
 
 

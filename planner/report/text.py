@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import numbers
+from planner.checks.energy import destination_name, place_along
 from planner.findings import Severity
 from planner.flight.state import STATES
 from planner.report.finding_text import closing_line, finding_lines, note_lines
@@ -163,10 +164,13 @@ def _battery(battery: BatteryBudget) -> str:
 
 
 def _way_home(way_home: ReturnBudget) -> str:
-    text = (
-        f"tightest from item {way_home.tightest_item}: "
-        f"{numbers.energy(way_home.energy_home_wh)} to get home"
-    )
+    where = f"item {way_home.tightest_item}"
+    if way_home.tightest is not None:
+        where = place_along(way_home.tightest)
+    goal = destination_name(way_home.destination)
+    text = f"tightest from {where}: {numbers.energy(way_home.energy_home_wh)} to get {goal}"
+    if way_home.time_home_s is not None:
+        text += f" in {numbers.duration(way_home.time_home_s)}"
     if way_home.margin_wh is None:
         return text
     return f"{text}, {_against(way_home.margin_wh, 'the reserve')}"

@@ -255,6 +255,17 @@ class ArduPilotParameters:
         "RTL_ALT_TYPE", "", 0, "0: over home, 1: over terrain", at_least=0.0
     )
 
+    rally_limit_m: float = parameter(
+        "RALLY_LIMIT_KM",
+        "km",
+        0.3,
+        "distance within which a rally point is taken though home is nearer; 0: no limit",
+        at_least=0.0,
+    )
+    rally_includes_home: int = parameter(
+        "RALLY_INCL_HOME", "", 1, "1: home counts among the rally points", at_least=0.0
+    )
+
     spool_up_s: float = parameter(
         "MOT_SPOOL_TIME", "s", 0.5, "time for motors to spool up", at_least=0.0
     )

@@ -23,6 +23,7 @@ SI_PER_UNIT: Mapping[str, float] = {
     "": 1.0,
     "m": 1.0,
     "cm": 1e-2,
+    "km": 1e3,
     "m/s": 1.0,
     "cm/s": 1e-2,
     "m/s²": 1.0,

@@ -329,7 +329,7 @@ def test_a_landing_elsewhere_is_flown_to_level_first() -> None:
 def return_s(
     parameters: ArduPilotParameters, *, distance: float = 1000.0, height: float = 50.0
 ) -> float:
-    return time_s(ardupilot_ways_home(np.array([[distance, 0.0, height]]), parameters))
+    return time_s(ardupilot_ways_home(np.array([[distance, 0.0, height]]), np.zeros(3), parameters))
 
 
 def way_back_s(distance: float = 1000.0, v: float = 10.0) -> float:
@@ -392,7 +392,7 @@ def test_rtl_loit_time_is_waited() -> None:
 
 def test_a_final_altitude_ends_the_return_in_the_air_and_says_so() -> None:
     parameters = ArduPilotParameters(return_final_altitude_m=20.0)
-    motion = ardupilot_ways_home(np.array([[100.0, 0.0, 50.0]]), parameters)
+    motion = ardupilot_ways_home(np.array([[100.0, 0.0, 50.0]]), np.zeros(3), parameters)
     assert states(motion)[-1] == "descend"
     assert motion.segments.climb_m[-1] == pytest.approx(-30.0)
     assert [finding.code for finding in motion.findings] == ["M102"]
@@ -429,9 +429,9 @@ def test_a_return_starts_from_a_stop_and_its_speed_is_not_the_mission_s() -> Non
 
 def test_ways_home_are_those_of_single_flights() -> None:
     points = np.array([[300.0, 400.0, 80.0], [0.0, -50.0, 5.0], [-1000.0, 0.0, 12.0]])
-    together = ardupilot_ways_home(points, DEFAULTS).segments
+    together = ardupilot_ways_home(points, np.zeros(3), DEFAULTS).segments
     for row, point in enumerate(points):
-        alone = ardupilot_ways_home(point[None], DEFAULTS).segments
+        alone = ardupilot_ways_home(point[None], np.zeros(3), DEFAULTS).segments
         mine = together.item == row
         assert together.duration_s[mine] == pytest.approx(alone.duration_s, abs=1e-9)
         assert together.distance_m[mine] == pytest.approx(alone.distance_m, abs=1e-9)

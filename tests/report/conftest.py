@@ -45,6 +45,7 @@ def flown() -> CheckResult:
             usable_wh=69.3,
             used_fraction=24.06 / 77.0,
             reserve_fraction=0.2,
+            reserve_wh=15.4,
             margin_wh=69.3 - 15.4 - 24.06,
         ),
         way_home=ReturnBudget(tightest_item=2, energy_home_wh=10.25, margin_wh=31.2),

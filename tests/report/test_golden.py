@@ -82,6 +82,7 @@ def _flown(
             usable_wh=10.0,
             used_fraction=0.6,
             reserve_fraction=0.25,
+            reserve_wh=2.5,
             margin_wh=1.5,
         ),
         way_home=ReturnBudget(tightest_item=2, energy_home_wh=2.5, margin_wh=1.25),

@@ -78,17 +78,17 @@ class Legs:
         )
 
     @classmethod
-    def home_from(cls, points_m: FloatArray, *, speed_m_s: float) -> Legs:
-        """Return a level leg home and a landing from each of many points (n, 3), on its own."""
+    def home_from(cls, points_m: FloatArray, home_m: FloatArray, *, speed_m_s: float) -> Legs:
+        """Return level legs from many points (n, 3) to home (n, 3), and landings, each on its own."""
         count = len(points_m)
         rows = np.arange(count)
         return cls(
             item=rows,
             start_m=points_m,
-            end_m=np.zeros((count, 3)),
+            end_m=np.array(home_m, np.float64),
             speed_m_s=np.full(count, speed_m_s),
             hold_s=np.zeros(count),
-            centre_m=np.zeros((count, 2)),
+            centre_m=np.array(home_m[:, :2], np.float64),
             circle_m=np.zeros(count),
             turns=np.zeros(count),
             climb_state=np.full(count, STATE_INDEX[FlightState.CLIMB]),

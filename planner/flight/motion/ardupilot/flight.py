@@ -89,8 +89,10 @@ def fly_ardupilot(
 
 def ardupilot_ways_home(
     points_m: FloatArray,
+    home_m: FloatArray,
     parameters: ArduPilotParameters,
     *,
+    rally_height_m: FloatArray | None = None,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
     home_latitude_deg: float | None = None,
@@ -101,6 +103,10 @@ def ardupilot_ways_home(
     ----------
     points_m : ndarray
         East, north, height above home; the vehicle stands there. (n, 3) [m]
+    home_m : ndarray
+        Where each leads, its ground included; (3,) where it is one for all. (n, 3) [m]
+    rally_height_m : ndarray, optional
+        Heights of rally points above the ground there; default 0, home. (n,) [m]
     parameters, wind, airspeed_limit_m_s, home_latitude_deg
         As in :func:`fly_ardupilot`.
 
@@ -110,7 +116,9 @@ def ardupilot_ways_home(
         The ways one after the other; the item of a segment is the position of its point.
     """
     scale = metres_of_autopilot(home_latitude_deg)
-    columns = return_columns(points_m, parameters, scale=scale)
+    home = np.broadcast_to(np.asarray(home_m, np.float64), points_m.shape)
+    rally = np.zeros(len(points_m)) if rally_height_m is None else rally_height_m
+    columns = return_columns(points_m, home, rally, parameters, scale=scale)
     return _flown(columns, parameters, wind, airspeed_limit_m_s, scale)
 
 

@@ -198,7 +198,7 @@ def _ways(
     top, over = stages.start_m[home].copy(), stages.place_m[home].copy()
     if len(home):
         top[:, 2] = over[:, 2] = return_height_m(
-            stages.start_m[home], stages.place_m[home], parameters
+            stages.start_m[home], stages.place_m[home], parameters, stages.return_floor_m[home]
         )
     key = np.concatenate((single * SLOTS, home * SLOTS, home * SLOTS + 1))
     start = np.concatenate((stages.start_m[single], stages.start_m[home], top))

@@ -35,7 +35,10 @@ _HEADING_HELD = 0
 
 
 def return_height_m(
-    start_m: FloatArray, home_m: FloatArray, parameters: ArduPilotParameters
+    start_m: FloatArray,
+    home_m: FloatArray,
+    parameters: ArduPilotParameters,
+    rally_height_m: FloatArray | float = 0.0,
 ) -> FloatArray:
     """Return the height above home at which returns are flown. (n,) [m]
 
@@ -45,16 +48,18 @@ def return_height_m(
         East, north, height of where the returns begin and of home. (n, 3) [m]
     parameters : ArduPilotParameters
         The vehicle's parameters.
+    rally_height_m : ndarray
+        Height of a rally point above its ground; 0 for home. (n,) [m]
 
     Notes
     -----
-    ``ModeRTL::compute_return_target``: RTL_ALT, at least RTL_CLIMB_MIN above the present height; with a
-    RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; no higher than FENCE_ALT_MAX less
-    FENCE_MARGIN while that fence is on; never down.
+    ``ModeRTL::compute_return_target``: RTL_ALT or the rally point's altitude, at least RTL_CLIMB_MIN
+    above the present height; with a RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; no
+    higher than FENCE_ALT_MAX less FENCE_MARGIN while that fence is on; never down.
     """
     present = start_m[:, 2] - home_m[:, 2]
     least = np.maximum(present + parameters.return_climb_min_m, _LEAST_RETURN_M)
-    height = np.maximum(parameters.return_altitude_m, least)
+    height = np.maximum(np.maximum(parameters.return_altitude_m, rally_height_m), least)
     if parameters.return_cone_slope >= _SHALLOWEST_CONE:
         distance = np.hypot(start_m[:, 0] - home_m[:, 0], start_m[:, 1] - home_m[:, 1])
         height = np.minimum(height, np.maximum(distance * parameters.return_cone_slope, least))
@@ -80,7 +85,8 @@ def over_home_m(
         The vehicle's parameters.
     """
     over_m = stages.place_m[home].copy()
-    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters)
+    floor_m = stages.return_floor_m[home]
+    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters, floor_m)
     return over_m
 
 

@@ -64,6 +64,8 @@ class StageColumns:
     """Whether the stage before was a take-off, whose end no file's coordinates meet exactly. (n,)"""
     from_ground: BoolArray
     """Whether a take-off leaves the ground. (n,)"""
+    return_floor_m: FloatArray
+    """Lowest height above its place that a return is flown at: a rally point's own. (n,) [m]"""
 
     def where(self, *kinds: StageKind) -> IntArray:
         """Return the rows of some kinds."""
@@ -174,18 +176,26 @@ def stage_columns(
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
+        return_floor_m=np.zeros(len(kind)),
     )
 
 
 def return_columns(
-    points_m: FloatArray, parameters: ArduPilotParameters, *, scale: tuple[float, float]
+    points_m: FloatArray,
+    home_m: FloatArray,
+    rally_height_m: FloatArray,
+    parameters: ArduPilotParameters,
+    *,
+    scale: tuple[float, float],
 ) -> StageColumns:
     """Return a way home from each of n points, standing there; item i is point i.
 
     Parameters
     ----------
-    points_m : ndarray
-        East, north, height above home. (n, 3) [m]
+    points_m, home_m : ndarray
+        East, north, height above home of where they begin and of the ground they lead to. (n, 3) [m]
+    rally_height_m : ndarray
+        Heights of rally points above the ground there; 0 for home. (n,) [m]
     parameters, scale
         As in :func:`stage_columns`.
     """
@@ -193,7 +203,8 @@ def return_columns(
     start = np.array(points_m, np.float64, ndmin=2)
     start[:, :2] *= scale
     zero, never = np.zeros(count), np.zeros(count, np.bool_)
-    home = np.zeros((count, 3))
+    home = np.array(home_m, np.float64, ndmin=2)
+    home[:, :2] *= scale
     return StageColumns(
         kind=np.full(count, KIND_INDEX[StageKind.RETURN]),
         item=np.arange(count),
@@ -210,6 +221,7 @@ def return_columns(
         is_passed=never,
         is_first_leg=never,
         from_ground=never,
+        return_floor_m=np.asarray(rally_height_m, np.float64),
     )
 
 

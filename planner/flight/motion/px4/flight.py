@@ -99,6 +99,7 @@ def px4_ways_home(
     home_m: FloatArray,
     parameters: Px4Parameters,
     *,
+    rally_height_m: FloatArray | float = 0.0,
     hover_noise_m: float = 0.0,
     has_range_sensor: bool = True,
     wind: Wind | None = None,
@@ -114,6 +115,8 @@ def px4_ways_home(
         Where each return leads, its ground included; (3,) where it is one for all. (k, 3) [m]
     parameters : Px4Parameters
         The vehicle's.
+    rally_height_m : ndarray
+        Heights of rally points above the ground there; 0 for home. (k,) [m]
     hover_noise_m, has_range_sensor, wind, airspeed_limit_m_s
         As in :func:`fly_px4`.
 
@@ -126,7 +129,7 @@ def px4_ways_home(
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
     return _fly(
-        moves_home(places, homes, parameters),
+        moves_home(places, homes, parameters, rally_height_m),
         len(places),
         parameters,
         pace=pace_of(hover_noise_m, parameters),

@@ -114,7 +114,12 @@ def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves
     return Moves.of([move for k, s in enumerate(stages) for move in navigator.moves(k, s)])
 
 
-def moves_home(places_m: FloatArray, home_m: FloatArray, parameters: Px4Parameters) -> Moves:
+def moves_home(
+    places_m: FloatArray,
+    home_m: FloatArray,
+    parameters: Px4Parameters,
+    rally_height_m: FloatArray | float = 0.0,
+) -> Moves:
     """Return the moves of returns from places, flights of their own, numbered as stages and items.
 
     Parameters
@@ -125,8 +130,10 @@ def moves_home(places_m: FloatArray, home_m: FloatArray, parameters: Px4Paramete
         Where they lead, the ground there included. (k, 3) [m]
     parameters : Px4Parameters
         The vehicle's.
+    rally_height_m : ndarray
+        Heights of rally points above the ground there; 0 for home. (k,) [m]
     """
-    legs = return_legs(places_m, home_m, parameters)
+    legs = return_legs(places_m, home_m, parameters, rally_height_m)
     count = len(places_m)
     flown = np.column_stack([leg.is_flown for leg in legs])
     flight, kind = np.nonzero(flown)

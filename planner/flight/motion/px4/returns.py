@@ -29,7 +29,10 @@ class ReturnLeg:
 
 
 def return_legs(
-    places_m: FloatArray, home_m: FloatArray, parameters: Px4Parameters
+    places_m: FloatArray,
+    home_m: FloatArray,
+    parameters: Px4Parameters,
+    rally_height_m: FloatArray | float = 0.0,
 ) -> tuple[ReturnLeg, ...]:
     """Return the legs of returns: up, home, down to wait, to the ground.
 
@@ -39,6 +42,9 @@ def return_legs(
         Where they begin and where they lead, the ground there included. (k, 3) [m]
     parameters : Px4Parameters
         The vehicle's.
+    rally_height_m : ndarray
+        Heights of rally points above the ground there, which the heights of the return count from;
+        0 for home. (k,) [m]
 
     Notes
     -----
@@ -46,12 +52,14 @@ def return_legs(
     if there is one; where it is below zero the vehicle stays there, and the motion ends.
     """
     way = home_m - places_m
-    height = return_heights_m(np.hypot(way[:, 0], way[:, 1]), -way[:, 2], parameters)
-    level = home_m[:, 2] + height
+    distance, above = np.hypot(way[:, 0], way[:, 1]), -way[:, 2] - rally_height_m
+    height = return_heights_m(distance, above, parameters)
+    datum = home_m[:, 2] + rally_height_m
+    level = datum + height
     every = np.ones(len(places_m), dtype=np.bool_)
     up, home, wait = places_m.copy(), home_m.copy(), home_m.copy()
     up[:, 2] = home[:, 2] = level
-    wait[:, 2] += np.minimum(parameters.return_descend_altitude_m, height)
+    wait[:, 2] = datum + np.minimum(parameters.return_descend_altitude_m, height)
     delay = parameters.return_land_delay_s
     return (
         ReturnLeg(target_m=up, is_flown=level > places_m[:, 2]),

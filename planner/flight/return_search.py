@@ -1,0 +1,277 @@
+"""The point of a flight from which the way home is tightest, found between items too.
+
+Used energy never falls, and a way home from a point nearby costs no more than flying there costs more:
+between two points at which both are known, their sum is bounded.  Stretches whose bound is no higher
+than the best point found are left alone, the others are divided, until no stretch is left that could
+hide a tighter point than the one found.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from planner.flight.homeward import Homeward
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+
+_TOLERANCE = 1e-3
+"""Share of the highest sum by which a point may be tighter than the one found. [-]"""
+_FINEST_M = 1.0
+"""A stretch of no more than this is not divided. [m]"""
+_FINEST_S = 0.1
+"""Nor is one of no more time. [s]"""
+_FIRST_STAGES = 24
+"""Places looked at before the first bound, spread over the flight."""
+_LIKELY_STAGES = 12
+"""Places looked at besides, where used energy and a straight way home are most."""
+_PARTS = 5
+"""Parts a stretch is divided into."""
+_MOST_DIVIDED = 24
+"""Stretches divided in one round, those with the highest bounds."""
+_MOST_ROUNDS = 60
+"""Far more than any flight takes: a stretch of 100 km is divided to 1 m in eight."""
+_LIPSCHITZ_MARGIN = 1.05
+"""What the slope of the energy over the way may be above the steepest one measured. [-]"""
+_BEARINGS = 8
+_FAR_M = 400.0
+"""Distance beyond which a way home is longer at its cruise speed alone. [m]"""
+_TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
+_LANDINGS = (StageKind.LAND, StageKind.RETURN)
+
+
+@frozen(eq=False)
+class ReturnNodes:
+    """Points of a flight with the way to where the vehicle itself would return from them."""
+
+    segment: IntArray
+    """(n,)"""
+    share: FloatArray
+    """(n,) [-]"""
+    destination: IntArray
+    """``HOME`` or a rally point. (n,)"""
+    used_wh: FloatArray
+    way_wh: FloatArray
+    """Energy to stop, return and land. (n,) [Wh]"""
+    way_s: FloatArray
+    slack_wh: FloatArray
+    """What the way could cost more for the stop at its beginning. (n,) [Wh]"""
+
+    @property
+    def sum_wh(self) -> FloatArray:
+        """Energy used by the time the vehicle has landed. (n,) [Wh]"""
+        return self.used_wh + self.way_wh
+
+    def joined(self, other: ReturnNodes) -> ReturnNodes:
+        """Return both in flown order."""
+        columns = {
+            name: np.concatenate((getattr(self, name), getattr(other, name)))
+            for name in self.__slots__
+        }
+        order = np.lexsort((columns["share"], columns["segment"]))
+        return ReturnNodes(**{name: column[order] for name, column in columns.items()})
+
+
+class ReturnSearch:
+    """The points of a flight looked at so far.
+
+    Segments of the take-off and of stages that land are left out: there the vehicle stands, or lands
+    where it is going anyway, and the energy of the whole flight says whether it can.
+    """
+
+    def __init__(self, homeward: Homeward) -> None:
+        self.homeward = homeward
+        columns = homeward.flight.motion.segments
+        stages = homeward.route.stages
+        lands = np.array([stage.kind in _LANDINGS for stage in stages])
+        judged = ~lands[homeward.segment_stage] & (columns.state != _TAKEOFF)
+        home = homeward.destinations.home_of(homeward.segment_stage)
+        count = len(judged)
+        following = np.append(judged[1:], False)
+        # a run ends where the next segment is not judged, or has another home
+        self._ends_run = judged & (~following | (home != np.append(home[1:], -1)))
+        begins = judged & np.concatenate(([True], self._ends_run[:-1] | ~judged[:-1]))
+        lone = (columns.state == _TAKEOFF) & ~lands[homeward.segment_stage] & ~following
+        self._judged = judged
+        self._length_m = np.concatenate(([0.0], np.cumsum(columns.distance_m)))
+        self._rise_m = np.concatenate(([0.0], np.cumsum(np.abs(columns.climb_m))))
+        self._duration_s = columns.duration_s
+        self._speed_m_s = columns.speed_m_s
+        self._per_m, self._per_rise_m = 0.0, 0.0
+        last = np.append(np.flatnonzero(np.diff(homeward.segment_stage)), count - 1)
+        last = last[judged[last]]
+        first = np.concatenate(
+            (np.flatnonzero(self._ends_run | lone), self._likely(last), _spread(last))
+        )
+        starts = np.flatnonzero(begins)
+        segment = np.concatenate((starts, np.unique(first)))
+        self.nodes: ReturnNodes | None = None
+        if len(segment):
+            share = np.where(np.arange(len(segment)) < len(starts), 0.0, 1.0)
+            self._per_m, self._per_rise_m = self._slopes()
+            self.nodes = self._evaluated(segment, share)
+            order = np.lexsort((self.nodes.share, self.nodes.segment))
+            self.nodes = _rows(self.nodes, order)
+
+    def tightest(self) -> int | None:
+        """Return the node from which the way home is tightest; ``None`` with no point in the air."""
+        if self.nodes is None:
+            return None
+        for _ in range(_MOST_ROUNDS):
+            best_wh = float(self.nodes.sum_wh.max())
+            left, bound_wh = self._divisible()
+            open_ones = bound_wh > best_wh * (1.0 + _TOLERANCE)
+            left, bound_wh = left[open_ones], bound_wh[open_ones]
+            if not len(left):
+                break
+            self._divide(left[np.argsort(-bound_wh, kind="stable")[:_MOST_DIVIDED]])
+        return int(np.argmax(self.nodes.sum_wh))
+
+    def last_below(self, available_wh: float) -> int | None:
+        """Return the last node before the first whose sum is above an energy; ``None``: none is.
+
+        The two stand at most a metre of way, or a tenth of a second, apart.
+        """
+        assert self.nodes is not None
+        for _ in range(_MOST_ROUNDS):
+            over = np.flatnonzero(self.nodes.sum_wh > available_wh)
+            if not len(over):
+                return None
+            left, bound_wh = self._divisible()
+            left = left[(bound_wh > available_wh) & (left < over[0])]
+            if not len(left):
+                return max(int(over[0]) - 1, 0)
+            self._divide(left[:_MOST_DIVIDED])
+        return max(int(over[0]) - 1, 0)
+
+    def _likely(self, last: IntArray) -> IntArray:
+        """Return the ends of stages where used energy and a straight way home are most."""
+        if not len(last):
+            return last
+        stage = self.homeward.segment_stage[last]
+        stages = self.homeward.route.stages
+        place = np.array([(stages[i].east_m, stages[i].north_m) for i in stage.tolist()])
+        ground = self.homeward.destinations.targets(stage, 0).ground_m
+        away = np.hypot(place[:, 0] - ground[:, 0], place[:, 1] - ground[:, 1])
+        length_m = float(self._length_m[-1])
+        per_m = self.homeward.used_wh[-1] / length_m if length_m > 0.0 else 0.0
+        guess = self.homeward.used_wh[last + 1] + per_m * away
+        return last[np.argsort(-guess, kind="stable")[:_LIKELY_STAGES]]
+
+    def _slopes(self) -> tuple[float, float]:
+        """Return how steeply the energy of a way home grows over its length and height. [Wh m⁻¹]"""
+        extremes = self.homeward.flight.extremes
+        low, high = (0.0, 0.0) if extremes is None else (extremes.lowest_m, extremes.highest_m)
+        windy = self.homeward.flight.power.wind.speed_m_s > 0.0
+        angle = np.arange(_BEARINGS if windy else 1) * 2.0 * np.pi / _BEARINGS
+        east, north = np.sin(angle), np.cos(angle)
+        ring = [
+            np.column_stack((east * away, north * away, np.full(len(angle), high)))
+            for away in (_FAR_M, 2.0 * _FAR_M)
+        ]
+        rises = np.array([[_FAR_M, 0.0, z] for z in (max(low, 0.0), low + 10.0, high, high + 10.0)])
+        stand_m = np.vstack((*ring, rises))
+        stage = np.zeros(len(stand_m), dtype=np.intp)
+        _, energy_wh = self.homeward.way(stand_m, stage, 0)
+        near, far = energy_wh[: len(angle)], energy_wh[len(angle) : 2 * len(angle)]
+        rising = np.abs(np.diff(energy_wh[2 * len(angle) :])) / np.maximum(
+            np.abs(np.diff(rises[:, 2])), 1.0
+        )
+        per_m = float(np.max(far - near)) / _FAR_M
+        return _LIPSCHITZ_MARGIN * per_m, _LIPSCHITZ_MARGIN * float(rising.max())
+
+    def _evaluated(self, segment: IntArray, share: FloatArray) -> ReturnNodes:
+        points = self.homeward.points(segment, share)
+        destination = self.homeward.chosen(points)
+        way_s, way_wh = self.homeward.way(points.stop_m, points.stage, destination)
+        away = points.stop_m - points.place_m
+        return ReturnNodes(
+            segment=segment,
+            share=share,
+            destination=destination,
+            used_wh=points.used_wh,
+            way_wh=points.stop_wh + way_wh,
+            way_s=points.stop_s + way_s,
+            slack_wh=points.stop_wh + self._per_m * np.hypot(away[:, 0], away[:, 1]),
+        )
+
+    def _divisible(self) -> tuple[IntArray, FloatArray]:
+        """Return the first nodes of the stretches that can be divided, and the bounds on them."""
+        nodes = self.nodes
+        assert nodes is not None
+        a, b = np.arange(len(nodes.segment) - 1), np.arange(1, len(nodes.segment))
+        in_run = self._judged[nodes.segment[b]] & ~(
+            (nodes.share[a] == 1.0) & (self._ends_run | ~self._judged)[nodes.segment[a]]
+        )
+        follows = (nodes.share[a] == 1.0) & (nodes.segment[a] + 1 == nodes.segment[b])
+        one = follows | (nodes.segment[a] == nodes.segment[b])
+        way_m = self._between(self._length_m, a, b)
+        share = nodes.share[b] - np.where(follows, 0.0, nodes.share[a])
+        time_s = self._duration_s[nodes.segment[b]] * share
+        way_m = np.where(one, np.minimum(way_m, time_s * self._speed_m_s[nodes.segment[b]]), way_m)
+        rise_m = self._between(self._rise_m, a, b)
+        fine = one & (
+            ((way_m <= _FINEST_M) & (rise_m * share <= _FINEST_M)) | (time_s <= _FINEST_S)
+        )
+        ways_wh = nodes.way_wh[a] + nodes.way_wh[b]
+        slack_wh = np.where(one, share, 1.0) * self._highest_slack(a, b, one)
+        more_wh = self._per_m * way_m + self._per_rise_m * rise_m * np.where(one, share, 1.0)
+        bound_wh = nodes.used_wh[b] + 0.5 * (ways_wh + more_wh) + slack_wh
+        left = np.flatnonzero(in_run & ~fine)
+        return left, bound_wh[left]
+
+    def _between(self, sums: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
+        """Return how much of what adds up over segments lies between nodes, at most."""
+        nodes = self.nodes
+        assert nodes is not None
+        first = np.where(nodes.share[a] == 1.0, nodes.segment[a] + 1, nodes.segment[a])
+        last = np.where(nodes.share[b] == 0.0, nodes.segment[b] - 1, nodes.segment[b])
+        between: FloatArray = np.maximum(sums[last + 1] - sums[first], 0.0)
+        return between
+
+    def _highest_slack(self, a: IntArray, b: IntArray, one: BoolArray) -> FloatArray:
+        """Return what stops could add between nodes, beyond those at their ends. [Wh]"""
+        nodes = self.nodes
+        assert nodes is not None
+        steady = one & (
+            np.abs(nodes.slack_wh[a] - nodes.slack_wh[b]) <= 1e-6 * nodes.slack_wh.max(initial=1e-9)
+        )
+        most = float(nodes.slack_wh.max())
+        return np.where(steady, 0.0, most)
+
+    def _divide(self, left: IntArray) -> None:
+        """Look at more points of stretches: at the ends of their segments, or inside one."""
+        nodes = self.nodes
+        assert nodes is not None
+        segments: list[int] = []
+        shares: list[float] = []
+        for a in left.tolist():
+            first, last = int(nodes.segment[a]), int(nodes.segment[a + 1])
+            begin, end = float(nodes.share[a]), float(nodes.share[a + 1])
+            if first != last and begin == 1.0:
+                first, begin = first + 1, 0.0
+            if first == last:
+                inside = np.linspace(begin, end, _PARTS + 1)[1:-1]
+                segments += [first] * len(inside)
+                shares += inside.tolist()
+            else:
+                ends = np.unique(np.linspace(first, last - 1, _PARTS).astype(np.intp))
+                segments += ends.tolist()
+                shares += [1.0] * len(ends)
+        more = self._evaluated(np.array(segments, dtype=np.intp), np.array(shares))
+        self.nodes = nodes.joined(more)
+
+
+def _spread(last: IntArray) -> IntArray:
+    if len(last) <= _FIRST_STAGES:
+        return last
+    return last[np.linspace(0, len(last) - 1, _FIRST_STAGES).astype(np.intp)]
+
+
+def _rows(nodes: ReturnNodes, rows: IntArray) -> ReturnNodes:
+    return ReturnNodes(**{name: getattr(nodes, name)[rows] for name in nodes.__slots__})

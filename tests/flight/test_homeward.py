@@ -1,0 +1,206 @@
+"""The way home from any point of a flight: stopping, destinations, and the tightest point."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_missions import METRES_PER_DEGREE_NORTH, item, mission, rtl, takeoff, waypoint
+
+from planner.flight.conditions import Conditions
+from planner.flight.destination import make_destinations
+from planner.flight.homeward import Homeward, make_homeward
+from planner.flight.pilot import make_pilot
+from planner.flight.prediction import predict_flight
+from planner.flight.return_search import ReturnSearch
+from planner.geo.fence import RallyPoint
+from planner.mission.route import make_route
+from planner.physics.wind import Wind
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.mission.items import Mission
+    from planner.vehicle.parameters import FlightParameters
+
+SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
+ARTICLE = load_vehicle("falkowski-2023-quadrotor")
+ARDUPILOT = ArduPilotParameters()
+
+
+def homeward(
+    flown: Mission,
+    parameters: FlightParameters | None = ARDUPILOT,
+    *,
+    wind: Wind | None = None,
+) -> Homeward:
+    vehicle = ARTICLE if parameters is None else SURVEY_QUAD
+    conditions = Conditions(wind=wind or Wind())
+    pilot = make_pilot(vehicle, parameters, conditions)
+    route = make_route(flown)
+    flight = predict_flight(route, vehicle, conditions, pilot)
+    return make_homeward(route, flight, pilot, make_destinations(flown, route, parameters))
+
+
+def densest(home: Homeward, per_segment: int = 40) -> float:
+    """Return the highest sum of used energy and way home over many even points."""
+    search = ReturnSearch(home)
+    nodes = search.nodes
+    assert nodes is not None
+    stages = home.route.stages
+    judged = [
+        s
+        for s in range(len(home.start_s))
+        if stages[home.segment_stage[s]].kind not in {"land", "return"}
+        and home.flight.motion.segments.state[s] != 0
+    ]
+    segment = np.repeat(judged, per_segment + 1)
+    share = np.tile(np.linspace(0.0, 1.0, per_segment + 1), len(judged))
+    points = home.points(segment, share)
+    _, way_wh = home.way(points.stop_m, points.stage, home.chosen(points))
+    return float((points.used_wh + points.stop_wh + way_wh).max())
+
+
+def rally(north_m: float, height_m: float = 0.0) -> RallyPoint:
+    return RallyPoint(
+        latitude_deg=47.0 + north_m / METRES_PER_DEGREE_NORTH,
+        longitude_deg=8.0,
+        height_above_home_m=height_m,
+    )
+
+
+MISSIONS = {
+    "out and back": mission(takeoff(50), waypoint(800, 50), waypoint(0, 50), rtl()),
+    "past two rally points": replace(
+        mission(takeoff(50), waypoint(3000, 50), rtl()), rally=(rally(1000.0), rally(3000.0))
+    ),
+    "steps of height": mission(takeoff(20), waypoint(300, 120), waypoint(600, 20), rtl()),
+    "zigzag": mission(takeoff(30), *(waypoint(200.0 * (i % 3), 30) for i in range(1, 30)), rtl()),
+}
+
+
+@pytest.mark.parametrize("wind", [Wind(), Wind(speed_m_s=6.0, from_deg=20.0)])
+@pytest.mark.parametrize("name", MISSIONS)
+@pytest.mark.parametrize(
+    "parameters", [None, ARDUPILOT, Px4Parameters()], ids=["steps", "ardupilot", "px4"]
+)
+def test_no_point_of_a_flight_is_tighter_than_the_one_found(
+    name: str, parameters: FlightParameters | None, wind: Wind
+) -> None:
+    home = homeward(MISSIONS[name], parameters, wind=wind)
+    search = ReturnSearch(home)
+    tightest = search.tightest()
+    assert tightest is not None
+    assert search.nodes is not None
+    # 0.1 %: what the search leaves open.
+    assert search.nodes.sum_wh[tightest] >= densest(home) * (1.0 - 1e-3)
+
+
+def test_between_home_and_a_rally_point_the_middle_is_tightest_for_the_way() -> None:
+    # From 0 to 3 km with a rally point at the far end: the way is longest half-way.
+    flown = replace(mission(takeoff(50), waypoint(3000, 50), rtl()), rally=(rally(3000.0),))
+    home = homeward(flown, replace(ARDUPILOT, rally_limit_m=0.0))
+    cruise = int(np.argmax(home.flight.motion.segments.distance_m))
+    share = np.linspace(0.0, 1.0, 21)
+    points = home.points(np.full(21, cruise), share)
+    destination = home.chosen(points)
+    assert destination[0] == 0
+    assert destination[-1] == 1
+    _, way_wh = home.way(points.stop_m, points.stage, destination)
+    middle = points.place_m[np.argmax(way_wh), 1]
+    assert middle == pytest.approx(1500.0, abs=150.0)
+
+
+def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() -> None:
+    # RALLY_LIMIT_KM 0.3: at 900 m the rally point at 2000 m is 1100 m away, home nearer.
+    flown = replace(mission(takeoff(50), waypoint(2500, 50), rtl()), rally=(rally(2000.0),))
+    home = homeward(flown)
+    stage = np.array([1, 1])
+    points_m = np.array([[0.0, 900.0, 50.0], [0.0, 1100.0, 50.0]])
+    assert home.destinations.chosen(points_m, stage).tolist() == [0, 1]
+    without_home = replace(ARDUPILOT, rally_includes_home=0)
+    near = np.array([[0.0, 900.0, 50.0], [0.0, 1750.0, 50.0]])
+    assert homeward(flown, without_home).destinations.chosen(near, stage).tolist() == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "chosen"), [(0, 1), (1, 1), (2, 0), (3, 1), (4, 0), (5, 1), (6, 0)]
+)
+def test_px4_looks_at_rally_points_as_its_return_type_says(kind: int, chosen: int) -> None:
+    flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(1000.0),))
+    home = homeward(flown, replace(Px4Parameters(), return_type=kind))
+    found = home.destinations.chosen(np.array([[0.0, 900.0, 50.0]]), np.array([1]))
+    assert found.tolist() == [chosen]
+
+
+def test_px4_takes_a_rally_point_only_where_it_is_nearer_by_two_metres() -> None:
+    flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(1000.0),))
+    home = homeward(flown, Px4Parameters())
+    points_m = np.array([[0.0, 500.9, 50.0], [0.0, 501.1, 50.0]])
+    assert home.destinations.chosen(points_m, np.array([1, 1])).tolist() == [0, 1]
+
+
+def test_home_is_where_do_set_home_has_moved_it() -> None:
+    moved = item(179, 47.0 + 1000.0 / METRES_PER_DEGREE_NORTH, 0.0)
+    flown = mission(takeoff(50), waypoint(1000, 50), moved, waypoint(1500, 50), rtl())
+    home = homeward(flown)
+    # By the straight way: 1500 m from the first home before, 500 m from the second behind it.
+    points_m = np.array([[0.0, 1000.0, 50.0], [0.0, 1500.0, 50.0]])
+    time_s, _ = home.way(points_m, np.array([1, 2]), 0)
+    # 10 m/s over the 500 m that are missing.
+    assert time_s[0] - time_s[1] == pytest.approx(50.0, abs=0.2)
+
+
+def test_a_return_stands_still_first_then_climbs_goes_home_and_lands() -> None:
+    flown = mission(takeoff(10), waypoint(2000, 10), rtl())
+    home = homeward(flown)
+    outward = home.segment_stage == 1
+    cruise = int(np.argmax(outward * home.flight.motion.segments.distance_m))
+    points = home.points(np.array([cruise]), np.array([0.5]))
+    [corners] = home.paths_m(points)
+    # From 10 m/s, 35 m were measured; RTL_ALT is 15 m.
+    assert corners[1, 1] - corners[0, 1] == pytest.approx(25.0, abs=12.0)
+    assert corners[2].tolist() == [corners[1, 0], corners[1, 1], 15.0]
+    assert corners[3].tolist() == [0.0, 0.0, 15.0]
+    assert corners[4].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_straight_way_home_takes_its_cruise_power_over_its_cruise_time() -> None:
+    # The difference of two long ways: level flight at 10 m/s alone.
+    home = homeward(MISSIONS["out and back"])
+    points_m = np.array([[0.0, 1000.0, 50.0], [0.0, 2000.0, 50.0]])
+    time_s, energy_wh = home.way(points_m, np.array([1, 1]), 0)
+    assert np.diff(time_s) == pytest.approx(100.0, rel=2e-3)  # ArduPilot's metres: 0.13 % shorter
+    # 322 W at 10 m/s as recorded; the model was fitted to within a few percent.
+    assert np.diff(energy_wh) == pytest.approx(322.0 * 100.0 / 3600.0, rel=0.04)
+
+
+def test_a_way_home_against_the_wind_costs_more_than_with_it_at_10_m_s() -> None:
+    # The survey quad has its least power at 8 m/s: 10 m/s into 5 m/s of wind is 15 m/s of airspeed.
+    points_m = np.array([[0.0, 2000.0, 50.0]])
+    stage = np.array([1])
+    found = [
+        float(homeward(MISSIONS["out and back"], wind=wind).way(points_m, stage, 0)[1][0])
+        for wind in (
+            Wind(speed_m_s=5.0, from_deg=180.0),
+            Wind(),
+            Wind(speed_m_s=5.0, from_deg=0.0),
+        )
+    ]
+    assert found[0] > found[1]
+    assert found[0] > found[2]
+
+
+def test_px4_counts_the_heights_of_a_return_from_its_rally_point() -> None:
+    flown = replace(mission(takeoff(20), waypoint(2000, 20), rtl()), rally=(rally(1500.0, 40.0),))
+    home = homeward(flown, Px4Parameters())
+    points = home.points(np.array([len(home.start_s) // 2]), np.array([0.0]))
+    targets = home.destinations.targets(points.stage, 1)
+    # RTL_RETURN_ALT 30 m over the 40 m of the rally point.
+    assert home.pilot.return_heights_m(points.stop_m, targets) == pytest.approx(70.0)
+    # ArduPilot flies at the rally point's own height, if that is above RTL_ALT.
+    pilot = homeward(flown).pilot
+    assert pilot.return_heights_m(points.stop_m, targets) == pytest.approx(40.0)
