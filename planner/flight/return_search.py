@@ -8,6 +8,7 @@ hide a tighter point than the one found.
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,11 +71,13 @@ class ReturnNodes:
     def joined(self, other: ReturnNodes) -> ReturnNodes:
         """Return both in flown order."""
         columns = {
-            name: np.concatenate((getattr(self, name), getattr(other, name)))
-            for name in self.__slots__
+            name: np.concatenate((getattr(self, name), getattr(other, name))) for name in _COLUMNS
         }
         order = np.lexsort((columns["share"], columns["segment"]))
         return ReturnNodes(**{name: column[order] for name, column in columns.items()})
+
+
+_COLUMNS = tuple(column.name for column in fields(ReturnNodes))
 
 
 class ReturnSearch:
@@ -274,4 +277,4 @@ def _spread(last: IntArray) -> IntArray:
 
 
 def _rows(nodes: ReturnNodes, rows: IntArray) -> ReturnNodes:
-    return ReturnNodes(**{name: getattr(nodes, name)[rows] for name in nodes.__slots__})
+    return ReturnNodes(**{name: getattr(nodes, name)[rows] for name in _COLUMNS})
