@@ -83,12 +83,13 @@ RETURN_BELOW_RESERVE = Rule(
         "margin = energy left at the point - reserve - energy to stop, fly home by the vehicle's own "
         "return rules and land from there.  It is bounded along every leg and the legs are divided "
         "until no tighter point can be left (to 0.1 %); take-off, and stages that land, are left to "
-        "E101.  Fires where the least margin is negative; where E101 fires with the same shortfall "
-        "(to 5 %), E101 alone says where to turn back.  A return leads where the vehicle would go: "
+        "E101.  Fires where the least margin is negative and names the last point with a way home; "
+        "how much is missing is left to E101 where that is the same (to 5 %).  A return leads where "
+        "the vehicle would go: "
         "home, as DO_SET_HOME has moved it, or a rally point."
     ),
     example=(
-        "cannot get home above the reserve beyond item 7, 120 m along its leg: from item 8 the way "
+        "gets home above the reserve only up to item 7, 120 m along its leg: from item 8 the way "
         "takes 18.2 Wh, 3.2 Wh more than is left"
     ),
     fix="bring the far end of the mission nearer, or take a larger or fuller battery",

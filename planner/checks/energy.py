@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import FlightPoint
 
 _SAME_SHORTFALL = 0.05
-"""E101 and E102 say the same where their shortfalls differ by no more than this share. [-]"""
+"""E102 leaves its shortfall to E101 where they differ by no more than this share. [-]"""
 _AT_THE_END = 0.995
 """A point this far along its leg is at its end. [-]"""
 
@@ -53,7 +53,7 @@ def check_battery(case: Case) -> Iterator[Finding]:
         f"the flight needs {numbers.energy(needed_wh)}, "
         f"{numbers.energy(max(available_wh, 0.0))} are there above the reserve of "
         f"{numbers.percent(battery.reserve_fraction)}: "
-        f"short by {numbers.energy(-battery.margin_wh)}{_turning_back(case)}",
+        f"short by {numbers.energy(-battery.margin_wh)}",
         item=item,
         place=None if item is None else case.mission.items[item - 1].place,
     )
@@ -64,29 +64,19 @@ def check_way_home(case: Case) -> Iterator[Finding]:
     way, battery = case.way_home, case.battery
     if way is None or battery is None or way.margin_wh is None or way.margin_wh >= 0.0:
         return
-    if battery.margin_wh < 0.0 and way.margin_wh > (1.0 + _SAME_SHORTFALL) * battery.margin_wh:
-        return  # E101 says it, with the place
-    turn = way.last_return
-    since = "from the take-off on" if turn is None else f"beyond {place_along(turn)}"
-    empty = way.last_return_empty
-    dry = "" if empty is None else f"; beyond {place_along(empty)} not even with an empty battery"
-    worst = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
+    turn, empty = way.last_return, way.last_return_empty
+    reach = "from nowhere" if turn is None else f"only up to {place_along(turn)}"
+    message = f"gets {destination_name(way.destination)} above the reserve {reach}"
+    if empty is not None:
+        message += f", and at all only up to {place_along(empty)}"
+    if battery.margin_wh >= 0.0 or way.margin_wh < (1.0 + _SAME_SHORTFALL) * battery.margin_wh:
+        worst = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
+        message += (
+            f": from {worst} the way takes {numbers.energy(way.energy_home_wh)}, "
+            f"{numbers.energy(-way.margin_wh)} more than is left"
+        )
     item = way.tightest_item if turn is None else turn.item
-    yield RETURN_BELOW_RESERVE.finding(
-        f"cannot get {destination_name(way.destination)} above the reserve {since}{dry}: from {worst} "
-        f"the way takes {numbers.energy(way.energy_home_wh)}, {numbers.energy(-way.margin_wh)} more "
-        "than is left",
-        item=item,
-        place=case.mission.items[item - 1].place,
-    )
-
-
-def _turning_back(case: Case) -> str:
-    """Return where a flight that is too long can still be turned back, if it can."""
-    turn = None if case.way_home is None else case.way_home.last_return
-    if turn is None:
-        return ""
-    return f"; it gets home above the reserve up to {place_along(turn)}"
+    yield RETURN_BELOW_RESERVE.finding(message, item=item, place=case.mission.items[item - 1].place)
 
 
 def place_along(point: FlightPoint) -> str:

@@ -103,7 +103,7 @@ def test_an_ignored_finding_is_counted_but_neither_reported_nor_judged(
     out = capsys.readouterr().out
     assert "E101" not in out
     assert "X902" not in out
-    assert "(not counting 1 error)" in out.splitlines()[0]
+    assert "(not counting 2 errors)" in out.splitlines()[0]
     assert main(["check", mission, "--battery", "5Wh", "--select", "X", "--format", "json"]) == 0
     [told] = json.loads(capsys.readouterr().out)["missions"]
     assert {finding["code"] for finding in told["findings"]} == {"X902"}
