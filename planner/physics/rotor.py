@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 FASTEST_DESCENT_RATIO = -1.5
 """Speed through the disk over the induced velocity of hover down to which there is one solution. [-]"""
+_CACHED = 4096
+"""Values computed at a time, so that what lies between them stays in the cache."""
 _NEWTON_STEPS = 4
 """From the bounds below, four steps leave an error below 1e-10 over the whole domain."""
 _STANDSTILL = 1e-9
@@ -194,23 +196,33 @@ def momentum_power_w(
     >>> print(f"{power_w:.1f} W")
     124.1 W
     """
-    forward = np.asarray(airspeed_m_s, dtype=np.float64)
-    climb = np.asarray(climb_rate_m_s, dtype=np.float64)
-    density = np.asarray(air_density_kg_m3, dtype=np.float64)
-    speed_squared = forward * forward + climb * climb
-    drag_per_speed = (0.5 * drag_area_m2) * density * np.sqrt(speed_squared)
-    thrust_forward = drag_per_speed * forward
-    thrust_up = mass_kg * GRAVITY_M_S2 + drag_per_speed * climb
-    thrust = np.sqrt(thrust_forward * thrust_forward + thrust_up * thrust_up)
-    useful_w = thrust_forward * forward + thrust_up * climb  # of climb and drag
-    hover_velocity = hover_induced_velocity_m_s(thrust, density, disk_area_m2=disk_area_m2)
-    axial_ratio = useful_w / (thrust * hover_velocity)
-    edgewise_squared = np.maximum(
-        speed_squared / (hover_velocity * hover_velocity) - axial_ratio * axial_ratio, 0.0
+    pieces = np.nditer(
+        [
+            np.asarray(airspeed_m_s, dtype=np.float64),
+            np.asarray(climb_rate_m_s, dtype=np.float64),
+            np.asarray(air_density_kg_m3, dtype=np.float64),
+            None,
+        ],
+        flags=["external_loop", "buffered", "zerosize_ok"],
+        buffersize=_CACHED,
     )
-    axial_ratio = np.maximum(axial_ratio, FASTEST_DESCENT_RATIO)
-    induced = induced_velocity_ratio(np.sqrt(edgewise_squared), axial_ratio)
-    of_flow = np.maximum(induced_factor * induced + axial_factor * axial_ratio, 0.0)
-    of_blades = profile_factor * (1.0 + profile_speed_factor * edgewise_squared)
-    power: FloatArray = np.asarray(thrust * hover_velocity * (of_flow + of_blades))
+    with pieces:
+        for forward, climb, density, out in pieces:
+            speed_squared = forward * forward + climb * climb
+            drag_per_speed = (0.5 * drag_area_m2) * density * np.sqrt(speed_squared)
+            thrust_forward = drag_per_speed * forward
+            thrust_up = mass_kg * GRAVITY_M_S2 + drag_per_speed * climb
+            thrust = np.sqrt(thrust_forward * thrust_forward + thrust_up * thrust_up)
+            useful_w = thrust_forward * forward + thrust_up * climb  # of climb and drag
+            hover_velocity = hover_induced_velocity_m_s(thrust, density, disk_area_m2=disk_area_m2)
+            axial_ratio = useful_w / (thrust * hover_velocity)
+            edgewise_squared = np.maximum(
+                speed_squared / (hover_velocity * hover_velocity) - axial_ratio * axial_ratio, 0.0
+            )
+            axial_ratio = np.maximum(axial_ratio, FASTEST_DESCENT_RATIO)
+            induced = induced_velocity_ratio(np.sqrt(edgewise_squared), axial_ratio)
+            of_flow = np.maximum(induced_factor * induced + axial_factor * axial_ratio, 0.0)
+            of_blades = profile_factor * (1.0 + profile_speed_factor * edgewise_squared)
+            out[...] = thrust * hover_velocity * (of_flow + of_blades)
+        power: FloatArray = pieces.operands[3]
     return power

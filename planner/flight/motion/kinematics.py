@@ -41,6 +41,16 @@ class KinematicState:
         return np.hypot(self.east_m_s, self.north_m_s)
 
 
+_STATE_COLUMNS = ("east_m", "north_m", "height_m", "east_m_s", "north_m_s", "climb_m_s")
+
+
+def _spread(state: KinematicState, shape: tuple[int, ...]) -> KinematicState:
+    """Return a state with every column in one shape."""
+    return KinematicState(
+        **{name: np.broadcast_to(getattr(state, name), shape) for name in _STATE_COLUMNS}
+    )
+
+
 class MotionLaw(Protocol):
     """One law of motion, for many pieces at once."""
 
@@ -109,28 +119,20 @@ class Motion:
         time_s : ndarray
             Time since the beginning of the piece, (n,) or (n, k). [s]
         """
-        columns = np.empty((6, *time_s.shape))
         law_of = self.piece_law[piece].reshape(len(piece))
         row, own_s = self.piece_row[piece], self.piece_offset_s[piece] + time_s
+        states = []
         for index, law in enumerate(self.laws):
-            chosen = law_of == index
-            if not chosen.any():
-                continue
-            state = law.state_at(row[chosen], own_s[chosen])
-            columns[0, chosen] = state.east_m
-            columns[1, chosen] = state.north_m
-            columns[2, chosen] = state.height_m
-            columns[3, chosen] = state.east_m_s
-            columns[4, chosen] = state.north_m_s
-            columns[5, chosen] = state.climb_m_s
-        return KinematicState(
-            east_m=columns[0],
-            north_m=columns[1],
-            height_m=columns[2],
-            east_m_s=columns[3],
-            north_m_s=columns[4],
-            climb_m_s=columns[5],
-        )
+            chosen = np.flatnonzero(law_of == index)
+            if len(chosen) == len(piece):  # most flights have no circles
+                return _spread(law.state_at(row, own_s), time_s.shape)
+            if len(chosen):
+                states.append((chosen, law.state_at(row[chosen], own_s[chosen])))
+        whole = {name: np.empty(time_s.shape) for name in _STATE_COLUMNS}
+        for chosen, state in states:
+            for name, column in whole.items():
+                column[chosen] = getattr(state, name)
+        return KinematicState(**whole)
 
     def piece_at(self, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the pieces at times since the start of the flight, and the time since each began.
@@ -155,17 +157,21 @@ class PolynomialLaw:
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
-        c = self.coefficients[row]
-        t = time_s[..., None]
-        position = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
-        velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3])
+        # One column for each power of each axis; times of one piece beside each other: (k, n).
+        columns = self.coefficients.reshape(-1, 12)[row.ravel()].T.copy()
+        t = np.ascontiguousarray(time_s.T)
+        position, velocity = [], []
+        for c0, c1, c2, c3 in columns.reshape(3, 4, -1):
+            half = c2 + t * c3
+            position.append((c0 + t * (c1 + t * half)).T)
+            velocity.append((c1 + t * (2.0 * half + t * c3)).T)
         return KinematicState(
-            east_m=position[..., 0],
-            north_m=position[..., 1],
-            height_m=position[..., 2],
-            east_m_s=velocity[..., 0],
-            north_m_s=velocity[..., 1],
-            climb_m_s=velocity[..., 2],
+            east_m=position[0],
+            north_m=position[1],
+            height_m=position[2],
+            east_m_s=velocity[0],
+            north_m_s=velocity[1],
+            climb_m_s=velocity[2],
         )
 
 
