@@ -44,8 +44,8 @@ class _Pieces:
 
     start_s: FloatArray
     end_s: FloatArray
-    coefficients: FloatArray
-    """(p, 3, 4)"""
+    columns: FloatArray
+    """Rising powers of the piece's own time for east, north, height, in true metres. (3, 4, p)"""
     is_curved: BoolArray
     is_grounded: BoolArray
 
@@ -106,8 +106,15 @@ def make_motion(
     counts = np.cumsum([len(legs.key), *(len(m.key) for m in manoeuvres)])
     leg_start, *manoeuvre_start, circle_start = np.split(start, counts)
 
+    per_metre = np.array([1.0 / scale[0], 1.0 / scale[1], 1.0])
     timed = _LegTimes.of(legs, leg_start)
-    sources = [timed.pieces(), *map(_manoeuvre_pieces, manoeuvres, manoeuvre_start)]
+    sources = [
+        timed.pieces(per_metre),
+        *(
+            _manoeuvre_pieces(m, begin, per_metre)
+            for m, begin in zip(manoeuvres, manoeuvre_start, strict=True)
+        ),
+    ]
     segments = [
         timed.segments(stopping_distance_m),
         *(
@@ -129,7 +136,7 @@ def make_motion(
         circle_start,
         total_s=total_s,
         item=item,
-        scale=scale,
+        per_metre=per_metre,
         findings=findings,
     )
 
@@ -172,9 +179,16 @@ class _LegTimes:
             reached_s=end - legs.half_overlap_s,
         )
 
-    def pieces(self) -> _Pieces:
-        """Return the sum of the legs under way between any two breaks."""
+    def pieces(self, per_metre: FloatArray) -> _Pieces:
+        """Return the sum of the legs under way between any two breaks.
+
+        Parameters
+        ----------
+        per_metre : ndarray
+            True metres in one of the autopilot's, on each axis. (3,)
+        """
         legs = self.legs
+        direction, begin_m = (legs.direction * per_metre).T, (legs.start_m * per_metre).T
         accelerated, braked = self._cruise()
         leads = legs.direction.any(axis=1)
         times = np.sort(
@@ -188,7 +202,8 @@ class _LegTimes:
                     accelerated,
                     braked,
                 )
-            )
+            ),
+            kind="stable",  # merges what is in order already
         )
         kept = np.diff(times, append=np.inf) > _INSTANT_S
         times = times[kept]
@@ -198,43 +213,45 @@ class _LegTimes:
         flying = middle < self.end_s[latest] if len(times) else np.zeros(0, np.bool_)
         start, end, middle = start[flying], end[flying], middle[flying]
         latest = latest[flying]
-        coefficients = np.zeros((len(start), 3, 4))
-        coefficients[:, :, 0] = legs.start_m[latest]
-        coefficients += self._along(latest, start, middle)
+        columns = self._along(direction, latest, start, middle)
+        columns[:, 0] += np.ascontiguousarray(begin_m).take(latest, axis=1)
         before = np.maximum(latest - 1, 0)
         curved = (latest > 0) & (middle < self.end_s[before])
         if curved.any():
             leg = before[curved]
-            share = self._along(leg, start[curved], middle[curved])
+            share = self._along(direction, leg, start[curved], middle[curved])
             # The way still to go to the waypoint that the leg after counts from.
-            share[:, :, 0] -= legs.direction[leg] * legs.curves.length_m[leg][:, None]
-            coefficients[curved] += share
+            share[:, 0] -= direction[:, leg] * legs.curves.length_m[leg]
+            columns[..., curved] += share
         return _Pieces(
             start_s=start,
             end_s=end,
-            coefficients=coefficients,
+            columns=columns,
             is_curved=curved,
             is_grounded=np.zeros(len(start), np.bool_),
         )
 
-    def _along(self, leg: IntArray, time_s: FloatArray, middle_s: FloatArray) -> FloatArray:
-        """Return cubics from ``time_s`` on along legs, counted from their start. (p, 3, 4)"""
+    def _along(
+        self, direction: FloatArray, leg: IntArray, time_s: FloatArray, middle_s: FloatArray
+    ) -> FloatArray:
+        """Return cubics from ``time_s`` on along legs (3, n), counted from their start. (3, 4, p)"""
         count = self.breaks_s.shape[1]
-        phase = (self.breaks_s.T[:, leg] <= middle_s).sum(axis=0) - 1
+        begun = np.ascontiguousarray(self.breaks_s.T).take(leg, axis=1) <= middle_s
+        phase = np.add.reduce(begun, axis=0, dtype=np.intp) - 1
         at = leg * count + phase
         t = time_s - self.breaks_s.ravel()[at]
-        s, v, a, j = self.phases.reshape(-1, 4)[at].T
-        along = np.empty((len(leg), 3, 4))
-        direction = self.legs.direction[leg].T
+        s, v, a, j = self.phases.reshape(-1, 4)[at].T.copy()
+        along = np.empty((3, 4, len(leg)))
         powers = (
             s + t * (v + t * (a + t * j)),
             v + t * (2.0 * a + 3.0 * t * j),
             a + 3.0 * t * j,
             j,
         )
-        for power, value in enumerate(powers):
-            for axis in range(3):
-                np.multiply(direction[axis], value, out=along[:, axis, power])
+        for axis in range(3):
+            here = direction[axis, leg]
+            for power, value in enumerate(powers):
+                np.multiply(here, value, out=along[axis, power])
         return along
 
     def _cruise(self) -> tuple[FloatArray, FloatArray]:
@@ -283,15 +300,17 @@ class _LegTimes:
         )
 
 
-def _manoeuvre_pieces(manoeuvres: Manoeuvres, start_s: FloatArray) -> _Pieces:
-    """Return the pieces of manoeuvres that begin at times."""
+def _manoeuvre_pieces(
+    manoeuvres: Manoeuvres, start_s: FloatArray, per_metre: FloatArray
+) -> _Pieces:
+    """Return the pieces of manoeuvres that begin at times, in true metres."""
     duration = manoeuvres.duration_s
     end = start_s[:, None] + np.cumsum(duration, axis=1)
     kept = duration > _INSTANT_S
     return _Pieces(
         start_s=(end - duration)[kept],
         end_s=end[kept],
-        coefficients=manoeuvres.coefficients[kept],
+        columns=(manoeuvres.coefficients[kept] * per_metre[:, None]).transpose(1, 2, 0),
         is_curved=np.ones(kept.sum(), np.bool_),
         is_grounded=np.broadcast_to(manoeuvres.is_grounded, kept.shape)[kept],
     )
@@ -324,35 +343,39 @@ def _joined(
     *,
     total_s: float,
     item: IntArray,
-    scale: tuple[float, float],
+    per_metre: FloatArray,
     findings: tuple[Finding, ...],
 ) -> Motion:
     """Return the motion of pieces and segments of several sources, put into order."""
-    per_metre = np.array([1.0 / scale[0], 1.0 / scale[1], 1.0])
-    cubic = np.concatenate([source.coefficients for source in sources]) * per_metre[:, None]
+    cubic = np.concatenate([source.columns for source in sources], axis=-1)
     circle = circles.law
     round_law = CircleLaw(
         start_m=circle.start_m * per_metre,
         centre_m=circle.centre_m * per_metre[:2],
         rate_rad_s=circle.rate_rad_s,
     )
-    cubics, rounds = len(cubic), len(circles.key)
+    cubics, rounds = cubic.shape[-1], len(circles.key)
     start = np.concatenate([*(source.start_s for source in sources), circle_start_s])
     order = np.argsort(start, kind="stable")
     start = start[order]
     duration = np.diff(start, append=total_s)
     law = np.repeat([0, 1], [cubics, rounds])[order]
     row = np.concatenate((np.arange(cubics), np.arange(rounds)))[order]
-    distance, rise = np.zeros(len(order)), np.zeros(len(order))
-    straight = law == 0
-    distance[straight], rise[straight] = _ways(
-        cubic[row[straight]],
-        duration[straight],
-        np.concatenate([source.is_curved for source in sources])[row[straight]],
+    way, height = _ways(
+        cubic,
+        np.concatenate([source.end_s - source.start_s for source in sources]),
+        np.concatenate([source.is_curved for source in sources]),
     )
-    distance[~straight] = (circles.speed_m_s * circles.duration_s)[row[~straight]]
-    grounded = np.zeros(len(order), np.bool_)
-    grounded[straight] = np.concatenate([source.is_grounded for source in sources])[row[straight]]
+    idle = np.concatenate([source.is_grounded for source in sources])
+    level = np.zeros(rounds)
+    distance, rise, grounded = (
+        np.concatenate(both)[order]
+        for both in (
+            (way, circles.speed_m_s * circles.duration_s),
+            (height, level),
+            (idle, level > 0.0),
+        )
+    )
 
     begin = np.concatenate([s.start_s for s in segments])
     sequence = np.lexsort((np.concatenate([s.stage for s in segments]), begin))
@@ -378,7 +401,7 @@ def _joined(
             speed_m_s=speed,
             stopping_distance_m=stopping,
         ),
-        laws=(PolynomialLaw(coefficients=cubic), round_law),
+        laws=(PolynomialLaw(coefficients=cubic.transpose(2, 0, 1)), round_law),
         piece_segment=piece_segment,
         piece_law=law,
         piece_row=row,
@@ -394,16 +417,19 @@ def _joined(
 def _ways(
     cubic: FloatArray, duration_s: FloatArray, is_curved: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return horizontal way and rise of cubic pieces. (p,) each [m]
+    """Return horizontal way and rise of cubic pieces, (3, 4, p). (p,) each [m]
 
     A straight piece's way is the distance of its ends; a curved one's is integrated by Gauss-Legendre
     quadrature, exact to a millimetre for the short pieces of a corner.
     """
-    t = duration_s[:, None]
-    moved = t * (cubic[..., 1] + t * (cubic[..., 2] + t * cubic[..., 3]))
-    way = np.sqrt(moved[:, 0] ** 2 + moved[:, 1] ** 2)
-    _, c1, c2, c3 = np.moveaxis(cubic[is_curved, :2], -1, 0)[..., None]
-    t = duration_s[is_curved, None, None] * _NODES
-    rate = c1 + t * (2.0 * c2 + 3.0 * t * c3)
-    way[is_curved] = np.sqrt((rate**2).sum(axis=1)) @ _WEIGHTS * duration_s[is_curved]
-    return way, moved[:, 2]
+    t = duration_s
+    east, north, rise = (t * (c1 + t * (c2 + t * c3)) for _, c1, c2, c3 in cubic)
+    way = np.sqrt(east**2 + north**2)
+    bent = cubic[:2, 1:, is_curved]
+    mean = np.zeros(bent.shape[-1])
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        t = node * duration_s[is_curved]
+        east, north = (c1 + t * (2.0 * c2 + 3.0 * t * c3) for c1, c2, c3 in bent)
+        mean += weight * np.sqrt(east**2 + north**2)
+    way[is_curved] = mean * duration_s[is_curved]
+    return way, rise
