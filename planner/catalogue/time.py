@@ -97,6 +97,17 @@ NOISE_ASSUMED = Rule(
     fix="give the mean position error of a hover from a log of the vehicle with --position-noise",
 )
 
+SETTING_NOT_FOLLOWED = Rule(
+    code="T110",
+    name="setting-not-followed",
+    severity=Severity.WARNING,
+    summary="A setting of the vehicle makes it fly other than predicted.",
+    why="A return along the mission, or one that stays in the air, takes other time than one straight home.",
+    how="PX4's RTL_TYPE is neither 0 nor 5, RTL_LAND_DELAY or COM_DISARM_LAND is negative.",
+    example="RTL_LAND_DELAY -1 s keeps the vehicle over home: time and energy end with its arrival there",
+    fix="set the parameter so that the vehicle returns straight home and lands, or allow for it yourself",
+)
+
 WAITS_FOR_EVER = Rule(
     code="T108",
     name="waits-for-ever",

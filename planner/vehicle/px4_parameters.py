@@ -91,7 +91,12 @@ class Px4Parameters:
     altitude_acceptance_m: float = parameter(
         "NAV_MC_ALT_RAD", "m", 0.8, "height band of a reached waypoint", above=0.0
     )
-    yaw_mode: int = parameter("MPC_YAW_MODE", "", 0, "heading along the way; 4 turns first")
+    yaw_mode: int = parameter(
+        "MPC_YAW_MODE",
+        "",
+        0,
+        "heading: 0 along the way, 1 to home, 2 from it, 4 turns first, 5 fixed",
+    )
     yaw_rate_rad_s: float = parameter(
         "MPC_YAWRAUTO_MAX", "deg/s", 60.0, "yaw rate of missions", above=0.0
     )

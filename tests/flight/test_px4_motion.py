@@ -160,6 +160,20 @@ def test_a_stop_in_mid_leg_takes_the_way_of_a_hold(speed_m_s: float) -> None:
     assert stopping_distance_m(speed_m_s, PX4) == pytest.approx(expected_m)
 
 
+@pytest.mark.parametrize(
+    ("a", "j", "stop_m"),
+    [
+        (3.0, 4.0, 12.0 * (0.6 + 12.0 / 6.0)),  # 31.2 m; a return needs 6 (4 + 0.75) = 28.5 m
+        (3.0, 2.0, 6.0 * (12.0 / 3.0 + 3.0 / 2.0)),  # 33 m: a return, at limited jerk
+        (8.0, 4.0, 12.0 * math.sqrt(12.0 / 4.0)),  # 20.8 m: too slow a jerk to reach 8 m/s²
+        (6.0, 20.0, 12.0 * (0.6 + 12.0 / 12.0)),
+    ],
+)
+def test_no_stop_is_shorter_than_the_jerk_lets_it(a: float, j: float, stop_m: float) -> None:
+    parameters = replace(PX4, acceleration_m_s2=a, jerk_m_s3=j)
+    assert stopping_distance_m(12.0, parameters) == pytest.approx(stop_m)
+
+
 def test_noise_slows_time_and_is_off_by_default() -> None:
     stages = (takeoff(100), go(0.0, 0.0, 200.0, hold=5.0))
     quiet, noisy = (

@@ -12,7 +12,7 @@ from ardupilot_missions import go, stage, takeoff
 from planner.flight.motion.px4.flight import fly_px4, px4_ways_home
 from planner.flight.motion.px4.returns import return_heights_m
 from planner.flight.state import STATES
-from planner.mission.stage import StageKind
+from planner.mission.stage import Stage, StageKind
 from planner.vehicle.px4_parameters import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -86,6 +86,26 @@ def test_a_return_that_does_not_land_ends_in_the_air() -> None:
     assert STATES[motion.segments.state[-1]] == "descend"
     end = motion.state_at_time(motion.segments.end_s[-1:])
     assert end.height_m == pytest.approx(10.0, abs=0.85)
+
+
+@pytest.mark.parametrize(
+    ("change", "end", "said"),
+    [
+        ({}, RETURN, ""),
+        ({"return_type": 5}, RETURN, ""),
+        ({"return_type": 2}, RETURN, "RTL_TYPE 2"),
+        ({"return_land_delay_s": -1.0}, RETURN, "RTL_LAND_DELAY -1 s"),
+        ({"disarm_delay_s": -1.0}, RETURN, "COM_DISARM_LAND -1 s"),
+        ({"return_land_delay_s": -1.0}, go(0.0, 10.0), ""),
+    ],
+)
+def test_what_a_return_does_otherwise_is_said(
+    change: dict[str, float], end: Stage, said: str
+) -> None:
+    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    findings = fly_px4((takeoff(20.0), go(0.0, 100.0), end), changed).findings
+    assert [finding.code for finding in findings] == (["T110"] if said else [])
+    assert all(finding.message.startswith(said) for finding in findings)
 
 
 def test_a_return_leads_to_the_home_it_is_given() -> None:

@@ -129,3 +129,40 @@ def test_straight_on_there_is_nothing_to_turn_to() -> None:
     stages = (takeoff(), go(0.0, 200.0), go(0.0, 400.0, hold=1.0))
     usual, first = (took_s(*stages, parameters=replace(PX4, yaw_mode=mode)) for mode in (0, 4))
     assert first[2] == pytest.approx(usual[2], abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("mode", "turned_deg"),
+    [
+        (0, 90.0),  # along the leg north before, now to the east
+        (1, 90.0),  # to home, south
+        (2, 90.0),  # away from home, north
+        (3, 90.0),
+        (5, 180.0),  # never turned since the take-off: half a turn is taken for what is not known
+    ],
+)
+def test_a_heading_asked_for_is_turned_to_from_where_the_mode_looks(
+    mode: int, turned_deg: float
+) -> None:
+    # 10 m north at 200 m from home: a leg shorter than the turn to a heading of its own, east.
+    stages = (takeoff(), go(0.0, 200.0, hold=20.0), go(0.0, 210.0))
+    parameters = replace(PX4, yaw_mode=mode)
+    asked = replace(stages[2], yaw_deg=90.0)
+    free_s = took_s(*stages, parameters=parameters)[2]
+    waits_s = took_s(*stages[:2], asked, parameters=parameters)[2] - free_s
+    needed_s = yaw_time_s(np.radians(np.array([turned_deg])), PX4)[0]
+    assert waits_s == pytest.approx(max(needed_s - leg_time_s(10.0, 5.0), 0.0), abs=0.1)
+
+
+@pytest.mark.parametrize(("mode", "turned_deg"), [(0, 0.0), (1, 180.0), (2, 0.0)])
+def test_modes_about_home_look_there_wherever_the_leg_leads(mode: int, turned_deg: float) -> None:
+    # Outward north with a heading north asked for at the end: only looking home it has to turn.
+    stages = (takeoff(), go(0.0, 200.0, hold=20.0), go(0.0, 210.0))
+    parameters = replace(PX4, yaw_mode=mode)
+    asked = replace(stages[2], yaw_deg=0.0)
+    waits_s = (
+        took_s(*stages[:2], asked, parameters=parameters)[2]
+        - took_s(*stages, parameters=parameters)[2]
+    )
+    needed_s = yaw_time_s(np.radians(np.array([turned_deg])), PX4)[0]
+    assert waits_s == pytest.approx(max(needed_s - leg_time_s(10.0, 5.0), 0.0), abs=0.1)

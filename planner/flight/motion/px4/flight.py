@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import Motion, SegmentColumns
+from planner.flight.motion.px4.gaps import gap_findings
 from planner.flight.motion.px4.headings import yaw_waits_s
 from planner.flight.motion.px4.landings import add_landings
 from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, pace_of, steep_moves
@@ -70,7 +71,7 @@ def fly_px4(
     Returns
     -------
     Motion
-        Segments and pieces in closed form; findings about the wind.
+        Segments and pieces in closed form; findings about the wind and settings that are not followed.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def fly_px4(
     nearly cancels: braking, the smoothed speed trails the allowed one (stops up to 0.4 s sooner); speeding
     up, the vehicle trails the trajectory, which waits for it (starts 0.2 to 0.3 s later).
     """
-    return _fly(
+    motion = _fly(
         moves_of_stages(stages, parameters),
         len(stages),
         parameters,
@@ -92,6 +93,7 @@ def fly_px4(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
+    return replace(motion, findings=motion.findings + gap_findings(stages, parameters))
 
 
 def px4_ways_home(

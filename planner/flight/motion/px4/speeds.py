@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.px4.ramps import ramp_time_s
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -104,7 +106,7 @@ def corner_speed_m_s(
 
 
 def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> FloatArray:
-    """Return the way a vehicle told to hold in mid-leg takes to stand still. [m]
+    """Return the way a vehicle told to hold or to return in mid-leg takes to stand still. [m]
 
     Parameters
     ----------
@@ -115,11 +117,17 @@ def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> 
 
     Notes
     -----
-    v (v/2a + 0.6 s), where PX4 puts the point it then holds (``Navigator::preproject_stop_point``,
-    ``computeBrakingDistanceFromVelocity``); 31.2 m from 12 m/s, about 30 m measured.
+    A hold: v (v/2a + 0.6 s), where PX4 puts the point it then keeps (``Navigator::preproject_stop_point``,
+    ``computeBrakingDistanceFromVelocity``); 31.2 m from 12 m/s, about 30 m measured.  A return turns
+    round at limited jerk, in v/2 (v/a + a/j): 28.5 m, 28 m measured.  The longer counts; nothing stops
+    in less than the second.
     """
     speed = np.asarray(speed_m_s, dtype=np.float64)
-    return speed * (0.5 * speed / parameters.acceleration_m_s2 + HOLD_DELAY_S)
+    hold = speed * (0.5 * speed / parameters.acceleration_m_s2 + HOLD_DELAY_S)
+    reversing_s = ramp_time_s(
+        speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
+    )
+    return np.maximum(hold, 0.5 * speed * reversing_s)
 
 
 def yaw_time_s(angle_rad: FloatArray, parameters: Px4Parameters) -> FloatArray:
