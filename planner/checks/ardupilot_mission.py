@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from planner import numbers
+from planner.autopilot import Autopilot
 from planner.catalogue.feasibility import (
     LAND_START_WITHOUT_LANDING,
     RALLY_FAR,
@@ -14,13 +15,13 @@ from planner.catalogue.feasibility import (
 )
 from planner.mission.commands import Command
 from planner.mission.remarks import Remarks
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 _REQUIRED: Mapping[int, Command] = {
     0: Command.NAV_LAND,
@@ -40,14 +41,12 @@ _LANDINGS = frozenset(
 )
 
 
-def _parameters(case: Case) -> ArduPilotParameters:
-    given = case.parameters
-    return given if isinstance(given, ArduPilotParameters) else ArduPilotParameters()
-
-
 def check_required_items(case: Case) -> Iterator[Finding]:
     """Yield a finding where an item is missing that ARMING_MIS_ITEMS asks for."""
-    bits = _parameters(case).mission_items_required
+    if case.autopilot is not Autopilot.ARDUPILOT:
+        return  # reference steps have no parameters, and do not wait for their import
+    parameters = cast("ArduPilotParameters | None", case.parameters)
+    bits = 0 if parameters is None else parameters.mission_items_required
     if bits <= 0:
         return
     commands = {item.command for item in case.mission.items}

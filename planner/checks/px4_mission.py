@@ -6,9 +6,10 @@ After ``FeasibilityChecker.cpp`` and ``mission_block.cpp`` of PX4 1.14 to early 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from planner import numbers
+from planner.autopilot import Autopilot
 from planner.catalogue.feasibility import (
     FIRST_WAYPOINT_FAR,
     GATE_AT_WAYPOINT,
@@ -20,13 +21,13 @@ from planner.findings import Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import Command
 from planner.mission.remarks import Remarks
-from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.vehicle.px4_parameters import Px4Parameters
 
 _CLOSEST_GATE_M = 0.05
 _WARNS_ONLY = (1, 16)
@@ -49,13 +50,23 @@ _TAKEOFF, _LANDING, _BOTH, _BOTH_OR_NONE = {1}, {2}, {3}, {4, 5}
 """MIS_TKO_LAND_REQ; 5 asks for more in the air only."""
 
 
-def _parameters(case: Case) -> Px4Parameters:
-    return case.parameters if isinstance(case.parameters, Px4Parameters) else Px4Parameters()
+_FIRST_PLACE_M = 10_000.0
+"""Default of MIS_DIST_1WP. [m]"""
+
+
+def _parameters(case: Case) -> Px4Parameters | None:
+    """Return PX4's parameters where PX4 flies: reference steps do not wait for their import."""
+    if case.autopilot is not Autopilot.PX4:
+        return None
+    return cast("Px4Parameters | None", case.parameters)
 
 
 def check_required_items(case: Case) -> Iterator[Finding]:
     """Yield a finding where a take-off or landing is missing that MIS_TKO_LAND_REQ asks for."""
-    required = _parameters(case).takeoff_land_required
+    parameters = _parameters(case)
+    if parameters is None:
+        return
+    required = parameters.takeoff_land_required
     commands = {item.command for item in case.mission.items}
     takes_off = not commands.isdisjoint({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
     lands = Command.NAV_LAND in commands
@@ -74,7 +85,8 @@ def check_required_items(case: Case) -> Iterator[Finding]:
 
 def check_first_place(case: Case) -> Iterator[Finding]:
     """Yield a finding where the first place is farther from home than MIS_DIST_1WP."""
-    limit_m = _parameters(case).first_waypoint_distance_m
+    parameters = _parameters(case)
+    limit_m = _FIRST_PLACE_M if parameters is None else parameters.first_waypoint_distance_m
     home = case.mission.home
     if home is None or limit_m <= 0.0:
         return
@@ -112,9 +124,10 @@ def check_gates(case: Case) -> Iterator[Finding]:
 
 def check_speeds(case: Case) -> Iterator[Finding]:
     """Yield a finding for commanded speeds above MPC_XY_VEL_MAX, where PX4 flies."""
-    if not isinstance(case.parameters, Px4Parameters):
+    parameters = _parameters(case)
+    if parameters is None:
         return
-    limit_m_s = case.parameters.speed_max_m_s
+    limit_m_s = parameters.speed_max_m_s
     remarks = Remarks()
     for number, item in enumerate(case.mission.items, start=1):
         if item.command == Command.DO_CHANGE_SPEED and (item.param2 or 0.0) > limit_m_s:
@@ -130,7 +143,8 @@ def check_speeds(case: Case) -> Iterator[Finding]:
 
 def check_wind_limit(case: Case) -> Iterator[Finding]:
     """Yield a finding where the wind is above COM_WIND_MAX."""
-    limit_m_s = _parameters(case).wind_max_m_s
+    parameters = _parameters(case)
+    limit_m_s = -1.0 if parameters is None else parameters.wind_max_m_s
     wind_m_s = case.conditions.wind.speed_m_s
     if 0.0 < limit_m_s < wind_m_s:
         yield WIND_LIMIT.finding(
