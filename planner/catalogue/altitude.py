@@ -18,9 +18,12 @@ FRAME_NOT_RESOLVED = Rule(
 HOME_ALTITUDE_UNKNOWN = Rule(
     code="A105",
     name="home-altitude-unknown",
-    severity=Severity.WARNING,
+    severity=Severity.ERROR,
     summary="The altitude of home is not known but needed.",
-    why="AMSL altitudes mean nothing for a flight that starts at an unknown height.",
+    why=(
+        "AMSL altitudes mean nothing for a flight that starts at an unknown height; a guess would "
+        "be a wrong 'go': scripts write 15 m AMSL for places 600 m up."
+    ),
     how="The file gives no home altitude and --home-amsl is not given; 0 m AMSL is assumed.",
     example="home altitude unknown: 0 m AMSL assumed, 3 items have AMSL altitudes",
     fix="give the altitude of the take-off place with --home-amsl",

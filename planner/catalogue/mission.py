@@ -209,3 +209,20 @@ LANDING_ALTITUDE = Rule(
     fix="write 0, where the ground is level with home",
     is_default=False,
 )
+
+HOME_FAR = Rule(
+    code="M124",
+    name="home-far",
+    severity=Severity.WARNING,
+    summary="Home is nowhere near the mission.",
+    why=(
+        "The planned home was left from another site, and the way there is counted in silence: surveys "
+        "of hundreds of kilometres come of it (MissionPlanner #1947)."
+    ),
+    how=(
+        "Distance from home to the nearest place of the mission, take-off and return not counted: "
+        "more than 10 km, an error from 100 km on.  On PX4 M104 tells of less."
+    ),
+    example="home is 12,040 km from the nearest place of the mission: the way there is counted",
+    fix="set the planned home to the place of take-off",
+)

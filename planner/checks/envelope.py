@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from planner.checks.case import Case
     from planner.findings import Finding
     from planner.flight.extremes import Extreme
+    from planner.mission.stage import Stage
+    from planner.vehicle.px4_parameters import Px4Parameters
 
 _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
@@ -38,12 +40,13 @@ def check_speed(case: Case) -> Iterator[Finding]:
     limit = case.vehicle.valid_for.speed_m_s
     if limit is None:
         return
-    beyond = [s for s in case.route.stages if s.speed_m_s is not None and s.speed_m_s not in limit]
+    speeds = [(_commanded_m_s(case, stage), stage) for stage in case.route.stages]
+    beyond = [stage for speed, stage in speeds if speed is not None and speed not in limit]
     if not beyond:
         return
-    fastest = max(beyond, key=lambda stage: stage.speed_m_s or 0.0)
+    fastest_m_s = max(speed for speed, _ in speeds if speed is not None and speed not in limit)
     yield MODEL_OUTSIDE_ENVELOPE.finding(
-        f"{numbers.speed(fastest.speed_m_s)} is commanded, the model was identified from "
+        f"{numbers.speed(fastest_m_s)} is commanded, the model was identified from "
         f"{numbers.decimals(limit.low, 1)} to {numbers.speed(limit.high)}: "
         f"time and energy of {numbers.count(len(beyond), 'leg')} cannot be trusted",
         severity=Severity.ERROR,
@@ -51,6 +54,14 @@ def check_speed(case: Case) -> Iterator[Finding]:
         place=case.mission.items[beyond[0].item - 1].place,
         fix=f"command {numbers.speed(limit.high)} or less, or identify the vehicle on such flights",
     )
+
+
+def _commanded_m_s(case: Case, stage: Stage) -> float | None:
+    """Return the speed commanded on a stage, not above what PX4 flies. [m s⁻¹]"""
+    if stage.speed_m_s is None or case.autopilot is not Autopilot.PX4:
+        return stage.speed_m_s
+    parameters = cast("Px4Parameters", case.parameters)
+    return min(stage.speed_m_s, parameters.speed_max_m_s)  # T103 says so
 
 
 def check_climbs(case: Case) -> Iterator[Finding]:
@@ -111,7 +122,9 @@ def check_rates(case: Case) -> Iterator[Finding]:
     if extremes is None:
         return
     if (limit := box.speed_m_s) is not None and case.autopilot is not Autopilot.STEP:
-        commanded = any((stage.speed_m_s or 0.0) > limit.high for stage in case.route.stages)
+        commanded = any(
+            (_commanded_m_s(case, stage) or 0.0) > limit.high for stage in case.route.stages
+        )
         identified = f"the model was identified up to {numbers.speed(limit.high)}"
         over = (1.0 + _OVERSHOOT) * limit.high
         if extremes.ground_speed_m_s.value > over:

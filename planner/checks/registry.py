@@ -27,6 +27,7 @@ from planner.checks.fence import check_fence
 from planner.checks.structure import (
     check_curves,
     check_endless,
+    check_home_place,
     check_landing_altitude,
     check_loops,
     check_support,
@@ -64,6 +65,7 @@ CHECKS: tuple[Check, ...] = (
     check_frames,
     check_relative_altitudes,
     check_home,
+    check_home_place,
     check_wind,
     check_fence,
 )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from math import hypot
 from typing import TYPE_CHECKING
 
 from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.mission import (
     COMMAND_UNSUPPORTED,
+    HOME_FAR,
     JUMP_WITHOUT_FLIGHT,
     LANDING_ALTITUDE,
     VALUE_NOT_SET,
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
     from planner.checks.case import Case
     from planner.findings import Finding
     from planner.mission.stage import Lap
+
+_FAR_M = 10_000.0
+"""No multicopter begins its mission so far from home: PX4's MIS_DIST_1WP. [m]"""
+_ELSEWHERE_M = 100_000.0
 
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
@@ -70,6 +76,30 @@ def check_loops(case: Case) -> Iterator[Finding]:
 def _flies(case: Case, lap: Lap) -> bool:
     """Return whether anything is flown in the lap of an endless jump."""
     return lap.first_stage < len(case.route.stages)
+
+
+def check_home_place(case: Case) -> Iterator[Finding]:
+    """Yield a finding where home is nowhere near the mission."""
+    if case.mission.home is None:
+        return
+    places = [
+        (hypot(stage.east_m, stage.north_m), stage.item)
+        for stage in case.route.stages
+        if stage.kind not in {StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY}
+    ]
+    if not places:
+        return
+    away_m, item = min(places)
+    is_px4 = case.target is not None and case.target.autopilot is Autopilot.PX4
+    if away_m < (_ELSEWHERE_M if is_px4 else _FAR_M):
+        return
+    yield HOME_FAR.finding(
+        f"home is {numbers.distance(away_m)} from the nearest place of the mission: the way there is "
+        "counted",
+        severity=Severity.ERROR if away_m >= _ELSEWHERE_M else None,
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
 
 
 def check_landing_altitude(case: Case) -> Iterator[Finding]:

@@ -227,6 +227,8 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
         if course.meaning is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
             message += "; PX4 refuses a mission with a take-off that is not its first place"
             severity = Severity.ERROR
+        elif course.meaning is Autopilot.ARDUPILOT:
+            message += "; on the ground ArduPilot does not start it"
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )

@@ -142,6 +142,26 @@ def test_a_first_place_beyond_mis_dist_1wp_is_told(
     assert of("M104", made, Autopilot.ARDUPILOT) == []
 
 
+@pytest.mark.parametrize(
+    ("metres", "ardupilot", "px4"),
+    [
+        (9_990.0, None, None),
+        (10_010.0, Severity.WARNING, None),
+        (99_900.0, Severity.WARNING, None),
+        (100_100.0, Severity.ERROR, Severity.ERROR),
+    ],
+)
+def test_a_home_nowhere_near_the_mission_is_told(
+    metres: float, ardupilot: Severity | None, px4: Severity | None
+) -> None:
+    # 111,185 m to a degree of latitude north of 47°, to 0.05 %.
+    places = [item(16, 47.0 + share * metres / 111_185.0, 20.0) for share in (1.0, 1.01)]
+    made = mission(takeoff(20), *places, rtl())
+    for autopilot, severity in ((Autopilot.ARDUPILOT, ardupilot), (Autopilot.PX4, px4)):
+        found = of("M124", made, autopilot)
+        assert [f.severity for f in found] == ([] if severity is None else [severity])
+
+
 @pytest.mark.parametrize(("metres", "fires"), [(50.0, True), (50.04, True), (50.06, False)])
 def test_a_gate_at_a_waypoint_is_refused(
     metres: float,
@@ -243,6 +263,28 @@ def test_a_landing_at_a_height_is_told_only_where_it_is_asked_for() -> None:
     level = mission(takeoff(20), waypoint(50, 20), LAND)
     asked = Selection(extend_select=("M120",))
     assert of("M120", level, Autopilot.ARDUPILOT, selection=asked) == []
+
+
+def test_a_speed_that_px4_does_not_fly_is_not_held_against_the_model() -> None:
+    """The model was identified up to MPC_XY_VEL_MAX, which is what is flown."""
+    made = mission(takeoff(20), speed(25.0), waypoint(500, 20), rtl())
+    errors = [f for f in of("E105", made, Autopilot.PX4) if f.severity is Severity.ERROR]
+    assert errors == []
+    assert of("E105", made, Autopilot.ARDUPILOT)[0].severity is Severity.ERROR
+
+
+def test_ardupilot_does_not_start_a_mission_without_a_take_off_on_the_ground() -> None:
+    made = mission(waypoint(50, 20), rtl())
+    [finding] = of("M101", made, Autopilot.ARDUPILOT)
+    assert "on the ground ArduPilot does not start it" in finding.message
+    assert "ArduPilot" not in of("M101", made, Autopilot.PX4)[0].message
+
+
+def test_altitudes_amsl_over_an_unknown_home_are_no_go() -> None:
+    home = replace(HOME, altitude_amsl_m=None)
+    made = mission(takeoff(20), item(16, north(100), 15.0, frame=0), rtl(), home=home)
+    [finding] = of("A105", made, Autopilot.ARDUPILOT)
+    assert finding.severity is Severity.ERROR
 
 
 def test_a_target_decides_whose_rules_count_for_reference_steps() -> None:
