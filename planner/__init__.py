@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
+    from planner.flight.reserve import Reserve
     from planner.logs.csv_mapping import CsvMapping, read_csv_mapping
     from planner.logs.files import read_log
     from planner.logs.record import FlightRecord
@@ -37,6 +38,7 @@ __all__ = [
     "MavjouleError",
     "Mission",
     "Place",
+    "Reserve",
     "Selection",
     "Severity",
     "VehicleModel",
@@ -61,6 +63,7 @@ _HOMES = {
     "MavjouleError": "planner.errors",
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
+    "Reserve": "planner.flight.reserve",
     "Selection": "planner.checks.selection",
     "Severity": "planner.findings",
     "VehicleModel": "planner.vehicle.model",

@@ -25,6 +25,7 @@ from planner.flight.discharge import predict_discharge
 from planner.flight.homeward import make_homeward
 from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
+from planner.flight.reserve import Reserve, hover_power_w
 from planner.flight.trace import sample_trace
 from planner.mission.files import read_mission, write_mission
 from planner.mission.route import make_route
@@ -82,8 +83,8 @@ class CheckRequest:
     """``None``: the model's own."""
     charge: float = 1.0
     """State of charge at the start, 0 to 1. [-]"""
-    reserve: float = 0.2
-    """Share of the capacity that stays in the battery. [-]"""
+    reserve: float | Reserve = 0.2
+    """What stays in the battery; a number is a share of the capacity. [-]"""
     conditions: Conditions = field(default_factory=Conditions)
     selection: Selection = field(default_factory=Selection)
     """Which findings are reported."""
@@ -155,7 +156,7 @@ def check(
     *,
     battery: Battery | None = None,
     charge: float = 1.0,
-    reserve: float = 0.2,
+    reserve: float | Reserve = 0.2,
     wind: Wind | None = None,
     payload_kg: float = 0.0,
     temperature_c: float | None = None,
@@ -188,8 +189,8 @@ def check(
         Default the model's own.
     charge : float
         State of charge at the start, 0 to 1. [-]
-    reserve : float
-        Share of the capacity that must stay in the battery, 0 to 1. [-]
+    reserve : float or Reserve
+        What must stay in the battery; a number is a share of the capacity, 0 to 1. [-]
     wind : Wind, optional
         Default calm.
     payload_kg : float
@@ -244,9 +245,10 @@ def check(
         If the model cannot be flown as asked, or a value is out of its range.
     """
     for name, fraction in (("charge", charge), ("reserve", reserve)):
-        if not 0.0 <= fraction <= 1.0:
+        if not isinstance(fraction, Reserve) and not 0.0 <= fraction <= 1.0:
             msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
             raise UsageError(msg)
+    to_stay = reserve if isinstance(reserve, Reserve) else Reserve(fraction=reserve)
     flown_by = vehicle.reference if autopilot is None else autopilot
     if target is not None and flown_by not in {Autopilot.STEP, target.autopilot}:
         msg = f"the rules of {target.label} do not hold for a vehicle flown as {flown_by.label}"
@@ -303,13 +305,20 @@ def check(
             )
         totals = flight_totals(flight, known, discharge)
         items = item_arrivals(mission, route, flight)
+        homeward = make_homeward(
+            route, flight, pilot, make_destinations(mission, route, flown_with, terrain=terrain)
+        )
         if vehicle.is_power_known:
             if known is not None:
                 budget = battery_budget(
-                    totals, known, charge=charge, reserve=reserve, discharge=discharge
+                    totals,
+                    known,
+                    charge=charge,
+                    reserve=to_stay,
+                    hover_power_w=hover_power_w(flight.power),
+                    discharge=discharge,
                 )
-            destinations = make_destinations(mission, route, flown_with, terrain=terrain)
-            home = way_home(make_homeward(route, flight, pilot, destinations), budget)
+            home = way_home(homeward, budget)
         case = Case(
             mission=mission,
             route=route,
@@ -324,6 +333,7 @@ def check(
             discharge=discharge,
             battery=budget,
             way_home=home,
+            homeward=homeward,
             target=judged_by,
             given_parameters=parameters,
             terrain=terrain,

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.discharge import Discharge
+    from planner.flight.homeward import Homeward
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival
     from planner.geo.terrain import TerrainGrid
@@ -43,6 +44,8 @@ class Case:
     """What the flight takes out of it, where its curve is known."""
     battery: BatteryBudget | None
     way_home: ReturnBudget | None
+    homeward: Homeward
+    """The ways home from every point of the flight."""
     target: Target | None = None
     """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
     given_parameters: ParameterSet | None = None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from planner.checks.case import Case
     from planner.findings import Finding
-    from planner.flight.budget import FlightPoint
+    from planner.flight.budget import BatteryBudget, FlightPoint
 
 _SAME_SHORTFALL = 0.05
 """E102 leaves its shortfall to E101 where they differ by no more than this share. [-]"""
@@ -52,7 +52,7 @@ def check_battery(case: Case) -> Iterator[Finding]:
     yield RESERVE_BELOW_MINIMUM.finding(
         f"the flight needs {numbers.energy(needed_wh)}, "
         f"{numbers.energy(max(available_wh, 0.0))} are there above the reserve of "
-        f"{numbers.percent(battery.reserve_fraction)}: "
+        f"{reserve_name(battery)}: "
         f"short by {numbers.energy(-battery.margin_wh)}",
         item=item,
         place=None if item is None else case.mission.items[item - 1].place,
@@ -77,6 +77,13 @@ def check_way_home(case: Case) -> Iterator[Finding]:
         )
     item = way.tightest_item if turn is None else turn.item
     yield RETURN_BELOW_RESERVE.finding(message, item=item, place=case.mission.items[item - 1].place)
+
+
+def reserve_name(battery: BatteryBudget) -> str:
+    """Return the reserve as it was asked for: ``20 %``, ``12.0 Wh``, ``3 min 00 s of hover``."""
+    if battery.reserve is None:
+        return numbers.percent(battery.reserve_fraction)
+    return str(battery.reserve)
 
 
 def place_along(point: FlightPoint) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 
 from planner.flight.conditions import Conditions
+from planner.flight.reserve import Reserve
 from planner.physics.wind import Wind
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.battery import Battery
@@ -15,6 +16,7 @@ from planner.vehicle.battery import Battery
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)"
 _CHARGE_AND_VOLTAGE = re.compile(rf"{_NUMBER}\s*(m?)Ah\s*@\s*{_NUMBER}\s*V", re.IGNORECASE)
 _ENERGY = re.compile(rf"{_NUMBER}\s*Wh", re.IGNORECASE)
+_MINUTES = re.compile(rf"{_NUMBER}\s*min", re.IGNORECASE)
 _PERCENT = re.compile(rf"{_NUMBER}\s*%", re.IGNORECASE)
 _PLAIN = re.compile(_NUMBER, re.IGNORECASE)
 _WIND = re.compile(rf"{_NUMBER}\s*(?:m/s)?\s*@\s*{_NUMBER}\s*°?", re.IGNORECASE)
@@ -62,6 +64,28 @@ def fraction(text: str) -> float:
         msg = f"{text!r} is out of range: 0% to 100%"
         raise ValueError(msg)
     return value
+
+
+def reserve(text: str) -> float | Reserve:
+    """Return the reserve of ``20%``, ``12Wh``, or ``3min`` of hover; a number is a share."""
+    if found := _ENERGY.fullmatch(text.strip()):
+        given = float(found[1])
+        unit = Reserve(energy_wh=given) if given >= 0.0 else None
+    elif found := _MINUTES.fullmatch(text.strip()):
+        given = float(found[1])
+        unit = Reserve(hover_s=60.0 * given) if given >= 0.0 else None
+    else:
+        try:
+            return fraction(text)
+        except ValueError as error:
+            if _PERCENT.fullmatch(text.strip()) or _PLAIN.fullmatch(text.strip()):
+                raise
+            msg = f"{text!r} is no reserve: write a share, 20%, energy, 12Wh, or hover, 3min"
+            raise ValueError(msg) from error
+    if unit is None:
+        msg = f"{text!r} is out of range: a reserve is zero or more"
+        raise ValueError(msg)
+    return unit
 
 
 def wind(text: str) -> Wind:

@@ -250,9 +250,9 @@ BUDGET_SETTINGS = (
     Setting(
         key="reserve",
         option="--reserve",
-        metavar="SHARE",
-        meaning="share of the capacity that stays in the battery [default: 20%]",
-        read=quantities.fraction,
+        metavar="SHARE|ENERGY|TIME",
+        meaning="what stays in the battery: 20%, 12Wh, or minutes of hover, 3min [default: 20%]",
+        read=quantities.reserve,
         kind=Kind.QUANTITY,
     ),
     Setting(

@@ -11,12 +11,17 @@ from planner.flight.return_search import ReturnSearch
 from planner.flight.segment import ItemArrival
 from planner.frozen import frozen
 from planner.mission.commands import command_name
-from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
+from planner.units import (
+    JOULES_PER_WATT_HOUR,
+    MILLIAMPERE_HOURS_PER_AMPERE_HOUR,
+    wh_from_j,
+)
 
 if TYPE_CHECKING:
     from planner.flight.discharge import Discharge
     from planner.flight.homeward import Homeward
     from planner.flight.prediction import Flight
+    from planner.flight.reserve import Reserve
     from planner.flight.return_search import ReturnNodes
     from planner.mission.items import Mission
     from planner.mission.stage import Route
@@ -57,6 +62,10 @@ class BatteryBudget:
     """Energy that is to stay in the battery. [Wh]"""
     margin_wh: float
     """Usable energy less the reserve less the energy of the flight. [Wh]"""
+    reserve: Reserve | None = None
+    """The reserve as it was asked for; ``None``: as a share."""
+    hover_left_s: float | None = None
+    """Time of hover that the energy left at landing would last. [s]"""
     charge_left_fraction: float | None = None
     """Of the full charge, at the end; these three are ``None`` without the battery's curve. [-]"""
     lowest_voltage_v: float | None = None
@@ -177,7 +186,8 @@ def battery_budget(
     battery: Battery,
     *,
     charge: float,
-    reserve: float,
+    reserve: Reserve,
+    hover_power_w: float,
     discharge: Discharge | None = None,
 ) -> BatteryBudget:
     """Return what a battery holds against the totals of a flight.
@@ -188,20 +198,32 @@ def battery_budget(
         Of the flight.
     battery : Battery
         Its energy.
-    charge, reserve : float
-        Shares of the capacity at the start, and to stay. [-]
+    charge : float
+        Share of the capacity at the start. [-]
+    reserve : Reserve
+        What is to stay.
+    hover_power_w : float
+        Power of a hover over the landing place. [W]
     discharge : Discharge, optional
         What is known of voltages and currents.
     """
     capacity_wh = battery.energy_wh
     usable_wh = capacity_wh * charge if discharge is None else discharge.usable_wh
+    reserve_wh = reserve.wh(capacity_wh=capacity_wh, hover_power_w=hover_power_w)
+    left_wh = usable_wh - totals.energy_wh
     budget = BatteryBudget(
         capacity_wh=capacity_wh,
         usable_wh=usable_wh,
         used_fraction=totals.energy_wh / capacity_wh,
-        reserve_fraction=reserve,
-        reserve_wh=capacity_wh * reserve,
-        margin_wh=usable_wh - capacity_wh * reserve - totals.energy_wh,
+        reserve_fraction=reserve_wh / capacity_wh if reserve.fraction is None else reserve.fraction,
+        reserve_wh=reserve_wh,
+        reserve=reserve,
+        margin_wh=usable_wh - reserve_wh - totals.energy_wh,
+        hover_left_s=(
+            max(left_wh, 0.0) * JOULES_PER_WATT_HOUR / hover_power_w
+            if hover_power_w > 0.0
+            else None
+        ),
     )
     if discharge is None or battery.new_charge_ah is None:
         return budget

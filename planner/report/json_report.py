@@ -51,6 +51,7 @@ _BATTERY_KEYS = (
     "lowest_voltage_v",
     "highest_c_rate",
     "reserve_wh",
+    "hover_left_s",
 )
 _CONDITION_KEYS = (
     "home_amsl_m",

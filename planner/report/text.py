@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.checks.energy import destination_name, place_along
+from planner.checks.energy import destination_name, place_along, reserve_name
 from planner.findings import Severity
 from planner.flight.state import STATES
 from planner.report.finding_text import closing_line, finding_lines, note_lines
@@ -102,8 +102,9 @@ def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int
 
 
 def _left(battery: BatteryBudget) -> str:
-    reserve = f"the {numbers.percent(battery.reserve_fraction)} reserve"
-    return _against(battery.margin_wh, reserve)
+    if battery.reserve is None or battery.reserve.hover_s is None:
+        return _against(battery.margin_wh, f"the {reserve_name(battery)} reserve")
+    return _against(battery.margin_wh, f"the reserve of {reserve_name(battery)}")
 
 
 def _against(margin_wh: float, reserve: str) -> str:
@@ -150,10 +151,13 @@ def _energy(totals: Totals) -> str:
 
 
 def _battery(battery: BatteryBudget) -> str:
+    hover = ""
+    if battery.hover_left_s is not None:
+        hover = f", {numbers.duration(battery.hover_left_s)} of hover left at landing"
     text = (
         f"{numbers.energy(battery.capacity_wh)} full, "
         f"{numbers.energy(battery.usable_wh)} at the start, "
-        f"{numbers.percent(battery.used_fraction)} used"
+        f"{numbers.percent(battery.used_fraction)} used{hover}"
     )
     if battery.charge_left_fraction is not None and battery.lowest_voltage_v is not None:
         left = numbers.percent(max(battery.charge_left_fraction, 0.0))
