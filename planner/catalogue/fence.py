@@ -56,7 +56,7 @@ PATH_CROSSES = Rule(
         "as the autopilot takes them: PX4's edges are straight in degrees and its legs in metres, "
         "ArduPilot's are both straight in its own metres."
     ),
-    example="the flight to here is beyond inclusion polygon 1; 88 m of it are outside the fence",
+    example="the flight to here is beyond inclusion polygon 1; 88 m lie outside the fence",
     fix="move the waypoint, or the fence",
 )
 
@@ -119,7 +119,7 @@ LOITER_CROSSES = Rule(
     why="A circle of 200 m with its centre in the clear was flown 28.9 m into an exclusion "
     "(PX4 #28527): only centres are checked on board.",
     how="The circle as it is flown, its arcs divided until chords are within 5 cm of them.",
-    example="the loiter circle is beyond exclusion polygon 1; 41 m of it are outside the fence",
+    example="the loiter circle is beyond exclusion polygon 1; 41 m lie outside the fence",
     fix="move the centre, or make the circle smaller",
 )
 
@@ -145,7 +145,10 @@ FENCE_IN_PART = Rule(
     severity=Severity.INFO,
     summary="Something about the fence could not be checked.",
     why="A check that is silent about what it leaves out is read as a check of everything.",
-    how="Returns that follow the mission, or fly to its landing (PX4: RTL_TYPE 1 to 5), are not laid out.",
+    how=(
+        "Returns that follow the mission or fly to its landing (PX4's RTL_TYPE other than 0 and 5) are "
+        "not laid out; without a planned home the way home is that to where the flight starts."
+    ),
     example="RTL_TYPE 2 returns along the mission: only straight ways home are checked",
     fix="look at the return by hand",
 )

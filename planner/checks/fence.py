@@ -145,10 +145,15 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         last_leg, _, end_m, _ = max(pieces_of_rule)
         outside_m = sum(end - start for _, start, end, _ in pieces_of_rule)
         item = int(flown.path.item[leg])
+        items = {int(flown.path.item[one[0]]) for one in pieces_of_rule}
+        others = len({one[3] for one in pieces_of_rule}) - 1
         findings.append(
             rule.finding(
                 f"{'the way home' if own_return(flown.case, item) else what} is beyond "
-                f"{barriers[number].label}; {numbers.distance(outside_m)} are outside the fence",
+                f"{barriers[number].label}"
+                + (f", and later beyond {numbers.count(others, 'other area')}" if others else "")
+                + f"; {numbers.distance(outside_m)} lie outside the fence"
+                + (f", at {numbers.count(len(items), 'item')}" if len(items) > 1 else ""),
                 item=item,
                 place=flown.place(item),
                 stretch=flown.stretch(

@@ -30,8 +30,14 @@ def own_return(case: Case, item: int) -> bool:
 
 
 def unchecked_returns(case: Case) -> Iterator[Finding]:
-    """Yield a finding where the vehicle's returns are others than the straight ones."""
-    if isinstance(case.parameters, Px4Parameters) and case.parameters.return_type not in {0, 5}:
+    """Yield a finding where returns are others than the straight ones home, or home is not known."""
+    if case.mission.home is None:
+        yield FENCE_IN_PART.finding(
+            "the file says no home: ways home, and distances from home, are taken from where the "
+            "flight starts",
+            fix="save the mission with its planned home",
+        )
+    elif isinstance(case.parameters, Px4Parameters) and case.parameters.return_type not in {0, 5}:
         yield FENCE_IN_PART.finding(
             f"RTL_TYPE {case.parameters.return_type} returns along the mission or to its landing: "
             "only straight ways home are checked against the fence"
@@ -97,11 +103,12 @@ def _triangles(
 def _finding(
     flown: FencedFlight, barrier: Barrier, target_m: FloatArray, legs: IntArray
 ) -> Finding:
-    ends = np.unique(np.concatenate((legs, legs + 1)))
+    """Return the finding on the first item from whose legs a barrier is in the way, at its worst."""
+    first = legs[flown.group[legs] == flown.group[legs[0]]]
+    ends = np.unique(np.concatenate((first, first + 1)))
     ways = straight_legs(flown.points_m[ends], target_m[ends])
     point = ends[int(np.argmin(barrier.leg_clearance(ways).clearance_m))]
-    leg = legs[np.argmin(np.abs(legs - point))]
-    item = int(flown.path.item[leg])
+    item = int(flown.path.item[first[0]])
     items = len(np.unique(flown.path.item[legs]))
     start, end = flown.points_m[point], target_m[point]
     others = f", as from {numbers.count(items, 'item')} in all" if items > 1 else ""

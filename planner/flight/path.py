@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.kinematics import CircleLaw, PolynomialLaw
-from planner.flight.motion.step_laws import VerticalStepLaw
+from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
 from planner.flight.state import STATE_INDEX, FlightState
 
 if TYPE_CHECKING:
@@ -20,11 +20,14 @@ if TYPE_CHECKING:
 
 PATH_TOLERANCE_M = 0.05
 """How far a motion may be from the straight pieces of its path. [m]"""
+_BRAKE = STATE_INDEX[FlightState.BRAKE]
 _FIRST_PARTS = 4
 """Parts a piece that is no polynomial is divided into at first: its cubics are then good to 1 mm."""
 _MOST_PARTS = 4000
-_SLOWING_M_S = 1e-3
-"""A fall of speed along a leg from which on it brakes. [m s⁻¹]"""
+_SAME_PLACE_M = 1e-3
+"""A motion that goes on within this of where it was has not jumped. [m]"""
+_BRAKING_M_S2 = 0.25
+"""Deceleration from which on a vehicle brakes; overshoots of speed die away more slowly. [m s⁻²]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,8 +66,8 @@ class FlownPath:
         In the middle of a braking there is nothing left to begin too late; its beginning and its
         end are committed.
         """
-        speed = self.speed_m_s
-        slows = self.is_brake | (speed[1:] < speed[:-1] - _SLOWING_M_S)
+        energy = 0.5 * self.speed_m_s**2  # v²/2 falls by deceleration times way
+        slows = self.is_brake | (energy[:-1] - energy[1:] > _BRAKING_M_S2 * self.length_m)
         return ~(np.append(slows, True) & np.concatenate(([True], slows)))
 
 
@@ -89,10 +92,17 @@ def flown_path(motion: Motion, *, straight_m: float = np.inf) -> FlownPath:
     k equal parts of time within 1/k² of ¾ of the greatest second difference of its control points.
     """
     piece, start_s, end_s = _first_intervals(motion)
-    parts = _parts(motion, piece, start_s, end_s, straight_m)
+    parts, jumps = _parts_and_jumps(motion, piece, start_s, end_s, straight_m)
+    # Where the next piece begins elsewhere, the end of a piece is a point of the path as well.
+    ends = np.flatnonzero(jumps)
+    last = np.append(piece[ends], piece[-1])
+    last_s = np.append(end_s[ends], end_s[-1])
+    place = np.append(np.cumsum(parts)[ends], parts.sum())
     if parts.max() > 1:
         piece, start_s, end_s = _divided(piece, start_s, end_s, parts)
-    state = motion.state_at(np.append(piece, piece[-1]), np.append(start_s, end_s[-1]))
+    piece, time_s = np.insert(piece, place, last), np.insert(start_s, place, last_s)
+    state = motion.state_at(piece, time_s)
+    piece = piece[:-1]
     segment = motion.piece_segment[piece]
     circles = [i for i, law in enumerate(motion.laws) if isinstance(law, CircleLaw)]
     return FlownPath(
@@ -102,7 +112,7 @@ def flown_path(motion: Motion, *, straight_m: float = np.inf) -> FlownPath:
         north_m_s=state.north_m_s,
         item=motion.segments.item[segment],
         is_circle=np.isin(motion.piece_law[piece], circles),
-        is_brake=motion.segments.state[segment] == STATE_INDEX[FlightState.BRAKE],
+        is_brake=motion.segments.state[segment] == _BRAKE,
     )
 
 
@@ -116,6 +126,9 @@ def _first_intervals(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray]:
             continue
         if isinstance(law, (PolynomialLaw, VerticalStepLaw)):
             parts[own] = 1
+        elif isinstance(law, SpeedPulseLaw):  # straight: only where it stops it may swing back
+            braking = motion.segments.state[motion.piece_segment[own]] == _BRAKE
+            parts[own] = np.where(braking, _FIRST_PARTS, 1)
         elif isinstance(law, CircleLaw):
             row = motion.piece_row[own]
             radius_m = np.hypot(*(law.start_m[row, :2] - law.centre_m[row]).T)
@@ -140,10 +153,10 @@ def _divided(
     return piece[owner], begin, end
 
 
-def _parts(
+def _parts_and_jumps(
     motion: Motion, piece: IntArray, start_s: FloatArray, end_s: FloatArray, straight_m: float
-) -> IntArray:
-    """Return into how many parts each interval has to be divided to be straight."""
+) -> tuple[IntArray, BoolArray]:
+    """Return into how many straight parts intervals must be divided, and where the next is elsewhere."""
     both = motion.state_at(piece[:, None], np.column_stack((start_s, end_s)))
     third_s = (end_s - start_s) / 3.0
     place = np.stack((both.east_m, both.north_m), axis=-1)
@@ -162,5 +175,6 @@ def _parts(
     curved = 0.75 * away > PATH_TOLERANCE_M
     wanted = np.where(curved, np.ceil(np.sqrt(0.75 * bend / PATH_TOLERANCE_M)), 1.0)
     wanted = np.maximum(wanted, np.ceil(np.sqrt(squared) / straight_m))
-    parts: IntArray = np.clip(wanted, 1, _MOST_PARTS).astype(np.intp)
-    return parts
+    gap = first[1:] - last[:-1]
+    jumps = np.append(np.hypot(gap[:, 0], gap[:, 1]) > _SAME_PLACE_M, False)
+    return np.clip(wanted, 1, _MOST_PARTS).astype(np.intp), jumps

@@ -58,6 +58,8 @@ _CONDITION_KEYS = (
     "temperature_c",
     "payload_kg",
     "position_noise_m",
+    "reaction_time_s",
+    "position_error_m",
     "battery_health",
     "battery_resistance_factor",
     "battery_temperature_c",
@@ -157,8 +159,8 @@ def _parameters(result: CheckResult | None) -> Document:
 
 
 def finding_document(finding: Finding) -> Document:
-    """Return a finding under the keys of the contract."""
-    return {
+    """Return a finding under the keys of the contract; a stretch only where one is meant."""
+    document: Document = {
         "code": finding.code,
         "name": finding.name,
         "severity": finding.severity.label,
@@ -168,3 +170,10 @@ def finding_document(finding: Finding) -> Document:
         "message": value(finding, "message"),
         "fix": value(finding, "fix"),
     }
+    if (stretch := finding.stretch) is not None:
+        document["stretch"] = {
+            "start_deg": list(stretch.start_deg),
+            "end_deg": list(stretch.end_deg),
+            "distance_m": value(stretch, "distance_m"),
+        }
+    return document

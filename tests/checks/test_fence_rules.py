@@ -96,8 +96,9 @@ def test_a_leg_out_of_an_inclusion_is_an_error(
     assert bool(found) is leaves
     if leaves:
         assert found[0].item == 2
-        # 88 m out and 88 m back.
-        assert "176 m" in found[0].message
+        # 88 m out and 88 m back, and the metre by which the article's vehicle overshoots.
+        assert found[0].stretch is not None
+        assert found[0].stretch.distance_m == pytest.approx(177.2, abs=1.5)
 
 
 def test_a_sliver_between_two_waypoints_is_found() -> None:

@@ -50,7 +50,6 @@ def test_a_stop_at_a_waypoint_needs_the_way_of_the_reaction_behind_it(
     ("conditions", "needed_m"),
     [
         ({"reaction_time_s": 2.0}, 20.0 * FINAL + 2.5),
-        ({"reaction_time_s": 0.0}, 2.5),
         ({"position_error_m": 4.0}, 10.0 * FINAL + 4.0),
         ({"wind": Wind(speed_m_s=5.0, from_deg=180.0)}, 10.0 * FINAL + 5.0 + 2.5),
         ({"wind": Wind(speed_m_s=5.0, from_deg=0.0)}, 10.0 * FINAL + 2.5),
@@ -62,8 +61,21 @@ def test_every_part_of_the_buffer_counts(conditions: dict[str, Any], needed_m: f
     assert "F102" not in ahead(needed_m + 0.2, **conditions)
 
 
-def test_without_reaction_and_error_a_stop_right_at_the_fence_is_allowed() -> None:
-    assert ahead(0.2, reaction_time_s=0.0, position_error_m=0.0) == {}
+@pytest.mark.parametrize(
+    ("autopilot", "gap_m"),
+    [(Autopilot.PX4, 0.2), (Autopilot.ARDUPILOT, 0.2), (Autopilot.STEP, 1.0)],
+)
+def test_without_reaction_and_error_a_stop_right_at_the_fence_is_allowed(
+    autopilot: Autopilot, gap_m: float
+) -> None:
+    # The article's vehicle overshoots its waypoint by 0.7 m.
+    caution = {"reaction_time_s": 0.0, "position_error_m": 0.0}
+    parameters = "FENCE_MARGIN,0\n" if autopilot is Autopilot.ARDUPILOT else ""
+    assert ahead(gap_m, autopilot=autopilot, parameters=parameters, **caution) == {}
+
+
+def test_the_overshoot_of_a_stop_is_part_of_the_flight() -> None:
+    assert set(ahead(0.2, reaction_time_s=0.0, position_error_m=0.0)) == {"F101"}
 
 
 def test_px4_needs_the_way_its_hold_takes_and_names_the_speed_that_fits() -> None:

@@ -1,0 +1,145 @@
+"""Limits that parameters draw around home, and fences that parameters leave without effect."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import pytest
+from fenced_missions import at, box, degrees, findings_of
+from made_missions import rtl, takeoff
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.geo.fence import FencePolygon
+
+SHORT = (takeoff(20), at(0, 100), rtl())
+AROUND = box(-400.0, -400.0, 400.0, 400.0)
+ARDUPILOT_ON = "FENCE_ENABLE,1\nFENCE_ACTION,1\nFENCE_ALT_MAX,60\nFENCE_RADIUS,120\n"
+
+
+def test_without_a_fence_anywhere_nothing_is_told() -> None:
+    for autopilot in Autopilot:
+        assert findings_of(SHORT, autopilot=autopilot) == {}
+
+
+@pytest.mark.parametrize(("metres", "crosses"), [(119.0, False), (121.0, True)])
+@pytest.mark.parametrize(
+    ("autopilot", "parameters"),
+    [
+        (Autopilot.PX4, "GF_MAX_HOR_DIST,120\nMPC_XY_CRUISE,2\n"),
+        (Autopilot.ARDUPILOT, ARDUPILOT_ON + "FENCE_TYPE,2\n"),
+    ],
+)
+def test_the_circle_around_home_is_a_fence(
+    autopilot: Autopilot,
+    parameters: str,
+    metres: float,
+    crosses: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    items = (takeoff(20), at(0, metres), rtl())
+    found = findings_of(
+        items, autopilot=autopilot, parameters=parameters, reaction_time_s=0.0, position_error_m=0.0
+    )
+    assert ("F101" in found) is crosses
+    if crosses:
+        assert "120 m) around home" in found["F101"].message
+
+
+def test_ardupilots_circle_needs_its_bit_and_the_fence_on() -> None:
+    far = (takeoff(20), at(0, 300), rtl())
+    flown = partial(findings_of, far, autopilot=Autopilot.ARDUPILOT)
+    assert "F101" in flown(parameters=ARDUPILOT_ON + "FENCE_TYPE,2\n")
+    assert flown(parameters=ARDUPILOT_ON + "FENCE_TYPE,5\n") == {}
+    off = ARDUPILOT_ON.replace("ENABLE,1", "ENABLE,0") + "FENCE_TYPE,2\n"
+    assert flown(parameters=off) == {}
+    assert "F101" in flown(parameters=off + "FENCE_AUTOENABLE,3\n")
+
+
+@pytest.mark.parametrize(("height_m", "fires"), [(60.0, False), (60.1, True)])
+@pytest.mark.parametrize(
+    ("autopilot", "parameters"),
+    [
+        (Autopilot.PX4, "GF_MAX_VER_DIST,60\n"),
+        (Autopilot.ARDUPILOT, ARDUPILOT_ON + "FENCE_TYPE,1\n"),
+    ],
+)
+def test_a_ceiling_holds_for_the_flight(
+    autopilot: Autopilot,
+    parameters: str,
+    height_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    items = (takeoff(20), at(0, 100, height_m), rtl())
+    found = findings_of(items, autopilot=autopilot, parameters=parameters)
+    assert set(found) == ({"F110"} if fires else set())
+    if fires:
+        assert (found["F110"].severity, found["F110"].item) == (Severity.ERROR, 2)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "parameters"),
+    [
+        (Autopilot.PX4, "GF_MAX_VER_DIST,60\nRTL_RETURN_ALT,{}\n"),
+        (Autopilot.ARDUPILOT, ARDUPILOT_ON + "FENCE_TYPE,1\nRTL_ALT,{}00\n"),
+        (Autopilot.ARDUPILOT, ARDUPILOT_ON + "FENCE_TYPE,1\nRTL_ALT_M,{}\n"),
+    ],
+)
+def test_a_return_above_the_ceiling_is_told(autopilot: Autopilot, parameters: str) -> None:
+    landing = (takeoff(20), at(0, 100), at(0, 100, 0.0, command=21))
+    for items, severity in ((SHORT, Severity.ERROR), (landing, Severity.WARNING)):
+        found = findings_of(items, autopilot=autopilot, parameters=parameters.format(61))
+        assert found["F110"].severity is severity
+        assert "61 m above home" in found["F110"].message
+        assert findings_of(items, autopilot=autopilot, parameters=parameters.format(60)) == {}
+
+
+def test_ardupilots_floor_holds_for_waypoints_and_not_for_landings() -> None:
+    parameters = ARDUPILOT_ON + "FENCE_TYPE,8\nFENCE_ALT_MIN,15\n"
+    flown = partial(findings_of, autopilot=Autopilot.ARDUPILOT, parameters=parameters)
+    assert flown(SHORT) == {}
+    low = (takeoff(20), at(0, 100, 14.9), rtl())
+    assert set(flown(low)) == {"F110"}
+    assert flown((takeoff(20), at(0, 100, 15.0), rtl())) == {}
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "parameters", "reason"),
+    [
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\n", "the fence is off"),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_AUTOENABLE,1\n", ""),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,8\nFENCE_ALT_MIN,1\n", "are off"),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,4\n", ""),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,4\nFENCE_ACTION,0\n", "only reported"),
+        (Autopilot.ARDUPILOT, "WPNAV_SPEED,500\n", ""),
+        (Autopilot.PX4, "GF_ACTION,0\n", "does nothing"),
+        (Autopilot.PX4, "GF_ACTION,1\n", "only warns"),
+        (Autopilot.PX4, "GF_ACTION,2\n", ""),
+    ],
+)
+def test_a_fence_that_is_switched_off_is_told(
+    autopilot: Autopilot, parameters: str, reason: str
+) -> None:
+    # FENCE_AUTOENABLE and FENCE_ENABLE bring the circle of 150 m and the ceiling with them: in bounds.
+    found = findings_of(SHORT, AROUND, autopilot=autopilot, parameters=parameters)
+    assert set(found) == ({"F111"} if reason else set())
+    if reason:
+        assert found["F111"].severity is Severity.WARNING
+        assert reason in found["F111"].message
+        assert "p.param line" in found["F111"].message
+
+
+def ring(count: int) -> FencePolygon:
+    angles = [2.0 * math.pi * i / count for i in range(count)]
+    return FencePolygon(
+        inclusion=True,
+        vertices_deg=tuple(degrees(400 * math.cos(a), 400 * math.sin(a)) for a in angles),
+    )
+
+
+@pytest.mark.parametrize(("autopilot", "most"), [(Autopilot.PX4, 64), (Autopilot.ARDUPILOT, 255)])
+def test_a_fence_with_more_points_than_the_autopilot_holds_is_told(
+    autopilot: Autopilot, most: int
+) -> None:
+    assert findings_of(SHORT, ring(most), autopilot=autopilot) == {}
+    assert set(findings_of(SHORT, ring(most + 1), autopilot=autopilot)) == {"F112"}

@@ -1,0 +1,101 @@
+"""The path of a motion: straight pieces within a tolerance of it, and nothing between two samples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+import shapely
+from fenced_missions import VEHICLES, at
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import mission, rtl, speed, takeoff
+
+from planner.autopilot import Autopilot
+from planner.flight.conditions import Conditions
+from planner.flight.path import PATH_TOLERANCE_M, FlownPath, flown_path
+from planner.flight.pilot import make_pilot
+from planner.mission.route import make_route
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters import resolve_parameters
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import Motion
+    from planner.mission.items import MissionItem
+
+SPACING_S = 0.05
+
+
+def motion_of(autopilot: Autopilot, *items: MissionItem) -> Motion:
+    vehicle = load_vehicle(VEHICLES[autopilot])
+    parameters = None
+    if autopilot is not Autopilot.STEP:
+        parameters = resolve_parameters(autopilot, model=vehicle).values
+    route = make_route(mission(*items), meaning=autopilot)
+    return make_pilot(vehicle, parameters, Conditions()).fly(route)[0]
+
+
+def farthest_m(motion: Motion, path: FlownPath) -> float:
+    """Return how far the motion, sampled closely, is from its path at most."""
+    state = motion.state_at_time(np.arange(0.0, float(motion.segments.duration_s.sum()), SPACING_S))
+    line = shapely.LineString(np.column_stack((path.east_m, path.north_m)))
+    shapely.prepare(line)
+    return float(shapely.distance(line, shapely.points(state.east_m, state.north_m)).max())
+
+
+@given(
+    st.sampled_from(list(Autopilot)),
+    st.lists(
+        st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0), st.floats(10.0, 40.0)),
+        min_size=1,
+        max_size=4,
+    ),
+    st.sampled_from([16, 82, 18]),
+    st.floats(2.0, 12.0),
+)
+@settings(max_examples=20, deadline=None)
+def test_a_motion_never_leaves_its_path(
+    autopilot: Autopilot,
+    places: list[tuple[float, float, float]],
+    command: int,
+    speed_m_s: float,
+) -> None:
+    if autopilot is not Autopilot.ARDUPILOT:
+        command = 16
+    params = (1.5, 0.0, 15.0, None) if command == 18 else (0.0, 0.0, 0.0, None)
+    turns = [at(*place, command=command, params=params) for place in places]
+    motion = motion_of(autopilot, takeoff(20), speed(speed_m_s), *turns, at(0, 120), rtl())
+    path = flown_path(motion)
+    # A circle's chords and a law that is followed by cubics are good to a little more.
+    assert farthest_m(motion, path) <= 1.1 * PATH_TOLERANCE_M
+    assert len(path.item) == len(path.east_m) - 1 == len(path.is_circle)
+
+
+def test_a_circle_is_divided_until_its_chords_are_near_it() -> None:
+    whole = at(0, 0, command=18, params=(2.0, 0.0, 100.0, None))
+    path = flown_path(motion_of(Autopilot.STEP, takeoff(20), whole, rtl()))
+    on_circle = np.flatnonzero(path.is_circle)
+    # Chords whose middle is 5 cm inside of 100 m have a half angle of acos(0.9995) = 1.812°.
+    assert len(on_circle) == pytest.approx(2 * 180.0 / 1.812, abs=2)
+    assert np.hypot(path.east_m, path.north_m)[on_circle] == pytest.approx(100.0, abs=1e-6)
+    assert path.length_m[on_circle].sum() == pytest.approx(400.0 * np.pi, rel=1e-3)
+
+
+def test_straight_flight_takes_no_more_pieces_than_its_motion() -> None:
+    motion = motion_of(Autopilot.ARDUPILOT, takeoff(20), at(0, 3000), rtl())
+    assert len(flown_path(motion).item) == len(motion.piece_segment)
+    assert flown_path(motion, straight_m=100.0).length_m.max() <= 100.0 + 1e-6
+
+
+@pytest.mark.parametrize("autopilot", list(Autopilot))
+def test_a_vehicle_is_committed_up_to_its_braking_and_not_within(autopilot: Autopilot) -> None:
+    motion = motion_of(autopilot, takeoff(20), speed(8.0), at(0, 400), at(0, 400.0, 30.0), rtl())
+    path = flown_path(motion)
+    out = np.flatnonzero(path.item == 3)
+    fast = path.is_committed[out] & (path.speed_m_s[out] > 7.5)
+    assert fast.any()
+    # No place on the way is committed between full speed and standing still but in accelerating.
+    last = out[fast][-1]
+    within = np.arange(last + 1, out[-1])
+    assert not np.any(path.is_committed[within] & (path.speed_m_s[within] > 0.5))
