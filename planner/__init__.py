@@ -8,8 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planner.autopilot import Autopilot
+    from planner.autopilot import Autopilot, Target
     from planner.checks.selection import Selection
+    from planner.checks.site_profile import read_profile
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
@@ -41,6 +42,7 @@ __all__ = [
     "Reserve",
     "Selection",
     "Severity",
+    "Target",
     "VehicleModel",
     "Wind",
     "__version__",
@@ -49,6 +51,7 @@ __all__ = [
     "read_csv_mapping",
     "read_log",
     "read_mission",
+    "read_profile",
     "write_mission",
 ]
 
@@ -66,6 +69,7 @@ _HOMES = {
     "Reserve": "planner.flight.reserve",
     "Selection": "planner.checks.selection",
     "Severity": "planner.findings",
+    "Target": "planner.autopilot",
     "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",
     "check": "planner.service",
@@ -73,6 +77,7 @@ _HOMES = {
     "read_csv_mapping": "planner.logs.csv_mapping",
     "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
+    "read_profile": "planner.checks.site_profile",
     "write_mission": "planner.mission.files",
 }
 

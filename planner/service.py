@@ -224,7 +224,7 @@ def check(
     target : Target, optional
         Version of the firmware whose rules count; default that of the parameters, else any.
     profile : SiteProfile, optional
-        What a site asks for, as `planner.checks.site_profile.read_profile` returns it.
+        What a site asks for, as `planner.read_profile` returns it.
     selection : Selection, optional
         Which findings to report; default all.
     fail_on : Severity

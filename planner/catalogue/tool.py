@@ -21,7 +21,7 @@ NO_TERRAIN_DATA = Rule(
     severity=Severity.INFO,
     summary="No terrain is known: the ground is taken to be level with home.",
     why="Heights over ground and landing heights away from home depend on it.",
-    how="No terrain grid was given.",
+    how="No terrain grid was given; a warning where a part of the flight lies outside of those given.",
     example="no terrain data: the ground is assumed level with home (488.0 m AMSL)",
     fix="check heights over ground by other means",
 )

@@ -189,6 +189,37 @@ def test_ardupilots_cone_lowers_a_return_near_home() -> None:
     assert of("A104", findings(made, near, Autopilot.ARDUPILOT, flat))
 
 
+@pytest.mark.parametrize("autopilot", list(OF))
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.5])
+def test_the_least_height_over_waves_is_that_of_the_sampled_flight(
+    autopilot: Autopilot, phase: float
+) -> None:
+    """Against samples of the flight every 0.1 s, over waves of 15 m and 200 m length."""
+    level = ground(0.0).tiles[0]
+    rows = np.arange(ROWS)[:, None] * (2.0 * np.pi * CELL_M / 200.0)
+    heights = (400.0 + 15.0 * np.sin(rows + phase)).astype(np.float32)
+    waves = TerrainGrid(tiles=(replace(level, heights_amsl_m=np.repeat(heights, COLUMNS, axis=1)),))
+    made = mission(
+        takeoff(40), waypoint(500, 60), waypoint(800, 30), waypoint(650, 45), item(21, north(0))
+    )
+    result = check(
+        made,
+        OF[autopilot],
+        battery=Battery(capacity_wh=5000.0),
+        terrain=waves,
+        with_trace=True,
+    )
+    trace = result.trace
+    assert trace is not None
+    in_the_air = np.array([state not in {"takeoff", "land"} for state in trace.state])
+    over_m = trace.altitude_amsl_m - waves.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
+    [finding] = of("A116", list(result.findings))
+    said = re.match(r"(-?[\d.]+) m over the ground at item", finding.message)
+    assert said is not None
+    # 10 m/s in 0.1 s over a slope of 0.47, and heights are said to a metre from 10 m on.
+    assert float(said[1]) == pytest.approx(float(over_m[in_the_air].min()), abs=1.0)
+
+
 def test_home_on_another_height_than_the_grid_says_is_warned_of() -> None:
     for planned_m, fires in ((409.0, False), (411.0, True), (389.0, True)):
         made = replace(LOW, home=replace(HOME, altitude_amsl_m=planned_m))

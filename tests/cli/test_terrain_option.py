@@ -77,6 +77,22 @@ def test_an_altitude_that_qgroundcontrol_left_open_is_worked_out(
     assert "A109" in {finding["code"] for finding in checked["findings"]}
 
 
+def test_a_clearance_is_asked_for_from_the_command_line(
+    tmp_path: Path, slope: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """0.004° north the ground is 40 m up: a waypoint 60 m above home is 20 m over it."""
+    path = tmp_path / "low.plan"
+    write_mission(mission(takeoff(60), item(16, 47.004, 60.0), rtl()), path)
+    options = ["check", str(path), "--battery", "200Wh", "--format", "json"]
+    for clearance, fires in (("19", False), ("21", True)):
+        main([*options, "--terrain", str(slope), "--clearance", clearance])
+        [checked] = json.loads(capsys.readouterr().out)["missions"]
+        found = [f for f in checked["findings"] if f["code"] == "A102"]
+        assert bool(found) is fires
+    assert "asked for" in found[0]["message"]
+    assert main([*options, "--clearance", "-3"]) == 2
+
+
 def test_heights_of_an_hgt_file_are_as_good(
     plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
