@@ -148,3 +148,17 @@ DISCHARGE_RATE_HIGH = Rule(
     example="up to 62 A, 12.4 times the charge an hour, the battery is made for 10",
     fix="take a battery of more charge or of a higher rate, or fly slower and lighter",
 )
+
+RESPONSE_NOT_APPLIED = Rule(
+    code="E111",
+    name="response-not-applied",
+    severity=Severity.INFO,
+    summary="The model knows how the vehicle follows its references; that is not used.",
+    why="Stops are a little longer, and stations reached a little later, than their references say.",
+    how=(
+        "[responses] of speed or altitude in a model flown by PX4, which is taken to fly exactly what "
+        "it asks for; on ArduPilot stops and waits at waypoints follow the responses."
+    ),
+    example="PX4 is taken to fly its references without lag: the model's responses are not applied",
+    fix="allow for the mean residence time of the responses where a stop matters",
+)

@@ -13,6 +13,7 @@ from planner.catalogue.energy import (
     CRUISE_POWER_ASSUMED,
     MODEL_OUTSIDE_ENVELOPE,
     POWER_UNKNOWN,
+    RESPONSE_NOT_APPLIED,
 )
 from planner.catalogue.mission import AUTOPILOT_DIFFERS
 from planner.findings import Severity
@@ -266,6 +267,16 @@ def _battery_conditions(case: Case) -> Iterator[Finding]:
             "the temperature of the battery is not counted: the battery gives no resistance over "
             "temperature",
             fix="use a vehicle model whose battery does",
+        )
+
+
+def check_responses(case: Case) -> Iterator[Finding]:
+    """Yield a finding where the model's responses of motion are not applied."""
+    responses = case.vehicle.responses
+    known = responses.speed is not None or responses.altitude is not None
+    if known and case.autopilot is Autopilot.PX4:
+        yield RESPONSE_NOT_APPLIED.finding(
+            "PX4 is taken to fly its references without lag: the model's responses are not applied"
         )
 
 

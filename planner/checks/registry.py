@@ -21,6 +21,7 @@ from planner.checks.envelope import (
     check_heights,
     check_power_known,
     check_rates,
+    check_responses,
     check_speed,
 )
 from planner.checks.fence import check_fence
@@ -56,6 +57,7 @@ CHECKS: tuple[Check, ...] = (
     check_air_and_mass,
     check_power_known,
     check_conditions,
+    check_responses,
     check_autopilot,
     check_endless,
     check_support,

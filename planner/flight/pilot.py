@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.mission.stage import Route
     from planner.physics.wind import Wind
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
-    from planner.vehicle.model import VehicleModel
+    from planner.vehicle.model import Responses, VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
     from planner.vehicle.parameter_table import Version
     from planner.vehicle.parameters import FlightParameters
@@ -138,7 +138,12 @@ def make_pilot(
             airspeed_limit_m_s=limit_m_s,
             position_noise_m=noise_m,
         )
-    return ArduPilotPilot(parameters=parameters, wind=conditions.wind, airspeed_limit_m_s=limit_m_s)
+    return ArduPilotPilot(
+        parameters=parameters,
+        wind=conditions.wind,
+        airspeed_limit_m_s=limit_m_s,
+        responses=vehicle.responses,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -247,6 +252,8 @@ class ArduPilotPilot:
     wind: Wind
     airspeed_limit_m_s: float | None
     """Airspeed at the greatest lean angle; ``None``: not known. [m s⁻¹]"""
+    responses: Responses | None = None
+    """How the vehicle follows the references; ``None``: without any lag."""
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; ArduPilot shapes its references, so nothing rings."""
@@ -258,6 +265,7 @@ class ArduPilotPilot:
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             home_latitude_deg=route.frame.latitude_deg,
+            responses=self.responses,
         )
         return motion, NO_TRANSIENTS
 
@@ -275,6 +283,7 @@ class ArduPilotPilot:
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             home_latitude_deg=route.frame.latitude_deg,
+            responses=self.responses,
         )
         return motion, NO_TRANSIENTS
 
@@ -287,9 +296,10 @@ class ArduPilotPilot:
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the way an S-curve brakes by, and its time."""
-        from planner.flight.motion.ardupilot.flight import stopping_distance_m
+        from planner.flight.motion.ardupilot.stops import stopping_distance_m
 
-        way_m = stopping_distance_m(speed_m_s, self.parameters)
+        speed_response = None if self.responses is None else self.responses.speed
+        way_m = stopping_distance_m(speed_m_s, self.parameters, speed_response)
         return way_m, _even_braking_s(way_m, speed_m_s)
 
 

@@ -55,9 +55,9 @@ class StopRoom:
             from planner.flight.motion.px4.speeds import stopping_distance_m as px4_way_m
 
             return px4_way_m(speed, self.parameters)
-        from planner.flight.motion.ardupilot.flight import stopping_distance_m as ardupilot_way_m
+        from planner.flight.motion.ardupilot.stops import stopping_distance_m as ardupilot_way_m
 
-        return ardupilot_way_m(speed, self.parameters)
+        return ardupilot_way_m(speed, self.parameters, self.vehicle.responses.speed)
 
     def needed_m(self, speed_m_s: npt.ArrayLike, tail_wind_m_s: npt.ArrayLike = 0.0) -> FloatArray:
         """Return the room needed straight ahead. [m]

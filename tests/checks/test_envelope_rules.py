@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,6 +15,7 @@ from planner.physics.wind import Wind
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.model import Responses
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -132,6 +134,15 @@ def test_the_age_and_temperature_of_a_battery_that_knows_them_are_counted() -> N
     assert aged is not None
     assert new is not None
     assert aged.capacity_wh == pytest.approx(0.8 * new.capacity_wh)
+
+
+@pytest.mark.parametrize(("name", "fires"), [("px4-sih-quad", 1), ("arducopter-sitl-quad", 0)])
+def test_responses_that_are_not_applied_are_said(name: str, fires: int) -> None:
+    one = mission(takeoff(50), waypoint(100, 50), rtl())
+    plain = load_vehicle(name)
+    told = replace(plain, responses=Responses(speed=VEHICLE.responses.speed))
+    assert [f.code for f in check(one, plain).findings if f.code == "E111"] == []
+    assert len([f for f in check(one, told).findings if f.code == "E111"]) == fires
 
 
 def test_a_file_for_an_autopilot_is_said_to_be_flown_in_steps() -> None:

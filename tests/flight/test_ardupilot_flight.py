@@ -12,11 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.findings import Severity
-from planner.flight.motion.ardupilot.flight import (
-    ardupilot_ways_home,
-    fly_ardupilot,
-    stopping_distance_m,
-)
+from planner.flight.motion.ardupilot.flight import ardupilot_ways_home, fly_ardupilot
+from planner.flight.motion.ardupilot.stops import stopping_distance_m
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
 from planner.physics.wind import Wind

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.legs import SLOTS, jerk_rise_s, plan_legs
+from planner.flight.motion.ardupilot.legs import SLOTS, plan_legs
 from planner.flight.motion.ardupilot.returns import over_home_m, return_findings
 from planner.flight.motion.ardupilot.splines import plan_splines
 from planner.flight.motion.ardupilot.stages import (
@@ -22,6 +22,7 @@ from planner.flight.motion.ardupilot.stages import (
     return_columns,
     stage_columns,
 )
+from planner.flight.motion.ardupilot.stops import settling_waits_s, stopping_distance_m
 from planner.flight.motion.ardupilot.timeline import Circles, make_motion
 from planner.flight.motion.ardupilot.vertical import (
     change_of_height,
@@ -31,7 +32,6 @@ from planner.flight.motion.ardupilot.vertical import (
 )
 from planner.flight.motion.kinematics import CircleLaw
 from planner.flight.motion.manoeuvres import hold, make_manoeuvres
-from planner.flight.motion.s_curve import speed_ramps
 from planner.flight.state import FlightState
 from planner.mission.stage import StageKind
 
@@ -46,9 +46,8 @@ if TYPE_CHECKING:
     from planner.mission.stage import Stage
     from planner.physics.wind import Wind
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.model import Responses
 
-BRAKING_FRACTION = 0.97
-"""A stop counts from where the speed has fallen to this fraction of the cruise. [-]"""
 _LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
 """``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""
 
@@ -60,6 +59,7 @@ def fly_ardupilot(
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
     home_latitude_deg: float | None = None,
+    responses: Responses | None = None,
 ) -> Motion:
     """Return how ArduPilot's Copter flies the stages of a route.
 
@@ -75,6 +75,9 @@ def fly_ardupilot(
         Airspeed at the greatest lean angle; default never reached. [m s⁻¹]
     home_latitude_deg : float, optional
         Latitude of home, for what ArduPilot takes for a metre; default metres are its own. [°]
+    responses : Responses, optional
+        How the vehicle follows its references: stops and waits at waypoints depend on it; default
+        without any lag.
 
     Returns
     -------
@@ -84,7 +87,14 @@ def fly_ardupilot(
     """
     scale = metres_of_autopilot(home_latitude_deg)
     columns = stage_columns(stages, parameters, scale=scale)
-    return _flown(columns, parameters, wind, airspeed_limit_m_s, scale)
+    return _flown(
+        columns,
+        parameters,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+        scale=scale,
+        responses=responses,
+    )
 
 
 def ardupilot_ways_home(
@@ -96,6 +106,7 @@ def ardupilot_ways_home(
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
     home_latitude_deg: float | None = None,
+    responses: Responses | None = None,
 ) -> Motion:
     """Return the return to launch (RTL) from each of many points as one motion.
 
@@ -107,7 +118,7 @@ def ardupilot_ways_home(
         Where each leads, its ground included; (3,) where it is one for all. (n, 3) [m]
     rally_height_m : ndarray, optional
         Heights of rally points above the ground there; default 0, home. (n,) [m]
-    parameters, wind, airspeed_limit_m_s, home_latitude_deg
+    parameters, wind, airspeed_limit_m_s, home_latitude_deg, responses
         As in :func:`fly_ardupilot`.
 
     Returns
@@ -119,45 +130,24 @@ def ardupilot_ways_home(
     home = np.broadcast_to(np.asarray(home_m, np.float64), points_m.shape)
     rally = np.zeros(len(points_m)) if rally_height_m is None else rally_height_m
     columns = return_columns(points_m, home, rally, parameters, scale=scale)
-    return _flown(columns, parameters, wind, airspeed_limit_m_s, scale)
-
-
-def stopping_distance_m(speed_m_s: FloatArray, parameters: ArduPilotParameters) -> FloatArray:
-    """Return the way from 97 % of a speed to standing still, as stops are measured. (n,) [m]
-
-    Parameters
-    ----------
-    speed_m_s : ndarray
-        Speeds, zero or more. (n,) [m s⁻¹]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-
-    Notes
-    -----
-    The S-curve's braking from v lasts T and takes v T/2.  The speed has fallen by 3 % after
-    t = t_j/2 + sqrt(0.06 v/J), the way by then is v t − J (t − t_j/2)³/6.
-    """
-    speed = np.asarray(speed_m_s, np.float64)
-    full = np.ones(speed.shape)
-    ramps = speed_ramps(
-        speed,
-        acceleration_m_s2=full * parameters.acceleration_m_s2,
-        jerk_m_s3=full * parameters.jerk_m_s3,
-        jerk_rise_s=full * jerk_rise_s(parameters),
+    return _flown(
+        columns,
+        parameters,
+        wind=wind,
+        airspeed_limit_m_s=airspeed_limit_m_s,
+        scale=scale,
+        responses=responses,
     )
-    lost = (1.0 - BRAKING_FRACTION) * speed
-    since = np.sqrt(2.0 * lost / np.where(ramps.jerk_m_s3 > 0.0, ramps.jerk_m_s3, 1.0))
-    before = speed * (ramps.rest_s + since) - ramps.jerk_m_s3 * since**3 / 6.0
-    way: FloatArray = 0.5 * speed * ramps.duration_s - before
-    return way
 
 
 def _flown(
     stages: StageColumns,
     parameters: ArduPilotParameters,
+    *,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
     scale: tuple[float, float],
+    responses: Responses | None,
 ) -> Motion:
     """Return the motion of stages."""
     splines = plan_splines(stages, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
@@ -165,7 +155,9 @@ def _flown(
     circles = _circles(stages, parameters)
 
     def stopping(speed_m_s: FloatArray) -> FloatArray:
-        return stopping_distance_m(speed_m_s, parameters)
+        return stopping_distance_m(
+            speed_m_s, parameters, None if responses is None else responses.speed
+        )
 
     manoeuvres = [
         *_takeoffs(stages, parameters),
@@ -175,6 +167,7 @@ def _flown(
         *_set_down(stages, parameters),
         *_leaving_circles(stages, circles),
         *_flown_splines(stages, splines, legs),
+        *_settling(legs, responses, parameters),
     ]
     return make_motion(
         legs,
@@ -185,6 +178,18 @@ def _flown(
         stopping_distance_m=stopping,
         findings=(*legs.findings, *splines.findings, *return_findings(stages, parameters)),
     )
+
+
+def _settling(
+    legs: Legs, responses: Responses | None, parameters: ArduPilotParameters
+) -> list[Manoeuvres]:
+    """Return the waits at the ends of legs until the vehicle has come near enough."""
+    waits = settling_waits_s(legs, responses, parameters)
+    rows = np.flatnonzero(waits)
+    if not len(rows):
+        return []
+    end = legs.start_m[rows] + legs.direction[rows] * legs.curves.length_m[rows][:, None]
+    return [hold(legs.key[rows], FlightState.HOVER, place_m=end, duration_s=waits[rows])]
 
 
 def _takeoffs(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeuvres]:

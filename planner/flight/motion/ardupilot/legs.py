@@ -12,6 +12,7 @@ from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
 from planner.flight.motion.ardupilot.limits import limits_along
 from planner.flight.motion.ardupilot.returns import return_height_m
 from planner.flight.motion.ardupilot.stages import is_kind
+from planner.flight.motion.ardupilot.stops import jerk_rise_s
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.s_curve import s_curves
 from planner.mission.stage import StageKind
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 SLOTS = 8
 """A stage's manoeuvres are numbered from SLOTS times its position."""
 
-_SHORTEST_RISE_S = 0.2
-"""``calc_scurve_jerk_and_snap``: half the snap of a time constant of 0.1 s at least. [s]"""
 _ATTITUDE_LAG_FACTOR = 2.0
 """Time lost at a start from rest in time constants of the attitude, see :func:`_start_delay_s`. [-]"""
 _VERTICAL_LAG_S = 0.37
@@ -63,17 +62,6 @@ class Legs:
     corner_speed_m_s: FloatArray
     """Speed with which the end is passed; zero for a stop. (n,) [m s⁻¹]"""
     findings: tuple[Finding, ...]
-
-
-def jerk_rise_s(parameters: ArduPilotParameters) -> float:
-    """Return the time in which the jerk of an S-curve rises to its limit. [s]
-
-    Notes
-    -----
-    ``calc_scurve_jerk_and_snap``: snap = J π / 4 max(ATC_INPUT_TC, 0.1), and
-    ``calculate_path``: t_j = J π / 2 snap; that is twice the time constant.
-    """
-    return max(2.0 * parameters.attitude_time_constant_s, _SHORTEST_RISE_S)
 
 
 def plan_legs(

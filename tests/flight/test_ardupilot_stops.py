@@ -1,0 +1,118 @@
+"""Stops of a vehicle that lags behind its shaped reference, against control.forced_response."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import control
+import numpy as np
+import pytest
+from ardupilot_missions import DEFAULTS, fly, go, stage, takeoff, time_s, took_s
+
+from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.motion.ardupilot.stops import stopping_distance_m
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.mission.stage import StageKind
+from planner.physics.transfer_function import TransferFunction
+from planner.vehicle.model import ManoeuvreResponse, Responses
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import FloatArray, Motion
+    from planner.mission.stage import Stage
+
+STEP_S = 1e-3
+
+
+def following(denominator: tuple[float, ...], delay_s: float = 0.0) -> ManoeuvreResponse:
+    """A response of steady gain 1."""
+    return ManoeuvreResponse(
+        transfer_function=TransferFunction(
+            numerator=(denominator[-1],), denominator=denominator, delay_s=delay_s
+        ),
+        input_gain=1.0,
+        identified_speed_m_s=10.0,
+    )
+
+
+LAG = following((0.5, 1.0))
+RINGING = following((1.0, 1.2, 2.0), delay_s=0.2)
+
+
+def sampled(response: ManoeuvreResponse, time: FloatArray, reference: FloatArray) -> FloatArray:
+    """The answer to a sampled reference that begins where the system rests, by python-control."""
+    system = response.transfer_function
+    answer = control.forced_response(
+        control.tf(list(system.numerator), list(system.denominator)), time, reference - reference[0]
+    )
+    late = round(system.delay_s / STEP_S)
+    shifted = np.concatenate((np.zeros(late), np.asarray(answer.outputs)))[: len(time)]
+    return np.asarray(shifted + reference[0], np.float64)
+
+
+def braking(speed: float) -> tuple[FloatArray, FloatArray]:
+    """The reference of the last stop of a flight, 20 s of cruise before and standing after."""
+    motion = fly(takeoff(), stage(StageKind.GO, 3000.0, speed=speed, hold=60.0))
+    brake = int(np.flatnonzero(motion.segments.state == STATE_INDEX[FlightState.BRAKE])[-1])
+    begin = motion.segments.end_s[brake] - motion.segments.duration_s[brake]
+    time = np.arange(0.0, 20.0 + motion.segments.duration_s[brake] + 30.0, STEP_S)
+    return time, motion.state_at_time(begin - 20.0 + time).ground_speed_m_s
+
+
+@pytest.mark.parametrize("response", [LAG, RINGING])
+@pytest.mark.parametrize("speed", [3.0, 10.0, 15.0])
+def test_stops_are_those_of_the_sampled_answer(response: ManoeuvreResponse, speed: float) -> None:
+    time, reference = braking(speed)
+    answer = sampled(response, time, reference)
+    begun = int(np.argmax(answer <= 0.97 * speed))
+    expected = float(np.trapezoid(answer[begun:], dx=STEP_S))
+    [found] = stopping_distance_m(np.array([speed]), DEFAULTS, response)
+    # A sample is 1 ms: 1.5 cm at 15 m/s.
+    assert found == pytest.approx(expected, abs=0.03)
+
+
+def test_a_response_without_lag_leaves_stops_as_they_are() -> None:
+    speeds = np.array([0.0, 2.0, 10.0, 10.0])
+    quick = following((1e-6, 1.0))
+    assert stopping_distance_m(speeds, DEFAULTS, quick) == pytest.approx(
+        stopping_distance_m(speeds, DEFAULTS), abs=1e-3
+    )
+
+
+def flown(*stages: Stage, responses: Responses) -> Motion:
+    return fly_ardupilot(stages, DEFAULTS, responses=responses)
+
+
+def test_a_quick_vehicle_waits_nowhere_and_a_slow_one_until_it_is_within_the_radius() -> None:
+    stages = (takeoff(), go(200.0, hold=1.0))
+    plain = fly(*stages)
+    assert time_s(flown(*stages, responses=Responses(speed=LAG))) == pytest.approx(
+        time_s(plain), abs=1e-9
+    )
+    slow = following((3.0, 1.0))
+    waiting = flown(*stages, responses=Responses(speed=slow))
+    # The reference of the leg, from rest, and what is left of its 200 m when 2 m are.
+    end = plain.segments.end_s[plain.arrival_segment]
+    time = np.arange(0.0, end[1] - end[0] + 30.0, STEP_S)
+    reference = plain.state_at_time(np.minimum(end[0] + time, end[1])).ground_speed_m_s
+    way = np.cumsum(sampled(slow, time, reference)) * STEP_S
+    expected = float(time[np.argmax(way >= 198.0)]) + 1.0
+    assert took_s(waiting, 1) == pytest.approx(expected, abs=0.01)
+    assert waiting.segments.stopping_distance_m[3] > plain.segments.stopping_distance_m[3]
+
+
+def test_vertical_legs_wait_for_the_altitude() -> None:
+    stages = (takeoff(), go(0.0, height_m=120.0, hold=1.0))
+    slow = following((6.0, 1.0))
+    climbing = replace(slow, identified_speed_m_s=None, identified_step_m=50.0)
+    plain = took_s(fly(*stages), 1)
+    assert took_s(flown(*stages, responses=Responses(speed=slow)), 1) == pytest.approx(plain)
+    assert took_s(flown(*stages, responses=Responses(altitude=climbing)), 1) > plain + 1.0
+
+
+def test_corners_are_passed_without_waiting() -> None:
+    stages = (takeoff(), go(200.0), go(200.0, 200.0))
+    slow = Responses(speed=following((3.0, 1.0)))
+    late = flown(*stages, responses=slow)
+    assert took_s(late, 1) == pytest.approx(took_s(fly(*stages), 1), abs=1e-9)
+    assert took_s(late, 2) > took_s(fly(*stages), 2) + 0.5
