@@ -175,7 +175,7 @@ HOME_MISMATCH = Rule(
     ),
     how=(
         "Planned home against --home-amsl, more than 3 m; else against --terrain at home, more than "
-        "10 m, which grids err by in hills."
+        "10 m, which grids err by in hills.  A planned home at exactly 0 m says nothing."
     ),
     example="the mission was planned from 386 m AMSL, the flight starts at 401 m: 15 m apart",
     fix="set the planned home to the place of take-off, and look at the heights again",

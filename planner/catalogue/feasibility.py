@@ -50,7 +50,8 @@ REQUIRED_ITEM_MISSING = Rule(
     how=(
         "PX4 MIS_TKO_LAND_REQ: 1 take-off, 2 landing, 3 both, 4 and 5 both or neither; a return is no "
         "landing to it.  ArduPilot ARMING_MIS_ITEMS, bits 0 NAV_LAND, 1 VTOL_LAND, 2 DO_LAND_START, "
-        "3 NAV_TAKEOFF, 4 VTOL_TAKEOFF, 5 a rally point, 6 RETURN_TO_LAUNCH."
+        "3 NAV_TAKEOFF, 4 VTOL_TAKEOFF, 5 a rally point within RALLY_LIMIT_KM of home, "
+        "6 RETURN_TO_LAUNCH."
     ),
     example="MIS_TKO_LAND_REQ is 3: PX4 refuses the mission without NAV_LAND",
     fix="add the item, or change the parameter on the vehicle",

@@ -111,6 +111,8 @@ def check_home(case: Case) -> Iterator[Finding]:
     if home is None or home.altitude_amsl_m is None:
         return
     planned_m = home.altitude_amsl_m
+    if planned_m == 0.0:  # what programs write who do not know
+        return
     if case.given_home_amsl_m is not None:
         if abs(case.given_home_amsl_m - planned_m) <= _GIVEN_APART_M:
             return

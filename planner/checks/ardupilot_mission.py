@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from planner import numbers
 from planner.autopilot import Autopilot
@@ -55,8 +57,12 @@ def check_required_items(case: Case) -> Iterator[Finding]:
         for bit, command in _REQUIRED.items()
         if bits & 1 << bit and command not in commands
     ]
-    if bits & 1 << _RALLY_BIT and not case.mission.rally:
-        missing.append("a rally point")
+    limit_m = _rally_limit_m(case)
+    if bits & 1 << _RALLY_BIT and not any(
+        math.hypot(*point_m) <= limit_m for point_m in _rally_m(case)
+    ):
+        within = "" if math.isinf(limit_m) else f" within {numbers.distance(limit_m)} of home"
+        missing.append(f"a rally point{within}")
     if missing:
         yield REQUIRED_ITEM_MISSING.finding(
             f"ARMING_MIS_ITEMS is {bits}: ArduPilot will not arm without {', '.join(missing)}"
@@ -78,36 +84,43 @@ def check_land_starts(case: Case) -> Iterator[Finding]:
 
 def check_rally(case: Case) -> Iterator[Finding]:
     """Yield a finding where a rally point is nowhere within RALLY_LIMIT_KM of the mission."""
-    rally, route = case.mission.rally, case.route
+    rally, route, limit_m = case.mission.rally, case.route, _rally_limit_m(case)
     if not rally:
         return
-    given = None
-    if case.given_parameters is not None and _RALLY_LIMIT in case.given_parameters.values:
-        given = case.given_parameters.values[_RALLY_LIMIT].value
-    limit_km = _RALLY_LIMIT_KM if given is None else given
-    if limit_km <= 0.0:  # ArduPilot takes any
-        return
     path_m = np.array([(0.0, 0.0), *((s.east_m, s.north_m) for s in route.stages)])
-    points_m = np.column_stack(
-        route.frame.east_north_m([p.latitude_deg for p in rally], [p.longitude_deg for p in rally])
-    )
     remarks = Remarks()
-    for number, (point, point_m) in enumerate(zip(rally, points_m, strict=True), start=1):
+    for number, (point, point_m) in enumerate(zip(rally, _rally_m(case), strict=True), start=1):
         away_m = _distance_to_path_m(point_m, path_m)
-        if away_m > 1000.0 * limit_km:
+        if away_m > limit_m:
             remarks.add(
                 RALLY_FAR,
                 f"rally point {number} is {numbers.distance(away_m)} from the mission, "
-                f"RALLY_LIMIT_KM is {limit_km:g}: ArduPilot never goes there",
+                f"RALLY_LIMIT_KM is {limit_m / 1000.0:g}: ArduPilot never goes there",
                 place=point.place,
             )
     yield from remarks.findings()
 
 
-def _distance_to_path_m(
-    point_m: np.ndarray[tuple[int], np.dtype[np.float64]],
-    path_m: np.ndarray[tuple[int, int], np.dtype[np.float64]],
-) -> float:
+def _rally_limit_m(case: Case) -> float:
+    """Return how far ArduPilot looks for a rally point; infinite where it takes any. [m]"""
+    given = None
+    if case.given_parameters is not None and _RALLY_LIMIT in case.given_parameters.values:
+        given = case.given_parameters.values[_RALLY_LIMIT].value
+    limit_m = 1000.0 * (_RALLY_LIMIT_KM if given is None else given)
+    return limit_m if limit_m > 0.0 else math.inf
+
+
+def _rally_m(case: Case) -> npt.NDArray[np.float64]:
+    """Return the rally points, east and north of home. (n, 2) [m]"""
+    rally = case.mission.rally
+    return np.column_stack(
+        case.route.frame.east_north_m(
+            [point.latitude_deg for point in rally], [point.longitude_deg for point in rally]
+        )
+    )
+
+
+def _distance_to_path_m(point_m: npt.NDArray[np.float64], path_m: npt.NDArray[np.float64]) -> float:
     """Return the distance of a point (2,) from straight legs through points (n, 2). [m]"""
     start, way = path_m[:-1], np.diff(path_m, axis=0)
     length2 = (way**2).sum(axis=1)

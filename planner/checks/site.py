@@ -135,6 +135,16 @@ def check_distance(case: Case) -> Iterator[Finding]:
             if polygon.inclusion
             for vertex in polygon.vertices_deg
         ]
+        places += [
+            (
+                f"the centre of fence circle {number}",
+                None,
+                circle.latitude_deg,
+                circle.longitude_deg,
+            )
+            for number, circle in enumerate(mission.fence.circles, start=1)
+            if circle.inclusion
+        ]
     away_m = distance_m(*origin, [place[2] for place in places], [place[3] for place in places])
     farthest = int(np.argmax(away_m))
     if away_m[farthest] <= limit_m:

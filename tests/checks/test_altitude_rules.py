@@ -98,6 +98,7 @@ def test_a_home_at_another_altitude_than_planned_is_warned_of(
 
 
 def test_a_home_without_a_planned_altitude_cannot_differ() -> None:
-    home = replace(HOME, altitude_amsl_m=None)
-    made = mission(takeoff(50), waypoint(100, 50), rtl(), home=home)
-    assert of("A115", made, home_amsl_m=900.0) == []
+    for planned_m in (None, 0.0):  # 0: programs write it where they do not know
+        home = replace(HOME, altitude_amsl_m=planned_m)
+        made = mission(takeoff(50), waypoint(100, 50), rtl(), home=home)
+        assert of("A115", made, home_amsl_m=900.0) == []

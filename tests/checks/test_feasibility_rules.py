@@ -99,7 +99,7 @@ def test_px4_refuses_without_what_mis_tko_land_req_asks_for(
         (0b1000000, ""),  # return
         (0b1, "NAV_LAND"),
         (0b100, "DO_LAND_START"),
-        (0b100000, "a rally point"),
+        (0b100000, "a rally point within 300 m of home"),
         (0b1001001, "NAV_LAND"),
         (0b10010, "NAV_VTOL_LAND, NAV_VTOL_TAKEOFF"),
     ],
@@ -114,10 +114,24 @@ def test_ardupilot_does_not_arm_without_what_arming_mis_items_asks_for(
         assert found[0].message.endswith(f"without {missing}")
 
 
-def test_a_rally_point_satisfies_arming_mis_items() -> None:
-    point = RallyPoint(latitude_deg=47.0, longitude_deg=8.0, height_above_home_m=20.0)
+@pytest.mark.parametrize(
+    ("metres", "parameters", "fires"),
+    [
+        (299.0, "", False),
+        (301.0, "", True),
+        (301.0, "RALLY_LIMIT_KM,0.5\n", False),
+        (9000.0, "RALLY_LIMIT_KM,0\n", False),
+    ],
+)
+def test_a_rally_point_near_home_satisfies_arming_mis_items(
+    metres: float,
+    parameters: str,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    point = RallyPoint(latitude_deg=north(-metres), longitude_deg=8.0, height_above_home_m=20.0)
     made = replace(mission(takeoff(20), waypoint(100, 20), rtl()), rally=(point,))
-    assert of("M116", made, Autopilot.ARDUPILOT, "ARMING_MIS_ITEMS,32\n") == []
+    found = of("M116", made, Autopilot.ARDUPILOT, f"ARMING_MIS_ITEMS,32\n{parameters}")
+    assert len(found) == fires
 
 
 @pytest.mark.parametrize("items", [(LAND,), (speed(5.0), LAND)])
