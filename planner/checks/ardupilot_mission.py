@@ -35,9 +35,8 @@ _REQUIRED: Mapping[int, Command] = {
 }
 """Item by bit of ARMING_MIS_ITEMS (AP_Arming.cpp, ``mission_checks``)."""
 _RALLY_BIT = 5
-_RALLY_LIMIT = "RALLY_LIMIT_KM"
-_RALLY_LIMIT_KM = 0.3
-"""Copter's default. [km]"""
+_RALLY_LIMIT_M = 300.0
+"""Copter's default of RALLY_LIMIT_KM. [m]"""
 _LANDINGS = frozenset(
     {Command.NAV_LAND, Command.NAV_VTOL_LAND, Command.NAV_RETURN_TO_LAUNCH, Command.DO_LAND_START}
 )
@@ -103,11 +102,9 @@ def check_rally(case: Case) -> Iterator[Finding]:
 
 def _rally_limit_m(case: Case) -> float:
     """Return how far ArduPilot looks for a rally point; infinite where it takes any. [m]"""
-    given = None
-    if case.given_parameters is not None and _RALLY_LIMIT in case.given_parameters.values:
-        given = case.given_parameters.values[_RALLY_LIMIT].value
-    limit_m = 1000.0 * (_RALLY_LIMIT_KM if given is None else given)
-    return limit_m if limit_m > 0.0 else math.inf
+    if case.autopilot is not Autopilot.ARDUPILOT or case.parameters is None:
+        return _RALLY_LIMIT_M
+    return cast("ArduPilotParameters", case.parameters).rally_limit_m or math.inf
 
 
 def _rally_m(case: Case) -> npt.NDArray[np.float64]:
