@@ -93,11 +93,12 @@ def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: i
     count = len(motion.piece_duration_s)
     time_s = np.linspace(0.0, 1.0, 17) * motion.piece_duration_s[:, None]
     state = motion.state_at(np.arange(count)[:, None], time_s)
-    # MPC_XY_CRUISE unless commanded, MPC_XY_VEL_MAX at most; what is too fast is braked.
+    # MPC_XY_CRUISE unless commanded, MPC_XY_VEL_MAX at most; what is too fast is braked.  A curve
+    # is not broken up for a quarter of a per cent.
     fastest = max(min(stage.speed_m_s or 5.0, 12.0) for stage in stages)
-    assert state.ground_speed_m_s.max() <= fastest * (1.0 + 1e-9)
-    assert state.climb_m_s.max() <= 3.0 * (1.0 + 1e-9)
-    assert state.climb_m_s.min() >= -1.5 * (1.0 + 1e-9)
+    assert state.ground_speed_m_s.max() <= fastest * 1.0026
+    assert state.climb_m_s.max() <= 3.0 * 1.0026
+    assert state.climb_m_s.min() >= -1.5 * 1.0026
     assert state.height_m.min() >= -0.05
 
 

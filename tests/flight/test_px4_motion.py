@@ -224,6 +224,50 @@ def test_wind_beyond_the_tilt_limit_is_said() -> None:
     assert [f.code for f in motion.findings] == ["W101"]
 
 
+@st.composite
+def wide_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
+    """Missions whose legs are long enough to be flown as they are meant."""
+    east, north, height, stages = 0.0, 0.0, 40.0, [takeoff(40.0)]
+    for _ in range(draw(st.integers(1, 6))):
+        course, length = draw(st.floats(0.0, 6.28)), draw(st.floats(80.0, 300.0))
+        east, north = east + length * math.cos(course), north + length * math.sin(course)
+        height = max(10.0, height + draw(st.sampled_from([0.0, 0.0, 10.0, -10.0])))
+        there = go(east, north, height, hold=draw(st.sampled_from([0.0, 0.0, 5.0])))
+        stages.append(replace(there, speed_m_s=draw(st.sampled_from([None, 3.0, 8.0, 12.0]))))
+    return tuple(stages)
+
+
+@settings(deadline=None, max_examples=120)
+@given(wide_missions())
+def test_velocity_never_jumps_and_changes_within_the_limits(stages: tuple[Stage, ...]) -> None:
+    motion = fly_px4(stages, PX4)
+    begun = np.searchsorted(motion.piece_segment, 1)  # the take-off has its own test
+    piece = np.arange(begun, len(motion.piece_duration_s))
+    lasts = motion.piece_duration_s[piece][:, None]
+    state = motion.state_at(piece[:, None], np.linspace(0.0, 1.0, 17) * lasts)
+    place = np.stack((state.east_m, state.north_m, state.height_m), axis=-1)
+    velocity = np.stack((state.east_m_s, state.north_m_s, state.climb_m_s), axis=-1)
+    assert np.abs(place[1:, 0] - place[:-1, -1]).max(initial=0.0) < 0.03  # what the solver leaves
+    # Less than 0.01 m/s is taken at once, on every axis, where a leg begins and where it ends.
+    assert np.abs(velocity[1:, 0] - velocity[:-1, -1]).max(initial=0.0) < 0.05
+    step = np.maximum(lasts, 1e-3)[..., None] / 16.0
+    acceleration = np.diff(velocity, axis=1) / step
+    jerk = np.diff(acceleration, axis=1) / step
+    before, after = velocity[:, 0], velocity[:, -1]
+    straight = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) < 1e-6
+    # North and east have the whole of MPC_ACC_HOR each, the height MPC_ACC_UP_MAX; braking laws
+    # ask for no more.  A millimetre of rounding in a piece of hundredths of a second is left out.
+    lasting = straight & (lasts[:, 0] > 0.02)
+    assert np.abs(acceleration[lasting][..., :2]).max(initial=0.0) <= A * 1.01
+    assert np.abs(acceleration[lasting][..., 2]).max(initial=0.0) <= 4.0 * 1.01
+    assert np.abs(jerk[lasting]).max(initial=0.0) <= J * 1.01
+    # A turn is one curve in the time PX4 takes to head for the target, when its own swing still goes
+    # on for two thirds of it: three times the acceleration at most, and no more than its jerk would
+    # bring about within the turn and its swing.
+    assert np.abs(acceleration[..., :2]).max(initial=0.0) <= 3.0 * A
+    assert np.abs(jerk[lasts[:, 0] > 0.02][..., :2]).max(initial=0.0) <= 6.0 * J
+
+
 @settings(deadline=None, max_examples=30)
 @given(
     st.lists(

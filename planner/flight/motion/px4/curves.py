@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
     from planner.flight.motion.kinematics import FloatArray
 
+_ROUGHLY = 1.01
+"""Squared: a cubic passes its limit by a quarter of a per cent before it is made of parts. [-]"""
+
 
 @frozen(eq=False)
 class Curves(Columns):
@@ -50,7 +53,7 @@ class Curves(Columns):
 
         Notes
         -----
-        Where it keeps to the limits, one cubic.  Its velocity is a parabola, within the triangle of the
+        Where it keeps to the limits within a quarter of a per cent, one cubic.  Its velocity is a parabola, within the triangle of the
         velocities v₀, 3 m − v₀ − v₁, v₁ (Bézier), m the mean.  Else the velocity changes evenly from v₀
         to u in the first α T, keeps, and changes evenly to v₁ in the last α T.  Speed is then greatest
         at an end or at u = (m − α (v₀ + v₁)/2)/(1 − α); α is the greatest up to 1/2 that keeps u within
@@ -67,7 +70,7 @@ class Curves(Columns):
         for axes, limit in ((slice(2), level_m_s), (slice(2, 3), upright_m_s)):
             u, m, w, b = (_square(v[:, axes]) for v in (velocity_m_s, mean, end_m_s, bent))
             most = np.maximum(np.maximum(limit**2, m), np.maximum(u, w))
-            fits &= b <= most
+            fits &= b <= _ROUGHLY * most
             # |m − α w|² = (1 − α)² L², w the mean of the velocities at the ends.
             p = np.minimum(_square(half[:, axes]) - most, 0.0)
             q = most - (mean[:, axes] * half[:, axes]).sum(axis=1)

@@ -10,7 +10,12 @@ from planner.flight.motion.px4.columns import Columns
 from planner.flight.motion.px4.holds import ends_of_moves
 from planner.flight.motion.px4.layout import Layout, lay_out
 from planner.flight.motion.px4.limits import Limits, limits_along
-from planner.flight.motion.px4.onto_legs import cut_short, slowed_turns, turns_onto_moves
+from planner.flight.motion.px4.onto_legs import (
+    cut_short,
+    joined_turns,
+    slowed_turns,
+    turns_onto_moves,
+)
 from planner.flight.motion.px4.speeds import STILL_M, braking_time_s
 from planner.flight.motion.px4.straights import Straights, fly_straights
 from planner.flight.motion.px4.takeoffs import Takeoffs, make_takeoffs
@@ -136,6 +141,7 @@ def _flown(
     place, velocity = _beginnings(rows, part, legs, moves)
     turns = turns_onto_moves(part, place, velocity, parameters)
     turns, slowed = slowed_turns(part, place, velocity, turns, parameters)
+    turns = joined_turns(part, place, velocity, turns, slowed, parameters=parameters)
     climbing = np.flatnonzero(part.is_takeoff)
     which = np.cumsum(moves.is_takeoff)[rows[climbing]] - 1
     turns.end_m[climbing] = takeoffs.place_m[which]

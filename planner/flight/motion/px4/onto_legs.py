@@ -7,13 +7,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.px4.ramps import ramp_time_s
-from planner.flight.motion.px4.speeds import STILL_M
-from planner.flight.motion.px4.turns import PEAK_OVER_MEAN, Approach, Turns, turns_onto_legs
+from planner.flight.motion.px4.speeds import STILL_M, braking_distance_m
+from planner.flight.motion.px4.turns import (
+    ALIGNED_COS,
+    PEAK_OVER_MEAN,
+    Approach,
+    Turns,
+    turns_onto_legs,
+)
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
     from planner.flight.motion.px4.layout import Layout
     from planner.vehicle.px4_parameters import Px4Parameters
+
+
+_SHORTEST_JOIN_S = 0.1
+"""Changes of velocity that take less are taken at once: 0.01 m/s. [s]"""
+_NEARLY_STRAIGHT = 2.0 * ALIGNED_COS**2 - 1.0
+"""Cosine of twice the angle at which a turn counts as done: a turn by less is little more than a join."""
+_LONGEST_JOIN = 0.5
+"""Share of a leg beyond which it is too short to be joined smoothly. [-]"""
 
 
 def turns_onto_moves(
@@ -102,6 +116,91 @@ def slowed_turns(
             acceleration_m_s2=np.where(slows, 0.0, turns.acceleration_m_s2),
         ),
         slows,
+    )
+
+
+def joined_turns(
+    part: Layout,
+    place_m: FloatArray,
+    velocity_m_s: FloatArray,
+    turns: Turns,
+    slowed: BoolArray,
+    *,
+    parameters: Px4Parameters,
+) -> Turns:
+    """Return turns by which legs that need none are joined: nothing changes its velocity at once.
+
+    What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
+    limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
+    """
+    way = part.ends_m - place_m
+    length = np.sqrt((way**2).sum(axis=1))
+    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
+    level, upright = np.hypot(direction[:, 0], direction[:, 1]), np.abs(direction[:, 2])
+    shallow = level >= upright
+    projected = np.maximum((velocity_m_s * direction).sum(axis=1), 0.0)
+    speed = np.where(
+        shallow, turns.speed_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected
+    )
+    change = np.abs(direction * speed[:, None] - velocity_m_s)
+    rising = direction[:, 2] > 0.0
+    vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
+    jerk = np.full_like(length, parameters.jerk_m_s3)
+    time = np.maximum(
+        ramp_time_s(
+            change[:, :2].max(axis=1),
+            acceleration_m_s2=parameters.acceleration_m_s2,
+            jerk_m_s3=jerk,
+        ),
+        ramp_time_s(change[:, 2], acceleration_m_s2=vertical, jerk_m_s3=jerk),
+    )
+    straight = (turns.duration_s == 0.0) | (
+        (turns.duration_s < time)
+        & (projected > _NEARLY_STRAIGHT * np.sqrt((velocity_m_s**2).sum(axis=1)))
+    )
+    joins = part.is_leg & ~part.is_takeoff & straight & ~slowed & (part.pause_s == 0.0)
+    joins &= (time > _SHORTEST_JOIN_S) & (length > 0.0)
+    if not joins.any():
+        return turns
+    # The speed along the leg grows meanwhile, no further than half way to its limit.
+    limit = np.minimum(
+        np.divide(part.speed_m_s, level, out=np.full_like(level, np.inf), where=level > 0.0),
+        np.divide(
+            np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
+            upright,
+            out=np.full_like(level, np.inf),
+            where=upright > 0.0,
+        ),
+    )
+    growing = np.minimum(time, parameters.acceleration_m_s2 / parameters.jerk_m_s3)
+    growing = np.minimum(growing, np.sqrt(np.maximum(limit - speed, 0.0) / parameters.jerk_m_s3))
+    # It must be allowed by the way left once the acceleration is taken back.
+    settled = speed + jerk * growing**2
+    left = length + part.tail_m - settled * (time + growing)
+    level_reach = braking_distance_m(
+        settled * level,
+        part.final_level_m_s,
+        acceleration_m_s2=np.full_like(length, parameters.acceleration_m_s2),
+        jerk_m_s3=jerk,
+    )
+    upright_reach = braking_distance_m(
+        settled * upright,
+        part.final_upright_m_s,
+        acceleration_m_s2=vertical,
+        jerk_m_s3=jerk,
+    )
+    grows = shallow & (level_reach <= left * level) & (upright_reach <= left * upright)
+    growing = np.where(grows, growing, 0.0)
+    after = speed + 0.5 * jerk * growing**2
+    end = place_m + 0.5 * (velocity_m_s + direction * after[:, None]) * time[:, None]
+    joins &= ((end - place_m) * direction).sum(axis=1) < _LONGEST_JOIN * length
+    return Turns(
+        duration_s=np.where(joins, time, turns.duration_s),
+        end_m=np.where(joins[:, None], end, turns.end_m),
+        speed_m_s=np.where(joins & shallow, after * level, turns.speed_m_s),
+        acceleration_m_s2=np.where(
+            joins & shallow, jerk * growing * level, turns.acceleration_m_s2
+        ),
     )
 
 
