@@ -54,10 +54,10 @@ class Curves(Columns):
         Notes
         -----
         Where it keeps to the limits within a quarter of a per cent, one cubic.  Its velocity is a
-        parabola, within the triangle of the velocities v₀, 3 m − v₀ − v₁, v₁ (Bézier), m the mean.  Else the velocity changes evenly from v₀
-        to u in the first α T, keeps, and changes evenly to v₁ in the last α T.  Speed is then greatest
-        at an end or at u = (m − α (v₀ + v₁)/2)/(1 − α); α is the greatest up to 1/2 that keeps u within
-        the limits, so that the acceleration is least.
+        parabola, within the triangle of the velocities v₀, 3 m − v₀ − v₁, v₁ (Bézier), m the mean.
+        Else the velocity changes evenly from v₀ to u in the first α T, keeps, and changes evenly to v₁
+        in the last α T.  Speed is then greatest at an end or at u = (m − α (v₀ + v₁)/2)/(1 − α); α is
+        the greatest up to 1/2 that keeps u within the limits, so that the acceleration is least.
         """
         moving = duration_s > 0.0
         time = np.where(moving, duration_s, 1.0)

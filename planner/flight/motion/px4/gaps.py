@@ -19,6 +19,9 @@ _STRAIGHT_HOME = frozenset({0, 5})
 
 def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:
     """Return a finding for each setting that the motion of these stages does not follow."""
+    lands = parameters.return_land_delay_s >= 0.0 and parameters.disarm_delay_s >= 0.0
+    if lands and parameters.return_type in _STRAIGHT_HOME:
+        return ()
     returning = next((stage for stage in stages if stage.kind is StageKind.RETURN), None)
     item = None if returning is None else returning.item
     gaps = []
