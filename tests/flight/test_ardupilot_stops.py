@@ -71,6 +71,15 @@ def test_stops_are_those_of_the_sampled_answer(response: ManoeuvreResponse, spee
     assert found == pytest.approx(expected, abs=0.03)
 
 
+def test_a_pointed_peak_is_rounded_by_the_lag_of_a_start() -> None:
+    # 30 m from rest to rest: no cruise.  2 ATC_INPUT_TC = 0.3 s take 1 · 0.3²/2 off the peak.
+    motion = fly(takeoff(), go(30.0, hold=1.0))
+    brake = motion.segments.state.tolist().index(STATE_INDEX[FlightState.BRAKE])
+    peak = motion.segments.speed_m_s[brake]
+    rounded = stopping_distance_m(np.array([peak - 0.045]), DEFAULTS)
+    assert motion.segments.stopping_distance_m[brake] == pytest.approx(rounded[0], abs=1e-9)
+
+
 def test_a_response_without_lag_leaves_stops_as_they_are() -> None:
     speeds = np.array([0.0, 2.0, 10.0, 10.0])
     quick = following((1e-6, 1.0))

@@ -22,7 +22,7 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
-    from planner.flight.motion.s_curve import SpeedRamps
+    from planner.flight.motion.speed_ramps import SpeedRamps
 
 _BISECTIONS = 16
 """Halvings of a few seconds: to a tenth of a millisecond, where ArduPilot steps by 2.5 ms."""

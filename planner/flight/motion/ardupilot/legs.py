@@ -61,6 +61,8 @@ class Legs:
     """Half the time by which the next leg begins before this one ends. (n,) [s]"""
     corner_speed_m_s: FloatArray
     """Speed with which the end is passed; zero for a stop. (n,) [m s⁻¹]"""
+    flown_peak_m_s: FloatArray
+    """Highest speed of the vehicle itself: a pointed peak is rounded by its lag. (n,) [m s⁻¹]"""
     findings: tuple[Finding, ...]
 
 
@@ -165,6 +167,7 @@ def plan_legs(
         curves=curves,
         half_overlap_s=half,
         corner_speed_m_s=corner_speed,
+        flown_peak_m_s=_flown_peak_m_s(curves, parameters),
         findings=findings,
     )
 
@@ -226,6 +229,21 @@ def _speed_along(
     vertical = np.where(direction[:, 2] > 0.0, stages.climb_m_s[stage], stages.descent_m_s[stage])
     horizontal = np.minimum(stages.speed_m_s[stage], held_m_s)
     return limits_along(direction, horizontal, vertical)
+
+
+def _flown_peak_m_s(curves: SCurves, parameters: ArduPilotParameters) -> FloatArray:
+    """Return the highest speed of the vehicle itself along curves. (n,) [m s⁻¹]
+
+    Where there is no cruise the reference has a peak of V − J t²/2 on either side; a lag τ of first
+    order, twice ATC_INPUT_TC as at a start, takes J τ²/2 off it.  Recorded for V = 5.82 m/s and
+    J = 1 m/s³: 5.79 m/s.
+    """
+    lag_s = _ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
+    pointed = (curves.cruise_s == 0.0) & (curves.down.jerk_s >= lag_s)
+    peak: FloatArray = curves.peak_m_s - np.where(
+        pointed, 0.5 * curves.down.jerk_m_s3 * lag_s**2, 0.0
+    )
+    return peak
 
 
 def _start_delay_s(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.s_curve import speed_ramps
+from planner.flight.motion.speed_ramps import speed_ramps
 
 if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.legs import Legs
