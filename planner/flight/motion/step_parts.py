@@ -1,0 +1,314 @@
+"""The parts of a flight in reference steps: climbs, level legs, circles, holds.
+
+What each answers to is told in `planner.flight.motion.step_response`.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from planner.flight.motion.kinematics import CircleLaw, PolynomialLaw
+from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
+from planner.physics.settling import settling_times_s
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, MotionLaw
+    from planner.flight.motion.step_legs import Legs
+    from planner.physics.extrema import Extremum
+    from planner.vehicle.model import ManoeuvreResponse
+
+T = TypeVar("T")
+
+VERTICAL_TOLERANCE_M = 1.0
+"""A vertical manoeuvre is over when the height stays this near to its target. [m]"""
+SMALL_STEP_TOLERANCE = 0.5
+"""And when no more than this part of the change is left: a metre is no target for half a metre. [-]"""
+SPEED_TOLERANCE = 0.02
+"""A speed is reached, or lost, to within this fraction of the steady one. [-]"""
+
+_CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, HOLD, SLOTS = range(8)
+
+
+@frozen(eq=False)
+class Part:
+    """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
+
+    law: MotionLaw
+    order: IntArray
+    state: IntArray
+    duration_s: FloatArray
+    distance_m: FloatArray
+    climb_m: FloatArray
+    speed_m_s: FloatArray
+    stopping_distance_m: FloatArray
+    piece_segment: IntArray
+    piece_row: IntArray
+    piece_offset_s: FloatArray
+    piece_duration_s: FloatArray
+    step: FloatArray
+    """Input step of the segment's power response. [m or m s⁻¹]"""
+    pause_s: FloatArray
+
+
+def _pieces_between(
+    breaks_s: FloatArray, segment: IntArray, row: IntArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return segment, row, offset and duration of the pieces between rising breaks (n, k)."""
+    duration = np.diff(breaks_s, axis=1)
+    kept = duration > 0.0
+    # A segment of no duration keeps one empty piece, so that every segment has a place.
+    kept[:, 0] |= ~kept.any(axis=1)
+    shape = duration.shape
+    return (
+        np.broadcast_to(segment[:, None], shape)[kept],
+        np.broadcast_to(row[:, None], shape)[kept],
+        breaks_s[:, :-1][kept],
+        duration[kept],
+    )
+
+
+@frozen
+class _Pace:
+    """What a speed response says of every leg, whatever its speed."""
+
+    steady: float
+    """Steady speed over commanded speed. [-]"""
+    reached_s: float
+    """Time to reach the steady speed, to within the tolerance. [s]"""
+    stop_s: float
+    """Time to lose it. [s]"""
+
+
+# The same few responses are asked for every mission: these questions need root finding.
+@lru_cache(maxsize=64)
+def _pace(speed_response: ManoeuvreResponse) -> _Pace:
+    unit = speed_response.unit_step
+    steady = given(unit.final_value)
+    return _Pace(
+        steady=steady,
+        reached_s=given(unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)),
+        stop_s=given(unit.settling_time_s(SPEED_TOLERANCE * steady)),
+    )
+
+
+@lru_cache(maxsize=64)
+def _settled_s(altitude: ManoeuvreResponse, steps_m: tuple[float, ...]) -> FloatArray:
+    """Return the times after which the heights stay near the targets of steps. [s]"""
+    sizes = np.array(steps_m)
+    tolerances = np.minimum(VERTICAL_TOLERANCE_M / sizes, SMALL_STEP_TOLERANCE)
+    return settling_times_s(altitude.unit_step, tolerances)
+
+
+@lru_cache(maxsize=64)
+def steepest(altitude: ManoeuvreResponse) -> Extremum:
+    """Return the highest rate of the answer to a unit step, and when."""
+    return altitude.unit_step.peak_slope()
+
+
+def fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> Part:
+    """Return the climbs and descents of all stages."""
+    change = legs.end_m[:, 2] - legs.start_m[:, 2]
+    stage = np.flatnonzero(change)
+    rise = change[stage]
+    size = np.abs(rise)
+    unit = altitude.unit_step
+    identified_m = altitude.identified_step_m
+    step = size if identified_m is None else np.minimum(size, identified_m)
+    rate = steepest(altitude)
+    peak_s = rate.time_s
+    pause = (size - step) / (rate.value * step)
+
+    sizes = tuple(sorted(set(step.tolist())))
+    end = _settled_s(altitude, sizes)[np.searchsorted(sizes, step)] + pause
+    upward = rise > 0.0
+    # The level leg is flown between the climb and the descent, at the start's or the end's place.
+    place = np.where(upward[:, None], legs.start_m[stage, :2], legs.end_m[stage, :2])
+    count = np.arange(len(stage))
+    peak = np.full(len(stage), peak_s)
+    breaks = np.column_stack(
+        (np.zeros(len(stage)), np.full(len(stage), unit.system.delay_s), peak, peak + pause, end)
+    )
+    segment, row, offset, duration = _pieces_between(np.minimum(breaks, end[:, None]), count, count)
+    return Part(
+        law=VerticalStepLaw(
+            response=unit,
+            east_m=place[:, 0],
+            north_m=place[:, 1],
+            height_m=legs.start_m[stage, 2],
+            step_m=np.sign(rise) * step,
+            peak_s=peak_s,
+            pause_s=pause,
+        ),
+        order=stage * SLOTS + np.where(upward, _CLIMB, _DESCEND),
+        state=np.where(upward, legs.climb_state[stage], legs.descent_state[stage]),
+        duration_s=end,
+        distance_m=np.zeros(len(stage)),
+        climb_m=rise,
+        speed_m_s=step * unit.slope(np.minimum(end, peak_s)),
+        stopping_distance_m=np.full(len(stage), np.nan),
+        piece_segment=segment,
+        piece_row=row,
+        piece_offset_s=offset,
+        piece_duration_s=duration,
+        step=np.sign(rise) * step,
+        pause_s=pause,
+    )
+
+
+def fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
+    """Return the level legs of all stages: accelerate, cruise where there is time for it, brake."""
+    way = legs.end_m[:, :2] - legs.start_m[:, :2]
+    length = np.hypot(way[:, 0], way[:, 1])
+    stage = np.flatnonzero(length > 0.0)
+    way, length = way[stage], length[stage]
+    speed = legs.speed_m_s[stage]
+    unit = speed_response.unit_step
+    pace = _pace(speed_response)
+    steady, stop_s = pace.steady, pace.stop_s
+    pulse = length / (speed * steady)
+    cruising = pulse > pace.reached_s
+    end = pulse + stop_s
+
+    climbing = legs.end_m[stage, 2] > legs.start_m[stage, 2]
+    law = SpeedPulseLaw(
+        response=unit,
+        east_m=legs.start_m[stage, 0],
+        north_m=legs.start_m[stage, 1],
+        height_m=np.where(climbing, legs.end_m[stage, 2], legs.start_m[stage, 2]),
+        east=way[:, 0] / length,
+        north=way[:, 1] / length,
+        speed_m_s=speed,
+        pulse_s=pulse,
+    )
+    rows = np.arange(len(stage))
+    reached = np.where(cruising, pace.reached_s, pulse)
+    reached_m = speed * unit.integral(reached)
+    pulse_m = speed * unit.integral(pulse)
+    peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)
+
+    only = np.flatnonzero(cruising)
+    row_of = np.concatenate((rows, rows[only], rows))
+    slot = np.repeat([_ACCELERATE, _CRUISE, _BRAKE], [len(rows), len(only), len(rows)])
+    start = np.concatenate((np.zeros(len(rows)), reached[only], pulse))
+    stop = np.concatenate((reached, pulse[only], end))
+    breaks = np.column_stack((start, np.minimum(start + unit.system.delay_s, stop), stop))
+    segment, row, offset, duration = _pieces_between(breaks, np.arange(len(slot)), row_of)
+    return Part(
+        law=law,
+        order=stage[row_of] * SLOTS + slot,
+        state=np.choose(
+            slot - _ACCELERATE,
+            [
+                STATE_INDEX[s]
+                for s in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
+            ],
+        ),
+        duration_s=stop - start,
+        distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
+        climb_m=np.zeros(len(slot)),
+        speed_m_s=np.concatenate((speed * unit.value(reached), (speed * steady)[only], peak)),
+        stopping_distance_m=np.concatenate(
+            (
+                np.full(len(rows), np.nan),
+                (speed * steady)[only] * speed_response.transfer_function.mean_residence_time_s,
+                length - pulse_m,
+            )
+        ),
+        piece_segment=segment,
+        piece_row=row,
+        piece_offset_s=offset,
+        piece_duration_s=duration,
+        step=-np.where(slot == _BRAKE, speed[row_of] * (peak / (speed * steady))[row_of], 0.0),
+        pause_s=np.zeros(len(slot)),
+    )
+
+
+def _peak_speed_m_s(
+    law: SpeedPulseLaw, cruising: BoolArray, *, steady: float, stop_s: float
+) -> FloatArray:
+    """Return the highest speed while braking: steady after a cruise, else the pulse's peak."""
+    peak = law.speed_m_s * steady
+    short = np.flatnonzero(~cruising)
+    if len(short):
+        # The peak is flat: 64 samples with a parabola through the best three place it to 1e-5.
+        time = law.pulse_s[short, None] + np.linspace(0.0, stop_s, 64)
+        speed = law.state_at(short[:, None] + np.zeros(time.shape, np.intp), time).ground_speed_m_s
+        best = np.clip(np.argmax(speed, axis=1), 1, 62)
+        left, top, right = (speed[np.arange(len(short)), best + k] for k in (-1, 0, 1))
+        bend = left - 2.0 * top + right
+        lift = np.divide((left - right) ** 2, -8.0 * bend, out=np.zeros_like(bend), where=bend < 0)
+        peak[short] = top + lift
+    return peak
+
+
+def fly_circles(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
+    """Return the circles of all stages, flown at the steady speed from the moment they are reached.
+
+    The article identifies no turning flight; starting and stopping are in the leg to the circle.
+    """
+    stage = np.flatnonzero(legs.turns > 0.0)
+    radius = np.abs(legs.circle_m[stage])
+    speed = legs.speed_m_s[stage] * _pace(speed_response).steady
+    length = legs.turns[stage] * 2.0 * np.pi * radius
+    count = len(stage)
+    zero = np.zeros(count)
+    rows = np.arange(count)
+    return Part(
+        law=CircleLaw(
+            start_m=legs.end_m[stage],
+            centre_m=legs.centre_m[stage],
+            rate_rad_s=-np.sign(legs.circle_m[stage]) * speed / radius,
+        ),
+        order=stage * SLOTS + _CIRCLE,
+        state=np.full(count, STATE_INDEX[FlightState.CRUISE]),
+        duration_s=length / speed,
+        distance_m=length,
+        climb_m=zero,
+        speed_m_s=speed,
+        stopping_distance_m=speed * speed_response.transfer_function.mean_residence_time_s,
+        piece_segment=rows,
+        piece_row=rows,
+        piece_offset_s=zero,
+        piece_duration_s=length / speed,
+        step=zero,
+        pause_s=zero,
+    )
+
+
+def hold_in_place(legs: Legs) -> Part:
+    """Return the holds of all stages."""
+    stage = np.flatnonzero(legs.hold_s > 0.0)
+    count = len(stage)
+    coefficients = np.zeros((count, 3, 4))
+    coefficients[:, :, 0] = legs.end_m[stage]
+    rows = np.arange(count)
+    zero = np.zeros(count)
+    return Part(
+        law=PolynomialLaw(coefficients=coefficients),
+        order=stage * SLOTS + HOLD,
+        state=np.full(count, STATE_INDEX[FlightState.HOVER]),
+        duration_s=legs.hold_s[stage],
+        distance_m=zero,
+        climb_m=zero,
+        speed_m_s=zero,
+        stopping_distance_m=np.full(count, np.nan),
+        piece_segment=rows,
+        piece_row=rows,
+        piece_offset_s=zero,
+        piece_duration_s=legs.hold_s[stage],
+        step=zero,
+        pause_s=zero,
+    )
+
+
+def given(value: T | None) -> T:
+    """Return what a model of step references is known to have."""
+    if value is None:
+        msg = "a model of step references has responses of altitude and speed"
+        raise ValueError(msg)
+    return value
