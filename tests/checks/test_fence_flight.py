@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -32,6 +35,24 @@ def test_a_flight_well_inside_has_nothing_to_tell(autopilot: Autopilot) -> None:
     items = (takeoff(20), at(0, 100), at(100, 100), rtl())
     out = circle(-200.0, 0.0, 50.0, inclusion=False)
     assert findings_of(items, AROUND, out, autopilot=autopilot) == {}
+
+
+def test_without_a_fence_shapely_is_not_waited_for() -> None:
+    code = (
+        "import sys; sys.path.insert(0, 'tests');"
+        "from fenced_missions import Autopilot, at, findings_of;"
+        "from made_missions import rtl, takeoff;"
+        "[findings_of((takeoff(20), at(0, 100), rtl()), autopilot=a) for a in Autopilot];"
+        "print(*{'shapely', 'planner.geo.fence_area', 'planner.flight.path'} & set(sys.modules))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[2],
+    )
+    assert done.stdout.split() == []
 
 
 @EVERY_AUTOPILOT
@@ -110,6 +131,7 @@ def test_rally_points_outside_are_errors_and_those_inside_are_none() -> None:
     assert found["F103"].severity is Severity.ERROR
     assert "rally point 2 is 35 m beyond inclusion polygon 1" in found["F103"].message
     assert findings_of(items, AROUND, rally_points=(rally(0.0, 399.9),)) == {}
+    assert set(findings_of(items, AROUND, rally_points=(rally(0.0, 400.1),))) == {"F103"}
 
 
 @EVERY_AUTOPILOT
