@@ -17,6 +17,7 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Parts, assemble_model
 from planner.identify.commands import Answer, cut_manoeuvres
+from planner.identify.motion_by_times import has_references, identify_motion_by_times
 from planner.identify.outcome import SegmentUse
 from planner.identify.power_states import (
     PowerIdentification,
@@ -80,7 +81,10 @@ def identify_vehicle(
             "be their base model"
         )
         raise UsageError(msg)
-    identify = _identify_stepped if reference is Autopilot.STEP else _identify_shaped
+    identify = _identify_shaped
+    if reference is Autopilot.STEP:
+        is_told = any(has_references(record) for record in records)
+        identify = _identify_stepped if is_told else _identify_unreferenced
     settings = replace(settings, reference=reference)
     return assemble_model(records, settings, identify(records, settings))
 
@@ -143,6 +147,25 @@ def _identify_stepped(records: Sequence[FlightRecord], settings: IdentificationS
         responses=tuple(identify_response(answer, cuts, use_arx=use_arx) for answer in Answer),
         steady=(*hovers, *cruises),
         hovers=tuple(hovers),
+    )
+
+
+def _identify_unreferenced(
+    records: Sequence[FlightRecord], settings: IdentificationSettings
+) -> Parts:
+    """Identify a vehicle that logs no references: motion by times, power by steady flight."""
+    mass_kg = _flown_mass_kg(settings)
+    steady: list[SteadyPower] = []
+    refusals: list[SegmentUse] = []
+    for record in records:
+        density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+        steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
+        refusals += _power_refusals(record)
+    return Parts(
+        power=identify_power(steady, refusals=refusals),
+        responses=identify_motion_by_times(records),
+        steady=tuple(steady),
+        loads=_loads(records),
     )
 
 

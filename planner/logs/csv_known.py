@@ -42,7 +42,6 @@ MATRICE_100 = CsvMapping(
             ("altitude_amsl_m", "position_z", "m", 1),
             ("velocity_forward_m_s", "velocity_x", "m/s", 1),
             ("velocity_right_m_s", "velocity_y", "m/s", -1),
-            ("climb_m_s", "velocity_z", "m/s", 1),
             ("airspeed_m_s", "wind_speed", "m/s", 1),
             ("voltage_v", "battery_voltage", "V", 1),
             ("current_a", "battery_current", "A", 1),
