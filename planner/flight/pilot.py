@@ -148,21 +148,27 @@ def make_pilot(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepPilot:
-    """Answers steps of the reference with the identified responses: the article's way."""
+    """Answers steps of the reference with the identified responses, the article's way, or ramps."""
 
     vehicle: VehicleModel
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route and its power transients."""
-        legs = Legs.of(route.stages, default_speed_m_s=self._speed_m_s)
-        return fly_step_references(legs, self.vehicle.responses)
+        return self._along(Legs.of(route.stages, default_speed_m_s=self._speed_m_s))
 
     def fly_home(
         self, points_m: FloatArray, targets: Targets, _route: Route
     ) -> tuple[Motion, Transients]:
         """Return level legs home at the height of each point, and landings there."""
         legs = Legs.home_from(points_m, targets.ground_m, speed_m_s=self._speed_m_s)
-        return fly_step_references(legs, self.vehicle.responses)
+        return self._along(legs)
+
+    def _along(self, legs: Legs) -> tuple[Motion, Transients]:
+        if self.vehicle.ramps is None:
+            return fly_step_references(legs, self.vehicle.responses)
+        from planner.flight.motion.ramps import fly_ramps
+
+        return fly_ramps(legs, self.vehicle.ramps), NO_TRANSIENTS
 
     def return_heights_m(self, points_m: FloatArray, _targets: Targets) -> FloatArray:
         """Return the heights of the points: references by steps have no rule for a return."""
@@ -172,7 +178,11 @@ class StepPilot:
         """Return how the identified response of the speed goes on after a step to zero.
 
         Its area is the way; the time is taken to grow with the speed, up to twice the residence time.
+        Ramps brake at their own rate.
         """
+        if (ramps := self.vehicle.ramps) is not None:
+            stop_s = speed_m_s / ramps.braking_m_s2
+            return 0.5 * speed_m_s * stop_s, stop_s
         response = self.vehicle.responses.speed
         if response is None:  # such a model flies no level legs
             return np.zeros_like(speed_m_s), np.zeros_like(speed_m_s)

@@ -32,13 +32,14 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.identify.outcome import StateOutcome
     from planner.identify.power_states import PowerIdentification
+    from planner.identify.ramp_fit import RampIdentification
     from planner.identify.response_states import ResponseIdentification
     from planner.identify.settings import IdentificationSettings
     from planner.identify.steady import SteadyPower
     from planner.logs.record import FlightRecord
     from planner.vehicle.cruise_law import CruiseLaw, VerticalPower
     from planner.vehicle.hover_law import HoverLaw
-    from planner.vehicle.model import Loads, ManoeuvreResponse
+    from planner.vehicle.model import Loads, ManoeuvreResponse, Ramps
 
 _MOTIONS = (Answer.ALTITUDE.value, Answer.SPEED.value)
 
@@ -52,6 +53,7 @@ class Parts:
     steady: tuple[SteadyPower, ...]
     hovers: tuple[SteadyPower, ...] = ()
     loads: Loads | None = None
+    ramps: RampIdentification | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +98,7 @@ def assemble_model(
     assert reference is not None
     power, outcomes = _power(parts, base)
     responses = _responses(parts, power, base, outcomes)
+    ramps = _ramps(parts, base, outcomes)
     pack = identify_battery(records, settings.pack)
     battery, of_battery = pack.battery, pack.outcome
     if battery is None and base is not None and base.battery is not None:
@@ -104,7 +107,8 @@ def assemble_model(
     findings = list(dict.fromkeys(f for record in records for f in record.findings))
     parameters: tuple[tuple[str, float], ...] = ()
     if reference is Autopilot.STEP:
-        _refuse_lacking_motion(responses, outcomes)
+        if ramps is None:
+            _refuse_lacking_motion(responses, outcomes)
     else:
         parameters, differing = flown_parameters(records, reference)
         findings += differing
@@ -126,7 +130,8 @@ def assemble_model(
         loads=power.loads,
         battery=battery,
         responses=Responses(**responses),
-        default_speed_m_s=_default_speed_m_s(responses, base, reference),
+        ramps=ramps,
+        default_speed_m_s=_default_speed_m_s(parts, responses, base, reference),
         parameters=parameters,
         valid_for=flown_box(records, parts, settings, mass_kg=mass_kg if power.is_known else None),
         provenance=made_provenance(records, settings, outcomes, readings),
@@ -175,6 +180,23 @@ def _responses(
         responses[outcome.name] = None if is_of_power and not power.is_known else response
         outcomes.append(outcome)
     return responses
+
+
+def _ramps(parts: Parts, base: VehicleModel | None, outcomes: list[StateOutcome]) -> Ramps | None:
+    """Return the ramps the flights tell, else those of the base model; add what was found."""
+    if parts.ramps is None:
+        return None
+    ramps, outcome = parts.ramps.ramps, parts.ramps.outcome
+    if ramps is None and base is not None and base.ramps is not None:
+        ramps, outcome = base.ramps, _of_base(outcome, base)
+    outcomes.append(outcome)
+    if ramps is None:
+        msg = (
+            f"the logs tell no references, and the flights not how the vehicle moves ({outcome.said}): "
+            "give flights with level legs at several heights, or name a base model with --base"
+        )
+        raise IdentificationError(msg)
+    return ramps
 
 
 def _refuse_lacking_motion(
@@ -247,6 +269,7 @@ def _vehicles(records: Sequence[FlightRecord]) -> list[Finding]:
 
 
 def _default_speed_m_s(
+    parts: Parts,
     responses: Mapping[str, ManoeuvreResponse | None],
     base: VehicleModel | None,
     reference: Autopilot,
@@ -255,5 +278,7 @@ def _default_speed_m_s(
         return None
     if base is not None and base.default_speed_m_s is not None:
         return base.default_speed_m_s
+    if parts.ramps is not None:
+        return parts.ramps.default_speed_m_s
     speed = responses["speed"]
     return None if speed is None else speed.identified_speed_m_s

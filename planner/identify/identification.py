@@ -17,7 +17,7 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Parts, assemble_model
 from planner.identify.commands import Answer, cut_manoeuvres
-from planner.identify.motion_by_times import has_references, identify_motion_by_times
+from planner.identify.manoeuvre_power import at_mean_load, manoeuvre_powers
 from planner.identify.outcome import SegmentUse
 from planner.identify.power_states import (
     PowerIdentification,
@@ -25,6 +25,7 @@ from planner.identify.power_states import (
     identify_hover,
     identify_power,
 )
+from planner.identify.ramp_fit import has_references, identify_ramps
 from planner.identify.response_states import identify_response
 from planner.identify.settings import Method
 from planner.identify.states import find_states
@@ -153,18 +154,22 @@ def _identify_stepped(records: Sequence[FlightRecord], settings: IdentificationS
 def _identify_unreferenced(
     records: Sequence[FlightRecord], settings: IdentificationSettings
 ) -> Parts:
-    """Identify a vehicle that logs no references: motion by times, power by steady flight."""
+    """Identify a vehicle that logs no references: ramps by durations, power by manoeuvres."""
     mass_kg = _flown_mass_kg(settings)
-    steady: list[SteadyPower] = []
+    powers: list[tuple[SteadyPower, ...]] = []
     refusals: list[SegmentUse] = []
     for record in records:
         density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
-        steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
+        powers.append(manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg))
         refusals += _power_refusals(record)
+    means = at_mean_load(powers)
+    power = identify_power(means, refusals=refusals)
+    reading = "Loads are not told: each flight is brought to the mean power of all flights."
     return Parts(
-        power=identify_power(steady, refusals=refusals),
-        responses=identify_motion_by_times(records),
-        steady=tuple(steady),
+        power=replace(power, readings=(*power.readings, reading)),
+        responses=(),
+        ramps=identify_ramps(records),
+        steady=means,
         loads=_loads(records),
     )
 

@@ -22,10 +22,17 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-_MOVING_M_S = 1.0
+MOVING_M_S = 1.0
 """Slower is standing: wind pushes a hovering vehicle about at half of that. [m s⁻¹]"""
+STOPPING_SHARE = 0.98
+"""Of the speed held: a stop is measured from there on. [-]"""
 _LEAST_LEG_M = 30.0
-_LEAST_LEGS = 1
+_KNOWN = 0.9
+"""Share of the flight that speed and height must be known for. [-]"""
+OFF_GROUND_M = 0.5
+"""Height at which a take-off, or a landing, is seen. [m]"""
+_LOW_M = (1.0, 8.0)
+_MEAN_SAMPLES = 10
 _LEVEL_SHARE = 0.2
 """A flight is level between its first and last leg to this share of its height. [-]"""
 _SMOOTHING_S = 1.0
@@ -50,6 +57,11 @@ class TimedLeg:
     """From 98 % of that speed. [m]"""
 
     @property
+    def label(self) -> str:
+        """What it is called in a report."""
+        return f"leg {self.length_m:.0f} m at {self.speed_m_s:.1f} m/s"
+
+    @property
     def lost_s(self) -> float:
         """Time beyond that of its length at its speed. [s]"""
         return self.duration_s - self.length_m / self.speed_m_s
@@ -65,16 +77,39 @@ class TimedChange:
     duration_s: float
     rise_m: float
     """Negative for a landing. [m]"""
+    ground_s: float
+    """Part of it spent on the ground. [s]"""
+    low_speed_m_s: float
+    """Speed near the ground, from 8 m to 1 m above it or the other way, positive. [m s⁻¹]"""
+
+    @property
+    def label(self) -> str:
+        """What it is called in a report."""
+        return f"{'take-off' if self.rise_m > 0.0 else 'landing'} {abs(self.rise_m):.0f} m"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedFlight:
-    """The manoeuvres of one flight; empty where it is not one after the other."""
+    """The manoeuvres of one flight, where it is a take-off, legs and a landing one after the other."""
 
-    changes: tuple[TimedChange, ...] = ()
-    legs: tuple[TimedLeg, ...] = ()
+    log: str
+    flight: int
     refusal: str = ""
-    """Why there are none."""
+    """Why it is no such flight; the rest is empty then."""
+    takeoff_and_landing: tuple[TimedChange, TimedChange] | None = None
+    legs: tuple[TimedLeg, ...] = ()
+
+    @property
+    def takeoff(self) -> TimedChange:
+        """The take-off of a flight that is not refused."""
+        assert self.takeoff_and_landing is not None
+        return self.takeoff_and_landing[0]
+
+    @property
+    def landing(self) -> TimedChange:
+        """The landing of a flight that is not refused."""
+        assert self.takeoff_and_landing is not None
+        return self.takeoff_and_landing[1]
 
 
 def timed_flight(record: FlightRecord) -> TimedFlight:
@@ -92,38 +127,71 @@ def timed_flight(record: FlightRecord) -> TimedFlight:
     """
     speed, height = record.ground_speed_m_s, record.height_above_home_m
     known = np.isfinite(speed) & np.isfinite(height)
-    if known.mean() < 0.9:
-        return TimedFlight(refusal="speed or height is not known throughout")
+
+    def refused(why: str) -> TimedFlight:
+        return TimedFlight(log=record.source, flight=record.number, refusal=why)
+
+    if known.mean() < _KNOWN:
+        return refused("speed or height is not known throughout")
     time_s = record.time_s
     step_s = float(time_s[1] - time_s[0])
     smooth = _smoothed(np.interp(time_s, time_s[known], speed[known]), round(_SMOOTHING_S / step_s))
     bounds = _legs(record, smooth)
-    if len(bounds) < _LEAST_LEGS:
-        return TimedFlight(refusal="no level leg")
+    if not bounds:
+        return refused("no level leg")
     level = height[bounds[0][0] : bounds[-1][1]]
     level_m = float(np.nanmedian(level))
-    if np.nanmax(np.abs(level - level_m)) > _LEVEL_SHARE * abs(level_m):
-        return TimedFlight(refusal="climbs or descends between its legs")
-    first, last = bounds[0][0], bounds[-1][1]
+    if level_m < _LOW_M[1] or np.nanmax(np.abs(level - level_m)) > _LEVEL_SHARE * level_m:
+        return refused("climbs or descends between its legs")
     legs = []
     for index, (begin, end) in enumerate(bounds):
         since = begin if index == 0 else bounds[index - 1][1]
         legs.append(_timed_leg(record, smooth, since, begin, end))
-    takeoff = TimedChange(
+    filled = np.interp(time_s, time_s[known], height[known])
+    return TimedFlight(
+        log=record.source,
+        flight=record.number,
+        takeoff_and_landing=(
+            _takeoff(record, filled, bounds[0][0]),
+            _landing(record, filled, bounds[-1][1]),
+        ),
+        legs=tuple(legs),
+    )
+
+
+def _takeoff(record: FlightRecord, height: FloatArray, end: int) -> TimedChange:
+    above = height[: end + 1] - height[0]
+    return TimedChange(
         log=record.source,
         flight=record.number,
         start_s=0.0,
-        duration_s=float(time_s[first]),
-        rise_m=float(np.nanmean(height[max(first - 10, 0) : first + 1])),
+        duration_s=float(record.time_s[end]),
+        rise_m=float(above[max(end - _MEAN_SAMPLES, 0) :].mean()),
+        ground_s=float(record.time_s[int(np.argmax(above > OFF_GROUND_M))]),
+        low_speed_m_s=_low_speed_m_s(above, record),
     )
-    landing = TimedChange(
+
+
+def _landing(record: FlightRecord, height: FloatArray, begin: int) -> TimedChange:
+    above = height[begin:] - height[-1]
+    touched = begin + int(np.flatnonzero(above > OFF_GROUND_M)[-1])
+    return TimedChange(
         log=record.source,
         flight=record.number,
-        start_s=float(time_s[last]),
-        duration_s=record.duration_s - float(time_s[last]),
-        rise_m=-float(np.nanmean(height[last : last + 10]) - height[known][-1]),
+        start_s=float(record.time_s[begin]),
+        duration_s=record.duration_s - float(record.time_s[begin]),
+        rise_m=-float(above[:_MEAN_SAMPLES].mean()),
+        ground_s=record.duration_s - float(record.time_s[touched]),
+        low_speed_m_s=_low_speed_m_s(above[::-1], record),
     )
-    return TimedFlight(changes=(takeoff, landing), legs=tuple(legs))
+
+
+def _low_speed_m_s(above: FloatArray, record: FlightRecord) -> float:
+    """Return the speed from 1 m to 8 m above the ground, of heights counted from the ground on."""
+    low, high = _LOW_M
+    samples = int(np.argmax(above > high)) - int(np.argmax(above > low))
+    step_s = float(record.time_s[1] - record.time_s[0])
+    return (high - low) / (max(samples, 1) * step_s)
 
 
 def _smoothed(column: FloatArray, window: int) -> FloatArray:
@@ -134,7 +202,7 @@ def _smoothed(column: FloatArray, window: int) -> FloatArray:
 
 def _legs(record: FlightRecord, speed: FloatArray) -> list[tuple[int, int]]:
     """Return the first samples, and those after the last, of the stretches far enough for a leg."""
-    moving = speed > _MOVING_M_S
+    moving = speed > MOVING_M_S
     step_s = float(record.time_s[1] - record.time_s[0])
     found = []
     for begin, end in zip(*(bound.tolist() for bound in run_bounds(moving)), strict=True):
@@ -149,7 +217,7 @@ def _timed_leg(
     time_s = record.time_s
     flown = speed[begin:end]
     held = float(np.percentile(flown[flown > 0.5 * flown.max()], _COMMANDED_PERCENTILE))
-    brake = begin + int(np.flatnonzero(flown >= 0.98 * held)[-1])
+    brake = begin + int(np.flatnonzero(flown >= STOPPING_SHARE * held)[-1])
     return TimedLeg(
         log=record.source,
         flight=record.number,

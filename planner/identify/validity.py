@@ -49,11 +49,17 @@ def flown_box(
     flown = [~r.is_landed for r in records]
     heights = _known([r.height_above_home_m for r in records], flown)
     steady = parts.steady
-    speeds = [f.airspeed_m_s for f in steady] or [
-        float(np.percentile(own, 99.0))
-        for r, f in zip(records, flown, strict=True)
-        if (own := _known([r.ground_speed_m_s], [f])).size
-    ]
+    speeds = [f.airspeed_m_s for f in steady]
+    climbs = [f.climb_rate_m_s for f in steady]
+    ramps = None if parts.ramps is None else parts.ramps.ramps
+    if not steady or ramps is not None:  # means over manoeuvres are below the speeds flown in them
+        speeds += [
+            float(np.percentile(own, 99.0))
+            for r, f in zip(records, flown, strict=True)
+            if (own := _known([r.ground_speed_m_s], [f])).size
+        ]
+    if ramps is not None:
+        climbs += [-ramps.descent_m_s, ramps.climb_m_s]
     speed = Interval(low=0.0, high=round(max(speeds), 2)) if speeds else None
     height = (
         Interval(low=min(0.0, round(float(heights.min()), 1)), high=round(float(heights.max()), 1))
@@ -61,7 +67,6 @@ def flown_box(
         else None
     )
     is_mapped = parts.power.steady_map is not None or parts.power.vertical is not None
-    climbs = [f.climb_rate_m_s for f in steady]
     densities = [f.air_density_kg_m3 for f in steady if f.air_density_kg_m3 is not None]
     hovers = [h.height_above_home_m for h in parts.hovers]
     steps = [

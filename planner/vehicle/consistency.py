@@ -194,21 +194,27 @@ def reference_problems(
     *,
     has_altitude_response: bool,
     has_speed_response: bool,
+    has_ramps: bool,
     has_default_speed: bool,
     has_parameters: bool,
 ) -> Problems:
     """Yield (dotted key, problem) for what a way of commanding needs or has no use for."""
     if reference is Autopilot.STEP:
         why = 'is missing: reference = "step" needs it'
-        if not has_altitude_response:
+        if not has_altitude_response and not has_ramps:
             yield "responses.altitude", why
-        if not has_speed_response:
+        if not has_speed_response and not has_ramps:
             yield "responses.speed", why
+        if has_ramps and (has_altitude_response or has_speed_response):
+            yield "ramps", "has no meaning beside responses of altitude or speed: give one of both"
         if not has_default_speed:
             yield "speed.default_m_s", why
         if has_parameters:
             yield "parameters", 'has no meaning with reference = "step": no autopilot reads them'
-    elif has_default_speed:
+        return
+    if has_ramps:
+        yield "ramps", f'has no meaning with reference = "{reference}": the autopilot has its own'
+    if has_default_speed:
         problem = (
             f'has no meaning with reference = "{reference}": the speed is an autopilot parameter, '
             "give it under [parameters]"

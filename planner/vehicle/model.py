@@ -15,6 +15,7 @@ from planner.vehicle.consistency import (
 from planner.vehicle.cruise_law import MASS_LAWS, MomentumLaw, WholeLaw
 from planner.vehicle.hover_law import DensityLaw
 from planner.vehicle.power_schema import LOADS
+from planner.vehicle.ramp_schema import RAMPS
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import PROVENANCE, TOP, VALID_FOR
 
@@ -87,6 +88,32 @@ class Responses:
         for name, table in RESPONSE_TABLES.items():
             if (response := getattr(self, name)) is not None:
                 table.refuse(response)
+
+
+@frozen
+class Ramps:
+    """How a vehicle of a closed autopilot flies from place to place, each time from rest to rest."""
+
+    start_s: float
+    """From starting the motors to lift-off. [s]"""
+    climb_m_s: float
+    climb_wait_s: float
+    """Standstill between a climb and a level leg. [s]"""
+    acceleration_m_s2: float
+    braking_m_s2: float
+    turn_wait_s: float
+    """Standstill between two level legs. [s]"""
+    descent_m_s: float
+    """Positive. [m s⁻¹]"""
+    landing_m_s: float
+    """Speed of the last part of a landing, positive. [m s⁻¹]"""
+    landing_height_m: float
+    """Height at which that part begins. [m]"""
+    stop_s: float
+    """From touch-down to standing motors. [s]"""
+
+    def __post_init__(self) -> None:
+        RAMPS.refuse(self)
 
 
 @frozen
@@ -166,6 +193,8 @@ class VehicleModel:
     provenance: Provenance
     cruise: CruiseLaw | None = None
     """``None`` where the source of the model gives no cruise power."""
+    ramps: Ramps | None = None
+    """How it flies where its own autopilot shapes the way; in place of responses."""
     vertical: VerticalPower | None = None
     loads: Loads | None = None
     """``None``: nothing is added in the air, and turning rotors on the ground cost hover power."""
@@ -190,6 +219,7 @@ class VehicleModel:
                 self.reference,
                 has_altitude_response=self.responses.altitude is not None,
                 has_speed_response=self.responses.speed is not None,
+                has_ramps=self.ramps is not None,
                 has_default_speed=self.default_speed_m_s is not None,
                 has_parameters=bool(self.parameters),
             ),

@@ -32,6 +32,7 @@ from planner.vehicle.model import (
     Loads,
     ManoeuvreResponse,
     Provenance,
+    Ramps,
     Responses,
     ValidFor,
     VehicleModel,
@@ -49,6 +50,7 @@ from planner.vehicle.power_schema import (
     MOMENTUM,
     VERTICAL,
 )
+from planner.vehicle.ramp_schema import RAMPS
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
     FIT,
@@ -278,6 +280,7 @@ class _Content:
                 Autopilot(reference),
                 has_altitude_response=self._raw("responses.altitude") is not None,
                 has_speed_response=self._raw("responses.speed") is not None,
+                has_ramps=self._raw(RAMPS.name) is not None,
                 has_default_speed=self._raw(SPEED.name) is not None,
                 has_parameters=self._raw(PARAMETERS.name) is not None,
             )
@@ -319,12 +322,14 @@ class _Content:
         vertical = self._cleaned.get(VERTICAL.name)
         loads = self._cleaned.get(LOADS.name)
         battery = self._cleaned.get(BATTERY.name)
+        ramps = self._cleaned.get(RAMPS.name)
         return VehicleModel(
             **top,
             source=source,
             reference=reference,
             hover=self._hover_law(),
             responses=self._responses(),
+            ramps=None if ramps is None else Ramps(**ramps),
             cruise=self._cruise_law(),
             loads=None if loads is None else Loads(**loads),
             vertical=None if vertical is None else VerticalPower(**vertical),

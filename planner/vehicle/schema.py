@@ -19,6 +19,7 @@ from planner.vehicle.power_schema import (
     MOMENTUM,
     VERTICAL,
 )
+from planner.vehicle.ramp_schema import RAMPS
 from planner.vehicle.response_schema import RESPONSE_TABLES, RESPONSES
 from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
 
@@ -155,6 +156,7 @@ SCHEMA = (
     HOVER_NOT_GIVEN,
     RESPONSES,
     *RESPONSE_TABLES.values(),
+    RAMPS,
     CRUISE_NOT_GIVEN,
     CRUISE,
     MOMENTUM,

@@ -28,6 +28,7 @@ from planner.vehicle.power_schema import (
     MOMENTUM,
     VERTICAL,
 )
+from planner.vehicle.ramp_schema import RAMPS
 from planner.vehicle.reader import vehicle_from_toml
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import (
@@ -123,7 +124,12 @@ def vehicle_text(vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> str:
             vehicle.cruise,
         ),
     ]
-    optional = ((VERTICAL, vehicle.vertical), (LOADS, vehicle.loads), (BATTERY, vehicle.battery))
+    optional = (
+        (RAMPS, vehicle.ramps),
+        (VERTICAL, vehicle.vertical),
+        (LOADS, vehicle.loads),
+        (BATTERY, vehicle.battery),
+    )
     blocks += [_block(table, value) for table, value in optional if value is not None]
     if vehicle.parameters:
         blocks.append(_free_block(PARAMETERS, vehicle.parameters))

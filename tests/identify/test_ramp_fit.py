@@ -1,0 +1,133 @@
+"""Ramps and powers of vehicles that log no references, from flights made of known ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_record import make_record
+
+from planner.errors import IdentificationError
+from planner.flight.motion.ramps import fly_ramps
+from planner.flight.motion.step_legs import Legs
+from planner.identify.manoeuvre_power import at_mean_load, manoeuvre_powers
+from planner.identify.ramp_fit import fit_ramps, identify_ramps
+from planner.identify.steady import SteadyPower
+from planner.identify.timed_manoeuvres import timed_flight
+from planner.mission.stage import Stage, StageKind
+from planner.vehicle.model import Ramps
+
+if TYPE_CHECKING:
+    from planner.logs.record import FlightRecord
+
+TRUTH = Ramps(
+    start_s=5.0,
+    climb_m_s=3.0,
+    climb_wait_s=2.0,
+    acceleration_m_s2=2.0,
+    braking_m_s2=3.0,
+    turn_wait_s=4.0,
+    descent_m_s=2.5,
+    landing_m_s=1.0,
+    landing_height_m=10.0,
+    stop_s=2.0,
+)
+
+
+def _flown(height_m: float, speed_m_s: float, seed: int) -> FlightRecord:
+    """Return a flight out, across and down again as a logger with noise records it."""
+    stages = [
+        Stage(kind=kind, item=1, east_m=east, north_m=north, height_m=height, speed_m_s=speed_m_s)
+        for kind, east, north, height in (
+            (StageKind.TAKEOFF, 0.0, 0.0, height_m),
+            (StageKind.GO, 0.0, 130.0, height_m),
+            (StageKind.GO, 150.0, 130.0, height_m),
+            (StageKind.GO, 0.0, 0.0, height_m),
+            (StageKind.LAND, 0.0, 0.0, 0.0),
+        )
+    ]
+    motion = fly_ramps(Legs.of(stages, default_speed_m_s=speed_m_s), TRUTH)
+    time_s = np.arange(0.0, float(motion.segments.duration_s.sum()), 0.1)
+    state = motion.state_at_time(time_s)
+    noise = np.random.default_rng(seed)
+    record = make_record(
+        is_landed=state.height_m < 0.05,
+        height_above_home_m=state.height_m + noise.normal(0.0, 0.02, time_s.size),
+        ground_speed_m_s=np.abs(state.ground_speed_m_s + noise.normal(0.0, 0.05, time_s.size)),
+        power_w=np.full(time_s.size, 500.0) + 30.0 * state.climb_m_s,
+    )
+    return replace(record, duration_s=float(motion.segments.duration_s.sum()))
+
+
+@pytest.fixture(scope="module")
+def records() -> list[FlightRecord]:
+    flights = [(25.0, 4.0), (50.0, 8.0), (75.0, 12.0), (100.0, 6.0), (40.0, 10.0)]
+    return [_flown(height, speed, seed) for seed, (height, speed) in enumerate(flights)]
+
+
+def test_ramps_come_back_from_the_durations_they_make(records: list[FlightRecord]) -> None:
+    ramps = identify_ramps(records).ramps
+    assert ramps is not None
+    assert ramps.climb_m_s == pytest.approx(3.0, rel=0.02)
+    assert ramps.descent_m_s == pytest.approx(2.5, rel=0.02)
+    assert ramps.landing_m_s == pytest.approx(1.0, rel=0.05)
+    assert ramps.turn_wait_s == pytest.approx(4.0, abs=0.3)
+    inverse = 1.0 / ramps.acceleration_m_s2 + 1.0 / ramps.braking_m_s2
+    assert inverse == pytest.approx(1.0 / 2.0 + 1.0 / 3.0, rel=0.1)
+    assert ramps.start_s == pytest.approx(5.0, abs=0.2)  # a sample, and 0.02 m of noise
+    assert ramps.stop_s == pytest.approx(2.0, abs=0.2)
+    assert ramps.start_s + ramps.climb_wait_s == pytest.approx(7.0, abs=0.6)
+    assert ramps.landing_height_m == pytest.approx(10.0, abs=1.5)
+
+
+def test_predicted_durations_hold_for_a_flight_left_out(records: list[FlightRecord]) -> None:
+    outcome = identify_ramps(records).outcome
+    assert outcome.rms is not None
+    assert outcome.rms < 0.7  # s, of manoeuvres of 15 to 60 s
+    assert outcome.fit_percent is not None
+    assert outcome.fit_percent > 90.0
+
+
+def test_too_few_flights_or_one_height_are_refused(records: list[FlightRecord]) -> None:
+    with pytest.raises(IdentificationError, match="too few"):
+        fit_ramps([timed_flight(record) for record in records[:2]])
+    same = [_flown(50.0, speed, 7) for speed in (4.0, 8.0, 12.0)]
+    with pytest.raises(IdentificationError, match="one height"):
+        fit_ramps([timed_flight(record) for record in same])
+
+
+def test_a_flight_without_legs_is_refused_with_its_reason(records: list[FlightRecord]) -> None:
+    hover = replace(records[0], ground_speed_m_s=np.zeros(records[0].time_s.size))
+    assert timed_flight(hover).refusal == "no level leg"
+    blind = replace(records[0], ground_speed_m_s=np.full(records[0].time_s.size, np.nan))
+    assert "not known" in timed_flight(blind).refusal
+
+
+def test_powers_of_manoeuvres_are_their_means(records: list[FlightRecord]) -> None:
+    [record] = records[3:4]
+    airspeed = np.full(record.time_s.size, 5.0)
+    density = np.full(record.time_s.size, 1.2)
+    powers = manoeuvre_powers(
+        replace(record, airspeed_m_s=airspeed), air_density_kg_m3=density, mass_kg=3.7
+    )
+    climb, *legs, upper, lower = powers
+    # 500 W and 30 W for each m/s of the mean climb rate, by construction.
+    for power in (climb, upper, lower):
+        assert power.power_w == pytest.approx(500.0 + 30.0 * power.climb_rate_m_s, abs=3.0)
+    assert climb.climb_rate_m_s == pytest.approx(3.0, rel=0.05)
+    assert [leg.power_w for leg in legs] == pytest.approx([500.0] * 3, abs=2.0)
+    assert upper.climb_rate_m_s < lower.climb_rate_m_s < 0.0
+
+
+def test_unknown_loads_are_taken_out_before_a_law_is_fitted() -> None:
+    def power(power_w: float) -> SteadyPower:
+        return SteadyPower(power_w=power_w, error_w=1.0, duration_s=10.0, height_above_home_m=20.0)
+
+    light = (power(440.0), power(460.0))
+    heavy = (power(572.0), power(598.0))  # 1.3 times as much
+    brought = [p.power_w for p in at_mean_load((light, heavy))]
+    mean = 0.5 * (450.0 + 585.0)
+    assert brought[:2] == pytest.approx([440.0 * mean / 450.0, 460.0 * mean / 450.0])
+    assert brought[2:] == pytest.approx(brought[:2])
