@@ -333,6 +333,7 @@ def check(
             discharge=discharge,
             battery=budget,
             way_home=home,
+            charge=charge,
             homeward=homeward,
             target=judged_by,
             given_parameters=parameters,

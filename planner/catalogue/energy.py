@@ -95,6 +95,79 @@ RETURN_BELOW_RESERVE = Rule(
     fix="bring the far end of the mission nearer, or take a larger or fuller battery",
 )
 
+FAILSAFE_BEFORE_END = Rule(
+    code="E103",
+    name="onboard-failsafe-before-end",
+    severity=Severity.ERROR,
+    summary="The vehicle's own battery failsafe would end the mission before it is flown.",
+    why=(
+        "A failsafe is decided on board, by thresholds no ground station compares with the plan: "
+        "returns that come far too early are reported again and again (PX4 #17007: at 32 % while set "
+        "to 15 %), and one set to land sets the vehicle down wherever it is (ArduPilot #7333)."
+    ),
+    how=(
+        "The charge, voltage and time of the predicted flight against the parameters.  PX4: charge "
+        "below BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR with COM_LOW_BAT_ACT, the charge counted from "
+        "BAT1_CAPACITY and seen in the open-circuit voltage between BAT1_V_EMPTY and BAT1_V_CHARGED, the "
+        "lesser; RTL_TIME_FACTOR x time to return + RTL_TIME_MARGIN against charge over mean current "
+        "(50 s, from BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own estimate: no wind, no braking; "
+        "COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less what is used below BATT_LOW_MAH and "
+        "BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and "
+        "BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the "
+        "vehicle returns or lands, information where it only warns; silent in the last landing."
+    ),
+    example=(
+        "the vehicle itself returns at item 9, 210 m along its leg: 7 % of the charge is left, "
+        "BAT_CRIT_THR is 7 %"
+    ),
+    fix="fly less, start with a fuller battery, or set the failsafe to what the battery can give",
+)
+
+RALLY_UNREACHABLE = Rule(
+    code="E106",
+    name="rally-unreachable",
+    severity=Severity.WARNING,
+    summary="A rally point is no help: never chosen, or not to be reached above the reserve.",
+    why=(
+        "A rally point is drawn as the place of safety and taken for one; a vehicle that never goes "
+        "there, or cannot, needs the way home after all (ArduPilot #4701: rally in range of the whole "
+        "path, #30575)."
+    ),
+    how=(
+        "From the ends of the mission's stages, or 200 of them: where the vehicle's own rules (RTL_TYPE; "
+        "RALLY_LIMIT_KM, RALLY_INCL_HOME) never choose the rally point, and where the energy left above "
+        "the reserve does not reach it from any place."
+    ),
+    example="rally point 2 is never chosen: home or another rally point is always nearer",
+    fix="move the rally point to where the mission is far from home, or take it out",
+)
+
+ARMING_REFUSED = Rule(
+    code="E111",
+    name="battery-refused-at-arming",
+    severity=Severity.ERROR,
+    summary="The vehicle would not arm with the battery as it is at the start.",
+    why="What the vehicle refuses on the field costs the day; it is known beforehand.",
+    how=(
+        "Charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR where that is negative (PX4); "
+        "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_CAPACITY below BATT_ARM_MAH "
+        "(ArduPilot)."
+    ),
+    example="PX4 does not arm with 30 % of the charge: COM_ARM_BAT_MIN is 50 %",
+    fix="charge the battery, or correct the parameter",
+)
+
+RETURN_NOT_MODELLED = Rule(
+    code="E112",
+    name="return-not-modelled",
+    severity=Severity.WARNING,
+    summary="The vehicle returns in a way that is not predicted; the straight way home is.",
+    why="A return that follows the mission, or ends at its landing, can be longer than the straight way.",
+    how="RTL_TYPE 2 and 4 follow the mission; 1 and 3 may end at its landing (PX4).",
+    example="RTL_TYPE 2 returns along the mission: the straight way home is predicted",
+    fix="set RTL_TYPE to 0, or keep a reserve for the longer way",
+)
+
 CRUISE_POWER_ASSUMED = Rule(
     code="E107",
     name="cruise-power-assumed",

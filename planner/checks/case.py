@@ -44,6 +44,8 @@ class Case:
     """What the flight takes out of it, where its curve is known."""
     battery: BatteryBudget | None
     way_home: ReturnBudget | None
+    charge: float
+    """State of charge at the start. [-]"""
     homeward: Homeward
     """The ways home from every point of the flight."""
     target: Target | None = None

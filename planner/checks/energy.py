@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from planner.checks.case import Case
     from planner.findings import Finding
-    from planner.flight.budget import BatteryBudget, FlightPoint
+    from planner.flight.budget import BatteryBudget
+    from planner.flight.homeward import FlightPoint
 
 _SAME_SHORTFALL = 0.05
 """E102 leaves its shortfall to E101 where they differ by no more than this share. [-]"""

@@ -94,6 +94,10 @@ def _further_checks(case: Case) -> Iterator[Check]:
         from planner.checks.ardupilot_mission import ARDUPILOT_CHECKS
 
         yield from ARDUPILOT_CHECKS
+    if case.parameters is not None and case.battery is not None:
+        from planner.checks.failsafe import FAILSAFE_CHECKS
+
+        yield from FAILSAFE_CHECKS
     if case.terrain is not None:
         from planner.checks.terrain import TERRAIN_CHECKS
 

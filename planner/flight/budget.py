@@ -19,7 +19,7 @@ from planner.units import (
 
 if TYPE_CHECKING:
     from planner.flight.discharge import Discharge
-    from planner.flight.homeward import Homeward
+    from planner.flight.homeward import FlightPoint, Homeward
     from planner.flight.prediction import Flight
     from planner.flight.reserve import Reserve
     from planner.flight.return_search import ReturnNodes
@@ -72,22 +72,6 @@ class BatteryBudget:
     """Under load, along the flight. [V]"""
     highest_c_rate: float | None = None
     """Highest current over the charge of the new battery. [h⁻¹]"""
-
-
-@frozen
-class FlightPoint:
-    """A place along a flight."""
-
-    item: int
-    """Mission item that is being flown to, or held at."""
-    time_s: float
-    """Since the start of the take-off. [s]"""
-    along_m: float
-    """Way flown for this item by then. [m]"""
-    leg_m: float
-    """Whole way flown for this item. [m]"""
-    latitude_deg: float
-    longitude_deg: float
 
 
 @frozen
@@ -254,7 +238,7 @@ def way_home(homeward: Homeward, battery: BatteryBudget | None) -> ReturnBudget 
         tightest_item=homeward.route.stages[homeward.segment_stage[nodes.segment[tightest]]].item,
         energy_home_wh=float(nodes.way_wh[tightest]),
         margin_wh=None,
-        tightest=_flight_point(homeward, nodes, tightest),
+        tightest=_node_point(homeward, nodes, tightest),
         time_home_s=float(nodes.way_s[tightest]),
         destination=int(nodes.destination[tightest]),
     )
@@ -266,33 +250,14 @@ def way_home(homeward: Homeward, battery: BatteryBudget | None) -> ReturnBudget 
     if needed_wh <= above_reserve_wh:
         return budget
     last = search.last_below(above_reserve_wh)
-    turn = None if last is None else _flight_point(homeward, search.nodes, last)
+    turn = None if last is None else _node_point(homeward, search.nodes, last)
     dry = search.last_below(battery.usable_wh) if needed_wh > battery.usable_wh else None
     return replace(
         budget,
         last_return=turn,
-        last_return_empty=None if dry is None else _flight_point(homeward, search.nodes, dry),
+        last_return_empty=None if dry is None else _node_point(homeward, search.nodes, dry),
     )
 
 
-def _flight_point(homeward: Homeward, nodes: ReturnNodes, row: int) -> FlightPoint:
-    points = homeward.points(nodes.segment[row : row + 1], nodes.share[row : row + 1])
-    segment, stage = int(nodes.segment[row]), int(points.stage[0])
-    serves = homeward.segment_stage == stage
-    distance_m = homeward.flight.motion.segments.distance_m
-    # Distance inside a segment: of the part of its way the vehicle has gone, straight.
-    begin = homeward.points(nodes.segment[row : row + 1], np.zeros(1))
-    inside_m = float(np.hypot(*(points.place_m - begin.place_m)[0, :2]))
-    inside_m = min(inside_m, float(distance_m[segment]))
-    before = serves & (np.arange(len(serves)) < segment)
-    latitude_deg, longitude_deg = homeward.route.frame.latitude_longitude_deg(
-        points.place_m[:, 0], points.place_m[:, 1]
-    )
-    return FlightPoint(
-        item=homeward.route.stages[stage].item,
-        time_s=float(points.time_s[0]),
-        along_m=float(distance_m[before].sum()) + inside_m,
-        leg_m=float(distance_m[serves].sum()),
-        latitude_deg=float(latitude_deg[0]),
-        longitude_deg=float(longitude_deg[0]),
-    )
+def _node_point(homeward: Homeward, nodes: ReturnNodes, row: int) -> FlightPoint:
+    return homeward.flight_point(int(nodes.segment[row]), float(nodes.share[row]))

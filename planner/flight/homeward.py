@@ -26,6 +26,22 @@ _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 _BRAKING_SHARES = np.array([1.0, 0.5, 0.0])
 
 
+@frozen
+class FlightPoint:
+    """A place along a flight."""
+
+    item: int
+    """Mission item that is being flown to, or held at."""
+    time_s: float
+    """Since the start of the take-off. [s]"""
+    along_m: float
+    """Way flown for this item by then. [m]"""
+    leg_m: float
+    """Whole way flown for this item. [m]"""
+    latitude_deg: float
+    longitude_deg: float
+
+
 @frozen(eq=False)
 class Points:
     """Points of a flight, each inside one segment."""
@@ -108,6 +124,27 @@ class Homeward:
             stop_s=stop_s,
             stop_wh=stop_wh,
             used_wh=before + share * (after - before),
+        )
+
+    def flight_point(self, segment: int, share: float) -> FlightPoint:
+        """Return where along the mission a point of the flight is."""
+        both = self.points(np.array([segment, segment]), np.array([0.0, share]))
+        stage = int(both.stage[1])
+        serves = self.segment_stage == stage
+        distance_m = self.flight.motion.segments.distance_m
+        before = serves & (np.arange(len(serves)) < segment)
+        # Inside a segment the way is taken to be straight.
+        inside_m = float(np.hypot(*(both.place_m[1] - both.place_m[0])[:2]))
+        latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
+            both.place_m[1:, 0], both.place_m[1:, 1]
+        )
+        return FlightPoint(
+            item=self.route.stages[stage].item,
+            time_s=float(both.time_s[1]),
+            along_m=float(distance_m[before].sum()) + min(inside_m, float(distance_m[segment])),
+            leg_m=float(distance_m[serves].sum()),
+            latitude_deg=float(latitude_deg[0]),
+            longitude_deg=float(longitude_deg[0]),
         )
 
     def _stops(

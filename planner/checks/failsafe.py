@@ -1,0 +1,188 @@
+"""Rules on what the vehicle decides itself: failsafes, arming, the returns it has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.catalogue.energy import (
+    ARMING_REFUSED,
+    FAILSAFE_BEFORE_END,
+    RALLY_UNREACHABLE,
+    RETURN_NOT_MODELLED,
+)
+from planner.checks.energy import place_along
+from planner.findings import Severity
+from planner.flight.failsafe import (
+    RETURNS,
+    WARNS,
+    ardupilot_events,
+    battery_course,
+    px4_events,
+)
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.mission.commands import Command
+from planner.mission.stage import StageKind
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+    from planner.flight.failsafe import BatteryCourse, FailsafeEvent
+
+_MOST_RALLY_PLACES = 200
+_FOLLOWS_MISSION = frozenset({2, 4})
+_MAY_USE_LANDING = frozenset({1, 3})
+_GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
+
+
+def _course(case: Case) -> BatteryCourse | None:
+    if case.pack is None:
+        return None
+    return battery_course(case.homeward, case.pack, case.discharge, charge=case.charge)
+
+
+def check_failsafes(case: Case) -> Iterator[Finding]:
+    """Yield where the vehicle's own battery failsafe would act before the mission lands."""
+    course, parameters = _course(case), case.parameters
+    if course is None or case.pack is None or parameters is None:
+        return
+    if isinstance(parameters, Px4Parameters):
+        events = list(px4_events(case.homeward, course, case.pack, parameters))
+    else:
+        events = list(ardupilot_events(course, parameters))
+    events = [event for event in events if not _comes_too_late(case, event)]
+    events.sort(key=lambda event: (event.segment, event.share))
+    acting = [event for event in events if event.action != WARNS]
+    warning = [event for event in events if event.action == WARNS]
+    if acting:
+        yield _told(case, acting[0], Severity.ERROR)
+        warning = [
+            event
+            for event in warning
+            if (event.segment, event.share) < (acting[0].segment, acting[0].share)
+        ]
+    if warning:
+        yield _told(case, warning[0], Severity.INFO)
+
+
+def _comes_too_late(case: Case, event: FailsafeEvent) -> bool:
+    """Return whether the vehicle does by then what the failsafe would make it do."""
+    homeward = case.homeward
+    kind = case.route.stages[homeward.segment_stage[event.segment]].kind
+    if kind is StageKind.RETURN and event.action in {RETURNS, WARNS}:
+        return True
+    state = case.flight.motion.segments.state[event.segment]
+    return kind in {StageKind.LAND, StageKind.RETURN} and state in _GOES_DOWN
+
+
+def _told(case: Case, event: FailsafeEvent, severity: Severity) -> Finding:
+    point = case.homeward.flight_point(event.segment, event.share)
+    return FAILSAFE_BEFORE_END.finding(
+        f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",
+        severity=severity,
+        item=point.item,
+        place=case.mission.items[point.item - 1].place,
+    )
+
+
+def check_arming(case: Case) -> Iterator[Finding]:
+    """Yield what the battery at the start keeps the vehicle from arming by."""
+    course, parameters = _course(case), case.parameters
+    if course is None or parameters is None:
+        return
+    if isinstance(parameters, Px4Parameters):
+        least, name = parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
+        if least < 0.0:
+            least, name = parameters.battery_critical_fraction, "BAT_CRIT_THR"
+        if course.fraction[0] < least:
+            yield ARMING_REFUSED.finding(
+                f"PX4 does not arm with {numbers.percent(float(course.fraction[0]))} of the charge: "
+                f"{name} is {numbers.percent(least)}"
+            )
+        return
+    if course.rest_v is not None and course.rest_v[0] < parameters.arm_battery_min_v:
+        yield ARMING_REFUSED.finding(
+            f"ArduPilot does not arm with {numbers.decimals(float(course.rest_v[0]), 1)} V: "
+            f"BATT_ARM_VOLT is {numbers.decimals(parameters.arm_battery_min_v, 1)} V"
+        )
+    if parameters.battery_capacity_ah < parameters.arm_battery_min_ah:
+        yield ARMING_REFUSED.finding(
+            f"ArduPilot never arms: BATT_ARM_MAH is "
+            f"{numbers.charge(1000.0 * parameters.arm_battery_min_ah)}, BATT_CAPACITY "
+            f"{numbers.charge(1000.0 * parameters.battery_capacity_ah)}"
+        )
+
+
+def check_rally(case: Case) -> Iterator[Finding]:
+    """Yield rally points that are never chosen, or cannot be reached above the reserve."""
+    rally = case.mission.rally
+    if not rally or case.battery is None:
+        return
+    homeward = case.homeward
+    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
+    ends = ends[
+        [
+            case.route.stages[stage].kind not in {StageKind.LAND, StageKind.RETURN}
+            for stage in homeward.segment_stage[ends].tolist()
+        ]
+    ]
+    if not len(ends):
+        return
+    if len(ends) > _MOST_RALLY_PLACES:
+        ends = ends[np.linspace(0, len(ends) - 1, _MOST_RALLY_PLACES).astype(np.intp)]
+    points = homeward.points(ends, np.ones(len(ends)))
+    chosen = np.unique(homeward.chosen(points))
+    above_wh = case.battery.usable_wh - case.battery.reserve_wh - points.used_wh - points.stop_wh
+    never, out_of_reach = [], []
+    for number in range(1, len(rally) + 1):
+        _, way_wh = homeward.way(points.stop_m, points.stage, number)
+        if not (way_wh <= above_wh).any():
+            out_of_reach.append(number)
+        elif number not in chosen:
+            never.append(number)
+    for numbers_of, why in (
+        (out_of_reach, "cannot be reached above the reserve from any item"),
+        (never, "is chosen from no item: the vehicle goes home or to another rally point"),
+    ):
+        if numbers_of:
+            more = len(numbers_of) - 1
+            rest = f" (and {more} more)" if more else ""
+            yield RALLY_UNREACHABLE.finding(
+                f"rally point {numbers_of[0]} {why}{rest}",
+                severity=Severity.WARNING if numbers_of is out_of_reach else Severity.INFO,
+                place=rally[numbers_of[0] - 1].place,
+            )
+
+
+def check_return_type(case: Case) -> Iterator[Finding]:
+    """Yield that PX4 returns another way than the straight one predicted."""
+    parameters = case.parameters
+    if not isinstance(parameters, Px4Parameters):
+        return
+    kind = parameters.return_type
+    has_landing = any(
+        item.command in {Command.DO_LAND_START, Command.NAV_LAND} for item in case.mission.items
+    )
+    if kind in _FOLLOWS_MISSION:
+        what = "returns along the mission"
+    elif kind in _MAY_USE_LANDING and has_landing:
+        what = "may return to the mission's landing"
+    else:
+        return
+    yield RETURN_NOT_MODELLED.finding(
+        f"RTL_TYPE {kind} {what}: the straight way home or to a rally point is predicted"
+    )
+
+
+FAILSAFE_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+    check_failsafes,
+    check_arming,
+    check_rally,
+    check_return_type,
+)
+"""What is asked of cases with an autopilot's parameters and a battery."""

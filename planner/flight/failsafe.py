@@ -1,0 +1,325 @@
+"""Battery failsafes as the autopilot on board decides them, replayed along a predicted flight."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.frozen import frozen
+from planner.physics.battery import open_circuit_voltage_v
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.flight.discharge import Discharge
+    from planner.flight.homeward import Homeward
+    from planner.flight.motion.kinematics import FloatArray
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.px4_parameters import Px4Parameters
+
+_SECONDS_PER_HOUR = 3600.0
+_MEAN_CURRENT_S = 50.0
+"""Time constant of PX4's mean current (``lib/battery/battery.cpp``). [s]"""
+_ESTIMATE_STEP_S = 2.0
+"""PX4 estimates the time of a return this often. [s]"""
+_MOST_ESTIMATES = 20_000
+WARNS, RETURNS, LANDS, TERMINATES = "warns", "returns", "lands where it is", "cuts its motors"
+_PX4_TIME_ACTIONS = {1: WARNS, 3: RETURNS}
+"""COM_FLTT_LOW_ACT."""
+_ARDUPILOT_ACTIONS = {
+    0: WARNS,
+    1: LANDS,
+    2: RETURNS,
+    3: RETURNS,
+    4: "returns by its own track, or lands",
+    5: TERMINATES,
+    6: "flies to the mission's landing, or returns",
+    7: "brakes, or lands",
+}
+"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT."""
+
+
+@frozen
+class FailsafeEvent:
+    """One decision of the autopilot on board."""
+
+    parameter: str
+    """What sets its threshold."""
+    action: str
+    """What the vehicle does: ``returns``, ``lands where it is``, ``warns`` …"""
+    reading: str
+    """What it sees, and the threshold: ``7 % of the charge is left, BAT_CRIT_THR is 7 %``."""
+    segment: int
+    share: float
+    """Of the time of the segment that has passed. [-]"""
+
+
+@frozen(eq=False)
+class BatteryCourse:
+    """The battery along a flight, at its start and at the end of each of s segments."""
+
+    time_s: FloatArray
+    """(s + 1,)"""
+    used_ah: FloatArray | None
+    """Charge taken since the start; ``None`` where only energies are known. (s + 1,) [Ah]"""
+    fraction: FloatArray
+    """Share of the full charge that is left. (s + 1,) [-]"""
+    rest_v: FloatArray | None
+    """Open-circuit voltage; ``None`` where the curve is not known. (s + 1,) [V]"""
+    loaded_v: FloatArray | None
+    """Under load. (s + 1,) [V]"""
+
+
+def battery_course(
+    homeward: Homeward, battery: Battery, discharge: Discharge | None, *, charge: float
+) -> BatteryCourse:
+    """Return the course of a battery: by its curve where that is known, else by its energy."""
+    time_s = np.append(homeward.start_s, homeward.flight.time_s)
+    full_ah = battery.charge_ah
+    if discharge is None or battery.ocv_soc is None or battery.ocv_v is None:
+        fraction = charge - homeward.used_wh / battery.energy_wh
+        used_ah = None if full_ah is None else (charge - fraction) * full_ah
+        return BatteryCourse(
+            time_s=time_s, used_ah=used_ah, fraction=fraction, rest_v=None, loaded_v=None
+        )
+    fraction = np.concatenate(([charge], discharge.state_of_charge))
+    rest_v = open_circuit_voltage_v(fraction, ocv_soc=battery.ocv_soc, ocv_v=battery.ocv_v)
+    return BatteryCourse(
+        time_s=time_s,
+        used_ah=None if full_ah is None else (charge - fraction) * full_ah,
+        fraction=fraction,
+        rest_v=rest_v,
+        loaded_v=np.concatenate((rest_v[:1], discharge.voltage_v)),
+    )
+
+
+def px4_events(
+    homeward: Homeward, course: BatteryCourse, battery: Battery, parameters: Px4Parameters
+) -> Iterator[FailsafeEvent]:
+    """Yield what PX4 decides along a flight, in no order.
+
+    Notes
+    -----
+    ``battery.cpp``: the charge is the lesser of what the count leaves, if BAT1_CAPACITY is set, and what
+    the voltage says between BAT1_V_EMPTY and BAT1_V_CHARGED; one that neither knows is taken as it is.
+    ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
+    """
+    seen = _px4_charge(course, battery, parameters)
+    act = parameters.battery_action
+    for name, threshold, action in (
+        ("BAT_LOW_THR", parameters.battery_low_fraction, WARNS),
+        ("BAT_CRIT_THR", parameters.battery_critical_fraction, {2: LANDS, 3: RETURNS}.get(act)),
+        (
+            "BAT_EMERGEN_THR",
+            parameters.battery_emergency_fraction,
+            LANDS if act in {2, 3} else WARNS,
+        ),
+    ):
+        found = _first_below(seen, threshold)
+        if found is not None:
+            share = numbers.percent(threshold)
+            reading = f"{share} of the charge is left as PX4 counts it, {name} is {share}"
+            yield _event(name, action or WARNS, reading, found)
+    if parameters.flight_time_max_s >= 0.0:
+        found = _first_below(-course.time_s, -parameters.flight_time_max_s)
+        if found is not None:
+            limit = numbers.duration(parameters.flight_time_max_s)
+            reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
+            yield _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
+    yield from _px4_time_events(homeward, seen, course, battery, parameters)
+
+
+def _px4_charge(course: BatteryCourse, battery: Battery, parameters: Px4Parameters) -> FloatArray:
+    """Return the share of the charge that PX4 sees. (s + 1,) [-]"""
+    seen = course.fraction
+    if parameters.battery_capacity_ah > 0.0 and course.used_ah is not None:
+        seen = course.fraction[0] - course.used_ah / parameters.battery_capacity_ah
+    cells = parameters.battery_cells or battery.cells_in_series
+    if course.rest_v is None or not cells:
+        return seen
+    empty_v, full_v = parameters.battery_empty_cell_v, parameters.battery_full_cell_v
+    by_voltage = np.clip((course.rest_v / cells - empty_v) / (full_v - empty_v), 0.0, 1.0)
+    return np.minimum(seen, by_voltage)
+
+
+def _px4_time_events(
+    homeward: Homeward,
+    seen: FloatArray,
+    course: BatteryCourse,
+    battery: Battery,
+    parameters: Px4Parameters,
+) -> Iterator[FailsafeEvent]:
+    """Yield the return that PX4 begins because the charge will not last for it."""
+    action = _PX4_TIME_ACTIONS.get(parameters.return_time_action)
+    voltage_v = battery.voltage_v
+    if action is None or parameters.battery_capacity_ah <= 0.0 or voltage_v is None:
+        return
+    flight = homeward.flight
+    step_s = max(_ESTIMATE_STEP_S, flight.time_s / _MOST_ESTIMATES)
+    time_s = np.arange(0.0, flight.time_s, step_s)
+    under_load_v = (
+        voltage_v if course.loaded_v is None else np.interp(time_s, course.time_s, course.loaded_v)
+    )
+    current_a = flight.power_w(time_s) / under_load_v
+    left_s = (
+        np.interp(time_s, course.time_s, seen)
+        * parameters.battery_capacity_ah
+        * _SECONDS_PER_HOUR
+        / _mean_current_a(current_a, step_s, parameters.battery_mean_current_a)
+    )
+    needed_s = px4_safe_return_s(homeward, time_s, parameters)
+    short = np.flatnonzero(needed_s >= left_s)
+    if not len(short):
+        return
+    at = int(short[0])
+    segment = int(np.searchsorted(homeward.start_s, time_s[at], side="right")) - 1
+    duration_s = float(flight.motion.segments.duration_s[segment])
+    share = float(time_s[at] - homeward.start_s[segment]) / max(duration_s, 1e-9)
+    reading = (
+        f"{numbers.duration(float(left_s[at]))} of charge by PX4's own estimate, "
+        f"{numbers.duration(float(needed_s[at]))} to return, RTL_TIME_FACTOR and RTL_TIME_MARGIN "
+        "counted in"
+    )
+    yield FailsafeEvent(
+        parameter="COM_FLTT_LOW_ACT",
+        action=action,
+        reading=reading,
+        segment=segment,
+        share=min(share, 1.0),
+    )
+
+
+def px4_safe_return_s(
+    homeward: Homeward, time_s: FloatArray, parameters: Px4Parameters
+) -> FloatArray:
+    """Return the time PX4 itself reckons for a return at times of a flight. (n,) [s]
+
+    Notes
+    -----
+    ``RtlTimeEstimator`` of a multicopter: up at MPC_Z_V_AUTO_UP, home at MPC_XY_CRUISE, down at
+    MPC_Z_V_AUTO_DN, RTL_LAND_DELAY; no wind, no acceleration, no slow landing; times RTL_TIME_FACTOR,
+    plus RTL_TIME_MARGIN.
+    """
+    segment = np.searchsorted(homeward.start_s, time_s, side="right") - 1
+    state = homeward.flight.motion.state_at_time(time_s)
+    place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+    stage = homeward.segment_stage[segment]
+    destination = homeward.destinations.chosen(place_m, stage)
+    targets = homeward.destinations.targets(stage, destination)
+    height_m = homeward.pilot.return_heights_m(place_m, targets)
+    way = targets.ground_m - place_m
+    return_s = (
+        (height_m - place_m[:, 2]) / parameters.climb_speed_m_s
+        + np.hypot(way[:, 0], way[:, 1]) / parameters.cruise_speed_m_s
+        + (height_m - targets.ground_m[:, 2]) / parameters.descent_speed_m_s
+        + max(parameters.return_land_delay_s, 0.0)
+    )
+    safe_s: FloatArray = parameters.return_time_factor * return_s + parameters.return_time_margin_s
+    return safe_s
+
+
+def _mean_current_a(current_a: FloatArray, step_s: float, start_a: float) -> FloatArray:
+    """Return the exponential mean of a current from a value on. (n,) [A]"""
+    gain = 1.0 - np.exp(-step_s / _MEAN_CURRENT_S)
+    mean_a = np.empty(len(current_a))
+    level = start_a
+    for index, current in enumerate(current_a.tolist()):
+        level += gain * (current - level)
+        mean_a[index] = level
+    return mean_a
+
+
+def ardupilot_events(
+    course: BatteryCourse, parameters: ArduPilotParameters
+) -> Iterator[FailsafeEvent]:
+    """Yield what ArduPilot decides along a flight, in no order.
+
+    Notes
+    -----
+    ``AP_BattMonitor_Backend::update_failsafes``: what BATT_CAPACITY leaves is counted from full when
+    the vehicle is switched on, whatever the charge; a voltage must be low for BATT_LOW_TIMER.
+    """
+    at_rest = parameters.battery_voltage_source == 1
+    voltage_v = course.rest_v if at_rest else course.loaded_v
+    for which, charge_ah, low_v, action in (
+        (
+            "LOW",
+            parameters.battery_low_ah,
+            parameters.battery_low_v,
+            parameters.battery_low_action,
+        ),
+        (
+            "CRT",
+            parameters.battery_critical_ah,
+            parameters.battery_critical_v,
+            parameters.battery_critical_action,
+        ),
+    ):
+        does = _ARDUPILOT_ACTIONS.get(action, WARNS)
+        if charge_ah > 0.0 and course.used_ah is not None:
+            found = _first_below(parameters.battery_capacity_ah - course.used_ah, charge_ah)
+            name = f"BATT_{which}_MAH"
+            if found is not None:
+                limit = numbers.charge(1000.0 * charge_ah)
+                reading = f"{limit} of BATT_CAPACITY are left, {name} is {limit}"
+                yield _event(name, does, reading, found)
+        if low_v > 0.0 and parameters.battery_low_timer_s > 0.0 and voltage_v is not None:
+            found = _first_below_for(
+                course.time_s, voltage_v, low_v, parameters.battery_low_timer_s
+            )
+            name = f"BATT_{which}_VOLT"
+            if found is not None:
+                kind = "at rest" if at_rest else "under load"
+                reading = (
+                    f"below {numbers.decimals(low_v, 1)} V {kind} for "
+                    f"{numbers.duration(parameters.battery_low_timer_s)}: {name}"
+                )
+                yield _event(name, does, reading, found)
+
+
+def _event(name: str, action: str, reading: str, found: tuple[int, float]) -> FailsafeEvent:
+    return FailsafeEvent(
+        parameter=name, action=action, reading=reading, segment=found[0], share=found[1]
+    )
+
+
+def _first_below(values: FloatArray, threshold: float) -> tuple[int, float] | None:
+    """Return segment and share of its time at which values first are below a threshold.
+
+    ``values`` stand at the start and at the end of each segment, straight in between.
+    """
+    below = np.flatnonzero(values < threshold)
+    if not len(below):
+        return None
+    at = int(below[0])
+    if at == 0:
+        return 0, 0.0
+    before, after = float(values[at - 1]), float(values[at])
+    return at - 1, (before - threshold) / (before - after)
+
+
+def _first_below_for(
+    time_s: FloatArray, values: FloatArray, threshold: float, hold_s: float
+) -> tuple[int, float] | None:
+    """Return where values have been below a threshold for a time without a break."""
+    since: float | None = None
+    for segment in range(len(time_s) - 1):
+        before, after = float(values[segment]), float(values[segment + 1])
+        begin_s, end_s = float(time_s[segment]), float(time_s[segment + 1])
+        if before >= threshold > after:
+            since = begin_s + (before - threshold) / (before - after) * (end_s - begin_s)
+        elif before < threshold and since is None:
+            since = begin_s
+        if since is not None:
+            until_s = end_s
+            if after >= threshold:
+                until_s = begin_s + (threshold - before) / (after - before) * (end_s - begin_s)
+            if until_s - since >= hold_s:
+                share = (since + hold_s - begin_s) / max(end_s - begin_s, 1e-9)
+                return segment, min(max(share, 0.0), 1.0)
+            if after >= threshold:
+                since = None
+    return None

@@ -1,0 +1,256 @@
+"""What the vehicle decides itself: battery failsafes, arming, rally points, kinds of return."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from made_missions import METRES_PER_DEGREE_NORTH, mission, rtl, takeoff, waypoint
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.flight.conditions import Conditions
+from planner.flight.destination import make_destinations
+from planner.flight.failsafe import ardupilot_events, battery_course, px4_safe_return_s
+from planner.flight.homeward import make_homeward
+from planner.flight.pilot import make_pilot
+from planner.flight.prediction import predict_flight
+from planner.geo.fence import RallyPoint
+from planner.mission.route import make_route
+from planner.service import check
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.flight.homeward import Homeward
+    from planner.mission.items import Mission
+    from planner.service import CheckResult
+
+SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
+FLOWN = mission(takeoff(50), waypoint(1000, 50), waypoint(0, 50), rtl())
+LABEL = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
+"""A label without curve: charge goes as energy does. 177.6 Wh."""
+
+
+def checked(
+    flown: Mission = FLOWN,
+    *,
+    autopilot: Autopilot = Autopilot.ARDUPILOT,
+    battery: Battery = LABEL,
+    charge: float = 1.0,
+    reserve: float = 0.0,
+    **values: float,
+) -> CheckResult:
+    given = ParameterSet(
+        source="made.param",
+        values={name: ParameterValue(value) for name, value in values.items()},
+        stack=autopilot,
+    )
+    return check(
+        flown,
+        SURVEY_QUAD,
+        battery=battery,
+        charge=charge,
+        reserve=reserve,
+        autopilot=autopilot,
+        parameters=given,
+    )
+
+
+def told(result: CheckResult, code: str) -> list[Finding]:
+    return [finding for finding in result.findings if finding.code == code]
+
+
+def fraction_left(result: CheckResult, item: int) -> float:
+    used = next(one.energy_used_wh for one in result.items if one.item == item)
+    assert used is not None
+    return 1.0 - used / LABEL.energy_wh
+
+
+PX4 = {"autopilot": Autopilot.PX4}
+
+
+def test_px4_returns_where_its_charge_is_critical() -> None:
+    base = checked(autopilot=Autopilot.PX4)
+    # Critical half-way between what is left at item 2 and at item 3: on the leg to item 3.
+    critical = 0.5 * (fraction_left(base, 2) + fraction_left(base, 3))
+    result = checked(
+        autopilot=Autopilot.PX4, BAT_CRIT_THR=critical, BAT_EMERGEN_THR=0.01, COM_LOW_BAT_ACT=3
+    )
+    [event] = [one for one in told(result, "E103") if one.severity is Severity.ERROR]
+    assert event.item == 3
+    assert "the vehicle itself returns at item 3" in event.message
+    assert "BAT_CRIT_THR" in event.message
+    assert result.verdict == "no-go"
+
+
+@pytest.mark.parametrize(("action", "does"), [(0, "warns"), (2, "lands where it is")])
+def test_px4_does_as_its_action_says(action: int, does: str) -> None:
+    result = checked(
+        autopilot=Autopilot.PX4, BAT_CRIT_THR=0.9, BAT_LOW_THR=0.05, COM_LOW_BAT_ACT=action
+    )
+    assert any(f"the vehicle itself {does} at" in f.message for f in told(result, "E103"))
+    assert result.verdict == ("go" if action == 0 else "no-go")
+
+
+def test_a_failsafe_that_is_not_reached_is_not_told() -> None:
+    assert not told(checked(autopilot=Autopilot.PX4, COM_LOW_BAT_ACT=3), "E103")
+    assert not told(checked(BATT_LOW_MAH=100, BATT_FS_LOW_ACT=2, BATT_CAPACITY=8000), "E103")
+
+
+def test_the_charge_that_is_critical_decides_at_its_boundary() -> None:
+    # What is left where the return begins, item 3 done; a return in the return is none.
+    base = checked(autopilot=Autopilot.PX4)
+    left = fraction_left(base, 3)
+    for slack, codes in ((-1e-4, 0), (1e-4, 1)):
+        result = checked(
+            autopilot=Autopilot.PX4,
+            BAT_CRIT_THR=left + slack,
+            BAT_LOW_THR=0.01,
+            BAT_EMERGEN_THR=0.01,
+            COM_LOW_BAT_ACT=3,
+        )
+        assert len(told(result, "E103")) == codes
+
+
+def test_px4_counts_from_the_capacity_it_was_told() -> None:
+    # Told half the charge it counts down twice as fast.
+    told_half = checked(
+        autopilot=Autopilot.PX4, BAT1_CAPACITY=4000, BAT_LOW_THR=0.9, COM_LOW_BAT_ACT=0
+    )
+    assert told(told_half, "E103")[0].severity is Severity.INFO
+    whole = checked(autopilot=Autopilot.PX4, BAT1_CAPACITY=8000, BAT_LOW_THR=0.9)
+    assert told(told_half, "E103")[0].item == 2
+    assert (told(whole, "E103")[0].item or 0) >= 2
+
+
+def test_px4_ends_a_flight_at_its_longest_time() -> None:
+    flight_s = checked(autopilot=Autopilot.PX4).totals.time_s
+    assert told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=60), "E103")
+    assert not told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=flight_s + 1.0), "E103")
+
+
+def _px4_homeward(flown: Mission = FLOWN) -> Homeward:
+    parameters = Px4Parameters()
+    pilot = make_pilot(SURVEY_QUAD, parameters, Conditions())
+    route = make_route(flown)
+    flight = predict_flight(route, SURVEY_QUAD, Conditions(), pilot)
+    destinations = make_destinations(flown, route, parameters)
+    return make_homeward(route, flight, pilot, destinations)
+
+
+def test_px4_reckons_a_return_by_its_own_formula() -> None:
+    # users.md test 17: 1.1 t + 100 s.  1000 m away at 50 m: home at 5 m/s, down at 1.5 m/s.
+    homeward = _px4_homeward()
+    far_s = homeward.start_s[np.searchsorted(homeward.segment_stage, 2)]
+    found = px4_safe_return_s(homeward, np.array([far_s]), Px4Parameters())
+    assert found[0] == pytest.approx(1.1 * (1000.0 / 5.0 + 50.0 / 1.5) + 100.0, abs=2.0)
+
+
+def test_px4_returns_when_its_estimate_says_the_charge_will_not_last() -> None:
+    # 1000 m away PX4 wants 357 s.  Flying there takes 22 Wh, 0.12 of the charge; at about 14.5 A a
+    # share of 0.23 lasts 457 s, one of 0.15 298 s.
+    def reckoned(charge: float, capacity_mah: float) -> list[str]:
+        result = checked(
+            autopilot=Autopilot.PX4,
+            charge=charge,
+            COM_FLTT_LOW_ACT=3,
+            BAT_LOW_THR=0.01,
+            BAT_CRIT_THR=0.01,
+            BAT_EMERGEN_THR=0.01,
+            BAT1_CAPACITY=capacity_mah,
+        )
+        return [f.message for f in told(result, "E103") if "PX4's own estimate" in f.message]
+
+    assert not reckoned(0.35, 8000.0)
+    assert len(reckoned(0.27, 8000.0)) == 1
+    assert not reckoned(0.27, -1.0), "without BAT1_CAPACITY PX4 reckons nothing"
+
+
+def test_ardupilot_returns_where_the_charge_left_of_its_capacity_is_low() -> None:
+    base = checked()
+    used_ah = [8.0 * (1.0 - fraction_left(base, n)) for n in (1, 2)]
+    low_mah = 8000.0 - 1000.0 * sum(used_ah) / 2.0
+    result = checked(BATT_CAPACITY=8000, BATT_LOW_MAH=low_mah, BATT_FS_LOW_ACT=2)
+    [event] = told(result, "E103")
+    assert event.item == 2
+    assert event.severity is Severity.ERROR
+    assert "BATT_LOW_MAH" in event.message
+    only_warns = checked(BATT_CAPACITY=8000, BATT_LOW_MAH=low_mah, BATT_FS_LOW_ACT=0)
+    assert [f.severity for f in told(only_warns, "E103")] == [Severity.INFO]
+
+
+def test_ardupilot_counts_from_full_whatever_the_charge() -> None:
+    # Half full at the start: the autopilot counts down from BATT_CAPACITY all the same.
+    full = checked(BATT_CAPACITY=8000, BATT_LOW_MAH=7000, BATT_FS_LOW_ACT=2)
+    half = checked(charge=0.5, BATT_CAPACITY=8000, BATT_LOW_MAH=7000, BATT_FS_LOW_ACT=2)
+    assert [f.message for f in told(full, "E103")] == [f.message for f in told(half, "E103")]
+
+
+def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
+    homeward = _px4_homeward()
+    curve = Battery(
+        capacity_ah=8.0, ocv_soc=(0.0, 1.0), ocv_v=(18.0, 25.0), internal_resistance_ohm=0.0
+    )
+    course = battery_course(homeward, curve, None, charge=1.0)
+    count = len(course.time_s)
+    # 22 V at every end but one of 20 V, straight in between: below 21 V for half of two stretches.
+    voltage = np.full(count, 22.0)
+    voltage[count // 2] = 20.0
+    time_s = 10.0 * np.arange(count)
+    course = replace(course, time_s=time_s, loaded_v=voltage, rest_v=voltage)
+    for timer_s, events in ((9.9, 1), (10.1, 0)):
+        parameters = ArduPilotParameters(
+            battery_low_v=21.0, battery_low_timer_s=timer_s, battery_low_action=2
+        )
+        assert len(list(ardupilot_events(course, parameters))) == events
+    assert not list(ardupilot_events(course, ArduPilotParameters(battery_low_v=19.9)))
+
+
+def test_a_battery_too_empty_to_arm_is_refused() -> None:
+    assert told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.51), "E111")
+    assert not told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.5), "E111")
+    # -1: the critical one.
+    assert told(checked(autopilot=Autopilot.PX4, charge=0.05, BAT_CRIT_THR=0.07), "E111")
+    assert told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3001), "E111")
+    assert not told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3000), "E111")
+
+
+def test_ardupilot_does_not_arm_below_its_voltage() -> None:
+    own = SURVEY_QUAD.battery
+    assert own is not None
+    # 25.2 V full, 22.597 V at half of the charge, by the model's own curve.
+    for volts, refused in ((22.5, False), (22.7, True)):
+        result = checked(battery=own, charge=0.5, BATT_ARM_VOLT=volts)
+        assert bool(told(result, "E111")) is refused
+
+
+def _rally(north_m: float) -> RallyPoint:
+    latitude_deg = 47.0 + north_m / METRES_PER_DEGREE_NORTH
+    return RallyPoint(latitude_deg=latitude_deg, longitude_deg=8.0, height_above_home_m=0.0)
+
+
+def test_a_rally_point_nobody_goes_to_is_told() -> None:
+    beyond = replace(FLOWN, rally=(_rally(-500.0),))
+    [finding] = told(checked(beyond), "E106")
+    assert finding.severity is Severity.INFO
+    assert not told(checked(replace(FLOWN, rally=(_rally(900.0),))), "E106")
+
+
+def test_a_rally_point_out_of_reach_is_a_warning() -> None:
+    # 60 km at 10 m/s and 320 W are 533 Wh; the battery holds 177.6.
+    far = replace(FLOWN, rally=(_rally(60_000.0),))
+    [finding] = told(checked(far), "E106")
+    assert finding.severity is Severity.WARNING
+    assert "cannot be reached" in finding.message
+
+
+@pytest.mark.parametrize(("kind", "told_of"), [(0, 0), (2, 1), (3, 0), (4, 1), (5, 0)])
+def test_returns_along_the_mission_are_told_as_not_modelled(kind: int, told_of: int) -> None:
+    assert len(told(checked(autopilot=Autopilot.PX4, RTL_TYPE=kind), "E112")) == told_of
