@@ -203,7 +203,7 @@ def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
     # 22 V at every end but one of 20 V, straight in between: below 21 V for half of two stretches.
     voltage = np.full(count, 22.0)
     voltage[count // 2] = 20.0
-    time_s = 10.0 * np.arange(count)
+    time_s = np.arange(0.0, 10.0 * count, 10.0)
     course = replace(course, time_s=time_s, loaded_v=voltage, rest_v=voltage)
     for timer_s, events in ((9.9, 1), (10.1, 0)):
         parameters = ArduPilotParameters(
