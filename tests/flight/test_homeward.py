@@ -14,6 +14,7 @@ from planner.flight.destination import make_destinations
 from planner.flight.homeward import Homeward, make_homeward
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
+from planner.flight.return_profile import return_profile
 from planner.flight.return_search import ReturnSearch
 from planner.geo.fence import RallyPoint
 from planner.mission.route import make_route
@@ -204,3 +205,30 @@ def test_px4_counts_the_heights_of_a_return_from_its_rally_point() -> None:
     # ArduPilot flies at the rally point's own height, if that is above RTL_ALT.
     pilot = homeward(flown).pilot
     assert pilot.return_heights_m(points.stop_m, targets) == pytest.approx(40.0)
+
+
+def test_a_profile_holds_the_way_to_home_and_to_each_rally_point() -> None:
+    home = homeward(MISSIONS["past two rally points"])
+    profile = return_profile(home)
+    count = len(profile.time_s)
+    assert profile.rally_wh.shape == (count, 2)
+    assert (np.diff(profile.time_s) >= 0.0).all()
+    assert (np.diff(profile.used_wh) >= 0.0).all()
+    # The vehicle's own choice is one of the ways, and at 3 km the rally point there.
+    far = int(np.argmax(np.where(profile.item == 2, profile.time_s, 0.0)))
+    assert profile.destination[far] == 2
+    assert profile.return_wh[far] == profile.rally_wh[far, 1]
+    assert profile.along_m[far] == pytest.approx(3000.0, rel=2e-3)
+    # 3 km at 10 m/s and 322 W are 26.8 Wh; the landings are alike.
+    assert profile.home_wh[far] - profile.rally_wh[far, 1] == pytest.approx(26.8, rel=0.05)
+
+
+def test_the_tightest_point_is_no_less_tight_than_any_of_the_profile() -> None:
+    home = homeward(MISSIONS["steps of height"])
+    search, profile = ReturnSearch(home), return_profile(home)
+    tightest = search.tightest()
+    assert tightest is not None
+    assert search.nodes is not None
+    judged = (profile.item <= 3) & (profile.time_s > home.start_s[home.segment_stage == 1][0])
+    highest = (profile.used_wh + profile.return_wh)[judged].max()
+    assert search.nodes.sum_wh[tightest] >= highest * (1.0 - 1e-3)
