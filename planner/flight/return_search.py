@@ -4,6 +4,10 @@ Used energy never falls, and a way home from a point nearby costs no more than f
 between two points at which both are known, their sum is bounded.  Stretches whose bound is no higher
 than the best point found are left alone, the others are divided, until no stretch is left that could
 hide a tighter point than the one found.
+
+The steepest growth is measured far from home.  Nearer than a vehicle needs to reach its cruise speed a
+way home grows more steeply, by a few seconds of flight in all: too little to make a point near home the
+tightest of a flight that goes farther.
 """
 
 from __future__ import annotations
@@ -35,11 +39,17 @@ _PARTS = 5
 """Parts a stretch is divided into."""
 _MOST_DIVIDED = 24
 """Stretches divided in one round, those with the highest bounds."""
+_MANY_PARTS = 16
+"""Parts it is divided into where only the first that matters is looked for."""
+_MOST_FIRST = 6
+"""Stretches divided in such a round, the first ones."""
 _MOST_ROUNDS = 60
 """Far more than any flight takes: a stretch of 100 km is divided to 1 m in eight."""
 _LIPSCHITZ_MARGIN = 1.05
 """What the slope of the energy over the way may be above the steepest one measured. [-]"""
 _BEARINGS = 8
+_RISES = 4
+"""Heights at which the slope over height is measured."""
 _FAR_M = 400.0
 """Distance beyond which a way home is longer at its cruise speed alone. [m]"""
 _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
@@ -116,10 +126,8 @@ class ReturnSearch:
         self.nodes: ReturnNodes | None = None
         if len(segment):
             share = np.where(np.arange(len(segment)) < len(starts), 0.0, 1.0)
-            self._per_m, self._per_rise_m = self._slopes()
-            self.nodes = self._evaluated(segment, share)
-            order = np.lexsort((self.nodes.share, self.nodes.segment))
-            self.nodes = _rows(self.nodes, order)
+            order = np.lexsort((share, segment))
+            self.nodes = self._evaluated(segment[order], share[order])
 
     def tightest(self) -> int | None:
         """Return the node from which the way home is tightest; ``None`` with no point in the air."""
@@ -132,7 +140,8 @@ class ReturnSearch:
             left, bound_wh = left[open_ones], bound_wh[open_ones]
             if not len(left):
                 break
-            self._divide(left[np.argsort(-bound_wh, kind="stable")[:_MOST_DIVIDED]])
+            highest = np.argsort(-bound_wh, kind="stable")
+            self._divide(left[highest[:_MOST_DIVIDED]], _PARTS)
         return int(np.argmax(self.nodes.sum_wh))
 
     def last_below(self, available_wh: float) -> int | None:
@@ -149,7 +158,7 @@ class ReturnSearch:
             left = left[(bound_wh > available_wh) & (left < over[0])]
             if not len(left):
                 return max(int(over[0]) - 1, 0)
-            self._divide(left[:_MOST_DIVIDED])
+            self._divide(left[:_MOST_FIRST], _MANY_PARTS)
         return max(int(over[0]) - 1, 0)
 
     def _likely(self, last: IntArray) -> IntArray:
@@ -166,8 +175,8 @@ class ReturnSearch:
         guess = self.homeward.used_wh[last + 1] + per_m * away
         return last[np.argsort(-guess, kind="stable")[:_LIKELY_STAGES]]
 
-    def _slopes(self) -> tuple[float, float]:
-        """Return how steeply the energy of a way home grows over its length and height. [Wh m⁻¹]"""
+    def _probes_m(self) -> FloatArray:
+        """Return places on rays from home and over each other, which slopes are measured at. [m]"""
         extremes = self.homeward.flight.extremes
         low, high = (0.0, 0.0) if extremes is None else (extremes.lowest_m, extremes.highest_m)
         windy = self.homeward.flight.power.wind.speed_m_s > 0.0
@@ -178,20 +187,31 @@ class ReturnSearch:
             for away in (_FAR_M, 2.0 * _FAR_M)
         ]
         rises = np.array([[_FAR_M, 0.0, z] for z in (max(low, 0.0), low + 10.0, high, high + 10.0)])
-        stand_m = np.vstack((*ring, rises))
-        stage = np.zeros(len(stand_m), dtype=np.intp)
-        _, energy_wh = self.homeward.way(stand_m, stage, 0)
-        near, far = energy_wh[: len(angle)], energy_wh[len(angle) : 2 * len(angle)]
-        rising = np.abs(np.diff(energy_wh[2 * len(angle) :])) / np.maximum(
-            np.abs(np.diff(rises[:, 2])), 1.0
-        )
-        per_m = float(np.max(far - near)) / _FAR_M
-        return _LIPSCHITZ_MARGIN * per_m, _LIPSCHITZ_MARGIN * float(rising.max())
+        return np.vstack((*ring, rises))
+
+    def _take_slopes(self, stand_m: FloatArray, energy_wh: FloatArray) -> None:
+        """Measure how steeply the energy of a way home grows over its length and height."""
+        rays = (len(stand_m) - _RISES) // 2
+        near, far = energy_wh[:rays], energy_wh[rays : 2 * rays]
+        climbs_m = np.maximum(np.abs(np.diff(stand_m[2 * rays :, 2])), 1.0)
+        rising = np.abs(np.diff(energy_wh[2 * rays :])) / climbs_m
+        self._per_m = _LIPSCHITZ_MARGIN * float(np.max(far - near)) / _FAR_M
+        self._per_rise_m = _LIPSCHITZ_MARGIN * float(rising.max())
 
     def _evaluated(self, segment: IntArray, share: FloatArray) -> ReturnNodes:
+        """Return nodes; the first time slopes are measured with the same call."""
         points = self.homeward.points(segment, share)
         destination = self.homeward.chosen(points)
-        way_s, way_wh = self.homeward.way(points.stop_m, points.stage, destination)
+        probes_m = self._probes_m() if self.nodes is None else np.zeros((0, 3))
+        first, count = np.zeros(len(probes_m), dtype=np.intp), len(probes_m)
+        way_s, way_wh = self.homeward.way(
+            np.concatenate((probes_m, points.stop_m)),
+            np.concatenate((first, points.stage)),
+            np.concatenate((first, destination)),
+        )
+        if count:
+            self._take_slopes(probes_m, way_wh[:count])
+            way_s, way_wh = way_s[count:], way_wh[count:]
         away = points.stop_m - points.place_m
         return ReturnNodes(
             segment=segment,
@@ -247,7 +267,7 @@ class ReturnSearch:
         most = float(nodes.slack_wh.max())
         return np.where(steady, 0.0, most)
 
-    def _divide(self, left: IntArray) -> None:
+    def _divide(self, left: IntArray, parts: int) -> None:
         """Look at more points of stretches: at the ends of their segments, or inside one."""
         nodes = self.nodes
         assert nodes is not None
@@ -259,11 +279,11 @@ class ReturnSearch:
             if first != last and begin == 1.0:
                 first, begin = first + 1, 0.0
             if first == last:
-                inside = np.linspace(begin, end, _PARTS + 1)[1:-1]
+                inside = np.linspace(begin, end, parts + 1)[1:-1]
                 segments += [first] * len(inside)
                 shares += inside.tolist()
             else:
-                ends = np.unique(np.linspace(first, last - 1, _PARTS).astype(np.intp))
+                ends = np.unique(np.linspace(first, last - 1, parts).astype(np.intp))
                 segments += ends.tolist()
                 shares += [1.0] * len(ends)
         more = self._evaluated(np.array(segments, dtype=np.intp), np.array(shares))
@@ -274,7 +294,3 @@ def _spread(last: IntArray) -> IntArray:
     if len(last) <= _FIRST_STAGES:
         return last
     return last[np.linspace(0, len(last) - 1, _FIRST_STAGES).astype(np.intp)]
-
-
-def _rows(nodes: ReturnNodes, rows: IntArray) -> ReturnNodes:
-    return ReturnNodes(**{name: getattr(nodes, name)[rows] for name in _COLUMNS})
