@@ -143,7 +143,7 @@ RALLY_UNREACHABLE = Rule(
 )
 
 ARMING_REFUSED = Rule(
-    code="E111",
+    code="E114",
     name="battery-refused-at-arming",
     severity=Severity.ERROR,
     summary="The vehicle would not arm with the battery as it is at the start.",
@@ -158,7 +158,7 @@ ARMING_REFUSED = Rule(
 )
 
 RETURN_NOT_MODELLED = Rule(
-    code="E112",
+    code="E115",
     name="return-not-modelled",
     severity=Severity.WARNING,
     summary="The vehicle returns in a way that is not predicted; the straight way home is.",

@@ -214,12 +214,12 @@ def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
 
 
 def test_a_battery_too_empty_to_arm_is_refused() -> None:
-    assert told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.51), "E111")
-    assert not told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.5), "E111")
+    assert told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.51), "E114")
+    assert not told(checked(autopilot=Autopilot.PX4, charge=0.5, COM_ARM_BAT_MIN=0.5), "E114")
     # -1: the critical one.
-    assert told(checked(autopilot=Autopilot.PX4, charge=0.05, BAT_CRIT_THR=0.07), "E111")
-    assert told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3001), "E111")
-    assert not told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3000), "E111")
+    assert told(checked(autopilot=Autopilot.PX4, charge=0.05, BAT_CRIT_THR=0.07), "E114")
+    assert told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3001), "E114")
+    assert not told(checked(BATT_CAPACITY=3000, BATT_ARM_MAH=3000), "E114")
 
 
 def test_ardupilot_does_not_arm_below_its_voltage() -> None:
@@ -228,7 +228,7 @@ def test_ardupilot_does_not_arm_below_its_voltage() -> None:
     # 25.2 V full, 22.597 V at half of the charge, by the model's own curve.
     for volts, refused in ((22.5, False), (22.7, True)):
         result = checked(battery=own, charge=0.5, BATT_ARM_VOLT=volts)
-        assert bool(told(result, "E111")) is refused
+        assert bool(told(result, "E114")) is refused
 
 
 def _rally(north_m: float) -> RallyPoint:
@@ -253,4 +253,4 @@ def test_a_rally_point_out_of_reach_is_a_warning() -> None:
 
 @pytest.mark.parametrize(("kind", "told_of"), [(0, 0), (2, 1), (3, 0), (4, 1), (5, 0)])
 def test_returns_along_the_mission_are_told_as_not_modelled(kind: int, told_of: int) -> None:
-    assert len(told(checked(autopilot=Autopilot.PX4, RTL_TYPE=kind), "E112")) == told_of
+    assert len(told(checked(autopilot=Autopilot.PX4, RTL_TYPE=kind), "E115")) == told_of
