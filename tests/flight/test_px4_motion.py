@@ -214,6 +214,24 @@ def test_a_higher_return_takes_the_climb_and_the_descent_longer() -> None:
     assert took[1] - took[0] == pytest.approx(30.0 / 3.0 + 30.0 / 1.5, abs=0.5)
 
 
+@pytest.mark.parametrize(
+    ("from_deg", "ground_m_s"),
+    [
+        (0.0, 12.0 - 6.0),  # against it
+        (180.0, 10.0),  # with it: as commanded
+        (90.0, 10.0),  # across: √(12² − 6²) = 10.4 m/s could be held
+        (45.0, -6.0 * math.sqrt(0.5) + math.sqrt(144.0 - 18.0)),
+    ],
+)
+def test_against_the_wind_the_tilt_limit_sets_the_speed(from_deg: float, ground_m_s: float) -> None:
+    there = replace(go(0.0, 600.0, hold=1.0), speed_m_s=10.0)
+    wind = Wind(speed_m_s=6.0, from_deg=from_deg)
+    motion = fly_px4((takeoff(50), there), PX4, wind=wind, airspeed_limit_m_s=12.0)
+    cruise = motion.segments.state == STATES.index("cruise")
+    assert motion.segments.speed_m_s[cruise] == pytest.approx([ground_m_s], rel=1e-6)
+    assert [f.code for f in motion.findings] == (["W102"] if ground_m_s < 10.0 else [])
+
+
 def test_wind_beyond_the_tilt_limit_is_said() -> None:
     motion = fly_px4(
         (takeoff(30), go(0.0, 300.0)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ardupilot_missions import go, takeoff
@@ -62,3 +64,15 @@ def test_climbs_and_descents_pay_for_noise_as_the_law_says(height_m: float) -> N
     )
     # Half of the time behind, at 1 − 0.3/2 of the pace: 1 − 0.075 in the mean.
     assert noisy / quiet == pytest.approx(1.0 / 0.925, rel=1e-3)
+
+
+@pytest.mark.parametrize("error_max_m", [1.0, 2.0, 4.0])
+def test_the_greatest_error_moves_what_noise_costs(error_max_m: float) -> None:
+    parameters = replace(PX4, position_error_max_m=error_max_m)
+    stages = (takeoff(60.0), go(0.0, 0.0, 60.0, hold=20.0), go(0.0, 0.0, 160.0))
+    quiet, noisy = (
+        np.diff(fly_px4(stages, parameters, hover_noise_m=noise).segments.end_s)[-1]
+        for noise in (0.0, 0.3)
+    )
+    # MPC_XY_ERR_MAX is the error at which time stands still.
+    assert noisy / quiet == pytest.approx(1.0 / (1.0 - 0.5 * 0.3 / error_max_m), rel=1e-3)
