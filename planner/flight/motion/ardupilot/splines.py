@@ -57,9 +57,9 @@ class Splines:
     joins_before: BoolArray
     """Whether a spline continues the one in the row before. (n,)"""
     speed_at_start_m_s: FloatArray
-    """For each stage of the route the highest speed at the beginning of its spline. (stages,) [m s⁻¹]"""
+    """For each stage of the route the highest speed its spline can begin with. (stages,) [m s⁻¹]"""
     speed_at_end_m_s: FloatArray
-    """For each stage of the route the highest speed at the end of its spline. (stages,) [m s⁻¹]"""
+    """For each stage of the route the highest speed its spline can end with. (stages,) [m s⁻¹]"""
     findings: tuple[Finding, ...]
 
     def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
@@ -72,18 +72,10 @@ class Splines:
         start_m_s, end_m_s : ndarray
             Highest speeds at the ends, zero at rest. (n,) [m s⁻¹]
         """
-        squared = self.limit_m_s**2
-        squared[:, 0] = np.minimum(squared[:, 0], start_m_s**2)
-        squared[:, -1] = np.minimum(squared[:, -1], end_m_s**2)
-        # v² may not change by more than 2 a s between any two nodes: seen from the running sum of
-        # 2 a s it may only fall behind, forwards and backwards.
-        gain = np.zeros(squared.shape)
-        gain[:, 1:] = 2.0 * self.acceleration_m_s2 * self.piece_m
-        gain[:, 0] = np.where(self.joins_before, 0.0, _APART_M2_S2)
-        reach = np.cumsum(gain).reshape(gain.shape)
-        flat = np.minimum.accumulate((squared - reach).ravel()) + reach.ravel()
-        back = np.minimum.accumulate((flat + reach.ravel())[::-1])[::-1] - reach.ravel()
-        speed = np.sqrt(np.maximum(back, 0.0)).reshape(squared.shape)
+        limit = self.limit_m_s.copy()
+        limit[:, 0] = np.minimum(limit[:, 0], start_m_s)
+        limit[:, -1] = np.minimum(limit[:, -1], end_m_s)
+        speed = _reachable_m_s(limit, self.acceleration_m_s2, self.piece_m, self.joins_before)
         both = speed[:, 1:] + speed[:, :-1]
         return make_manoeuvres(
             key,
@@ -94,6 +86,27 @@ class Splines:
                 2.0 * self.piece_m, both, out=np.zeros_like(both), where=both > 0.0
             ),
         )
+
+
+def _reachable_m_s(
+    limit_m_s: FloatArray,
+    acceleration_m_s2: FloatArray,
+    piece_m: FloatArray,
+    joins_before: BoolArray,
+) -> FloatArray:
+    """Return the highest speeds at nodes that keep limits and accelerations. (n, k + 1) [m s⁻¹]
+
+    v² may not change by more than 2 a s between any two nodes: seen from the running sum of 2 a s it may
+    only fall behind, forwards and backwards.
+    """
+    squared = limit_m_s**2
+    gain = np.zeros(squared.shape)
+    gain[:, 1:] = 2.0 * acceleration_m_s2 * piece_m
+    gain[:, 0] = np.where(joins_before, 0.0, _APART_M2_S2)
+    reach = np.cumsum(gain).reshape(gain.shape)
+    flat = np.minimum.accumulate((squared - reach).ravel()) + reach.ravel()
+    back = np.minimum.accumulate((flat + reach.ravel())[::-1])[::-1] - reach.ravel()
+    return np.asarray(np.sqrt(np.maximum(back, 0.0)).reshape(squared.shape))
 
 
 def plan_splines(
@@ -158,6 +171,7 @@ def plan_splines(
         ),
         _bend_limit_m_s(tangent, bend, pace, parameters),
     )
+    limit[pace == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
     acceleration = _ACCELERATION_SHARE * limits_along(
         tangent,
         parameters.acceleration_m_s2,
@@ -165,15 +179,21 @@ def plan_splines(
     )
     joins = np.zeros(len(row), np.bool_)
     joins[1:] = (row[1:] == row[:-1] + 1) & stages.is_passed[row[:-1]]
+    acceleration = np.minimum(acceleration[:, 1:], acceleration[:, :-1])
+    # What a spline can still brake from, or have sped up to, a leg need not be faster than.
+    ends = limit.copy()
+    ends[~stages.is_passed[np.maximum(row - 1, 0)] | (row == 0), 0] = 0.0
+    ends[~stages.is_passed[row], -1] = 0.0
+    ends = _reachable_m_s(ends, acceleration, piece, joins)
     at_start, at_end = np.zeros(len(stages.kind)), np.zeros(len(stages.kind))
-    at_start[row], at_end[row] = limit[:, 0], limit[:, -1]
+    at_start[row], at_end[row] = ends[:, 0], ends[:, -1]
     return Splines(
         stage=row,
         position_m=position,
         tangent=tangent,
         piece_m=piece,
         limit_m_s=limit,
-        acceleration_m_s2=np.minimum(acceleration[:, 1:], acceleration[:, :-1]),
+        acceleration_m_s2=acceleration,
         joins_before=joins,
         speed_at_start_m_s=at_start,
         speed_at_end_m_s=at_end,
@@ -225,7 +245,7 @@ def _tangents(
     after = np.minimum(row + 1, len(stages.kind) - 1)
     passed = stages.is_passed[row][:, None]
     from_m = np.where(is_spline[after][:, None], stages.start_m[row], stages.place_m[row])
-    arriving = np.where(passed, stages.place_m[after] - from_m, 0.0)
+    arriving = np.where(passed, stages.end_m[after] - from_m, 0.0)
     before = np.maximum(row - 1, 0)
     whole = np.zeros((len(stages.kind), 3))
     whole[row] = arriving
