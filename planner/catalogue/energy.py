@@ -168,6 +168,26 @@ RETURN_NOT_MODELLED = Rule(
     fix="set RTL_TYPE to 0, or keep a reserve for the longer way",
 )
 
+HOVER_THROTTLE_HIGH = Rule(
+    code="E116",
+    name="hover-throttle-high",
+    severity=Severity.WARNING,
+    summary="Late in the flight the vehicle needs most of its thrust to hover.",
+    why=(
+        "A vehicle that hovers at three quarters of its throttle has little left to climb or to stay "
+        "upright with, less still as the battery sags: 77 % at the take-off nearly lost one "
+        "(ArduPilot #5244)."
+    ),
+    how=(
+        "MOT_THST_HOVER, where the parameter file or the model gives it, times the mass with payload "
+        "over that without, times (V_full / V)² for the lowest voltage under load at the end of a "
+        "segment; fires above 0.7.  Asked where the battery's curve is known; PX4 keeps no hover "
+        "throttle that could be told beforehand."
+    ),
+    example="at item 9 hovering takes 74 % of the thrust that is there at 20.9 V",
+    fix="carry less, fly less far on one battery, or take a battery that sags less",
+)
+
 CRUISE_POWER_ASSUMED = Rule(
     code="E107",
     name="cruise-power-assumed",

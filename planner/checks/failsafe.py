@@ -10,6 +10,7 @@ from planner import numbers
 from planner.catalogue.energy import (
     ARMING_REFUSED,
     FAILSAFE_BEFORE_END,
+    HOVER_THROTTLE_HIGH,
     RALLY_UNREACHABLE,
     RETURN_NOT_MODELLED,
 )
@@ -25,6 +26,7 @@ from planner.flight.failsafe import (
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.commands import Command
 from planner.mission.stage import StageKind
+from planner.vehicle.parameter_table import OriginKind
 from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from planner.flight.failsafe import BatteryCourse, FailsafeEvent
 
 _MOST_RALLY_PLACES = 200
+_MOST_HOVER_THRUST = 0.7
+"""Share of the thrust above which a hover leaves too little for control. [-]"""
 _FOLLOWS_MISSION = frozenset({2, 4})
 _MAY_USE_LANDING = frozenset({1, 3})
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
@@ -179,10 +183,38 @@ def check_return_type(case: Case) -> Iterator[Finding]:
     )
 
 
+def check_hover_throttle(case: Case) -> Iterator[Finding]:
+    """Yield where hovering takes more of the thrust than leaves room for control."""
+    parameters, pack, discharge = case.parameters, case.pack, case.discharge
+    if parameters is None or isinstance(parameters, Px4Parameters):
+        return
+    origin = parameters.origins.get("hover_throttle")
+    if origin is None or origin.kind is OriginKind.DEFAULT:
+        return  # the default says nothing about this vehicle
+    if discharge is None or pack is None or pack.ocv_v is None:
+        return
+    heavier = 1.0
+    if case.vehicle.mass_kg and case.flight.power.mass_kg:
+        heavier = case.flight.power.mass_kg / case.vehicle.mass_kg
+    lowest = int(np.argmin(discharge.voltage_v))
+    voltage_v = float(discharge.voltage_v[lowest])
+    share = parameters.hover_throttle * heavier * (pack.ocv_v[-1] / voltage_v) ** 2
+    if share <= _MOST_HOVER_THRUST:
+        return
+    item = int(case.flight.motion.segments.item[lowest])
+    yield HOVER_THROTTLE_HIGH.finding(
+        f"hovering takes {numbers.percent(share)} of the thrust that is there at "
+        f"{numbers.decimals(voltage_v, 1)} V, {numbers.percent(parameters.hover_throttle)} when full",
+        item=item,
+        place=case.mission.items[item - 1].place,
+    )
+
+
 FAILSAFE_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_failsafes,
     check_arming,
     check_rally,
     check_return_type,
+    check_hover_throttle,
 )
 """What is asked of cases with an autopilot's parameters and a battery."""

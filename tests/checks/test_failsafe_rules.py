@@ -254,3 +254,37 @@ def test_a_rally_point_out_of_reach_is_a_warning() -> None:
 @pytest.mark.parametrize(("kind", "told_of"), [(0, 0), (2, 1), (3, 0), (4, 1), (5, 0)])
 def test_returns_along_the_mission_are_told_as_not_modelled(kind: int, told_of: int) -> None:
     assert len(told(checked(autopilot=Autopilot.PX4, RTL_TYPE=kind), "E115")) == told_of
+
+
+@pytest.mark.parametrize(
+    ("throttle", "charge", "payload_kg", "fires"),
+    [
+        # Full 25.2 V; it ends near 0.3 of the charge, at 17 A about 20.7 V: 1.48 times as much.
+        (0.36, 1.0, 0.0, False),
+        (0.45, 0.4, 0.0, False),
+        (0.52, 0.4, 0.0, True),
+        (0.36, 0.4, 3.5, True),  # twice the mass, twice the thrust
+    ],
+)
+def test_a_hover_that_takes_most_of_the_thrust_is_told(
+    throttle: float, charge: float, payload_kg: float, *, fires: bool
+) -> None:
+    own = SURVEY_QUAD.battery
+    given = ParameterSet(
+        source="made.param",
+        values={"MOT_THST_HOVER": ParameterValue(throttle)},
+        stack=Autopilot.ARDUPILOT,
+    )
+    result = check(
+        mission(takeoff(50), waypoint(100, 50), rtl()),
+        SURVEY_QUAD,
+        battery=own,
+        charge=charge,
+        payload_kg=payload_kg,
+        parameters=given,
+    )
+    assert bool(told(result, "E116")) is fires
+
+
+def test_a_throttle_nobody_measured_and_a_battery_without_curve_tell_nothing() -> None:
+    assert not told(checked(battery=LABEL, MOT_THST_HOVER=0.9), "E116")
