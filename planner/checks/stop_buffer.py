@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 _SLOWEST_M_S = 0.05
 """A slower speed is none to fly at. [m s⁻¹]"""
-_ROOM_STEPS = 40
-"""Halvings in looking for the free way ahead: 1e-9 of it."""
+_ALIKE_M = 0.1
+"""Places that differ by less are as bad as each other. [m]"""
+_TRIES, _ROUNDS = 64, 3
+"""Tries at once, and how often, in looking for the free way ahead: 4e-6 of it."""
 
 
 def check_stop_buffer(
@@ -40,7 +42,7 @@ def check_stop_buffer(
     crossing : set of int
         Groups of legs that are outside themselves: they have findings already.
     """
-    worst: tuple[float, int, Barrier] | None = None
+    narrowest: _Narrow | None = None
     items: set[int] = set()
     severity = Severity.WARNING
     at_once_m: FloatArray | None = None
@@ -53,19 +55,58 @@ def check_stop_buffer(
         if not len(legs):
             continue
         items.update(flown.path.item[legs].tolist())
-        ends = np.unique(np.concatenate((legs, legs + 1)))
-        clearance = barrier.leg_clearance(
-            straight_legs(flown.points_m[ends], flown.stopped_m[ends])
-        ).clearance_m
-        nearest = int(np.argmin(clearance))
-        if worst is None or clearance[nearest] < worst[0]:
-            worst = (float(clearance[nearest]), int(ends[nearest]), barrier)
+        narrow = _narrowest(flown, barrier, legs)
+        if narrowest is None or narrow.clearance_m < narrowest.clearance_m:
+            narrowest = narrow
         if at_once_m is None:
             at_once_m = flown.ahead_m(flown.room.stopping_distance_m(flown.path.speed_m_s))
         if _areas(flown, legs, at_once_m).near(barrier, 0.0).any():
             severity = Severity.ERROR
-    if worst is not None:
-        yield _finding(flown, worst[1], worst[2], items, severity)
+    if narrowest is not None:
+        yield _finding(flown, narrowest, items, severity)
+
+
+class _Narrow(NamedTuple):
+    """The place where the fence is nearest, or would be passed farthest."""
+
+    clearance_m: float
+    leg: int
+    place_m: FloatArray
+    point: int | None
+    """The point from which the vehicle goes straight on; ``None``: it passes beside the fence."""
+    barrier: Barrier
+
+
+def _narrowest(flown: FencedFlight, barrier: Barrier, legs: IntArray) -> _Narrow:
+    """Return the narrowest place of some legs: on their path, or straight ahead of it."""
+    beside = barrier.leg_clearance(flown.legs(legs))
+    row = _first_of_the_least(beside.clearance_m)
+    leg = int(legs[row])
+    on_path = _Narrow(
+        clearance_m=float(beside.clearance_m[row]),
+        leg=leg,
+        place_m=flown.along_m(leg, float(beside.along_m[row])),
+        point=None,
+        barrier=barrier,
+    )
+    points, owner = np.unique(np.concatenate((legs, legs + 1)), return_index=True)
+    ways = straight_legs(flown.points_m[points], flown.stopped_m[points])
+    ahead_m = barrier.leg_clearance(ways).clearance_m
+    row = _first_of_the_least(ahead_m)
+    if on_path.clearance_m <= ahead_m[row] + _ALIKE_M:
+        return on_path
+    point = int(points[row])
+    return _Narrow(
+        clearance_m=float(ahead_m[row]),
+        leg=int(np.concatenate((legs, legs))[owner[row]]),
+        place_m=flown.points_m[point],
+        point=point,
+        barrier=barrier,
+    )
+
+
+def _first_of_the_least(clearance_m: FloatArray) -> int:
+    return int(np.argmax(clearance_m < clearance_m.min() + _ALIKE_M))
 
 
 def _areas(flown: FencedFlight, legs: IntArray, ahead_m: FloatArray) -> SweptAreas:
@@ -76,49 +117,48 @@ def _areas(flown: FencedFlight, legs: IntArray, ahead_m: FloatArray) -> SweptAre
     )
 
 
-def _finding(
-    flown: FencedFlight, point: int, barrier: Barrier, items: set[int], severity: Severity
-) -> Finding:
-    path, room = flown.path, flown.room
-    leg = min(point, len(path.item) - 1)
-    item = int(path.item[leg])
-    if item not in items:  # the point ends the leg that is meant
-        item = int(path.item[max(point - 1, 0)])
-    speed = float(path.speed_m_s[point])
-    tail = float(flown.tail_wind_m_s[point])
-    start, end = flown.points_m[point], flown.stopped_m[point]
-    error_m = flown.margin_m
+def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Severity) -> Finding:
+    barrier, start, margin_m = narrow.barrier, narrow.place_m, flown.margin_m
     away_m = float(barrier.signed_distance_m(start[None])[0])
-    needed_m = float(np.hypot(*(end - start)))
-    fix = None
-    if away_m < error_m or needed_m == 0.0:
+    if narrow.point is None or away_m < margin_m:
+        end, about_m = start, margin_m
         message = (
             f"the flight passes {barrier.label} at {_metres(away_m)}, nearer than the "
-            f"{_metres(error_m)} its position may be wrong"
+            f"{_metres(margin_m)} its position may be wrong"
         )
+        fix = f"keep {_metres(margin_m - away_m)} farther from the fence, or move it"
     else:
-        free_m = _free_way_m(barrier, start, end, error_m)
-        fits = room.fitting_speed_m_s(free_m, at_most_m_s=speed, tail_wind_m_s=tail)
-        stop_m = float(room.stopping_distance_m(speed))
+        end = flown.stopped_m[narrow.point]
+        needed_m = float(np.hypot(*(end - start)))
+        about_m = needed_m + margin_m
+        free_m = _free_way_m(barrier, start, end, margin_m)
+        speed = float(flown.path.speed_m_s[narrow.point])
+        stop_m = float(flown.room.stopping_distance_m(speed))
         message = (
-            f"to stand still from {numbers.speed(speed)} takes {_metres(needed_m + error_m)} "
+            f"to stand still from {numbers.speed(speed)} takes {_metres(about_m)} "
             f"({_metres(needed_m - stop_m)} to react, {_metres(stop_m)} to stop, "
-            f"{_metres(error_m)} of position error), {barrier.label} is "
-            f"{_metres(free_m + error_m)} ahead"
+            f"{_metres(margin_m)} of position error), {barrier.label} is "
+            f"{_metres(free_m + margin_m)} ahead"
         )
         fix = f"turn or stop {_metres(needed_m - free_m)} earlier"
+        fits = flown.room.fitting_speed_m_s(
+            free_m,
+            at_most_m_s=speed,
+            tail_wind_m_s=float(flown.tail_wind_m_s[narrow.point]),
+        )
         if fits is not None and fits > _SLOWEST_M_S:
             message += f": {numbers.speed(fits)} or less would fit"
             fix = f"fly {numbers.speed(fits)} or less there, or {fix}"
     if len(items) > 1:
         message += f"; at {numbers.count(len(items), 'item')} in all"
+    item = int(flown.path.item[narrow.leg])
     return STOP_BUFFER.finding(
         message,
         fix=fix,
         item=item,
         place=flown.place(item),
         severity=severity,
-        stretch=flown.stretch(start, end, needed_m + error_m),
+        stretch=flown.stretch(start, end, about_m),
     )
 
 
@@ -129,11 +169,12 @@ def _metres(length_m: float) -> str:
 def _free_way_m(barrier: Barrier, start_m: FloatArray, end_m: FloatArray, margin_m: float) -> float:
     """Return how far on the way from one place to another the margin is kept."""
     low, high = 0.0, 1.0
-    for _ in range(_ROOM_STEPS):
-        middle = 0.5 * (low + high)
-        way = straight_legs(start_m[None], (start_m + middle * (end_m - start_m))[None])
-        if float(barrier.leg_clearance(way).clearance_m[0]) >= margin_m:
-            low = middle
-        else:
-            high = middle
+    owner = np.tile(np.arange(_TRIES), 2)
+    for _ in range(_ROUNDS):
+        shares = np.linspace(low, high, _TRIES)
+        ahead = start_m + shares[:, None] * (end_m - start_m)
+        starts = np.broadcast_to(start_m, ahead.shape)
+        near = swept_areas(np.concatenate((starts, ahead)), owner).near(barrier, margin_m)
+        first = int(np.argmax(near)) if near.any() else _TRIES - 1
+        low, high = float(shares[max(first - 1, 0)]), float(shares[first])
     return low * float(np.hypot(*(end_m - start_m)))

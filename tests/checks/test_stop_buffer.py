@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from fenced_missions import at, box, findings_of
-from made_missions import rtl, speed, takeoff
+from made_missions import METRES_PER_DEGREE_NORTH, rtl, speed, takeoff
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -111,6 +111,21 @@ def test_a_leg_along_the_fence_keeps_the_position_error_off_it(
     if fires:
         assert "at 2.3 m, nearer than the 2.5 m" in found["F102"].message
         assert found["F102"].severity is Severity.WARNING
+
+
+@pytest.mark.parametrize("autopilot", list(Autopilot))
+def test_a_corner_of_an_exclusion_beside_the_middle_of_a_leg_is_told_with_its_place(
+    autopilot: Autopilot,
+) -> None:
+    items = (takeoff(20), at(0, 2000), rtl())
+    beside = box(1.5, 990.0, 40.0, 1010.0, inclusion=False)
+    finding = findings_of(items, beside, autopilot=autopilot)["F102"]
+    assert finding.item == 2
+    assert "passes exclusion polygon 1 at 1.5 m, nearer than the 2.5 m" in finding.message
+    assert finding.fix.startswith("keep 1.0 m farther")
+    assert finding.stretch is not None
+    north_m = (finding.stretch.start_deg[0] - 47.0) * METRES_PER_DEGREE_NORTH
+    assert 989.0 < north_m < 1011.0
 
 
 def test_ardupilots_own_margin_is_kept_where_it_is_wider() -> None:
