@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding, Place, Severity
     from planner.flight.conditions import Conditions
     from planner.flight.reserve import Reserve
+    from planner.flight.spread import Spread
     from planner.logs.csv_mapping import CsvMapping, read_csv_mapping
     from planner.logs.files import read_log
     from planner.logs.record import FlightRecord
@@ -42,6 +43,7 @@ __all__ = [
     "Reserve",
     "Selection",
     "Severity",
+    "Spread",
     "Target",
     "VehicleModel",
     "Wind",
@@ -69,6 +71,7 @@ _HOMES = {
     "Reserve": "planner.flight.reserve",
     "Selection": "planner.checks.selection",
     "Severity": "planner.findings",
+    "Spread": "planner.flight.spread",
     "Target": "planner.autopilot",
     "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",

@@ -75,6 +75,15 @@ def percent(fraction: float | None) -> str:
     return f"{text.removesuffix('.0')} %"
 
 
+def chance(probability: float | None) -> str:
+    """Return a chance as a percentage that is never none and never sure: ``3.1 %``."""
+    if probability is not None and probability < 0.001:
+        return "< 0.1 %"
+    if probability is not None and probability > 0.999:
+        return "> 99.9 %"
+    return percent(probability)
+
+
 def duration(duration_s: float | None) -> str:
     """Return a duration: ``4.2 s``, ``32 s``, ``11 min 32 s``, ``1 h 05 min 32 s``."""
     if duration_s is None or not math.isfinite(duration_s):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from planner.autopilot import Autopilot, Target
 from planner.catalogue.tool import FILE_UNREADABLE
@@ -26,6 +26,7 @@ from planner.flight.homeward import make_homeward
 from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.reserve import Reserve, hover_power_w
+from planner.flight.spread import divided
 from planner.flight.trace import sample_trace
 from planner.mission.files import read_mission, write_mission
 from planner.mission.route import make_route
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival, Segment
+    from planner.flight.spread import Spread
     from planner.flight.trace import Trace
     from planner.geo.terrain import TerrainGrid
     from planner.identify.outcome import Identification
@@ -81,10 +83,12 @@ class CheckRequest:
     """What a site asks for."""
     battery: Battery | None = None
     """``None``: the model's own."""
-    charge: float = 1.0
+    charge: float | Spread = 1.0
     """State of charge at the start, 0 to 1. [-]"""
     reserve: float | Reserve = 0.2
     """What stays in the battery; a number is a share of the capacity. [-]"""
+    risk: float = 0.05
+    """Chance of landing below the reserve above which it is told, 0 to 1. [-]"""
     conditions: Conditions = field(default_factory=Conditions)
     selection: Selection = field(default_factory=Selection)
     """Which findings are reported."""
@@ -155,11 +159,12 @@ def check(
     vehicle: VehicleModel,
     *,
     battery: Battery | None = None,
-    charge: float = 1.0,
+    charge: float | Spread = 1.0,
     reserve: float | Reserve = 0.2,
+    risk: float = 0.05,
     wind: Wind | None = None,
-    payload_kg: float = 0.0,
-    temperature_c: float | None = None,
+    payload_kg: float | Spread = 0.0,
+    temperature_c: float | Spread | None = None,
     position_noise_m: float | None = None,
     battery_health: float | None = None,
     battery_resistance_factor: float | None = None,
@@ -187,15 +192,17 @@ def check(
         As `planner.load_vehicle` returns it.
     battery : Battery, optional
         Default the model's own.
-    charge : float
+    charge : float or Spread
         State of charge at the start, 0 to 1. [-]
     reserve : float or Reserve
         What must stay in the battery; a number is a share of the capacity, 0 to 1. [-]
+    risk : float
+        Chance of landing below the reserve above which a finding says so, 0 to 1. [-]
     wind : Wind, optional
         Default calm.
-    payload_kg : float
+    payload_kg : float or Spread
         Mass carried beyond the model's own. [kg]
-    temperature_c : float, optional
+    temperature_c : float or Spread, optional
         Air temperature at home; default standard for its altitude. [°C]
     position_noise_m : float, optional
         Mean horizontal error of the position in a hover, which slows PX4's time down; default the
@@ -244,11 +251,23 @@ def check(
     UsageError
         If the model cannot be flown as asked, or a value is out of its range.
     """
-    for name, fraction in (("charge", charge), ("reserve", reserve)):
-        if not isinstance(fraction, Reserve) and not 0.0 <= fraction <= 1.0:
-            msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
-            raise UsageError(msg)
+    charge, charge_sd = divided(charge)
+    _refuse_shares(charge=charge, risk=risk)
+    if not isinstance(reserve, Reserve):
+        _refuse_shares(reserve=reserve)
     to_stay = reserve if isinstance(reserve, Reserve) else Reserve(fraction=reserve)
+    given = _conditions(
+        payload_kg,
+        temperature_c,
+        wind=wind or Wind(),
+        home_amsl_m=home_amsl_m,
+        position_noise_m=position_noise_m,
+        reaction_time_s=reaction_time_s,
+        position_error_m=position_error_m,
+        battery_health=battery_health,
+        battery_resistance_factor=battery_resistance_factor,
+        battery_temperature_c=battery_temperature_c,
+    )
     flown_by = vehicle.reference if autopilot is None else autopilot
     if target is not None and flown_by not in {Autopilot.STEP, target.autopilot}:
         msg = f"the rules of {target.label} do not hold for a vehicle flown as {flown_by.label}"
@@ -266,18 +285,7 @@ def check(
         home_amsl_m=home_amsl_m,
         terrain=terrain,
     )
-    conditions = Conditions(
-        wind=wind or Wind(),
-        home_amsl_m=route.home_amsl_m,
-        temperature_c=temperature_c,
-        position_noise_m=position_noise_m,
-        reaction_time_s=reaction_time_s,
-        position_error_m=position_error_m,
-        payload_kg=payload_kg,
-        battery_health=battery_health,
-        battery_resistance_factor=battery_resistance_factor,
-        battery_temperature_c=battery_temperature_c,
-    )
+    conditions = replace(given, home_amsl_m=route.home_amsl_m)
     selection = selection or Selection()
     known = vehicle.battery if battery is None else battery
     if known is not None:
@@ -319,6 +327,18 @@ def check(
                     discharge=discharge,
                 )
             home = way_home(homeward, budget)
+        if vehicle.spread is not None:
+            from planner.flight.scenarios import predict_scenarios
+
+            scenarios = predict_scenarios(
+                homeward,
+                conditions,
+                spread=vehicle.spread,
+                charge=(charge, charge_sd),
+                battery=known,
+                budget=budget,
+            )
+            flight, totals, budget, home = scenarios.added_to(flight, totals, budget, home)
         case = Case(
             mission=mission,
             route=route,
@@ -341,6 +361,8 @@ def check(
             clearance_m=clearance_m,
             given_home_amsl_m=home_amsl_m,
             profile=profile,
+            risk=risk,
+            charge_sd=charge_sd,
         )
         findings += check_case(case, selection)
     reported, suppressed = selection.divide(findings, file=mission.source)
@@ -352,8 +374,8 @@ def check(
         conditions=replace(
             conditions,
             temperature_c=standard_temperature_c(route.home_amsl_m)
-            if temperature_c is None
-            else temperature_c,
+            if conditions.temperature_c is None
+            else conditions.temperature_c,
         ),
         totals=totals,
         battery=budget,
@@ -367,6 +389,39 @@ def check(
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
         case=case,
     )
+
+
+def _refuse_shares(**shares: float) -> None:
+    for name, fraction in shares.items():
+        if not 0.0 <= fraction <= 1.0:
+            msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
+            raise UsageError(msg)
+
+
+def _conditions(
+    payload_kg: float | Spread,
+    temperature_c: float | Spread | None,
+    **exact: Any,  # noqa: ANN401 - the fields of the conditions by their names
+) -> Conditions:
+    """Return the conditions that a caller gives.
+
+    Raises
+    ------
+    UsageError
+        If a value is out of its range.
+    """
+    mean_kg, sd_kg = divided(payload_kg)
+    mean_c, sd_c = (None, 0.0) if temperature_c is None else divided(temperature_c)
+    try:
+        return Conditions(
+            payload_kg=mean_kg,
+            payload_sd_kg=sd_kg,
+            temperature_c=mean_c,
+            temperature_sd_c=sd_c,
+            **exact,
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from error
 
 
 def _target(
@@ -433,9 +488,10 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
             battery=request.battery,
             charge=request.charge,
             reserve=request.reserve,
+            risk=request.risk,
             wind=request.conditions.wind,
-            payload_kg=request.conditions.payload_kg,
-            temperature_c=request.conditions.temperature_c,
+            payload_kg=request.conditions.payload_spread_kg,
+            temperature_c=request.conditions.temperature_spread_c,
             position_noise_m=request.conditions.position_noise_m,
             battery_health=request.conditions.battery_health,
             battery_resistance_factor=request.conditions.battery_resistance_factor,

@@ -24,6 +24,11 @@ SECONDS_PER_HOUR = 3600.0
 MILLIAMPERE_HOURS_PER_AMPERE_HOUR = 1000.0
 
 
+def j_from_wh(energy_wh: Quantity) -> Quantity:
+    """Energy in joules from watt-hours."""
+    return energy_wh * JOULES_PER_WATT_HOUR
+
+
 def wh_from_j(energy_j: Quantity) -> Quantity:
     """Energy in watt-hours from joules."""
     return energy_j / JOULES_PER_WATT_HOUR

@@ -136,3 +136,11 @@ def test_an_energy_is_rounded_by_less_than_half_a_percent(energy_wh: float) -> N
     # three digits: at most half a unit of the third; below 1 Wh half a hundredth of a Wh
     written = float(numbers.energy(energy_wh).removesuffix(" Wh"))
     assert abs(written - energy_wh) <= max(0.005 * energy_wh, 0.005) * (1.0 + 1e-9)
+
+
+def test_a_chance_is_never_none_and_never_sure() -> None:
+    assert numbers.chance(0.0) == "< 0.1 %"
+    assert numbers.chance(0.031) == "3.1 %"
+    assert numbers.chance(0.5) == "50 %"
+    assert numbers.chance(1.0) == "> 99.9 %"
+    assert numbers.chance(None) == numbers.ABSENT

@@ -255,3 +255,22 @@ RESPONSE_NOT_APPLIED = Rule(
     example="PX4 is taken to fly its references without lag: the model's responses are not applied",
     fix="allow for the mean residence time of the responses where a stop matters",
 )
+
+RESERVE_AT_RISK = Rule(
+    code="E115",
+    name="reserve-at-risk",
+    severity=Severity.WARNING,
+    summary="The prediction keeps the reserve, but the chance that a flight does not is high.",
+    why=(
+        "No two flights take the same energy: recorded flights differ from their predictions by a few "
+        "percent, and the wind is never quite the one forecast.  A margin smaller than that is luck."
+    ),
+    how=(
+        "10,000 draws of the wind, payload, temperature and charge as they were given (5±2@270±20) and "
+        "of the errors in the [spread] of the vehicle model; fires where the share that lands, or that "
+        "could not get home from some point, below the reserve is above --risk (5 % where not given) "
+        "while the prediction itself stays above it.  Not computed where the model has no [spread]."
+    ),
+    example="12 % chance to land below the reserve of 20 %, more than 5 %",
+    fix="leave more margin: fly less, or take a larger or fuller battery",
+)

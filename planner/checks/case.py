@@ -59,3 +59,7 @@ class Case:
     """Altitude of the take-off place where the user gives it. [m AMSL]"""
     profile: SiteProfile | None = None
     """What a site asks for."""
+    risk: float = 0.05
+    """Chance of landing below the reserve above which it is told. [-]"""
+    charge_sd: float = 0.0
+    """Standard deviation of the state of charge at the start. [-]"""

@@ -8,6 +8,7 @@ from planner import numbers
 from planner.catalogue.energy import (
     BATTERY_UNKNOWN,
     DISCHARGE_RATE_HIGH,
+    RESERVE_AT_RISK,
     RESERVE_BELOW_MINIMUM,
     RETURN_BELOW_RESERVE,
     VOLTAGE_LOW,
@@ -97,6 +98,29 @@ def place_along(point: FlightPoint) -> str:
 def destination_name(destination: int) -> str:
     """Return where a return leads in words: ``home``, ``to rally point 2``."""
     return "home" if destination == HOME else f"to rally point {destination}"
+
+
+def check_risk(case: Case) -> Iterator[Finding]:
+    """Yield a finding where flights that differ from the prediction may eat into the reserve."""
+    battery, way = case.battery, case.way_home
+    if battery is None or battery.below_reserve_probability is None or battery.margin_wh < 0.0:
+        return  # nothing is known of it, or E101 says worse
+    reserve = f"the reserve of {reserve_name(battery)}"
+    more = f"more than {numbers.percent(case.risk)}"
+    landing, returning = battery.below_reserve_probability, None
+    if way is not None and way.margin_wh is not None and way.margin_wh >= 0.0:
+        returning = way.below_reserve_probability
+    if landing > case.risk:
+        yield RESERVE_AT_RISK.finding(
+            f"{numbers.chance(landing)} chance to land below {reserve}, {more}"
+        )
+    elif way is not None and returning is not None and returning > case.risk:
+        yield RESERVE_AT_RISK.finding(
+            f"{numbers.chance(returning)} chance that the way home from here, or from another point, "
+            f"ends below {reserve}, {more}",
+            item=way.tightest_item,
+            place=case.mission.items[way.tightest_item - 1].place,
+        )
 
 
 def check_voltage(case: Case) -> Iterator[Finding]:

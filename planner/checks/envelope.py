@@ -219,12 +219,13 @@ def check_power_known(case: Case) -> Iterator[Finding]:
 def check_conditions(case: Case) -> Iterator[Finding]:
     """Yield a finding for each condition the model cannot take into account."""
     conditions, vehicle = case.conditions, case.vehicle
-    if conditions.wind.speed_m_s > 0.0 and not vehicle.knows_airspeed:
+    wind = conditions.wind
+    if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
         yield CONDITION_NOT_MODELLED.finding(
-            f"the wind of {numbers.speed(conditions.wind.speed_m_s)} is not counted in the energy: "
+            f"the wind of {numbers.speed(wind.speed_m_s)} is not counted in the energy: "
             "the model gives no power over airspeed"
         )
-    if conditions.payload_kg > 0.0 and not vehicle.knows_mass:
+    if (conditions.payload_kg > 0.0 or conditions.payload_sd_kg > 0.0) and not vehicle.knows_mass:
         yield CONDITION_NOT_MODELLED.finding(
             f"the payload of {numbers.mass(conditions.payload_kg)} is not counted: "
             "the model's power knows no mass"
@@ -233,6 +234,22 @@ def check_conditions(case: Case) -> Iterator[Finding]:
         yield CONDITION_NOT_MODELLED.finding(
             f"the temperature of {numbers.temperature(conditions.temperature_c)} is not counted: "
             "the model's power knows no air density"
+        )
+    spread = [
+        name
+        for name, sd in (
+            ("wind", wind.speed_sd_m_s or wind.from_sd_deg),
+            ("payload", conditions.payload_sd_kg),
+            ("temperature", conditions.temperature_sd_c),
+            ("charge", case.charge_sd),
+        )
+        if sd
+    ]
+    if spread and vehicle.spread is None:
+        yield CONDITION_NOT_MODELLED.finding(
+            f"the ± of the {' and the '.join(spread)} is not used: {vehicle.name} does not say how "
+            "far flights are from its predictions",
+            fix="use a vehicle model with a [spread], as mavjoule identify writes it",
         )
     yield from _battery_conditions(case)
 

@@ -10,6 +10,7 @@ from planner.checks.altitude import check_frames, check_home, check_relative_alt
 from planner.checks.energy import (
     check_battery,
     check_discharge_rate,
+    check_risk,
     check_voltage,
     check_way_home,
 )
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 CHECKS: tuple[Check, ...] = (
     check_battery,
     check_way_home,
+    check_risk,
     check_voltage,
     check_discharge_rate,
     check_speed,

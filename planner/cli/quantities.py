@@ -1,17 +1,24 @@
 """Quantities as people write them on a command line: ``5.2Ah@14.8V``, ``20%``, ``5@270``.
 
+What is not known exactly is a mean and a standard deviation: ``5±2@270±20``, or ``5+-2@270+-20``.
+
 Each function returns a value, or raises ``ValueError`` with one sentence that says what to write.
 """
 
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 from planner.flight.conditions import Conditions
 from planner.flight.reserve import Reserve
+from planner.flight.spread import Spread, joined
 from planner.physics.wind import Wind
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.battery import Battery
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)"
 _CHARGE_AND_VOLTAGE = re.compile(rf"{_NUMBER}\s*(m?)Ah\s*@\s*{_NUMBER}\s*V", re.IGNORECASE)
@@ -19,9 +26,11 @@ _ENERGY = re.compile(rf"{_NUMBER}\s*Wh", re.IGNORECASE)
 _MINUTES = re.compile(rf"{_NUMBER}\s*min", re.IGNORECASE)
 _PERCENT = re.compile(rf"{_NUMBER}\s*%", re.IGNORECASE)
 _PLAIN = re.compile(_NUMBER, re.IGNORECASE)
-_WIND = re.compile(rf"{_NUMBER}\s*(?:m/s)?\s*@\s*{_NUMBER}\s*°?", re.IGNORECASE)
 _POWER_PROFILE = re.compile(rf"power\s*:\s*{_NUMBER}\s*@\s*{_NUMBER}\s*m?", re.IGNORECASE)
 _LOG_PROFILE = re.compile(rf"log\s*:\s*{_NUMBER}\s*m?\s*@\s*{_NUMBER}\s*m?", re.IGNORECASE)
+_GIVE_OR_TAKE = re.compile(r"±|\+/?-")
+_WIND_SPEED = re.compile(rf"{_NUMBER}\s*(?:m/s)?", re.IGNORECASE)
+_BEARING = re.compile(rf"{_NUMBER}\s*°?")
 
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would be told 'go'."""
@@ -90,20 +99,39 @@ def reserve(text: str) -> float | Reserve:
 
 def wind(text: str) -> Wind:
     """Return the wind of ``5@270``: 5 m/s from west."""
-    found = _WIND.fullmatch(text.strip())
-    if found is None:
-        if _PLAIN.fullmatch(text.strip()) and float(text) == 0.0:
-            return Wind()
-        msg = f"{text!r} is no wind: write speed in m/s and the direction it blows from, 5@270"
+    if _PLAIN.fullmatch(text.strip()) and float(text) == 0.0:
+        return Wind()
+    parts = [_GIVE_OR_TAKE.split(part.strip()) for part in text.split("@")]
+    found = [
+        [form.fullmatch(one.strip()) for one in part]
+        for form, part in zip((_WIND_SPEED, _BEARING), parts, strict=False)
+    ]
+    numbers = [[float(one[1]) for one in part if one is not None] for part in found]
+    if (
+        len(parts) != 2
+        or any(None in part for part in found)
+        or any(len(part) > 2 for part in parts)
+    ):
+        msg = (
+            f"{text!r} is no wind: write speed in m/s and the direction it blows from, 5@270, "
+            "or 5±2@270±20"
+        )
         raise ValueError(msg)
-    speed_m_s, from_deg = float(found[1]), float(found[2])
-    if not 0.0 <= speed_m_s <= 100.0:
+    (speed_m_s, speed_sd_m_s), (from_deg, from_sd_deg) = (
+        (part[0], part[1] if len(part) == 2 else 0.0) for part in numbers
+    )
+    if not 0.0 <= speed_m_s <= 100.0 or not 0.0 <= speed_sd_m_s <= 100.0:
         msg = f"{text!r} is out of range: the speed of the wind is 0 to 100 m/s"
         raise ValueError(msg)
-    if not 0.0 <= from_deg <= 360.0:
+    if not 0.0 <= from_deg <= 360.0 or not 0.0 <= from_sd_deg <= 360.0:
         msg = f"{text!r} is out of range: the wind blows from 0 to 360°"
         raise ValueError(msg)
-    return Wind(speed_m_s=speed_m_s, from_deg=from_deg)
+    return Wind(
+        speed_m_s=speed_m_s,
+        from_deg=from_deg,
+        speed_sd_m_s=speed_sd_m_s,
+        from_sd_deg=from_sd_deg,
+    )
 
 
 def wind_profile(text: str) -> Wind:
@@ -119,11 +147,17 @@ def wind_profile(text: str) -> Wind:
     raise ValueError(msg)
 
 
-def payload_kg(text: str) -> float:
-    """Return the mass of ``0.5`` or ``0.5kg``."""
-    mass_kg = _number(text, unit="kg")
-    Conditions(payload_kg=mass_kg)  # refuses what no vehicle carries
-    return mass_kg
+def charge(text: str) -> float | Spread:
+    """Return the state of charge of ``95%``, ``0.95`` or ``95±2%``."""
+    share, sd = _give_or_take(text, unit="%", read=fraction)
+    return joined(share, sd)
+
+
+def payload_kg(text: str) -> float | Spread:
+    """Return the mass of ``0.5``, ``0.5kg`` or ``0.5±0.1``."""
+    mass_kg, sd_kg = _give_or_take(text, unit="kg", read=lambda one: _number(one, unit="kg"))
+    # refuses what no vehicle carries
+    return Conditions(payload_kg=mass_kg, payload_sd_kg=sd_kg).payload_spread_kg
 
 
 def home_amsl_m(text: str) -> float:
@@ -142,11 +176,11 @@ def clearance_m(text: str) -> float:
     return height_m
 
 
-def temperature_c(text: str) -> float:
-    """Return the temperature of ``-5`` or ``-5C``."""
-    air_c = _number(text, unit="C")
-    Conditions(temperature_c=air_c)  # refuses what is no weather on Earth
-    return air_c
+def temperature_c(text: str) -> float | Spread:
+    """Return the temperature of ``-5``, ``-5C`` or ``15±5``."""
+    air_c, sd_c = _give_or_take(text, unit="C", read=lambda one: _number(one, unit="C"))
+    Conditions(temperature_c=air_c, temperature_sd_c=sd_c)  # refuses what is no weather on Earth
+    return joined(air_c, sd_c)
 
 
 def battery_health(text: str) -> float:
@@ -189,6 +223,23 @@ def position_error_m(text: str) -> float:
     error_m = _number(text, unit="m")
     Conditions(position_error_m=error_m)  # refuses what is no position
     return error_m
+
+
+def _give_or_take(text: str, *, unit: str, read: Callable[[str], float]) -> tuple[float, float]:
+    """Return a quantity and its standard deviation, zero where none is given."""
+    parts = [part.strip() for part in _GIVE_OR_TAKE.split(text)]
+    if len(parts) == 1:
+        return read(text), 0.0
+    if len(parts) > 2 or not all(parts):
+        msg = f"{text!r}: write a value and its standard deviation, such as 5±2"
+        raise ValueError(msg)
+    if parts[1].endswith(unit) and not parts[0].endswith(unit):
+        parts[0] += unit  # 95±2% is 95 % ± 2 %
+    mean, sd = map(read, parts)
+    if sd < 0.0:
+        msg = f"{text!r}: a standard deviation is not negative"
+        raise ValueError(msg)
+    return mean, sd
 
 
 def _number(text: str, *, unit: str) -> float:

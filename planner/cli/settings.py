@@ -14,6 +14,7 @@ from planner.cli import quantities
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
+from planner.flight.spread import divided
 from planner.frozen import frozen
 from planner.service import CheckRequest
 from planner.vehicle.keys import nearest_hint
@@ -141,15 +142,15 @@ FLIGHT_SETTINGS = (
         key="payload_kg",
         option="--payload",
         metavar="KG",
-        meaning="mass carried beyond the model's own [default: 0]",
+        meaning="mass carried beyond the model's own, such as 0.5 or 0.5±0.1 [default: 0]",
         read=quantities.payload_kg,
-        kind=Kind.NUMBER,
+        kind=Kind.QUANTITY,
     ),
     Setting(
         key="wind",
         option="--wind",
         metavar="SPEED@FROM_DEG",
-        meaning="wind in m/s and where it blows from, such as 5@270 [default: none]",
+        meaning="wind in m/s and where it blows from, 5@270 or 5±2@270±20 [default: none]",
         read=quantities.wind,
         kind=Kind.QUANTITY,
     ),
@@ -173,9 +174,9 @@ FLIGHT_SETTINGS = (
         key="temperature_c",
         option="--temperature",
         metavar="C",
-        meaning="air temperature at home [default: standard for its altitude]",
+        meaning="air temperature at home, 15 or 15±5 [default: standard for its altitude]",
         read=quantities.temperature_c,
-        kind=Kind.NUMBER,
+        kind=Kind.QUANTITY,
     ),
     Setting(
         key="position_noise_m",
@@ -243,8 +244,8 @@ BUDGET_SETTINGS = (
         key="charge",
         option="--charge",
         metavar="SHARE",
-        meaning="how full the battery is at the start [default: 100%]",
-        read=quantities.fraction,
+        meaning="how full the battery is at the start, 95% or 95±2% [default: 100%]",
+        read=quantities.charge,
         kind=Kind.QUANTITY,
     ),
     Setting(
@@ -270,6 +271,14 @@ BUDGET_SETTINGS = (
         meaning="how wrong the position may be, for fences [default: 2.5]",
         read=quantities.position_error_m,
         kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="risk",
+        option="--risk",
+        metavar="SHARE",
+        meaning="chance of landing below the reserve to be told of [default: 5%]",
+        read=quantities.fraction,
+        kind=Kind.QUANTITY,
     ),
     Setting(
         key="select",
@@ -386,8 +395,6 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         for key in (
             "wind",
             "home_amsl_m",
-            "temperature_c",
-            "payload_kg",
             "position_noise_m",
             "battery_health",
             "battery_resistance_factor",
@@ -397,6 +404,9 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         )
         if key in values
     }
+    for key, sd_key in (("temperature_c", "temperature_sd_c"), ("payload_kg", "payload_sd_kg")):
+        if key in values:
+            conditions[key], conditions[sd_key] = divided(values[key])
     if (profile := values.get("wind_profile")) is not None:
         conditions["wind"] = replace(
             values.get("wind", profile),
@@ -414,6 +424,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
             "battery",
             "charge",
             "reserve",
+            "risk",
             "baseline",
             "fail_on",
         )

@@ -45,6 +45,10 @@ class Totals:
     energy_wh_p10: float | None = None
     """``None`` while the model carries no spread. [Wh]"""
     energy_wh_p90: float | None = None
+    time_s_p10: float | None = None
+    time_s_p90: float | None = None
+    charge_mah_p10: float | None = None
+    charge_mah_p90: float | None = None
 
 
 @frozen
@@ -72,6 +76,8 @@ class BatteryBudget:
     """Under load, along the flight. [V]"""
     highest_c_rate: float | None = None
     """Highest current over the charge of the new battery. [h⁻¹]"""
+    below_reserve_probability: float | None = None
+    """Chance to land below the reserve; ``None`` while the model carries no spread. [-]"""
 
 
 @frozen
@@ -96,6 +102,8 @@ class ReturnBudget:
     does from all."""
     last_return_empty: FlightPoint | None = None
     """The last from which it gets home at all, with nothing left; ``None`` where it does from all."""
+    below_reserve_probability: float | None = None
+    """Chance that some way home eats into the reserve; ``None`` without a spread. [-]"""
 
 
 NOTHING_FLOWN = Totals(

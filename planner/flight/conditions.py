@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from planner.flight.spread import Spread, joined
 from planner.physics.wind import Wind
 
 MOST_NOISE_M = 1.5
@@ -41,6 +42,10 @@ class Conditions:
     """Time until somebody or something reacts to a vehicle that goes where it should not. [s]"""
     position_error_m: float = 2.5
     """How far the vehicle may be from where it takes itself to be. [m]"""
+    payload_sd_kg: float = 0.0
+    """Standard deviation of the payload; this and the next for the spread of a prediction. [kg]"""
+    temperature_sd_c: float = 0.0
+    """Standard deviation of the air temperature. [°C]"""
 
     def __post_init__(self) -> None:
         if self.home_amsl_m is not None and not -500.0 <= self.home_amsl_m <= 9000.0:
@@ -51,13 +56,7 @@ class Conditions:
             if degrees_c is not None and not -90.0 <= degrees_c <= 60.0:
                 msg = f"{name} must be −90 to 60 °C, got {degrees_c}"
                 raise ValueError(msg)
-        if self.battery_health is not None and not 0.0 < self.battery_health <= 1.0:
-            msg = f"battery_health must be above 0 and at most 1, got {self.battery_health}"
-            raise ValueError(msg)
-        factor = self.battery_resistance_factor
-        if factor is not None and not 1.0 <= factor <= MOST_RESISTANCE_FACTOR:
-            msg = f"battery_resistance_factor must be 1 to {MOST_RESISTANCE_FACTOR:g}, got {factor}"
-            raise ValueError(msg)
+        self._refuse_battery()
         noise_m = self.position_noise_m
         if noise_m is not None and not 0.0 <= noise_m <= MOST_NOISE_M:
             msg = f"position_noise_m must be 0 to {MOST_NOISE_M:g} m, got {noise_m}"
@@ -69,6 +68,34 @@ class Conditions:
             if not 0.0 <= value <= MOST_CAUTION:
                 msg = f"{name} must be 0 to {MOST_CAUTION:g}, got {value}"
                 raise ValueError(msg)
-        if not (math.isfinite(self.payload_kg) and self.payload_kg >= 0.0):
-            msg = f"payload_kg must be zero or more, got {self.payload_kg}"
+        for name, value in (
+            ("payload_kg", self.payload_kg),
+            ("payload_sd_kg", self.payload_sd_kg),
+            ("temperature_sd_c", self.temperature_sd_c),
+        ):
+            if not 0.0 <= value < math.inf:
+                msg = f"{name} must be zero or more, got {value}"
+                raise ValueError(msg)
+
+    def _refuse_battery(self) -> None:
+        if self.battery_health is not None and not 0.0 < self.battery_health <= 1.0:
+            msg = f"battery_health must be above 0 and at most 1, got {self.battery_health}"
             raise ValueError(msg)
+        factor = self.battery_resistance_factor
+        if factor is not None and not 1.0 <= factor <= MOST_RESISTANCE_FACTOR:
+            msg = f"battery_resistance_factor must be 1 to {MOST_RESISTANCE_FACTOR:g}, got {factor}"
+            raise ValueError(msg)
+
+    @property
+    def payload_spread_kg(self) -> float | Spread:
+        """Payload, as a number where it is known exactly. [kg]"""
+        return joined(self.payload_kg, self.payload_sd_kg)
+
+    @property
+    def temperature_spread_c(self) -> float | Spread | None:
+        """Air temperature, as a number where it is known exactly. [°C]"""
+        return (
+            None
+            if self.temperature_c is None
+            else joined(self.temperature_c, self.temperature_sd_c)
+        )

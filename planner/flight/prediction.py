@@ -15,6 +15,8 @@ from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.quadrature import unit_quadrature
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from planner.flight.conditions import Conditions
     from planner.flight.extremes import Extremes
     from planner.flight.motion.kinematics import FloatArray, IntArray, KinematicState, Motion
@@ -40,11 +42,17 @@ class Flight:
     """Power at the nodes of the quadrature of each piece. (p, k) [W]"""
     extremes: Extremes | None
     """The box the flight stays in; ``None`` where nothing is flown."""
+    stopping_factor_p90: float | None = None
+    """Factor on stopping distances that one flight of ten exceeds; ``None``: not known. [-]"""
 
     @property
     def segments(self) -> Segments:
         """The segments one by one."""
-        return Segments(self.motion.segments, self.segment_energy_j)
+        return Segments(
+            self.motion.segments,
+            self.segment_energy_j,
+            stopping_factor_p90=self.stopping_factor_p90,
+        )
 
     @cached_property
     def peak_power_w(self) -> float:
@@ -129,9 +137,18 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
 
 def segment_energy_j(motion: Motion, transients: Transients, power: SteadyPower) -> FloatArray:
     """Return the energy of each segment of a motion. (n,) [J]"""
+    return next(segment_energies_j(motion, transients, (power,)))
+
+
+def segment_energies_j(
+    motion: Motion, transients: Transients, powers: Iterable[SteadyPower]
+) -> Iterator[FloatArray]:
+    """Yield the energy of each segment of one motion by several powers. (n,) [J]"""
     piece, node_s = _nodes(motion)
-    steady_w = _steady_power_w(motion, piece, motion.state_at(piece, node_s), power)
-    return _segment_energy_j(motion, transients, steady_w)
+    state = motion.state_at(piece, node_s)
+    for power in powers:
+        steady_w = _steady_power_w(motion, piece, state, power)
+        yield _segment_energy_j(motion, transients, steady_w)
 
 
 def _nodes(motion: Motion) -> tuple[IntArray, FloatArray]:

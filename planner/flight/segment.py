@@ -37,6 +37,8 @@ class Segment:
     energy_wh: float
     stopping_distance_m: float | None
     """Distance to stand still from its speed, for cruise and brake. [m]"""
+    stopping_distance_m_p90: float | None = None
+    """Exceeded by one flight of ten; ``None`` while the model carries no spread of it. [m]"""
 
 
 class Segments(Sequence[Segment]):
@@ -45,11 +47,18 @@ class Segments(Sequence[Segment]):
     A survey of 10,000 items has 70,000 of them; its verdict needs only their columns.
     """
 
-    __slots__ = ("_columns", "_energy_j", "_start_s")
+    __slots__ = ("_columns", "_energy_j", "_start_s", "_stopping_factor_p90")
 
-    def __init__(self, columns: SegmentColumns, energy_j: FloatArray) -> None:
+    def __init__(
+        self,
+        columns: SegmentColumns,
+        energy_j: FloatArray,
+        *,
+        stopping_factor_p90: float | None = None,
+    ) -> None:
         self._columns = columns
         self._energy_j = energy_j
+        self._stopping_factor_p90 = stopping_factor_p90
         self._start_s = columns.end_s - columns.duration_s
 
     def __len__(self) -> int:
@@ -65,6 +74,7 @@ class Segments(Sequence[Segment]):
         index = range(len(self))[index]
         columns = self._columns
         stopping_m = float(columns.stopping_distance_m[index])
+        stops, factor_p90 = not np.isnan(stopping_m), self._stopping_factor_p90
         return Segment(
             index=index,
             item=int(columns.item[index]),
@@ -75,7 +85,10 @@ class Segments(Sequence[Segment]):
             climb_m=float(columns.climb_m[index]),
             speed_m_s=float(columns.speed_m_s[index]),
             energy_wh=float(wh_from_j(self._energy_j[index])),
-            stopping_distance_m=None if np.isnan(stopping_m) else stopping_m,
+            stopping_distance_m=stopping_m if stops else None,
+            stopping_distance_m_p90=(
+                stopping_m * factor_p90 if stops and factor_p90 is not None else None
+            ),
         )
 
     def __iter__(self) -> Iterator[Segment]:

@@ -34,6 +34,10 @@ class Wind:
     """Exponent of the power law. [-]"""
     roughness_length_m: float | None = None
     """Roughness length of the logarithmic law. [m]"""
+    speed_sd_m_s: float = 0.0
+    """Standard deviation of the speed; for the spread of a prediction alone. [m s⁻¹]"""
+    from_sd_deg: float = 0.0
+    """Standard deviation of the direction. [°]"""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_m_s) and self.speed_m_s >= 0.0):
@@ -42,6 +46,10 @@ class Wind:
         if not math.isfinite(self.from_deg):
             msg = f"wind from_deg must be a number, got {self.from_deg}"
             raise ValueError(msg)
+        for name in ("speed_sd_m_s", "from_sd_deg"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                msg = f"wind {name} must be zero or more, got {getattr(self, name)}"
+                raise ValueError(msg)
         profiles = [self.shear_exponent, self.roughness_length_m]
         if profiles.count(None) != (2 if self.reference_height_m is None else 1):
             msg = (

@@ -26,6 +26,7 @@ SEGMENT_KEYS = (
     "speed_m_s",
     "energy_wh",
     "stopping_distance_m",
+    "stopping_distance_m_p90",
 )
 """The keys of a segment, in JSON and as columns of a table."""
 
@@ -40,6 +41,10 @@ _TOTALS_KEYS = (
     "peak_power_w",
     "energy_wh_p10",
     "energy_wh_p90",
+    "time_s_p10",
+    "time_s_p90",
+    "charge_mah_p10",
+    "charge_mah_p90",
 )
 _BATTERY_KEYS = (
     "capacity_wh",
@@ -52,6 +57,7 @@ _BATTERY_KEYS = (
     "highest_c_rate",
     "reserve_wh",
     "hover_left_s",
+    "below_reserve_probability",
 )
 _CONDITION_KEYS = (
     "home_amsl_m",
@@ -63,8 +69,17 @@ _CONDITION_KEYS = (
     "battery_health",
     "battery_resistance_factor",
     "battery_temperature_c",
+    "payload_sd_kg",
+    "temperature_sd_c",
 )
-_RETURN_KEYS = ("tightest_item", "energy_home_wh", "margin_wh", "time_home_s", "destination")
+_RETURN_KEYS = (
+    "tightest_item",
+    "energy_home_wh",
+    "margin_wh",
+    "time_home_s",
+    "destination",
+    "below_reserve_probability",
+)
 _POINT_KEYS = ("item", "time_s", "along_m", "leg_m", "latitude_deg", "longitude_deg")
 _COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
 _ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
@@ -133,6 +148,8 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
             "wind_reference_height_m": value(wind, "reference_height_m"),
             "wind_shear_exponent": value(wind, "shear_exponent"),
             "wind_roughness_length_m": value(wind, "roughness_length_m"),
+            "wind_sd_m_s": value(wind, "speed_sd_m_s"),
+            "wind_from_sd_deg": value(wind, "from_sd_deg"),
             **values(conditions, _CONDITION_KEYS),
         },
         "parameters": _parameters(flown),

@@ -16,7 +16,7 @@ from planner.report.table import table_lines
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
@@ -131,8 +131,12 @@ def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
 
 
 def _flight(totals: Totals) -> str:
+    spread = ""
+    if totals.time_s_p10 is not None and totals.time_s_p90 is not None:
+        low, high = numbers.duration(totals.time_s_p10), numbers.duration(totals.time_s_p90)
+        spread = f" (8 of 10 flights: {low} to {high})"
     return (
-        f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}, "
+        f"{numbers.duration(totals.time_s)}{spread}, {numbers.distance(totals.distance_m)}, "
         f"climb {numbers.height(totals.climb_m)}, descent {numbers.height(totals.descent_m)}"
     )
 
@@ -142,6 +146,8 @@ def _energy(totals: Totals) -> str:
     if totals.energy_wh_p10 is not None and totals.energy_wh_p90 is not None:
         low, high = numbers.energy(totals.energy_wh_p10), numbers.energy(totals.energy_wh_p90)
         text += f" (8 of 10 flights: {low} to {high})"
+    elif not math.isnan(totals.energy_wh):
+        text += " (its spread is not known)"
     if totals.charge_mah is not None:
         text += f", {numbers.charge(totals.charge_mah)}"
     return (
@@ -154,6 +160,7 @@ def _battery(battery: BatteryBudget) -> str:
     hover = ""
     if battery.hover_left_s is not None:
         hover = f", {numbers.duration(battery.hover_left_s)} of hover left at landing"
+    chance = battery.below_reserve_probability
     text = (
         f"{numbers.energy(battery.capacity_wh)} full, "
         f"{numbers.energy(battery.usable_wh)} at the start, "
@@ -164,7 +171,7 @@ def _battery(battery: BatteryBudget) -> str:
         text += (
             f", {left} of the charge left, lowest {numbers.decimals(battery.lowest_voltage_v, 1)} V"
         )
-    return text
+    return text if chance is None else f"{text}; {_chance(chance)} to land below the reserve"
 
 
 def _way_home(way_home: ReturnBudget) -> str:
@@ -177,27 +184,39 @@ def _way_home(way_home: ReturnBudget) -> str:
         text += f" in {numbers.duration(way_home.time_home_s)}"
     if way_home.margin_wh is None:
         return text
-    return f"{text}, {_against(way_home.margin_wh, 'the reserve')}"
+    text = f"{text}, {_against(way_home.margin_wh, 'the reserve')}"
+    chance = way_home.below_reserve_probability
+    return text if chance is None else f"{text}; {_chance(chance)} to get home below it"
+
+
+def _chance(probability: float) -> str:
+    return f"{numbers.chance(probability)} chance"
 
 
 def _conditions(result: CheckResult) -> str:
     conditions = result.conditions
     payload_kg = conditions.payload_kg
+    payload = _give_or_take(numbers.mass, payload_kg, conditions.payload_sd_kg)
     return ", ".join(
         (
             _wind(conditions.wind),
-            numbers.temperature(conditions.temperature_c),
+            _give_or_take(
+                numbers.temperature, conditions.temperature_c, conditions.temperature_sd_c
+            ),
             f"home {numbers.height(conditions.home_amsl_m)} AMSL",
-            f"payload {numbers.mass(payload_kg)}" if payload_kg else "no payload",
+            f"payload {payload}" if payload_kg or conditions.payload_sd_kg else "no payload",
             *_battery_conditions(conditions),
         )
     )
 
 
 def _wind(wind: Wind) -> str:
-    if not wind.speed_m_s:
+    if not (wind.speed_m_s or wind.speed_sd_m_s):
         return "no wind"
-    text = f"wind {numbers.speed(wind.speed_m_s)} from {numbers.bearing(wind.from_deg)}"
+    speed = _give_or_take(numbers.speed, wind.speed_m_s, wind.speed_sd_m_s)
+    text = f"wind {speed} from {numbers.bearing(wind.from_deg)}"
+    if wind.from_sd_deg:
+        text += f" ± {numbers.decimals(wind.from_sd_deg, 0)}°"
     if wind.reference_height_m is None:
         return text
     text += f" at {numbers.height(wind.reference_height_m)}"
@@ -214,6 +233,11 @@ def _battery_conditions(conditions: Conditions) -> Iterator[str]:
         yield f"battery resistance {conditions.battery_resistance_factor:g} times the new one's"
     if conditions.battery_temperature_c is not None:
         yield f"battery at {numbers.temperature(conditions.battery_temperature_c)}"
+
+
+def _give_or_take(shown: Callable[[float | None], str], mean: float | None, sd: float) -> str:
+    """Return a quantity with its standard deviation, where it has one."""
+    return f"{shown(mean)} ± {shown(sd)}" if sd else shown(mean)
 
 
 def _phase_lines(result: CheckResult) -> list[str]:

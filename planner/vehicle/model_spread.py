@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from planner.frozen import frozen
 from planner.vehicle.spread_schema import SPREAD, STATE_NAMES
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ModelSpread:
     """Standard deviations of (flown - predicted) / predicted; ``None`` where not known."""
 

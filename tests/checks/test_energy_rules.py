@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,6 +14,7 @@ from planner.findings import Severity
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.model_spread import ModelSpread
 
 if TYPE_CHECKING:
     from planner.service import CheckResult
@@ -111,3 +114,65 @@ def test_charge_needs_a_voltage() -> None:
     )
     # 1 Wh at 20 V is 50 mAh.
     assert with_voltage.totals.charge_mah == pytest.approx(50.0 * NEED_WH)
+
+
+NEVER_EXACT = replace(
+    VEHICLE, spread=ModelSpread(n_flights=1_000_000, source="made", energy_fraction=0.05)
+)
+
+
+def at_risk(margin_sds: float, *, risk: float = 0.05) -> CheckResult:
+    """Return a check whose margin is so many standard deviations of the energy."""
+    battery = Battery(capacity_wh=NEED_WH * (1.0 + 0.05 * margin_sds) / 0.8)
+    return check(OUT_AND_BACK, NEVER_EXACT, battery=battery, risk=risk)
+
+
+def codes(result: CheckResult) -> list[str]:
+    return [f.code for f in result.findings]
+
+
+def test_a_margin_that_one_flight_of_ten_does_not_keep_is_a_warning_but_a_go() -> None:
+    result = at_risk(1.2816)  # 10 % of a normal distribution
+    [finding] = [f for f in result.findings if f.code == "E115"]
+    assert re.match(r"(9\.\d|10|11) % chance to land below the reserve of 20 %", finding.message)
+    assert finding.severity is Severity.WARNING
+    assert result.verdict == "go"
+
+
+def test_a_margin_of_three_standard_deviations_is_told_by_no_finding() -> None:
+    assert "E115" not in codes(at_risk(3.0))
+
+
+def test_the_chance_to_be_told_of_is_the_callers_and_its_bound_belongs_to_it() -> None:
+    assert "E115" not in codes(at_risk(1.2816, risk=0.2))
+    assert "E115" in codes(at_risk(3.0, risk=0.0))
+    result = at_risk(1.2816)
+    assert result.battery is not None
+    chance = result.battery.below_reserve_probability
+    assert chance is not None
+    assert "E115" not in codes(at_risk(1.2816, risk=chance))
+    assert "E115" in codes(at_risk(1.2816, risk=chance - 1e-9))
+
+
+def test_what_falls_short_already_is_not_said_twice() -> None:
+    result = at_risk(-0.5)
+    assert "E101" in codes(result)
+    assert "E115" not in codes(result)
+
+
+def test_a_way_home_at_risk_names_its_item() -> None:
+    one_way = mission(takeoff(100), waypoint(1000, 100))
+    calm = check(one_way, NEVER_EXACT, battery=Battery(capacity_wh=1e3))
+    assert calm.way_home is not None
+    assert calm.way_home.margin_wh is not None
+    need_wh = 800.0 - calm.way_home.margin_wh
+    result = check(one_way, NEVER_EXACT, battery=Battery(capacity_wh=need_wh * 1.05 / 0.8))
+    [finding] = [f for f in result.findings if f.code == "E115"]
+    assert finding.item == 2
+    assert "way home" in finding.message
+
+
+@pytest.mark.parametrize("risk", [-0.1, 1.1, float("nan")])
+def test_a_chance_beyond_all_is_refused(risk: float) -> None:
+    with pytest.raises(UsageError, match="risk must be a fraction"):
+        at_risk(1.0, risk=risk)

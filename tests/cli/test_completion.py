@@ -70,7 +70,7 @@ def test_nothing_is_offered_where_nothing_is_known(complete: Complete) -> None:
 
 def test_codes_and_names_are_offered_to_be_explained(complete: Complete) -> None:
     assert complete("mavjoule explain E101") == ["E101"]
-    assert complete("mavjoule explain reserve") == ["reserve-below-minimum"]
+    assert complete("mavjoule explain reserve-b") == ["reserve-below-minimum"]
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])

@@ -11,6 +11,8 @@ from planner.cli.configuration import find_configuration, mission_settings, read
 from planner.cli.settings import SETTINGS, check_request, report_request
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
+from planner.flight.conditions import Conditions
+from planner.flight.spread import Spread
 from planner.physics.wind import Wind
 
 if TYPE_CHECKING:
@@ -22,6 +24,29 @@ def _own(folder: Path, text: str) -> Path:
     path = folder / "mavjoule.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def test_what_is_not_known_exactly_is_text_with_its_standard_deviation(tmp_path: Path) -> None:
+    _own(
+        tmp_path,
+        """
+        wind = "5±2@270±20"
+        payload_kg = "0.5+-0.1"
+        temperature_c = "15±5"
+        charge = "95±2%"
+        risk = "1%"
+        """,
+    )
+    request = check_request(mission_settings(str(tmp_path / "a.plan"), {}))
+    assert request.conditions == Conditions(
+        wind=Wind(speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=2.0, from_sd_deg=20.0),
+        payload_kg=0.5,
+        payload_sd_kg=0.1,
+        temperature_c=15.0,
+        temperature_sd_c=5.0,
+    )
+    assert request.charge == Spread(mean=0.95, sd=0.02)
+    assert request.risk == 0.01
 
 
 def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
@@ -38,6 +63,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         battery = "5.2Ah@14.8V"
         charge = "95%"
         reserve = 0.25
+        risk = "10%"
         payload_kg = 0.5
         wind = "5@270"
         wind_profile = "power:0.2@10"
@@ -156,8 +182,9 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
         ("payload = 1.0", "payload is no setting; did you mean payload_kg?"),
         ("reserve = 20", "reserve: '20' is ambiguous"),
         ("reserve = true", "reserve: must be text or number, got true"),
-        ("payload_kg = '0.5'", "payload_kg: must be number, got '0.5'"),
-        ("payload_kg = nan", "payload_kg: must be number, got nan"),
+        ("home_amsl_m = '488'", "home_amsl_m: must be number, got '488'"),
+        ("payload_kg = nan", "payload_kg: must be text or number, got nan"),
+        ("payload_kg = '0.5±'", "payload_kg: '0.5±': write a value and its standard deviation"),
         ("payload_kg = -1", "payload_kg: payload_kg must be zero or more"),
         ("vehicle = 1", "vehicle: must be name of a vehicle model or path of its file, got 1"),
         ("exit_zero = 1", "exit_zero: must be true or false, got 1"),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner.cli import quantities
+from planner.flight.spread import Spread
 from planner.physics.wind import Wind
 
 if TYPE_CHECKING:
@@ -136,9 +137,80 @@ def test_what_is_no_wind_profile_is_refused(text: str) -> None:
     ],
 )
 def test_a_number_may_carry_its_unit(
-    reader: Callable[[str], float], text: str, value: float
+    reader: Callable[[str], object], text: str, value: float
 ) -> None:
     assert reader(text) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "speed_sd_m_s", "from_sd_deg"),
+    [
+        ("5±2@270±20", 2.0, 20.0),
+        ("5+-2@270+-20", 2.0, 20.0),
+        ("5+/-2@270+/-20", 2.0, 20.0),
+        ("5 ± 2 m/s @ 270° ± 20°", 2.0, 20.0),
+        ("5±2@270", 2.0, 0.0),
+        ("5@270±20", 0.0, 20.0),
+    ],
+)
+def test_a_wind_may_not_be_known_exactly(
+    text: str, speed_sd_m_s: float, from_sd_deg: float
+) -> None:
+    assert quantities.wind(text) == Wind(
+        speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=speed_sd_m_s, from_sd_deg=from_sd_deg
+    )
+
+
+@pytest.mark.parametrize("text", ["5±@270", "±2@270", "5±2±1@270", "5±2", "5@270±", "5@1@2"])
+def test_half_a_spread_is_no_wind(text: str) -> None:
+    with pytest.raises(ValueError, match="5±2@270±20"):
+        quantities.wind(text)
+
+
+@pytest.mark.parametrize("text", ["5±-2@270", "5±200@270", "5@270±400", "5@270±-1"])
+def test_a_spread_of_the_wind_out_of_range_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="out of range"):
+        quantities.wind(text)
+
+
+@pytest.mark.parametrize(
+    ("reader", "text", "mean", "sd"),
+    [
+        (quantities.charge, "95±2%", 0.95, 0.02),
+        (quantities.charge, "95% ± 2%", 0.95, 0.02),
+        (quantities.charge, "0.95+-0.02", 0.95, 0.02),
+        (quantities.payload_kg, "0.5±0.1", 0.5, 0.1),
+        (quantities.payload_kg, "0.5±0.1kg", 0.5, 0.1),
+        (quantities.temperature_c, "-5 ± 3 °C", -5.0, 3.0),
+        (quantities.temperature_c, "-5+-3", -5.0, 3.0),
+    ],
+)
+def test_a_number_may_have_a_standard_deviation(
+    reader: Callable[[str], float | Spread], text: str, mean: float, sd: float
+) -> None:
+    assert reader(text) == Spread(mean=mean, sd=sd)
+
+
+def test_a_standard_deviation_of_nothing_is_a_plain_number() -> None:
+    assert quantities.payload_kg("0.5±0") == 0.5
+
+
+@pytest.mark.parametrize(
+    ("reader", "text"),
+    [
+        (quantities.charge, "95±2"),
+        (quantities.charge, "95±%"),
+        (quantities.charge, "95±-2%"),
+        (quantities.charge, "150±2%"),
+        (quantities.payload_kg, "0.5±-0.1"),
+        (quantities.payload_kg, "0.5±0.1±0.1"),
+        (quantities.temperature_c, "±5"),
+        (quantities.temperature_c, "15±inf"),
+    ],
+)
+def test_a_wrong_standard_deviation_is_refused(reader: Callable[[str], object], text: str) -> None:
+    with pytest.raises(ValueError, match=r"±|must be|ambiguous|out of range|no number|no share"):
+        reader(text)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +232,7 @@ def test_a_number_may_carry_its_unit(
     ],
 )
 def test_a_number_out_of_range_or_in_another_unit_is_refused(
-    reader: Callable[[str], float], text: str
+    reader: Callable[[str], object], text: str
 ) -> None:
     with pytest.raises(ValueError, match=r"must be|is no number"):
         reader(text)

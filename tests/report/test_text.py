@@ -204,9 +204,34 @@ def test_a_file_cannot_steer_the_terminal(flown: CheckResult) -> None:
 
 
 def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
-    spread = replace(flown.totals, energy_wh_p10=22.0, energy_wh_p90=26.0)
-    text = check_text([replace(flown, totals=spread)], medium=Medium())
-    assert "8 of 10 flights: 22.0 Wh to 26.0 Wh" in text
+    assert "24.1 Wh (its spread is not known), 1626 mAh" in check_text([flown], medium=Medium())
+    assert flown.battery is not None
+    assert flown.way_home is not None
+    told = replace(
+        flown,
+        totals=replace(
+            flown.totals,
+            energy_wh_p10=22.0,
+            energy_wh_p90=26.0,
+            time_s_p10=680.0,
+            time_s_p90=705.0,
+        ),
+        battery=replace(flown.battery, below_reserve_probability=0.031),
+        way_home=replace(flown.way_home, below_reserve_probability=0.0),
+        conditions=replace(
+            flown.conditions,
+            wind=Wind(speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=2.0, from_sd_deg=20.0),
+            payload_sd_kg=0.1,
+            temperature_sd_c=5.0,
+        ),
+    )
+    text = check_text([told], medium=Medium())
+    assert "11 min 32 s (8 of 10 flights: 11 min 20 s to 11 min 45 s), 4.32 km" in text
+    assert "24.1 Wh (8 of 10 flights: 22.0 Wh to 26.0 Wh), 1626 mAh" in text
+    assert "31 % used; 3.1 % chance to land below the reserve" in text
+    assert "above the reserve; < 0.1 % chance to get home below it" in text
+    assert "wind 5.0 m/s ± 2.0 m/s from 270° ± 20°, 15 °C ± 5 °C" in text
+    assert "payload 0.50 kg ± 0.10 kg" in text
 
 
 def test_what_is_not_reported_is_still_counted_beside_the_verdict(

@@ -1,0 +1,455 @@
+r"""The spread of a prediction: many flights of one mission, as draws of what is not known.
+
+Drawn are the conditions (wind, payload, temperature, charge) and the errors of the model as the
+``[spread]`` of its file has them.  With the energy :math:`E_s` of each state,
+
+.. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad t = (1 + \tau)\, t_0,
+
+ε common to a flight, η of each state, τ of the time.  They come from n flights, so each is its
+standard deviation times a draw of Student's t with n degrees of freedom: with few flights the
+standard deviation is itself little known (Student, Biometrika 6 (1908) 1).
+
+Approximations:
+
+* The motion is that of the mean wind and is not flown again: a draw changes the power along it.
+* Over the box of the drawn conditions the energy is interpolated by Chebyshev polynomials in each
+  of them (L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2 and 3),
+  from exact evaluations at a fixed number of points.
+* Ways home are judged from the points where they are tightest in mean and in extreme conditions, to
+  where the vehicle goes in mean ones; the stop before the way home is that of mean conditions.
+* Charge follows energy, at the mean voltage of the prediction; the energy a battery holds is taken
+  at the mean power and temperature.
+
+The draws are always the same: what differs between two predictions is never chance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebvander
+
+from planner.flight.discharge import predict_discharge
+from planner.flight.homeward import make_homeward
+from planner.flight.prediction import make_flight, segment_energies_j
+from planner.flight.return_search import ReturnSearch
+from planner.flight.state import STATE_INDEX, STATES, FlightState
+from planner.units import j_from_wh, wh_from_j
+from planner.vehicle.cruise_law import CruisePower
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.conditions import Conditions
+    from planner.flight.homeward import Homeward, Points
+    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Flight
+    from planner.flight.transients import Transients
+    from planner.physics.wind import Wind
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.model_spread import ModelSpread
+
+DRAWS = 10_000
+_SEED = 1908
+_LEAST_WIND_POINTS, _MOST_WIND_POINTS = 5, 17
+"""On each component of the wind: one for each m/s of half its range, and the most for a table of
+powers, which has corners.  Against direct evaluation of draws of surveys in winds of up to 10 ± 3 m/s
+from anywhere: within 0.1 % for momentum theory, 1.2 % (standard deviation 0.5 %) for a table."""
+_AIR_AND_MASS_POINTS = 3
+"""On payload and temperature, over which the power bends little."""
+_CHARGE_POINTS = 5
+_ROWS_AT_ONCE = 1000
+_TIGHTEST = 8
+"""Points whose way home is looked at besides those tightest at the corners of the conditions."""
+_LOW, _HIGH = 0.1, 0.9
+_BRAKE = STATE_INDEX[FlightState.BRAKE]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Draws:
+    """What is drawn for each scenario; all (draws,), but the errors of the states."""
+
+    wind_east_m_s: FloatArray
+    wind_north_m_s: FloatArray
+    payload_kg: FloatArray
+    temperature_c: FloatArray
+    charge: FloatArray
+    time_error: FloatArray
+    energy_error: FloatArray
+    state_error: FloatArray
+    """(draws, states)"""
+    stopping_error: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scenarios:
+    """What flights of one mission take, a row per draw; ``None`` where it is not known."""
+
+    time_s: FloatArray | None = None
+    energy_wh: FloatArray | None = None
+    margin_wh: FloatArray | None = None
+    """Energy above the reserve after the landing. [Wh]"""
+    return_margin_wh: FloatArray | None = None
+    """Least energy above the reserve after going home from any stage. [Wh]"""
+    stopping_factor: FloatArray | None = None
+    """Stopping distances over those predicted. [-]"""
+
+    def _flight(self, flight: Flight) -> Flight:
+        """Return the flight with the stopping distances that one of ten exceeds."""
+        if self.stopping_factor is None:
+            return flight
+        return replace(flight, stopping_factor_p90=_p10_p90(self.stopping_factor)[1])
+
+    def added_to(
+        self,
+        flight: Flight,
+        totals: Totals,
+        battery: BatteryBudget | None,
+        way_home: ReturnBudget | None,
+    ) -> tuple[Flight, Totals, BatteryBudget | None, ReturnBudget | None]:
+        """Return what is predicted of a flight together with its spread."""
+        return (
+            self._flight(flight),
+            self._totals(totals),
+            None if battery is None else self._battery(battery),
+            None if way_home is None else self._way_home(way_home),
+        )
+
+    def _totals(self, totals: Totals) -> Totals:
+        """Return totals with what one flight of ten stays below, and one exceeds."""
+        if self.time_s is not None:
+            low_s, high_s = _p10_p90(self.time_s)
+            totals = replace(totals, time_s_p10=low_s, time_s_p90=high_s)
+        if self.energy_wh is not None:
+            low_wh, high_wh = _p10_p90(self.energy_wh)
+            totals = replace(totals, energy_wh_p10=low_wh, energy_wh_p90=high_wh)
+            if totals.charge_mah is not None:
+                mah_per_wh = totals.charge_mah / totals.energy_wh
+                totals = replace(
+                    totals, charge_mah_p10=low_wh * mah_per_wh, charge_mah_p90=high_wh * mah_per_wh
+                )
+        return totals
+
+    def _battery(self, battery: BatteryBudget) -> BatteryBudget:
+        """Return a budget with the share of the flights that land below the reserve."""
+        return replace(battery, below_reserve_probability=_share_below(self.margin_wh))
+
+    def _way_home(self, way_home: ReturnBudget) -> ReturnBudget:
+        """Return a way home with the share of the flights in which some way home is too long."""
+        return replace(way_home, below_reserve_probability=_share_below(self.return_margin_wh))
+
+
+def make_draws(
+    spread: ModelSpread, conditions: Conditions, power: SteadyPower, *, charge: tuple[float, float]
+) -> Draws:
+    """Draw conditions and errors of the model, always the same ones.
+
+    Parameters
+    ----------
+    spread : ModelSpread
+        Errors of the model.
+    conditions : Conditions
+        Mean conditions and their standard deviations.
+    power : SteadyPower
+        Whose temperature holds where the conditions give none.
+    charge : tuple of float
+        Mean and standard deviation of the state of charge at the start. [-]
+
+    Returns
+    -------
+    Draws
+        A wind drawn below zero blows the other way; a payload is not below zero, a charge not above
+        all.  The draws of one quantity do not depend on the spread of another.
+    """
+    random = np.random.default_rng(_SEED)
+    normal = random.standard_normal((5, DRAWS))
+    student = random.standard_t(spread.n_flights, (3 + len(STATES), DRAWS))
+    wind = conditions.wind
+    speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
+    from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
+    charge_mean, charge_sd = charge
+    of_states = dict(spread.energy_state_fraction)
+    return Draws(
+        wind_east_m_s=-speed_m_s * np.sin(from_rad),
+        wind_north_m_s=-speed_m_s * np.cos(from_rad),
+        payload_kg=np.maximum(conditions.payload_kg + conditions.payload_sd_kg * normal[2], 0.0),
+        temperature_c=power.home_temperature_c + conditions.temperature_sd_c * normal[3],
+        charge=np.clip(charge_mean + charge_sd * normal[4], 0.0, 1.0),
+        time_error=(spread.time_fraction or 0.0) * student[0],
+        energy_error=(spread.energy_fraction or 0.0) * student[1],
+        stopping_error=(spread.stopping_distance_fraction or 0.0) * student[2],
+        state_error=np.array([of_states.get(state, 0.0) for state in STATES]) * student[3:].T,
+    )
+
+
+def predict_scenarios(
+    homeward: Homeward,
+    conditions: Conditions,
+    *,
+    spread: ModelSpread,
+    charge: tuple[float, float] = (1.0, 0.0),
+    battery: Battery | None = None,
+    budget: BatteryBudget | None = None,
+) -> Scenarios:
+    """Return what many flights of a mission take.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight in mean conditions, and the rules by which it can be broken off.
+    conditions : Conditions
+        With their standard deviations.
+    spread : ModelSpread
+        Of the model that flies.
+    charge : tuple of float
+        Mean and standard deviation of the state of charge at the start. [-]
+    battery : Battery, optional
+        The battery that flies.
+    budget : BatteryBudget, optional
+        What it holds in mean conditions.
+
+    Returns
+    -------
+    Scenarios
+        Its energies are ``None`` where the power of the vehicle or the spread of its energy is not
+        known.
+    """
+    flight = homeward.flight
+    power = flight.power
+    draws = make_draws(spread, conditions, power, charge=charge)
+    timed = Scenarios(
+        time_s=(
+            None
+            if spread.time_fraction is None
+            else np.maximum(flight.time_s * (1.0 + draws.time_error), 0.0)
+        ),
+        stopping_factor=(
+            None
+            if spread.stopping_distance_fraction is None
+            else np.maximum(1.0 + draws.stopping_error, 0.0)
+        ),
+    )
+    if not power.vehicle.is_power_known or spread.energy_fraction is None:
+        return timed
+    weather = Weather(draws, power)
+    points = _tightest_points(homeward, weather)
+    at_points = _energies_j(homeward, points, weather.powers())
+    energy_wh = wh_from_j(weather.with_errors(at_points, draws))
+    drawn = replace(timed, energy_wh=energy_wh[:, 0])
+    if budget is None or battery is None:
+        return drawn
+    above_wh = _usable_wh(flight, battery, budget, draws.charge, conditions) - budget.reserve_wh
+    return replace(
+        drawn,
+        margin_wh=above_wh - energy_wh[:, 0],
+        return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if points else None,
+    )
+
+
+class Weather:
+    """The drawn conditions that the power depends on, and the points it is evaluated at."""
+
+    def __init__(self, draws: Draws, power: SteadyPower) -> None:
+        vehicle, mass_kg = power.vehicle, power.vehicle.mass_kg
+        self._power = power
+        self._axes: dict[str, _Axis] = {}
+        if vehicle.knows_airspeed:
+            bent = isinstance(vehicle.cruise, CruisePower)
+            least = _MOST_WIND_POINTS if bent else _LEAST_WIND_POINTS
+            self._axes["east_m_s"] = _wind_axis(draws.wind_east_m_s, least)
+            self._axes["north_m_s"] = _wind_axis(draws.wind_north_m_s, least)
+        if vehicle.knows_mass and mass_kg is not None:
+            self._axes["mass_kg"] = _Axis(mass_kg + draws.payload_kg, _AIR_AND_MASS_POINTS)
+        if vehicle.knows_air_density:
+            self._axes["home_temperature_c"] = _Axis(draws.temperature_c, _AIR_AND_MASS_POINTS)
+
+    def powers(self) -> Iterator[SteadyPower]:
+        """Yield the power in the conditions of each point of the interpolation."""
+        return self._powers({name: axis.points for name, axis in self._axes.items()})
+
+    def corners(self) -> Iterator[SteadyPower]:
+        """Yield the power in the most different conditions drawn; nothing where all are the same."""
+        if all(len(axis.ends) == 1 for axis in self._axes.values()):
+            return iter(())
+        return self._powers({name: axis.ends for name, axis in self._axes.items()})
+
+    def with_errors(self, at_points_j: FloatArray, draws: Draws) -> FloatArray:
+        """Return the energies of all draws, errors of the model included.
+
+        Parameters
+        ----------
+        at_points_j : ndarray
+            Energies by state of k flights at the points of the interpolation.
+            (points, k, states) [J]
+        draws : Draws
+            Errors of the model.
+
+        Returns
+        -------
+        ndarray
+            Not negative. (draws, k) [J]
+        """
+        count, states = at_points_j.shape[1:]
+        flat_j = at_points_j.reshape(len(at_points_j), -1)
+        energy_j = np.empty((DRAWS, count))
+        for first in range(0, DRAWS, _ROWS_AT_ONCE):
+            rows = slice(first, first + _ROWS_AT_ONCE)
+            by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
+            energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, 1.0 + draws.state_error[rows])
+            energy_j[rows] *= 1.0 + draws.energy_error[rows, None]
+        return np.maximum(energy_j, 0.0)
+
+    def _weights(self, rows: slice) -> FloatArray:
+        """Return the weight of each point for some draws. (rows, points)"""
+        weights = np.ones((len(range(DRAWS)[rows]), 1))
+        for axis in self._axes.values():
+            weights = (weights[:, :, None] * axis.weights[rows, None, :]).reshape(len(weights), -1)
+        return weights
+
+    def _powers(self, values: Mapping[str, FloatArray]) -> Iterator[SteadyPower]:
+        for point in product(*values.values()):
+            at, power = dict(zip(values, map(float, point), strict=True)), self._power
+            if "east_m_s" in at:
+                power = replace(power, wind=_wind(power.wind, at["east_m_s"], at["north_m_s"]))
+            yield replace(
+                power,
+                mass_kg=at.get("mass_kg", power.mass_kg),
+                home_temperature_c=at.get("home_temperature_c", power.home_temperature_c),
+            )
+
+
+class _Axis:
+    """One drawn quantity: Chebyshev points over its range, and their weights for each draw."""
+
+    def __init__(self, drawn: FloatArray, count: int) -> None:
+        low, high = float(drawn.min()), float(drawn.max())
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        if half <= 1e-12 * max(abs(middle), 1.0):  # known exactly, but for rounding
+            self.points = self.ends = np.array([middle])
+            self.weights = np.ones((drawn.size, 1))
+            return
+        unit = chebpts1(count)
+        self.points = middle + half * unit
+        self.ends = np.array([low, high])
+        self.weights = chebvander((drawn - middle) / half, count - 1) @ np.linalg.inv(
+            chebvander(unit, count - 1)
+        )
+
+
+def _wind_axis(drawn_m_s: FloatArray, least: int) -> _Axis:
+    wanted = 2 * int(0.25 * np.ptp(drawn_m_s)) + 3
+    return _Axis(drawn_m_s, min(max(wanted, least), _MOST_WIND_POINTS))
+
+
+def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
+    """Return a wind of these components, with the profile of another."""
+    return replace(
+        like,
+        speed_m_s=float(np.hypot(east_m_s, north_m_s)),
+        from_deg=float(np.degrees(np.arctan2(-east_m_s, -north_m_s))),
+    )
+
+
+def _tightest_points(homeward: Homeward, weather: Weather) -> Points | None:
+    """Return where the way home may be tightest, in mean and extreme conditions."""
+    flight = homeward.flight
+    places: set[tuple[int, float]] = set()
+    for power in (flight.power, *weather.corners()):
+        there = make_flight(flight.motion, flight.transients, power)
+        search = ReturnSearch(
+            make_homeward(homeward.route, there, homeward.pilot, homeward.destinations)
+        )
+        if search.tightest() is None or search.nodes is None:
+            return None
+        most = 1 if places else _TIGHTEST
+        rows = np.argsort(-search.nodes.sum_wh, kind="stable")[:most]
+        places |= set(
+            zip(search.nodes.segment[rows].tolist(), search.nodes.share[rows].tolist(), strict=True)
+        )
+    segment, share = zip(*sorted(places), strict=True)
+    return homeward.points(np.array(segment, dtype=np.intp), np.array(share))
+
+
+def _energies_j(
+    homeward: Homeward, points: Points | None, powers: Iterable[SteadyPower]
+) -> FloatArray:
+    """Return energies by state in several conditions: of the flight, and home from each point.
+
+    Returns
+    -------
+    ndarray
+        First the whole flight, then for each point the flight up to it and home from there.
+        (conditions, 1 + points, states) [J]
+    """
+    powers, flight = tuple(powers), homeward.flight
+    count = 0 if points is None else len(points.segment)
+    energies_j = np.empty((len(powers), 1 + count, len(STATES)))
+    states = flight.motion.segments.state
+    flown = segment_energies_j(flight.motion, flight.transients, powers)
+    for row, own_j in zip(energies_j, flown, strict=True):
+        used_j = np.zeros((len(states) + 1, len(STATES)))
+        used_j[np.arange(1, len(states) + 1), states] = own_j
+        np.cumsum(used_j, axis=0, out=used_j)
+        row[0] = used_j[-1]
+        if points is not None:
+            before_j, after_j = used_j[points.segment], used_j[points.segment + 1]
+            row[1:] = before_j + points.share[:, None] * (after_j - before_j)
+    if points is not None:
+        energies_j[:, 1:, _BRAKE] += j_from_wh(points.stop_wh)
+        targets = homeward.destinations.targets(points.stage, homeward.chosen(points))
+        motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
+        ways = _home_by_state_j(motion, transients, powers, count)
+        for row, home_j in zip(energies_j, ways, strict=True):
+            row[1:] += home_j
+    return energies_j
+
+
+def _home_by_state_j(
+    motion: Motion, transients: Transients, powers: Iterable[SteadyPower], count: int
+) -> Iterator[FloatArray]:
+    """Yield the energies of ways home by state in several conditions. (count, states) [J]"""
+    at: IntArray = motion.segments.item * len(STATES) + motion.segments.state
+    for own_j in segment_energies_j(motion, transients, powers):
+        by_state_j = np.zeros(count * len(STATES))
+        by_state_j += np.bincount(at, own_j, minlength=by_state_j.size)
+        yield by_state_j.reshape(count, -1)
+
+
+def _usable_wh(
+    flight: Flight,
+    battery: Battery,
+    budget: BatteryBudget,
+    drawn: FloatArray,
+    conditions: Conditions,
+) -> FloatArray | float:
+    """Return the energy in the battery at the start for drawn states of charge. (draws,) [Wh]"""
+    axis = _Axis(drawn, _CHARGE_POINTS)
+    if len(axis.points) == 1:
+        return budget.usable_wh
+    temperature_c = conditions.battery_temperature_c
+    if temperature_c is None:
+        temperature_c = flight.power.home_temperature_c
+    usable_wh: list[float] = []
+    for point in axis.points:
+        discharge = predict_discharge(
+            flight, battery, charge=float(point), temperature_c=temperature_c
+        )
+        usable_wh.append(
+            budget.capacity_wh * float(point) if discharge is None else discharge.usable_wh
+        )
+    drawn_wh: FloatArray = axis.weights @ np.array(usable_wh)
+    return drawn_wh
+
+
+def _p10_p90(values: FloatArray) -> tuple[float, float]:
+    low, high = np.quantile(values, (_LOW, _HIGH))
+    return float(low), float(high)
+
+
+def _share_below(margin_wh: FloatArray | None) -> float | None:
+    return None if margin_wh is None else float(np.mean(margin_wh < 0.0))
