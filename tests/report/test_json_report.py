@@ -138,7 +138,6 @@ def test_values_are_those_of_the_result_unrounded(flown: CheckResult) -> None:
         "energy_home_wh": 10.25,
         "margin_wh": 31.2,
         "destination": 0,
-        "below_reserve_probability": None,
     }
     assert [segment["state"] for segment in mission["segments"]] == ["takeoff", "cruise", "land"]
     assert mission["findings"][0] == {
