@@ -257,7 +257,7 @@ RESPONSE_NOT_APPLIED = Rule(
 )
 
 RESERVE_AT_RISK = Rule(
-    code="E115",
+    code="E119",
     name="reserve-at-risk",
     severity=Severity.WARNING,
     summary="The prediction keeps the reserve, but the chance that a flight does not is high.",

@@ -133,31 +133,31 @@ def codes(result: CheckResult) -> list[str]:
 
 def test_a_margin_that_one_flight_of_ten_does_not_keep_is_a_warning_but_a_go() -> None:
     result = at_risk(1.2816)  # 10 % of a normal distribution
-    [finding] = [f for f in result.findings if f.code == "E115"]
+    [finding] = [f for f in result.findings if f.code == "E119"]
     assert re.match(r"(9\.\d|10|11) % chance to land below the reserve of 20 %", finding.message)
     assert finding.severity is Severity.WARNING
     assert result.verdict == "go"
 
 
 def test_a_margin_of_three_standard_deviations_is_told_by_no_finding() -> None:
-    assert "E115" not in codes(at_risk(3.0))
+    assert "E119" not in codes(at_risk(3.0))
 
 
 def test_the_chance_to_be_told_of_is_the_callers_and_its_bound_belongs_to_it() -> None:
-    assert "E115" not in codes(at_risk(1.2816, risk=0.2))
-    assert "E115" in codes(at_risk(3.0, risk=0.0))
+    assert "E119" not in codes(at_risk(1.2816, risk=0.2))
+    assert "E119" in codes(at_risk(3.0, risk=0.0))
     result = at_risk(1.2816)
     assert result.battery is not None
     chance = result.battery.below_reserve_probability
     assert chance is not None
-    assert "E115" not in codes(at_risk(1.2816, risk=chance))
-    assert "E115" in codes(at_risk(1.2816, risk=chance - 1e-9))
+    assert "E119" not in codes(at_risk(1.2816, risk=chance))
+    assert "E119" in codes(at_risk(1.2816, risk=chance - 1e-9))
 
 
 def test_what_falls_short_already_is_not_said_twice() -> None:
     result = at_risk(-0.5)
     assert "E101" in codes(result)
-    assert "E115" not in codes(result)
+    assert "E119" not in codes(result)
 
 
 def test_a_way_home_at_risk_names_its_item() -> None:
@@ -167,7 +167,7 @@ def test_a_way_home_at_risk_names_its_item() -> None:
     assert calm.way_home.margin_wh is not None
     need_wh = 800.0 - calm.way_home.margin_wh
     result = check(one_way, NEVER_EXACT, battery=Battery(capacity_wh=need_wh * 1.05 / 0.8))
-    [finding] = [f for f in result.findings if f.code == "E115"]
+    [finding] = [f for f in result.findings if f.code == "E119"]
     assert finding.item == 2
     assert "way home" in finding.message
 
