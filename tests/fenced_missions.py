@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING, Any
 from made_missions import HOME, item, mission
 
 from planner.autopilot import Autopilot
+from planner.flight.conditions import Conditions
+from planner.flight.pilot import make_pilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.geo.local_frame import LocalFrame
+from planner.mission.route import make_route
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters import resolve_parameters
 
 if TYPE_CHECKING:
     from planner.findings import Finding
+    from planner.flight.motion.kinematics import Motion
     from planner.mission.items import MissionItem
 
 FRAME = LocalFrame(latitude_deg=HOME.latitude_deg, longitude_deg=HOME.longitude_deg)
@@ -73,6 +78,16 @@ def rally(east_m: float, north_m: float) -> RallyPoint:
     return RallyPoint(
         latitude_deg=latitude_deg, longitude_deg=longitude_deg, height_above_home_m=20.0
     )
+
+
+def motion_of(autopilot: Autopilot, *items: MissionItem) -> Motion:
+    """Return how an autopilot flies items, with the parameters of its model."""
+    vehicle = load_vehicle(VEHICLES[autopilot])
+    parameters = None
+    if autopilot is not Autopilot.STEP:
+        parameters = resolve_parameters(autopilot, model=vehicle).values
+    route = make_route(mission(*items), meaning=autopilot)
+    return make_pilot(vehicle, parameters, Conditions()).fly(route)[0]
 
 
 def findings_of(

@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
-from fenced_missions import at, box, circle, degrees, findings_of, rally
+from fenced_missions import at, box, circle, degrees, findings_of, motion_of, rally
 from made_missions import item, north, rtl, takeoff
 
 from planner.autopilot import Autopilot
@@ -201,3 +202,46 @@ def test_returns_that_are_not_straight_are_said_to_be_unchecked() -> None:
     assert set(found) == {"F109"}
     assert found["F109"].severity is Severity.INFO
     assert findings_of(items, AROUND, autopilot=Autopilot.PX4, parameters="RTL_TYPE,0\n") == {}
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "cuts"),
+    [(Autopilot.PX4, True), (Autopilot.ARDUPILOT, True), (Autopilot.STEP, False)],
+)
+def test_a_corner_is_judged_as_it_is_flown(
+    autopilot: Autopilot,
+    cuts: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # Inside a corner of 90°, clear of both legs; ArduPilot passes 1.7 m inside the corner, PX4 leaves
+    # the first leg 2 m before it, the article's vehicle stops at it.
+    post = box(0.3, 298.0, 2.0, 299.7, inclusion=False)
+    items = (takeoff(20), at(0, 300), at(300, 300), at(0, 400))
+    found = findings_of(items, post, autopilot=autopilot, position_error_m=0.0)
+    assert ("F101" in found) is cuts
+
+
+@pytest.mark.parametrize(("off_m", "crosses"), [(0.0, True), (2.0, False)])
+def test_a_spline_is_judged_as_it_is_flown(
+    off_m: float,
+    crosses: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    # A Hermite spline from (0, 100) to (200, 100) leaves the first place on the way from the one before
+    # to the one after, so that it bulges north; where, is asked of the motion itself.
+    spline = (at(0, 100, command=82), at(200, 100, command=82), at(200, -100))
+    items = (takeoff(20), *spline, rtl())
+    motion = motion_of(Autopilot.ARDUPILOT, *items)
+    state = motion.state_at_time(np.linspace(0.0, float(motion.segments.duration_s.sum()), 20_000))
+    nearest = int(np.argmin(np.hypot(state.east_m - 100.0, state.north_m - 115.0)))
+    east_m, north_m = float(state.east_m[nearest]), float(state.north_m[nearest])
+    assert north_m > 103.0
+    post = box(
+        east_m - 0.5, north_m - 0.5 + off_m, east_m + 0.5, north_m + 0.5 + off_m, inclusion=False
+    )
+    found = findings_of(
+        items,
+        post,
+        autopilot=Autopilot.ARDUPILOT,
+        parameters="FENCE_MARGIN,0\n",
+        position_error_m=0.0,
+    )
+    assert ("F101" in found) is crosses

@@ -7,33 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 import shapely
-from fenced_missions import VEHICLES, at
+from fenced_missions import at, motion_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_missions import mission, rtl, speed, takeoff
+from made_missions import rtl, speed, takeoff
 
 from planner.autopilot import Autopilot
-from planner.flight.conditions import Conditions
 from planner.flight.path import PATH_TOLERANCE_M, FlownPath, flown_path
-from planner.flight.pilot import make_pilot
-from planner.mission.route import make_route
-from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameters import resolve_parameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
-    from planner.mission.items import MissionItem
 
 SPACING_S = 0.05
-
-
-def motion_of(autopilot: Autopilot, *items: MissionItem) -> Motion:
-    vehicle = load_vehicle(VEHICLES[autopilot])
-    parameters = None
-    if autopilot is not Autopilot.STEP:
-        parameters = resolve_parameters(autopilot, model=vehicle).values
-    route = make_route(mission(*items), meaning=autopilot)
-    return make_pilot(vehicle, parameters, Conditions()).fly(route)[0]
 
 
 def farthest_m(motion: Motion, path: FlownPath) -> float:
