@@ -17,7 +17,11 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Parts, assemble_model
 from planner.identify.commands import Answer, cut_manoeuvres
-from planner.identify.manoeuvre_power import at_mean_load, manoeuvre_powers
+from planner.identify.manoeuvre_power import (
+    at_mean_load,
+    identify_manoeuvre_power,
+    manoeuvre_powers,
+)
 from planner.identify.outcome import SegmentUse
 from planner.identify.power_states import (
     PowerIdentification,
@@ -163,7 +167,10 @@ def _identify_unreferenced(
         powers.append(manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg))
         refusals += _power_refusals(record)
     means = at_mean_load(powers)
-    power = identify_power(means, refusals=refusals)
+    if mass_kg is None:
+        power = identify_manoeuvre_power(means, tuple(refusals))
+    else:
+        power = identify_power(means, refusals=refusals)
     reading = "Loads are not told: each flight is brought to the mean power of all flights."
     return Parts(
         power=replace(power, readings=(*power.readings, reading)),

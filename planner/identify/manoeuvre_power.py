@@ -13,9 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.identify.estimate import Estimate
 from planner.identify.noise import mean_with_error
+from planner.identify.outcome import SegmentUse, StateOutcome, Status
+from planner.identify.power_states import PowerIdentification
+from planner.identify.quality import fit_percent
 from planner.identify.steady import SteadyPower, speed_through_air_m_s
 from planner.identify.timed_manoeuvres import timed_flight
+from planner.vehicle.cruise_law import CruisePower, VerticalPower
+from planner.vehicle.hover_law import AltitudeLaw
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +35,9 @@ if TYPE_CHECKING:
 
 _CLIMBED = 0.95
 """Share of a climb after which it slows down. [-]"""
+_LEAST_LEGS = 4
+_KNOTS = 5
+"""Of the table over airspeed, hover counted: a parabola between them is a straight line to 1 W."""
 _KNOWN = 0.9
 """Share of a manoeuvre that power and airspeed must be known for. [-]"""
 
@@ -141,3 +150,98 @@ def at_mean_load(flights: Sequence[Sequence[SteadyPower]]) -> tuple[SteadyPower,
 def _level_w(flight: Sequence[SteadyPower]) -> float:
     """Return the mean power of a flight over its time. [W]"""
     return float(np.average([p.power_w for p in flight], weights=[p.duration_s for p in flight]))
+
+
+def identify_manoeuvre_power(
+    means: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...] = ()
+) -> PowerIdentification:
+    r"""Identify the power of flights whose mass is not known, from the means over manoeuvres.
+
+    A parabola :math:`P = P_0 + c V^2` through the level legs gives hover power, the same at every height,
+    and cruise power over the airspeed; the mean powers of climbs, and of the faster and the slower half of
+    the descents, less the parabola, give the power over the climb rate.
+
+    Parameters
+    ----------
+    means : sequence of SteadyPower
+        Mean powers of manoeuvres, at one load.
+    refusals : tuple of SegmentUse
+        Flights that tell no power, each with the reason.
+
+    Returns
+    -------
+    PowerIdentification
+        Without laws where there are fewer than four level legs.
+    """
+    level = [m for m in means if m.climb_rate_m_s == 0.0]
+    if len(level) < _LEAST_LEGS:
+        said = f"{len(level)} level legs with power and airspeed: too few"
+        outcome = StateOutcome(name="hover", status=Status.LEFT_OUT, said=said, segments=refusals)
+        return PowerIdentification(outcomes=(outcome,))
+    speeds = np.array([m.airspeed_m_s for m in level])
+    powers = np.array([m.power_w for m in level])
+    (growth, hover_w), covariance = np.polyfit(speeds**2, powers, 1, cov="unscaled")
+    residuals = powers - hover_w - growth * speeds**2
+    scatter = float(residuals @ residuals) / (len(level) - 2)
+    growth_error, hover_error = np.sqrt(np.diagonal(covariance) * scatter)
+    knots = np.linspace(0.0, float(speeds.max()), _KNOTS)
+    rates, excess = _vertical_w(means, float(hover_w), float(growth))
+    outcome = StateOutcome(
+        name="steady power",
+        status=Status.IDENTIFIED,
+        said=f"parabola over airspeed, table over climb rate, from {len(means)} manoeuvres",
+        unit="W",
+        estimates=(
+            Estimate(name="hover_w", value=float(hover_w), error=float(hover_error)),
+            Estimate(name="growth_w_s2_m2", value=float(growth), error=float(growth_error)),
+        ),
+        segments=(*refusals, *(_use(m) for m in means)),
+        fit_percent=fit_percent(powers, powers - residuals),
+        rms=float(np.sqrt(np.mean(residuals**2))),
+    )
+    return PowerIdentification(
+        hover=AltitudeLaw(
+            coefficient_w=_rounded(float(hover_w)), exponent=0.0, lowest_height_m=1.0
+        ),
+        cruise=CruisePower(
+            speed_m_s=tuple(_rounded(v) for v in knots.tolist()),
+            power_above_hover_w=tuple(_rounded(w) for w in (growth * knots**2 + 0.0).tolist()),
+        ),
+        vertical=VerticalPower(climb_rate_m_s=rates, power_above_hover_w=excess) if rates else None,
+        outcomes=(outcome,),
+        readings=("No mass is known: the power does not depend on the height or on the payload.",),
+    )
+
+
+def _vertical_w(
+    means: Sequence[SteadyPower], hover_w: float, growth: float
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return climb rates, rising, and the power above that of level flight at each. [m/s], [W]"""
+    climbs = [m for m in means if m.climb_rate_m_s > 0.0]
+    descents = sorted((m for m in means if m.climb_rate_m_s < 0.0), key=lambda m: m.climb_rate_m_s)
+    half = len(descents) // 2
+    table = {0.0: 0.0}
+    for group in (descents[:half], descents[half:], climbs):
+        if group:
+            rate = _rounded(float(np.mean([m.climb_rate_m_s for m in group])))
+            above = [m.power_w - hover_w - growth * m.airspeed_m_s**2 for m in group]
+            table[rate] = _rounded(float(np.mean(above)))
+    if len(table) == 1:
+        return (), ()
+    rates = tuple(sorted(table))
+    return rates, tuple(table[rate] for rate in rates)
+
+
+def _use(mean: SteadyPower) -> SegmentUse:
+    log, _, flight = mean.source.rpartition("#")
+    return SegmentUse(
+        log=log,
+        flight=int(flight or 1),
+        start_s=mean.start_s,
+        duration_s=mean.duration_s,
+        what=f"{mean.airspeed_m_s:.1f} m/s, climb {mean.climb_rate_m_s:+.1f} m/s",
+    )
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.5g}")

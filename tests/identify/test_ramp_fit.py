@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,12 +13,17 @@ from made_record import make_record
 from planner.errors import IdentificationError
 from planner.flight.motion.ramps import fly_ramps
 from planner.flight.motion.step_legs import Legs
+from planner.identify.identification import identify_vehicle
 from planner.identify.manoeuvre_power import at_mean_load, manoeuvre_powers
 from planner.identify.ramp_fit import fit_ramps, identify_ramps
+from planner.identify.settings import IdentificationSettings
 from planner.identify.steady import SteadyPower
 from planner.identify.timed_manoeuvres import timed_flight
 from planner.mission.stage import Stage, StageKind
+from planner.vehicle.hover_law import AltitudeLaw
 from planner.vehicle.model import Ramps
+from planner.vehicle.reader import vehicle_from_toml
+from planner.vehicle.writer import vehicle_text
 
 if TYPE_CHECKING:
     from planner.logs.record import FlightRecord
@@ -119,6 +125,24 @@ def test_powers_of_manoeuvres_are_their_means(records: list[FlightRecord]) -> No
     assert climb.climb_rate_m_s == pytest.approx(3.0, rel=0.05)
     assert [leg.power_w for leg in legs] == pytest.approx([500.0] * 3, abs=2.0)
     assert upper.climb_rate_m_s < lower.climb_rate_m_s < 0.0
+
+
+def test_a_model_without_references_or_mass_predicts_its_own_flights(
+    records: list[FlightRecord],
+) -> None:
+    calm = [replace(r, airspeed_m_s=r.ground_speed_m_s, sha256="0" * 64) for r in records]
+    named = IdentificationSettings(name="closed", date=dt.date(2026, 1, 2), version="1")
+    model = identify_vehicle(calm, named).model
+    assert model.ramps is not None
+    assert model.mass_kg is None
+    assert isinstance(model.hover, AltitudeLaw)
+    assert model.hover.coefficient_w == pytest.approx(500.0, rel=0.02)
+    assert model.vertical is not None
+    # 30 W for each m/s by construction.
+    rates, watts = model.vertical.climb_rate_m_s, model.vertical.power_above_hover_w
+    assert watts == pytest.approx([30.0 * rate for rate in rates], abs=8.0)
+    text = vehicle_text(model)
+    assert vehicle_from_toml(text.encode(), name="closed", source=model.source) == model
 
 
 def test_unknown_loads_are_taken_out_before_a_law_is_fitted() -> None:
