@@ -598,6 +598,7 @@ def verify_logs(
     known: KnownConditions,
     *,
     mapping: CsvMapping | None = None,
+    left_out: IdentificationSettings | None = None,
 ) -> Iterator[Verification]:
     """Predict the flights in logs from their missions alone, and compare with what was flown.
 
@@ -611,6 +612,9 @@ def verify_logs(
         What the logs do not tell, or tell wrongly.
     mapping : CsvMapping, optional
         For logs in CSV of no known kind.
+    left_out : IdentificationSettings, optional
+        Identify a model from all logs but one with these, and verify it on that one, for each in turn,
+        instead of the model given.
 
     Yields
     ------
@@ -629,6 +633,11 @@ def verify_logs(
     from planner.identify.verification import verify_flight
     from planner.logs.files import read_log
 
+    if left_out is not None:
+        from planner.identify.left_out import verify_left_out
+
+        yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known)
+        return
     for path in paths:
         for record in read_log(path, mapping):
             yield verify_flight(record, vehicle, known)

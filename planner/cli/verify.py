@@ -20,7 +20,9 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.identify.settings import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
+    from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
 
 _SETTINGS = {setting.key: setting for setting in FLIGHT_SETTINGS}
@@ -89,6 +91,11 @@ class _Share(click.ParamType[float]):
     help="exit with 1 at a larger error of energy, or where none can be told",
 )
 @click.option(
+    "--leave-one-out",
+    is_flag=True,
+    help="predict each log by a model identified from the others; MODEL gives what they do not tell",
+)
+@click.option(
     "--plots", metavar="FOLDER", type=_FILE, help="draw power, height and speed of every flight"
 )
 @format_option("text", "json")
@@ -104,6 +111,7 @@ def command(
     mapping: Path | None,
     fail_on_time: float | None,
     fail_on_energy: float | None,
+    leave_one_out: bool,
     plots: Path | None,
     file_format: str,
     output: Path | None,
@@ -127,7 +135,15 @@ def command(
 
         csv_mapping = read_csv_mapping(mapping)
     with progress(logs, label="Verifying") as paths:
-        done = list(service.verify_logs(vehicle, paths, known, mapping=csv_mapping))
+        done = list(
+            service.verify_logs(
+                vehicle,
+                paths,
+                known,
+                mapping=csv_mapping,
+                left_out=_settings(vehicle) if leave_one_out else None,
+            )
+        )
     if plots is not None:
         _draw(done, plots)
     if file_format == "json":
@@ -152,6 +168,22 @@ def _known(
         mission=None if mission is None else read_mission(mission),
         parameters=None if params is None else _parameters(params),
         **given,  # type: ignore[arg-type]  # each option is read as its setting
+    )
+
+
+def _settings(vehicle: VehicleModel) -> IdentificationSettings:
+    """Return how the models of leaving one out are identified: as the one given, which is the base."""
+    import datetime as dt
+
+    from planner.identify.settings import IdentificationSettings
+
+    return IdentificationSettings(
+        name=vehicle.name,
+        date=dt.datetime.now(dt.UTC).date(),
+        version=__version__,
+        reference=vehicle.reference,
+        mass_kg=vehicle.mass_kg,
+        base=vehicle,
     )
 
 

@@ -88,3 +88,21 @@ def test_unusable_input_is_refused_in_a_sentence(
     assert "Traceback" not in err
     assert "this is a bug" not in err
     assert main(["verify", MODEL]) == 2
+
+
+def test_leaving_one_out_needs_two_logs(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", MODEL, log, "--leave-one-out"]) == 2
+    assert "two logs" in capsys.readouterr().err
+
+
+def test_each_log_is_predicted_by_a_model_of_the_others(
+    log: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("second.bin").write_bytes(copter_log().content())
+    arguments = ["verify", MODEL, log, "second.bin", "--leave-one-out", "--format", "json"]
+    assert main(arguments) == 0
+    first, second = json.loads(capsys.readouterr().out)["flights"]
+    assert (first["log"], second["log"]) == (log, "second.bin")
+    # The same flight twice: the model of either predicts the other alike.
+    assert first["predicted"] == second["predicted"]
+    assert any(finding["code"].startswith("I") for finding in first["findings"])
