@@ -155,7 +155,8 @@ def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
         _LEAST_INVERSE,
     )
     braking = _median(
-        ((STOPPING_SHARE * leg.speed_m_s) ** 2 - MOVING_M_S**2) / (2.0 * leg.stopping_distance_m)
+        ((STOPPING_SHARE * leg.stopped_from_m_s) ** 2 - MOVING_M_S**2)
+        / (2.0 * leg.stopping_distance_m)
         for leg in (*first, *later)
     )
     slack = 2.0 * per_speed - 1.0 / braking

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 MOVING_M_S = 1.0
 """Slower is standing: wind pushes a hovering vehicle about at half of that. [m s⁻¹]"""
+_BRAKING_S = 6.0
+"""No vehicle of level legs brakes for longer. [s]"""
 STOPPING_SHARE = 0.98
 """Of the speed held: a stop is measured from there on. [-]"""
 _LEAST_LEG_M = 30.0
@@ -54,7 +56,9 @@ class TimedLeg:
     speed_m_s: float
     """Speed held. [m s⁻¹]"""
     stopping_distance_m: float
-    """From 98 % of that speed. [m]"""
+    """From 98 % of the speed it brakes from. [m]"""
+    stopped_from_m_s: float
+    """Highest speed shortly before it stands: gusts and dips make it another one. [m s⁻¹]"""
 
     @property
     def label(self) -> str:
@@ -217,7 +221,10 @@ def _timed_leg(
     time_s = record.time_s
     flown = speed[begin:end]
     held = float(np.percentile(flown[flown > 0.5 * flown.max()], _COMMANDED_PERCENTILE))
-    brake = begin + int(np.flatnonzero(flown >= STOPPING_SHARE * held)[-1])
+    step_s = float(time_s[1] - time_s[0])
+    tail = flown[-round(_BRAKING_S / step_s) :]
+    braked_from = float(tail.max())
+    brake = end - int(np.argmax(flown[::-1] >= STOPPING_SHARE * braked_from)) - 1
     return TimedLeg(
         log=record.source,
         flight=record.number,
@@ -226,4 +233,5 @@ def _timed_leg(
         length_m=float(np.trapezoid(speed[since : end + 1], time_s[since : end + 1])),
         speed_m_s=held,
         stopping_distance_m=float(np.trapezoid(speed[brake : end + 1], time_s[brake : end + 1])),
+        stopped_from_m_s=braked_from,
     )
