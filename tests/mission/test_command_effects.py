@@ -10,8 +10,14 @@ from made_missions import item, mission, north, rtl, takeoff, waypoint
 from pymavlink.dialects.v20 import ardupilotmega, common
 
 from planner.autopilot import Autopilot
-from planner.mission.command_support import EFFECTS, CommandEffect, command_effect
-from planner.mission.commands import Command, command_name
+from planner.mission.command_support import (
+    EFFECTS,
+    CommandEffect,
+    Support,
+    command_effect,
+    support,
+)
+from planner.mission.commands import Command, command_name, load_command_table
 from planner.mission.route import make_route
 from planner.mission.stage import Route, StageKind
 
@@ -117,3 +123,18 @@ def test_any_other_command_is_without_effect_or_told_with_what_is_assumed(comman
         [message] = told
         assert command_name(command) in message
         assert "assumed" in message or "taken" in message
+
+
+def test_no_command_ardupilot_takes_is_passed_over_in_silence() -> None:
+    quiet = {CommandEffect.MODELLED, CommandEffect.NO_EFFECT}
+    for number in load_command_table().commands:
+        if support(number, Autopilot.ARDUPILOT) is not Support.ACCEPTED:
+            continue
+        if command_effect(number) in quiet:
+            continue
+        odd = item(number, north(200), 50.0, params=(1.0, 0.0, 0.0, 0.0))
+        made = mission(takeoff(50), waypoint(100, 50), odd, rtl())
+        found = make_route(made, meaning=Autopilot.ARDUPILOT)
+        flown = any(stage.item == 3 for stage in found.stages)
+        told = any(finding.item == 3 for finding in found.findings)
+        assert told or flown, number
