@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 
 ABSENT = "—"
+_MOST_IN_FULL = 1e9
+"""From here on nothing a vehicle flies, and no digit of it is worth reading."""
 
 
 def energy(energy_wh: float | None) -> str:
@@ -90,6 +92,8 @@ def duration(duration_s: float | None) -> str:
         return ABSENT
     if abs(duration_s) < 9.95:
         return f"{decimals(duration_s, 1)} s"
+    if abs(duration_s) >= _MOST_IN_FULL:
+        return f"{decimals(duration_s, 0)} s"
     sign = "-" if duration_s < 0.0 else ""
     minutes, seconds = divmod(round(abs(duration_s)), 60)
     hours, minutes = divmod(minutes, 60)
@@ -104,6 +108,8 @@ def decimals(value: float | None, digits: int) -> str:
     """Return a bare number with so many decimals, for columns whose head names the unit."""
     if value is None or not math.isfinite(value):
         return ABSENT
+    if abs(value) >= _MOST_IN_FULL:
+        return f"{value:.3g}"
     text = f"{value:.{digits}f}"
     return text.removeprefix("-") if float(text) == 0.0 else text
 

@@ -144,3 +144,10 @@ def test_a_chance_is_never_none_and_never_sure() -> None:
     assert numbers.chance(0.5) == "50 %"
     assert numbers.chance(1.0) == "> 99.9 %"
     assert numbers.chance(None) == numbers.ABSENT
+
+
+def test_a_number_beyond_sense_is_short() -> None:
+    assert numbers.power(1e300) == "1e+300 W"
+    assert numbers.height(-2.5e9) == "-2.5e+09 m"
+    assert numbers.decimals(999_999_999.0, 0) == "999999999"
+    assert len(numbers.duration(1e300)) < 30

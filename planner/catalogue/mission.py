@@ -59,7 +59,7 @@ AUTOPILOT_DIFFERS = Rule(
     why="PX4 and ArduPilot fly the same items differently; so does a vehicle of step references.",
     how="The file's firmware type is compared with the way of commanding of the prediction.",
     example="the file was written for PX4; the prediction is flown as ArduPilot would",
-    fix="choose the model of the vehicle that will fly, or say --autopilot",
+    fix="choose with --vehicle the model of the vehicle that will fly",
 )
 
 JUMP_TARGET = Rule(

@@ -8,6 +8,7 @@ import click
 
 from planner import service
 from planner.cli.output import narrate, refuse_overwriting
+from planner.errors import UsageError
 from planner.report.finding_text import finding_lines
 from planner.report.medium import Medium
 
@@ -15,7 +16,8 @@ from planner.report.medium import Medium
 @click.command("convert")
 @click.argument("source", metavar="IN")
 @click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
-def command(*, source: str, target: Path) -> None:
+@click.option("--force", is_flag=True, help="write over OUT where there is such a file already")
+def command(*, source: str, target: Path, force: bool) -> None:
     """Write a mission in another file format.
 
     IN is a QGroundControl plan, an older JSON mission or a QGC WPL file, or - for standard input.
@@ -23,6 +25,9 @@ def command(*, source: str, target: Path) -> None:
     about the mission and what OUT cannot hold is said on standard error.
     """
     refuse_overwriting(target, (source,))
+    if target.exists() and not force:
+        msg = f"{target} exists already: give another file to write to, or --force"
+        raise UsageError(msg)
     result = service.convert_file(source, target)
     for file, findings in ((result.file, result.findings), (result.target, result.losses)):
         for finding in findings:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 One = TypeVar("One")
 
+STANDARD_OUTPUT = Path("-")
+"""What stands for standard output among files."""
 _WIDEST = 100
 """Lines of text longer than this are hard to read, however wide the terminal."""
 
@@ -34,7 +36,7 @@ def standard_medium(output: Path | None = None) -> Medium:
 
 
 def write_data(text: str, *, output: Path | None = None) -> None:
-    """Write a report to a file, or to standard output.
+    """Write a report to a file, or to standard output, which ``-`` is too.
 
     A reader that has gone away, as ``head`` does, is no error: the verdict stands.
 
@@ -43,7 +45,7 @@ def write_data(text: str, *, output: Path | None = None) -> None:
     OutputError
         If the report cannot be written.
     """
-    if output is not None:
+    if output is not None and output != STANDARD_OUTPUT:
         from planner.output_file import write_output_file
 
         write_output_file(output, text)

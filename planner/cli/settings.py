@@ -475,4 +475,6 @@ def report_request(missions: Sequence[Mapping[str, Any]]) -> ReportRequest:
             raise UsageError(msg)
         if (value := values.pop()) is not None:
             common[setting.key] = value
+    if common.get("output") == Path("-"):
+        del common["output"]  # standard output, by its usual name
     return ReportRequest(**common)

@@ -176,3 +176,13 @@ def test_a_way_home_at_risk_names_its_item() -> None:
 def test_a_chance_beyond_all_is_refused(risk: float) -> None:
     with pytest.raises(UsageError, match="risk must be a fraction"):
         at_risk(1.0, risk=risk)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"payload_kg": -1.0}, {"temperature_c": 100.0}, {"home_amsl_m": 1e6}],
+    ids=["payload", "temperature", "home"],
+)
+def test_a_condition_out_of_its_range_is_wrong_usage(given: dict[str, float]) -> None:
+    with pytest.raises(UsageError, match=next(iter(given))):
+        check(OUT_AND_BACK, VEHICLE, **given)  # type: ignore[arg-type] # one keyword at a time

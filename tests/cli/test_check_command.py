@@ -274,3 +274,14 @@ def test_a_profile_judges_from_the_command_line(
     assert '"code": "A114"' in capsys.readouterr().out
     assert main(["check", mission, "--profile", "none.toml"]) == 2
     assert "none.toml: cannot be read" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["check", "segments"])
+def test_a_hyphen_is_standard_output(
+    command: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main([command, mission, "--format", "json"])
+    plain = capsys.readouterr()
+    main([command, mission, "--format", "json", "--output", "-"])
+    assert capsys.readouterr() == plain
+    assert not Path("-").exists()

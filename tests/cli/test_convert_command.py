@@ -44,3 +44,16 @@ def test_a_broken_mission_is_a_sentence(broken: str, capsys: pytest.CaptureFixtu
     assert main(["convert", broken, "there.plan"]) == 2
     assert capsys.readouterr().err.startswith("mavjoule: broken.plan:1:")
     assert not Path("there.plan").exists()
+
+
+def test_a_file_that_exists_is_written_over_only_by_force(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("there.plan").write_text("mine", encoding="utf-8")
+    assert main(["convert", mission, "there.plan"]) == 2
+    assert capsys.readouterr().err == (
+        "mavjoule: there.plan exists already: give another file to write to, or --force\n"
+    )
+    assert Path("there.plan").read_text(encoding="utf-8") == "mine"
+    assert main(["convert", "--force", mission, "there.plan"]) == 0
+    assert len(planner.read_mission("there.plan").items) == 3
