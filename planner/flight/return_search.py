@@ -5,9 +5,8 @@ between two points at which both are known, their sum is bounded.  Stretches who
 than the best point found are left alone, the others are divided, until no stretch is left that could
 hide a tighter point than the one found.
 
-The steepest growth is measured far from home.  Nearer than a vehicle needs to reach its cruise speed a
-way home grows more steeply, by a few seconds of flight in all: too little to make a point near home the
-tightest of a flight that goes farther.
+The growth is measured far from home; near it ways are steeper, return heights jump, and another place to
+land may be chosen: there the bound is wider, and stretches are divided to a metre.
 """
 
 from __future__ import annotations
@@ -48,6 +47,12 @@ _MOST_ROUNDS = 60
 _LIPSCHITZ_MARGIN = 1.05
 """What the slope of the energy over the way may be above the steepest one measured. [-]"""
 _BEARINGS = 8
+_NEAR_M = 100.0
+"""A way home from nearer may end before its cruise speed is reached. [m]"""
+_NEAR_STEEPNESS = 3.0
+"""How much more steeply such a way grows: at a third of the speed. [-]"""
+_CONE_M = 15.0
+"""Nearer than this the height of a return may jump: RTL_MIN_DIST is 10 m, cones end at 5 m. [m]"""
 _RISES = 4
 """Heights at which the slope over height is measured."""
 _FAR_M = 400.0
@@ -72,6 +77,8 @@ class ReturnNodes:
     way_s: FloatArray
     slack_wh: FloatArray
     """What the way could cost more for the stop at its beginning. (n,) [Wh]"""
+    away_m: FloatArray
+    """Horizontal distance of the way, after the stop. (n,) [m]"""
 
     @property
     def sum_wh(self) -> FloatArray:
@@ -115,7 +122,7 @@ class ReturnSearch:
         self._rise_m = np.concatenate(([0.0], np.cumsum(np.abs(columns.climb_m))))
         self._duration_s = columns.duration_s
         self._speed_m_s = columns.speed_m_s
-        self._per_m, self._per_rise_m = 0.0, 0.0
+        self._per_m, self._per_rise_m, self._windy_per_m, self._jump_wh = 0.0, 0.0, 0.0, 0.0
         last = np.append(np.flatnonzero(np.diff(homeward.segment_stage)), count - 1)
         last = last[judged[last]]
         first = np.concatenate(
@@ -197,6 +204,12 @@ class ReturnSearch:
         rising = np.abs(np.diff(energy_wh[2 * rays :])) / climbs_m
         self._per_m = _LIPSCHITZ_MARGIN * float(np.max(far - near)) / _FAR_M
         self._per_rise_m = _LIPSCHITZ_MARGIN * float(rising.max())
+        self._windy_per_m = float(np.ptp(far - near)) / _FAR_M
+        first, rally = np.zeros(1, dtype=np.intp), self.homeward.destinations.rally_height_m
+        targets = self.homeward.destinations.targets(first, 0)
+        ground_m = np.array([[_FAR_M, 0.0, 0.0]])
+        highest_m = float(self.homeward.pilot.return_heights_m(ground_m, targets)[0])
+        self._jump_wh = self._per_rise_m * (highest_m + float(np.abs(rally).max(initial=0.0)))
 
     def _evaluated(self, segment: IntArray, share: FloatArray) -> ReturnNodes:
         """Return nodes; the first time slopes are measured with the same call."""
@@ -221,6 +234,12 @@ class ReturnSearch:
             way_wh=points.stop_wh + way_wh,
             way_s=points.stop_s + way_s,
             slack_wh=points.stop_wh + self._per_m * np.hypot(away[:, 0], away[:, 1]),
+            away_m=np.hypot(
+                *(
+                    points.stop_m
+                    - self.homeward.destinations.targets(points.stage, destination).ground_m
+                )[:, :2].T
+            ),
         )
 
     def _divisible(self) -> tuple[IntArray, FloatArray]:
@@ -243,7 +262,16 @@ class ReturnSearch:
         )
         ways_wh = nodes.way_wh[a] + nodes.way_wh[b]
         slack_wh = np.where(one, share, 1.0) * self._highest_slack(a, b, one)
-        more_wh = self._per_m * way_m + self._per_rise_m * rise_m * np.where(one, share, 1.0)
+        nearest_m = np.minimum(nodes.away_m[a], nodes.away_m[b]) - 0.5 * way_m
+        steepness = np.where(nearest_m < _NEAR_M, _NEAR_STEEPNESS, 1.0)
+        slack_wh = slack_wh + np.where(nearest_m < _CONE_M, self._jump_wh, 0.0)
+        # Another place to land may be dearer, though it is nearer: in its wind, or by its height.
+        other_wh = self._jump_wh + self._windy_per_m * np.maximum(nodes.away_m[a], nodes.away_m[b])
+        differs = nodes.destination[a] != nodes.destination[b]
+        slack_wh = slack_wh + np.where(differs, other_wh, 0.0)
+        more_wh = steepness * self._per_m * way_m + self._per_rise_m * rise_m * np.where(
+            one, share, 1.0
+        )
         bound_wh = nodes.used_wh[b] + 0.5 * (ways_wh + more_wh) + slack_wh
         left = np.flatnonzero(in_run & ~fine)
         return left, bound_wh[left]

@@ -78,6 +78,10 @@ MISSIONS = {
     "past two rally points": replace(
         mission(takeoff(50), waypoint(3000, 50), rtl()), rally=(rally(1000.0), rally(3000.0))
     ),
+    "near home": replace(
+        mission(takeoff(8), waypoint(14, 20), waypoint(-9, 5), waypoint(40, 5), rtl()),
+        rally=(rally(12.0, 30.0),),
+    ),
     "steps of height": mission(takeoff(20), waypoint(300, 120), waypoint(600, 20), rtl()),
     "zigzag": mission(takeoff(30), *(waypoint(200.0 * (i % 3), 30) for i in range(1, 30)), rtl()),
 }
