@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _TOLERANCE = 1e-3
 """Share of the highest sum by which a point may be tighter than the one found. [-]"""
+_ALIKE = 1e-9
+"""Sums that differ by no more than this share are the same. [-]"""
 _FINEST_M = 1.0
 """A stretch of no more than this is not divided. [m]"""
 _FINEST_S = 0.1
@@ -149,7 +151,9 @@ class ReturnSearch:
                 break
             highest = np.argsort(-bound_wh, kind="stable")
             self._divide(left[highest[:_MOST_DIVIDED]], _PARTS)
-        return int(np.argmax(self.nodes.sum_wh))
+        # Braking to a stop is as tight all along: its end, where the vehicle stands, is told.
+        sum_wh = self.nodes.sum_wh
+        return int(np.flatnonzero(sum_wh >= sum_wh.max() * (1.0 - _ALIKE))[-1])
 
     def last_below(self, available_wh: float) -> int | None:
         """Return the last node before the first whose sum is above an energy; ``None``: none is.
