@@ -40,7 +40,7 @@ def make_record(*, is_landed: npt.NDArray[np.bool_], **columns: FloatArray) -> F
         firmware="",
         vehicle="",
         source="made",
-        sha256="",
+        sha256="0" * 64,
         log_format=LogFormat.CSV,
         quantities=(),
     )

@@ -28,6 +28,9 @@ _POSITIVE = click.FloatRange(min=0.0, min_open=True)
 @click.option("--list", "is_listed", is_flag=True, help="only say what each log tells, and stop")
 @click.option("--name", metavar="NAME", help="name of the model [default: the file's]")
 @click.option("--description", metavar="TEXT", help="what a pilot reads about it")
+@click.option(
+    "--reading", "readings", multiple=True, metavar="TEXT", help="what users of it have to know"
+)
 @click.option("--base", metavar="NAME|FILE", help="model that gives what the flights do not tell")
 @click.option("--mass", metavar="KG", type=_POSITIVE, help="mass with battery, without payload")
 @click.option(
@@ -37,7 +40,21 @@ _POSITIVE = click.FloatRange(min=0.0, min_open=True)
     default=0.0,
     help="mass carried beyond it in the flights",
 )
+@click.option(
+    "--payload-deviation",
+    metavar="KG",
+    type=click.FloatRange(min=0.0),
+    default=0.0,
+    help="standard deviation of a mass that is not known from flight to flight",
+)
 @click.option("--temperature", metavar="C", type=float, help="air at home in the flights")
+@click.option(
+    "--position-noise",
+    metavar="M",
+    type=click.FloatRange(min=0.0, max=1.5),
+    default=0.0,
+    help="error of the position in a hover that the model assumes",
+)
 @click.option("--capacity", metavar="AH", type=_POSITIVE, help="charge of the full battery")
 @click.option("--cells", metavar="N", type=click.IntRange(min=1), help="battery cells in series")
 @click.option("--chemistry", metavar="NAME", help="kind of cell, for the curve of its voltage")
@@ -168,10 +185,13 @@ def _settings(output: Path | None, options: dict[str, object]) -> Identification
         date=dt.datetime.now(dt.UTC).date(),
         version=__version__,
         description=None if options["description"] is None else str(options["description"]),
+        readings=tuple(options["readings"]),  # type: ignore[arg-type]  # texts, by click
         reference=None if autopilot == "auto" else Autopilot(autopilot),
         mass_kg=options["mass"],  # type: ignore[arg-type]  # a number or None, by click
         payload_kg=options["payload"],  # type: ignore[arg-type]  # a number, by click
+        payload_deviation_kg=options["payload_deviation"],  # type: ignore[arg-type]  # as the payload
         temperature_c=options["temperature"],  # type: ignore[arg-type]  # as the mass
+        position_noise_m=options["position_noise"],  # type: ignore[arg-type]  # as the payload
         pack=PackSettings(
             capacity_ah=options["capacity"],  # type: ignore[arg-type]  # as the mass
             cells_in_series=options["cells"],  # type: ignore[arg-type]  # as the mass

@@ -20,6 +20,7 @@ from planner.findings import Severity
 from planner.identify.commands import Answer
 from planner.identify.discharges import identify_battery
 from planner.identify.flown_parameters import flown_parameters
+from planner.identify.flight_spread import left_out_spread
 from planner.identify.outcome import Evidence, Identification, Status
 from planner.identify.provenance import made_description, made_provenance, made_remarks
 from planner.identify.settings import Method
@@ -116,7 +117,12 @@ def assemble_model(
     if mass_kg is None and base is not None:
         mass_kg = base.mass_kg
     findings += [*_said(outcomes, settings, mass_kg), *_vehicles(records)]
-    readings = [*parts.power.readings, *pack.readings, *_air_readings(records, settings, parts)]
+    readings = [
+        *settings.readings,
+        *parts.power.readings,
+        *pack.readings,
+        *_air_readings(records, settings, parts),
+    ]
     model = VehicleModel(
         name=settings.name,
         source=f"{settings.name}.toml",
@@ -124,18 +130,23 @@ def assemble_model(
         reference=reference,
         description=settings.description or made_description(records, reference),
         mass_kg=mass_kg,
+        position_noise_m=settings.position_noise_m,
         hover=power.hover,
         cruise=power.cruise,
         vertical=power.vertical,
         loads=power.loads,
         battery=battery,
-        responses=Responses(**responses),
+        # predictions shape the reference themselves: how closely it is followed is reported only
+        responses=Responses(**responses) if reference is Autopilot.STEP else Responses(),
         ramps=ramps,
         default_speed_m_s=_default_speed_m_s(parts, responses, base, reference),
         parameters=parameters,
         valid_for=flown_box(records, parts, settings, mass_kg=mass_kg if power.is_known else None),
         provenance=made_provenance(records, settings, outcomes, readings),
     )
+    if reference is not Autopilot.STEP or ramps is not None:
+        spread = left_out_spread(model, records, parts.steady, settings)
+        model = replace(model, spread=spread)
     return Identification(
         model=model,
         states=tuple(outcomes),

@@ -115,7 +115,9 @@ def _identify_shaped(records: Sequence[FlightRecord], settings: IdentificationSe
         cuts += cut_manoeuvres(record)
     use_arx = settings.method is Method.ARX
     return Parts(
-        power=identify_power(steady, refusals=refusals),
+        power=identify_power(
+            steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
+        ),
         responses=tuple(
             identify_response(answer, cuts, use_arx=use_arx, is_shaped=True)
             for answer in (Answer.ALTITUDE, Answer.SPEED)
@@ -129,9 +131,9 @@ def _identify_stepped(records: Sequence[FlightRecord], settings: IdentificationS
     stretches: list[SteadyStretch] = []
     refusals: list[SegmentUse] = []
     for record in records:
-        states = find_states(record)
-        stretches += steady_stretches(record, states, settling_s=_RINGING_S)
-        refusals += _power_refusals(record) or _stretch_refusals(record, stretches)
+        own = steady_stretches(record, find_states(record), settling_s=_RINGING_S)
+        refusals += _power_refusals(record) or _stretch_refusals(record, own)
+        stretches += own
     hovers = [s.power for s in stretches if s.power is not None and not s.power.airspeed_m_s]
     cruises = [s.power for s in stretches if s.power is not None and s.power.airspeed_m_s]
     power = _stepped_power(hovers, cruises, tuple(refusals))

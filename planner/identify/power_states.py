@@ -48,7 +48,10 @@ class PowerIdentification:
 
 
 def identify_power(
-    steady: Sequence[SteadyPower], *, refusals: Sequence[SegmentUse] = ()
+    steady: Sequence[SteadyPower],
+    *,
+    refusals: Sequence[SegmentUse] = (),
+    mass_deviation_kg: float = 0.0,
 ) -> PowerIdentification:
     """Identify the steady power by momentum theory, else by tables.
 
@@ -58,6 +61,8 @@ def identify_power(
         Steady flight of all flights.
     refusals : sequence of SegmentUse
         Flights that tell no power, each with the reason.
+    mass_deviation_kg : float
+        Standard deviation of a mass that is not known from flight to flight. [kg]
 
     Returns
     -------
@@ -71,26 +76,32 @@ def identify_power(
         )
         return PowerIdentification(outcomes=(outcome,))
     try:
-        return _by_momentum_theory(steady, tuple(refusals))
+        return _by_momentum_theory(steady, tuple(refusals), mass_deviation_kg)
     except IdentificationError as error:
         return _by_tables(steady, tuple(refusals), str(error))
 
 
 def _by_momentum_theory(
-    steady: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...]
+    steady: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...], mass_deviation_kg: float
 ) -> PowerIdentification:
-    fitted = fit_steady_map(steady)
+    fitted = fit_steady_map(steady, mass_deviation_kg=mass_deviation_kg)
     is_held = _held_out(steady)
     held = [f for f, h in zip(steady, is_held, strict=True) if h]
     tested = fitted
     if held:
         try:
-            tested = fit_steady_map([f for f, h in zip(steady, is_held, strict=True) if not h])
+            tested = fit_steady_map(
+                [f for f, h in zip(steady, is_held, strict=True) if not h],
+                mass_deviation_kg=mass_deviation_kg,
+            )
         except IdentificationError:
             held = []
     judged = held or list(steady)
     measured = np.array([f.power_w for f in judged])
     errors = tested.residuals_w(judged)
+    payload = ""
+    if mass_deviation_kg > 0.0:
+        payload = f", the mass of each flight not known to {mass_deviation_kg:g} kg"
     doubt = ""
     if fitted.from_prior:
         doubt = f"; not told by the flights: {', '.join(fitted.from_prior)}"
@@ -99,7 +110,7 @@ def _by_momentum_theory(
         status=Status.IDENTIFIED,
         said=(
             f"momentum theory over airspeed, climb rate and air density, {len(steady)} steady "
-            f"stretches in {fitted.cells} cells{doubt}"
+            f"stretches in {fitted.cells} cells{payload}{doubt}"
         ),
         unit="W",
         estimates=fitted.estimates,
@@ -338,12 +349,15 @@ def _climbs(
 
 
 def _held_out(flights: Sequence[SteadyPower]) -> list[bool]:
+    """Hold out every fourth stretch of a cell; of all, where hardly a cell was flown so often."""
     seen: dict[tuple[int, int], int] = {}
     held = []
     for flight in flights:
         cell = cell_of(flight)
         seen[cell] = seen.get(cell, 0) + 1
         held.append(seen[cell] % _EVERY == 0)
+    if sum(held) * 10 < len(held):
+        return [(number + 1) % _EVERY == 0 for number in range(len(flights))]
     return held
 
 

@@ -35,14 +35,20 @@ class IdentificationSettings:
     version: str
     """Of this program."""
     description: str | None = None
+    readings: tuple[str, ...] = ()
+    """What whoever uses the numbers has to know besides."""
     reference: Autopilot | None = None
     """Who shapes the reference; ``None``: as the logs say, step references where they do not."""
     mass_kg: float | None = None
     """Take-off mass with battery, without payload. [kg]"""
     payload_kg: float = 0.0
     """Carried in the flights beyond it. [kg]"""
+    payload_deviation_kg: float = 0.0
+    """Standard deviation of a payload that is not known from flight to flight. [kg]"""
     temperature_c: float | None = None
     """Air temperature at home in the flights; ``None``: of the standard atmosphere. [°C]"""
+    position_noise_m: float = 0.0
+    """What the model assumes of the position in a hover. [m]"""
     pack: PackSettings = field(default_factory=PackSettings)
     method: Method = Method.OUTPUT_ERROR
     base: VehicleModel | None = None

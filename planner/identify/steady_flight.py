@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
     BoolArray = npt.NDArray[np.bool_]
 
-_SLOPE_S = 1.5
+_SLOPE_S = 3.0
 """Window of an acceleration. [s]"""
-_STEADY_M_S2 = 0.15
-"""Acceleration below which nothing accelerates: 0.15 m/s² times 350 W of a 3.5 kg quad is 1 %."""
+_STEADY_M_S2 = 0.3
+"""Mean acceleration over that below which flight is steady: gusts shake a vehicle by more than this."""
 _SETTLING_S = 1.5
 """Taken off the beginning of a stretch: the rotors still answer what was before it. [s]"""
 _SHORTEST_S = 3.0
@@ -115,7 +115,7 @@ def steady_flight(
                     duration_s=(last - first) * step_s,
                     height_above_home_m=float(np.nanmean(record.height_above_home_m[part])),
                     airspeed_m_s=float(airspeed[part].mean()),
-                    climb_rate_m_s=float(climb[part].mean()),
+                    climb_rate_m_s=_mean_climb_m_s(record, climb, part),
                     air_density_kg_m3=float(air_density_kg_m3[part].mean()),
                     mass_kg=mass_kg,
                     source=f"{record.source}#{record.number}",
@@ -123,6 +123,14 @@ def steady_flight(
                 )
             )
     return tuple(found)
+
+
+def _mean_climb_m_s(record: FlightRecord, climb_m_s: FloatArray, part: slice) -> float:
+    """Mean climb rate by the heights where they are known: climb rates are often biased in cruise."""
+    heights = record.height_above_home_m[part]
+    if not np.isfinite(heights).all():
+        return float(climb_m_s[part].mean())
+    return float(np.polyfit(record.time_s[part], heights, 1)[0])
 
 
 def _acceleration_m_s2(record: FlightRecord, climb_m_s: FloatArray, step_s: float) -> FloatArray:

@@ -30,7 +30,7 @@ from planner.units import GRAVITY_M_S2
 from planner.vehicle.cruise_law import MomentumLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import numpy.typing as npt
 
@@ -73,12 +73,15 @@ class SteadyMap:
     """Root mean square of what the cells differ from the law by. [W]"""
     cells: int
     """Number of different airspeeds and climb rates."""
+    beyond_kg: Mapping[str, float]
+    """Mass of each flight beyond the one given, by source, where it was fitted. [kg]"""
 
     def residuals_w(self, flights: Sequence[SteadyPower]) -> FloatArray:
         """Return predicted less measured power of steady flights, (n,) [W]."""
         values = np.array([getattr(self.law, name) for name in NAMES])
         measured: FloatArray = np.array([f.power_w for f in flights])
-        return _powers_w(values, flights) - measured
+        beyond_kg = np.array([self.beyond_kg.get(f.source, 0.0) for f in flights])
+        return _powers_w(values, flights, beyond_kg) - measured
 
 
 def cell_of(flight: SteadyPower) -> tuple[int, int]:
@@ -86,13 +89,16 @@ def cell_of(flight: SteadyPower) -> tuple[int, int]:
     return round(flight.airspeed_m_s), round(2.0 * flight.climb_rate_m_s)
 
 
-def fit_steady_map(flights: Sequence[SteadyPower]) -> SteadyMap:
+def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float = 0.0) -> SteadyMap:
     """Fit momentum theory to steady flights.
 
     Parameters
     ----------
     flights : sequence of SteadyPower
         With mass and air density, in three cells of level flight at least.
+    mass_deviation_kg : float
+        Standard deviation of the mass from flight to flight, where the payload is not known: each
+        flight then has a mass of its own, fitted beside the law. [kg]
 
     Returns
     -------
@@ -131,11 +137,18 @@ def fit_steady_map(flights: Sequence[SteadyPower]) -> SteadyMap:
     )
     spreads = np.array(_SPREADS)
 
-    def residuals(x: FloatArray) -> FloatArray:
-        data = (_powers_w(np.exp(x), flights) - powers) / scale
-        return np.concatenate([data, (x - centre) / spreads])
+    sources = sorted({f.source for f in flights}) if mass_deviation_kg > 0.0 else []
+    flight_of = [sources.index(f.source) for f in flights] if sources else []
 
-    found = least_squares(residuals, centre, jac="3-point", x_scale=spreads)
+    def residuals(x: FloatArray) -> FloatArray:
+        own, beyond = x[: len(NAMES)], x[len(NAMES) :]
+        beyond_kg = mass_deviation_kg * beyond[flight_of] if sources else 0.0
+        data = (_powers_w(np.exp(own), flights, beyond_kg) - powers) / scale
+        return np.concatenate([data, (own - centre) / spreads, beyond])
+
+    start = np.concatenate([centre, np.zeros(len(sources))])
+    size = np.concatenate([spreads, np.ones(len(sources))])
+    found = least_squares(residuals, start, jac="3-point", x_scale=size)
     if not found.success:
         msg = "the fit of momentum theory to the steady flights did not end"
         raise IdentificationError(msg)
@@ -143,30 +156,36 @@ def fit_steady_map(flights: Sequence[SteadyPower]) -> SteadyMap:
     surplus = len(set(cells)) - len(NAMES)
     scatter = max(1.0, float(data @ data) / surplus) if surplus > 0 else 1.0
     of_data = found.jac[: powers.size]
-    information = of_data.T @ of_data / scatter + np.diag(spreads**-2.0)
+    information = of_data.T @ of_data / scatter + np.diag(size**-2.0)
     deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))
-    values = np.exp(found.x)
+    values = np.exp(found.x[: len(NAMES)])
     law = MomentumLaw(**{name: _rounded(v) for name, v in zip(NAMES, values, strict=True)})
     return SteadyMap(
         law=law,
         estimates=tuple(
             Estimate(name=name, value=getattr(law, name), error=_rounded(float(v * d)))
-            for name, v, d in zip(NAMES, values, deviations, strict=True)
+            for name, v, d in zip(NAMES, values, deviations[: len(NAMES)], strict=True)
         ),
         from_prior=tuple(
             name
-            for name, d, spread in zip(NAMES, deviations, spreads, strict=True)
+            for name, d, spread in zip(NAMES, deviations[: len(NAMES)], spreads, strict=True)
             if d > 0.8 * spread
         ),
         rms_w=float(np.sqrt(np.average((data * scale) ** 2, weights=1.0 / counts))),
         cells=len(set(cells)),
+        beyond_kg={
+            source: mass_deviation_kg * float(x)
+            for source, x in zip(sources, found.x[len(NAMES) :], strict=True)
+        },
     )
 
 
-def _powers_w(values: FloatArray, flights: Sequence[SteadyPower]) -> FloatArray:
+def _powers_w(
+    values: FloatArray, flights: Sequence[SteadyPower], beyond_kg: FloatArray | float = 0.0
+) -> FloatArray:
     """Return the power of steady flights by the six numbers, (n,) [W]."""
     powers = np.empty(len(flights))
-    masses = np.array([f.mass_kg or 0.0 for f in flights])
+    masses = np.array([f.mass_kg or 0.0 for f in flights]) + beyond_kg
     speed = np.array([f.airspeed_m_s for f in flights])
     climb = np.array([f.climb_rate_m_s for f in flights])
     density = np.array([f.air_density_kg_m3 or 0.0 for f in flights])

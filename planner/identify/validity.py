@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
+_SHORT_SHARE = 0.005
+"""By which the mean of what was flown falls short of what was commanded. [-]"""
 _DENSITY_MARGIN = 0.01
 """Share by which the air may be thinner or denser than in the flights. [-]"""
 
@@ -60,9 +63,12 @@ def flown_box(
         ]
     if ramps is not None:
         climbs += [-ramps.descent_m_s, ramps.climb_m_s]
-    speed = Interval(low=0.0, high=round(max(speeds), 2)) if speeds else None
+    speed = Interval(low=0.0, high=_outward(max(speeds), 0.1)) if speeds else None
     height = (
-        Interval(low=min(0.0, round(float(heights.min()), 1)), high=round(float(heights.max()), 1))
+        Interval(
+            low=min(0.0, -_outward(-float(heights.min()), 1.0)),
+            high=_outward(float(heights.max()), 1.0),
+        )
         if heights.size
         else None
     )
@@ -79,13 +85,16 @@ def flown_box(
     return ValidFor(
         speed_m_s=speed,
         height_above_home_m=height,
-        hover_height_above_home_m=_interval(hovers, 1),
+        hover_height_above_home_m=_interval(hovers, 1.0),
         altitude_step_m=(
             Interval(low=0.0, high=round(max(steps), 1)) if steps and is_stepped else None
         ),
-        climb_rate_m_s=_interval(climbs, 2) if is_mapped else None,
+        climb_rate_m_s=_interval(climbs, 0.1) if is_mapped else None,
         mass_kg=(
-            Interval(low=mass_kg, high=mass_kg + settings.payload_kg)
+            Interval(
+                low=mass_kg - settings.payload_deviation_kg,
+                high=mass_kg + settings.payload_kg + settings.payload_deviation_kg,
+            )
             if mass_kg is not None
             else None
         ),
@@ -106,7 +115,13 @@ def _known(columns: Sequence[FloatArray], where: Sequence[npt.NDArray[np.bool_]]
     return known
 
 
-def _interval(values: Sequence[float], digits: int) -> Interval | None:
+def _interval(values: Sequence[float], step: float) -> Interval | None:
     if not values:
         return None
-    return Interval(low=round(min(values), digits), high=round(max(values), digits))
+    return Interval(low=-_outward(-min(values), step), high=_outward(max(values), step))
+
+
+def _outward(value: float, step: float) -> float:
+    """Round up, away from what was flown: a mean falls a little short of its command."""
+    beyond = value + _SHORT_SHARE * abs(value)
+    return round(math.ceil(beyond / step - 1e-9) * step, 6)

@@ -41,6 +41,7 @@ from planner.vehicle.schema import (
     VALID_FOR,
     VERSION,
 )
+from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -134,6 +135,10 @@ def vehicle_text(vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> str:
     if vehicle.parameters:
         blocks.append(_free_block(PARAMETERS, vehicle.parameters))
     blocks += [_block(VALID_FOR, vehicle.valid_for), _block(PROVENANCE, vehicle.provenance)]
+    if vehicle.spread is not None:
+        blocks.append(_block(SPREAD, vehicle.spread))
+        if vehicle.spread.energy_state_fraction:
+            blocks.append(_free_block(STATE_SPREAD, vehicle.spread.energy_state_fraction))
     if vehicle.provenance.fit:
         blocks.append(_free_block(FIT, vehicle.provenance.fit))
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
@@ -164,9 +169,11 @@ def _block(table: Table, value: object) -> list[str]:
 def _lines(table: Table, value: object) -> list[str]:
     """Return the keys of a table with the values that an object, or a mapping, has for them."""
     lines = []
+    defaults = getattr(type(value), "__dataclass_fields__", {})
     for key in table.keys:
         held = value.get(key.name) if isinstance(value, dict) else getattr(value, key.name, None)
-        if held is not None and held not in ((), ""):
+        is_default = key.name in defaults and held == defaults[key.name].default
+        if held is not None and held not in ((), "") and not is_default:
             lines.append(f"{key.name} = {_toml(held)}")
     return lines
 
@@ -186,7 +193,7 @@ def _toml(value: object) -> str:
             # a string of JSON is one of TOML, but for the one control character JSON leaves alone
             return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007F")
         case float():
-            return repr(value)
+            return repr(value + 0.0)  # minus nothing is nothing
         case dt.date():
             return value.isoformat()
         case Interval():

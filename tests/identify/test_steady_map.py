@@ -1,0 +1,158 @@
+"""Momentum theory fitted to steady flight, and steady flight found in a record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_record import make_record
+
+from planner.errors import IdentificationError
+from planner.identify.power_states import identify_power
+from planner.identify.steady import SteadyPower
+from planner.identify.steady_flight import record_air_density_kg_m3, steady_flight
+from planner.identify.steady_map import fit_steady_map
+from planner.physics.rotor import momentum_power_w
+from planner.vehicle.cruise_law import CruisePower, MomentumLaw
+from planner.vehicle.hover_law import AltitudeLaw
+
+LAW = {
+    "disk_area_m2": 0.4,
+    "drag_area_m2": 0.05,
+    "induced_factor": 1.5,
+    "axial_factor": 1.3,
+    "profile_factor": 0.3,
+    "profile_speed_factor": 0.15,
+}
+CELLS = [(v, 0.0) for v in (0.0, 3.0, 6.0, 9.0, 12.0, 15.0)] + [(0.0, 2.0), (0.0, -1.5)]
+
+
+def flights(
+    noise_w: float = 0.0, *, mass_kg: float = 2.5, source: str = "a#1"
+) -> list[SteadyPower]:
+    generator = np.random.default_rng(7)
+    return [
+        SteadyPower(
+            power_w=float(
+                momentum_power_w(speed, climb, mass_kg=mass_kg, air_density_kg_m3=1.18, **LAW)
+            )
+            + noise_w * float(generator.standard_normal()),
+            error_w=max(noise_w, 0.1),
+            duration_s=20.0,
+            height_above_home_m=50.0,
+            airspeed_m_s=speed,
+            climb_rate_m_s=climb,
+            air_density_kg_m3=1.18,
+            mass_kg=2.5,
+            source=source,
+        )
+        for speed, climb in CELLS
+        for _ in range(4)
+    ]
+
+
+def test_the_power_comes_back_within_the_share_the_priors_may_move_it() -> None:
+    found = fit_steady_map(flights())
+    # the priors pull, but by far less than the 1 % to which the law is believed
+    for flight in flights():
+        [error] = found.residuals_w([flight])
+        assert abs(error) < 0.01 * flight.power_w
+    assert found.cells == len(CELLS)
+
+
+def test_the_numbers_come_back_within_their_errors() -> None:
+    found = fit_steady_map(flights(noise_w=1.0))
+    for estimate in found.estimates:
+        assert abs(estimate.value - LAW[estimate.name]) < 3.0 * estimate.error
+
+
+def test_hovers_in_number_do_not_drown_one_cruise() -> None:
+    few = flights()
+    [hover, *_] = few
+    many = [*few, *[hover] * 500]
+    fast = next(f for f in few if f.airspeed_m_s == 15.0)
+    [error] = fit_steady_map(many).residuals_w([fast])
+    assert abs(error) < 0.01 * fast.power_w
+
+
+def test_unknown_payloads_are_told_apart_from_the_law() -> None:
+    light = flights(mass_kg=2.3, source="light#1")
+    heavy = flights(mass_kg=2.7, source="heavy#1")
+    found = fit_steady_map([*light, *heavy], mass_deviation_kg=0.2)
+    difference = found.beyond_kg["heavy#1"] - found.beyond_kg["light#1"]
+    assert difference == pytest.approx(0.4, rel=0.1)  # the prior pulls both together a little
+    assert max(abs(found.residuals_w([*light, *heavy]))) < 0.015 * 250.0
+
+
+def test_what_the_flights_do_not_show_is_said_to_come_from_the_prior() -> None:
+    slow = [f for f in flights() if f.airspeed_m_s <= 6.0 and f.climb_rate_m_s == 0.0]
+    found = fit_steady_map(slow)
+    assert "drag_area_m2" in found.from_prior
+    assert "axial_factor" in found.from_prior
+
+
+def test_too_few_airspeeds_or_no_mass_are_refused() -> None:
+    with pytest.raises(IdentificationError, match="at 3 airspeeds"):
+        fit_steady_map([f for f in flights() if f.airspeed_m_s <= 3.0])
+    with pytest.raises(IdentificationError, match="needs the mass"):
+        fit_steady_map([replace(f, mass_kg=None) for f in flights()])
+
+
+def test_without_a_mass_the_power_is_tabled_state_by_state() -> None:
+    found = identify_power([replace(f, mass_kg=None) for f in flights()])
+    assert isinstance(found.hover, AltitudeLaw)
+    hover_w = float(momentum_power_w(0.0, 0.0, mass_kg=2.5, air_density_kg_m3=1.18, **LAW))
+    assert found.hover.coefficient_w == pytest.approx(hover_w, rel=1e-5)
+    assert found.hover.exponent == 0.0  # all hovers are at one height
+    assert isinstance(found.cruise, CruisePower)
+    assert found.cruise.speed_m_s == (0.0, 3.0, 6.0, 9.0, 12.0, 15.0)
+    assert found.vertical is not None
+    assert found.vertical.climb_rate_m_s == (-1.5, 0.0, 2.0)
+    climb_w = float(momentum_power_w(0.0, 2.0, mass_kg=2.5, air_density_kg_m3=1.18, **LAW))
+    assert found.vertical.power_above_hover_w[2] == pytest.approx(climb_w - hover_w, abs=0.01)
+
+
+def test_with_a_mass_it_is_one_law() -> None:
+    found = identify_power(flights())
+    assert isinstance(found.cruise, MomentumLaw)
+    assert found.hover is None
+    [outcome] = found.outcomes
+    assert outcome.held_out == len(CELLS)
+    assert outcome.fit_percent is not None
+    assert outcome.fit_percent > 95.0
+
+
+def test_steady_flight_is_what_does_not_accelerate_clear_of_the_ground() -> None:
+    time_s = np.arange(900) * 0.1
+    # on the ground to 10 s, up 20 m until 20 s, standing to 40, 8 m/s from 44 to 74 s, braking
+    height = np.interp(time_s, [10.0, 20.0], [0.0, 20.0])
+    speed = np.interp(time_s, [40.0, 44.0, 74.0, 78.0], [0.0, 8.0, 8.0, 0.0])
+    power = np.interp(time_s, [40.0, 44.0, 74.0, 78.0], [200.0, 160.0, 160.0, 200.0])
+    record = make_record(
+        is_landed=time_s < 10.0,
+        height_above_home_m=height,
+        altitude_amsl_m=height + 400.0,
+        ground_speed_m_s=speed,
+        velocity_north_m_s=speed,
+        velocity_east_m_s=np.zeros(900),
+        climb_m_s=np.where((time_s > 10.0) & (time_s < 20.0), 2.0, 0.0),
+        power_w=power,
+    )
+    found = steady_flight(record, air_density_kg_m3=record_air_density_kg_m3(record))
+    kinds = {(round(f.airspeed_m_s), round(f.climb_rate_m_s), round(f.power_w)) for f in found}
+    assert kinds == {(0, 2, 200), (0, 0, 200), (8, 0, 160)}
+    assert min(f.start_s for f in found) > 13.0  # 3 s from the ground
+    assert all(f.duration_s < 31.0 for f in found)
+
+
+def test_a_record_without_power_holds_no_steady_flight() -> None:
+    record = make_record(
+        is_landed=np.zeros(600, dtype=np.bool_),
+        height_above_home_m=np.full(600, 50.0),
+        ground_speed_m_s=np.zeros(600),
+        climb_m_s=np.zeros(600),
+    )
+    density = record_air_density_kg_m3(record)
+    assert density[0] == pytest.approx(1.2191, abs=1e-3)  # standard air at 50 m
+    assert steady_flight(record, air_density_kg_m3=density) == ()
