@@ -19,8 +19,8 @@ from planner.errors import IdentificationError
 from planner.findings import Severity
 from planner.identify.commands import Answer
 from planner.identify.discharges import identify_battery
-from planner.identify.flown_parameters import flown_parameters
 from planner.identify.flight_spread import left_out_spread
+from planner.identify.flown_parameters import flown_parameters
 from planner.identify.outcome import Evidence, Identification, Status
 from planner.identify.provenance import made_description, made_provenance, made_remarks
 from planner.identify.settings import Method
