@@ -147,11 +147,13 @@ def timed_flight(record: FlightRecord) -> TimedFlight:
     level_m = float(np.nanmedian(level))
     if level_m < _LOW_M[1] or np.nanmax(np.abs(level - level_m)) > _LEVEL_SHARE * level_m:
         return refused("climbs or descends between its legs")
+    filled = np.interp(time_s, time_s[known], height[known])
+    if level_m - max(filled[0], filled[-1]) < _LOW_M[1]:
+        return refused("does not begin and end on the ground")
     legs = []
     for index, (begin, end) in enumerate(bounds):
         since = begin if index == 0 else bounds[index - 1][1]
         legs.append(_timed_leg(record, smooth, since, begin, end))
-    filled = np.interp(time_s, time_s[known], height[known])
     return TimedFlight(
         log=record.source,
         flight=record.number,

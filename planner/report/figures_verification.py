@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.errors import UsageError
 from planner.report.verification_text import error_text, flight_label
 
 if TYPE_CHECKING:
@@ -32,8 +33,17 @@ def verification_figure(one: Verification) -> Figure:
     -------
     Figure
         Three panels: power, height and speed.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
     """
-    from matplotlib.figure import Figure
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        msg = "figures need matplotlib: pip install 'mavjoule[identify]'"
+        raise UsageError(msg) from error
 
     figure = Figure(figsize=(10.0, 8.0), layout="constrained")
     panels = figure.subplots(len(_ROWS), 1, sharex=True)
