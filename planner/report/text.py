@@ -41,6 +41,8 @@ def headline(result: CheckResult | UnreadableMission) -> str:
         return "the mission cannot be checked"
     totals, battery = result.totals, result.battery
     way = f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}"
+    if not result.segments:
+        return "nothing is flown"
     if math.isnan(totals.energy_wh):
         return f"{way}; the energy is not known"
     flown = f"{way}, {numbers.energy(totals.energy_wh)}"

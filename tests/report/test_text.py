@@ -246,3 +246,10 @@ def test_what_is_not_reported_is_still_counted_beside_the_verdict(
     assert lines[-1] == (
         "All checks passed. Not reported, as asked: 1 error, 1 warning, 1 assumption."
     )
+
+
+def test_a_mission_that_flies_nothing_says_so_and_not_that_no_battery_is_known(
+    flown: CheckResult,
+) -> None:
+    text = check_text([replace(flown, segments=(), battery=None)], medium=Medium())
+    assert text.splitlines()[1] == "nothing is flown"
