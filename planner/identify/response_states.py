@@ -37,6 +37,8 @@ _LEAST_FIT_PERCENT = 20.0
 """A model that describes no more than this of what it was fitted to is none. [%]"""
 _MOST_SAMPLES = 6000
 """Of all manoeuvres of an answer together: beyond, every second one is fitted, or third …"""
+_ARX_THINNED = (1, 2, 5, 10, 20)
+"""Samples from one to the next of those ARX is fitted to: noise spoils it less when sampled slowly."""
 _WINDOW_PASSES = 5
 _SAME_WINDOW_S = 0.25
 _QUIET = 3.0
@@ -197,17 +199,9 @@ def _fit_by_arx(
     manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], longest_delay_s: float
 ) -> FittedResponse:
     """Fit as the article does: it tells no errors, and noise biases it."""
-    from planner.identify.arx import select_arx
     from planner.identify.estimate import Estimate
 
-    structure = structures[0]
-    model = select_arx(
-        manoeuvres,
-        longest_delay_s=longest_delay_s,
-        poles=(structure.denominator_degree,),
-        zeros=(structure.numerator_degree,),
-    )
-    system = model.transfer_function()
+    system = _slowest_sampled(manoeuvres, structures[0], longest_delay_s)
     gain = system.numerator[-1] / system.denominator[-1]
     rows = {"steady_gain": gain, "delay_s": system.delay_s}
     slowest = min(-pole.real for pole in system.poles)
@@ -217,6 +211,26 @@ def _fit_by_arx(
         estimates=tuple(Estimate(name=n, value=v, error=float("nan")) for n, v in rows.items()),
         window_s=system.delay_s + period_s,
     )
+
+
+def _slowest_sampled(
+    manoeuvres: Sequence[Manoeuvre], structure: Structure, longest_delay_s: float
+) -> TransferFunction:
+    """Fit by ARX, sampling more slowly until the model has a counterpart in continuous time."""
+    from planner.identify.arx import select_arx
+
+    refused = IdentificationError("there is no sampling to fit an ARX model at")
+    for count in _ARX_THINNED:
+        try:
+            return select_arx(
+                [m.every(count) for m in manoeuvres],
+                longest_delay_s=longest_delay_s,
+                poles=(structure.denominator_degree,),
+                zeros=(structure.numerator_degree,),
+            ).transfer_function()
+        except (IdentificationError, ValueError) as error:  # ValueError: too few samples are left
+            refused = IdentificationError(str(error))
+    raise refused
 
 
 def _quiet_after_s(manoeuvres: Sequence[Manoeuvre]) -> float:

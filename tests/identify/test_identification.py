@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import json
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from made_record import record_of
 from simulated_experiment import (
     G1,
     G2,
@@ -20,6 +23,8 @@ from simulated_experiment import (
 )
 
 from planner.cli.main import main
+from planner.identify.identification import identify_vehicle
+from planner.identify.settings import IdentificationSettings, Method
 from planner.vehicle.hover_law import AltitudeLaw
 from planner.vehicle.reader import read_vehicle
 
@@ -167,6 +172,23 @@ def test_segments_are_held_out_and_described(
         assert isinstance(state["fit_percent"], float)
         # noise of 0.3 m on steps of 100 m, of 0.2 m/s on 10 m/s: residuals of 2 % and less
         assert state["fit_percent"] > 90.0
+
+
+def test_the_way_of_the_article_is_warned_of_and_errs_more() -> None:
+    generator = np.random.default_rng(5)
+    up_down = record_of(fly_vertically(generator), is_vertical=True)
+    out_back = record_of(fly_horizontally(generator), is_vertical=False)
+    settings = IdentificationSettings(
+        name="arx", date=dt.date(2026, 1, 1), version="0", method=Method.ARX
+    )
+    found = identify_vehicle([up_down, out_back], settings)
+    [warning] = [f for f in found.findings if f.code == "I101"]
+    assert "altitude" in warning.message
+    response = found.model.responses.altitude
+    assert response is not None
+    # the steady gain is not biased; the frequency is, and no error is claimed for either
+    assert response.numerator[-1] / response.denominator[-1] == pytest.approx(1.0, abs=0.05)
+    assert all(math.isnan(estimate.error) for estimate in found.state("altitude").estimates)
 
 
 def test_every_state_is_drawn(identified: tuple[Path, dict[str, dict[str, object]]]) -> None:
