@@ -27,15 +27,26 @@ def write_output_file(path: Path, text: str) -> None:
     OutputError
         If the file cannot be written; what was there before is untouched.
     """
+    write_output_bytes(path, text.encode("utf-8"))
+
+
+def write_output_bytes(path: Path, data: bytes) -> None:
+    """Write bytes as `write_output_file` writes a text.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written; what was there before is untouched.
+    """
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".mavjoule-{os.urandom(6).hex()}.part")
     try:
         if target.exists() and not target.is_file():
-            target.write_text(text, encoding="utf-8", newline="")
+            target.write_bytes(data)
             return
         try:
-            with temporary.open("x", encoding="utf-8", newline="") as file:
-                file.write(text)
+            with temporary.open("xb") as file:
+                file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
             if target.exists():

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TRACE_STEP_S = 0.1
 """Time between samples. [s]"""
 MOST_SAMPLES = 200_000
-"""A flight of more than five and a half hours is sampled more coarsely."""
+"""A flight of more than five and a half hours is sampled more coarsely, unless asked otherwise."""
 
 
 @frozen(eq=False)
@@ -42,7 +42,7 @@ class Trace:
         return {column.name: getattr(self, column.name) for column in fields(self)}
 
 
-def sample_trace(flight: Flight, route: Route) -> Trace:
+def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPLES) -> Trace:
     """Return a flight sampled at even times and at the boundaries of its segments.
 
     The power at a sample is the sum of every window open there, so that the integral of the trace is
@@ -50,7 +50,7 @@ def sample_trace(flight: Flight, route: Route) -> Trace:
     """
     segments = flight.motion.segments
     end_s = segments.end_s
-    step_s = max(TRACE_STEP_S, flight.time_s / MOST_SAMPLES)
+    step_s = max(TRACE_STEP_S, flight.time_s / most_samples)
     even_s = np.arange(0.0, flight.time_s, step_s)
     time_s = np.union1d(even_s, np.concatenate(([0.0], end_s)))
     segment = np.minimum(np.searchsorted(end_s, time_s, side="right"), len(end_s) - 1)
