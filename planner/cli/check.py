@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import service
+from planner.cli.attachments import attach_baseline, refuse_attachments, write_attachments
 from planner.cli.configuration import mission_settings
 from planner.cli.formats import refuse_statistics, rendered
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
@@ -64,12 +65,7 @@ def command(
     settings = [mission_settings(mission, given) for mission in missions]
     report = report_request(settings)
     refuse_statistics(report)
-    if report.trace is not None and len(missions) > 1:
-        msg = "--trace takes a single mission: check them one by one"
-        raise UsageError(msg)
-    if report.output is not None and report.output == report.trace:
-        msg = "--output and --trace name the same file: give them one each"
-        raise UsageError(msg)
+    refuse_attachments(report, missions=len(missions))
     read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
     for written in (report.output, report.trace, write_baseline):
         refuse_overwriting(written, read)
@@ -77,10 +73,9 @@ def command(
         settings = [values | {"baseline": None} for values in settings]
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
         results = [service.check_file(mission, check_request(values)) for mission, values in jobs]
-    if report.trace is not None:
-        _write_trace(results[0], report.trace)
+    write_attachments(results, report)
     if write_baseline is not None:
-        _write_baseline(results, write_baseline)
+        attach_baseline(results, write_baseline)
     exit_code = _exit_code(results, is_zero=report.exit_zero)
     write_data(rendered(results, report, exit_code=exit_code), output=report.output)
     if report.format == "github":
@@ -88,32 +83,6 @@ def command(
     if report.output is not None:
         narrate(f"{tally(results)}{caveat(results)}; the report is in {report.output}")
     return exit_code
-
-
-def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
-    from planner.report.columns_csv import columns_csv
-
-    trace = None if isinstance(result, UnreadableMission) else result.trace
-    if trace is None:
-        narrate(f"nothing is flown: {path} is not written")
-    else:
-        write_data(columns_csv(trace.columns()), output=path)
-
-
-def _write_baseline(results: Results, path: Path) -> None:
-    from planner import numbers
-    from planner.checks.baseline import write_baseline
-
-    for result in results:
-        if isinstance(result, UnreadableMission):
-            narrate(f"{result.file} cannot be read: {path} is not written")
-            return
-    found = [(result.file, finding) for result in results for finding in result.findings]
-    written, refused = write_baseline(path, found)
-    text = f"{numbers.count(written, 'finding')} written to {path}"
-    if refused:
-        text += f"; {numbers.count(refused, 'error')} of energy left out: mend the mission"
-    narrate(text)
 
 
 def _add_summary(results: Results) -> None:

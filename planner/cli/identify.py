@@ -126,9 +126,10 @@ def command(
         medium = standard_medium()
         write_data(identification_text(found, medium=medium, with_segments=with_segments))
     if plots is not None:
-        from planner.report.figures_identification import draw_identification
+        from planner.plots import identification_figures, write_figures
 
-        for path in draw_identification(found, plots, file_format=plot_format):
+        figures = identification_figures(found)
+        for path in write_figures(figures, plots, file_formats=(plot_format,)):
             narrate(f"drawn: {path}")
     if output is None:
         narrate("no model file is written: name one with -o")

@@ -352,6 +352,15 @@ REPORT_SETTINGS = (
         kind=Kind.PATH,
     ),
     Setting(
+        key="plots",
+        option="--plots",
+        metavar="DIR",
+        meaning="draw map, altitude, speed, power and energy of a single mission into a folder, as SVG "
+        "and PNG (needs mavjoule[report])",
+        read=Path,
+        kind=Kind.PATH,
+    ),
+    Setting(
         key="statistics",
         option="--statistics/--no-statistics",
         metavar="",
@@ -452,6 +461,8 @@ class ReportRequest:
     """``None``: standard output."""
     trace: Path | None = None
     """``None``: none is written."""
+    plots: Path | None = None
+    """``None``: none are drawn."""
     statistics: bool = False
     exit_zero: bool = False
 

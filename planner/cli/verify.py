@@ -195,17 +195,16 @@ def _parameters(path: Path) -> ParameterSet:
 
 def _draw(done: Sequence[Verification], folder: Path) -> None:
     """Draw every flight into a folder, a file each."""
-    from planner.errors import OutputError
-    from planner.report.figures_verification import verification_figure, write_figure
+    from planner.plots import verification_figure, write_figures
+    from planner.report.verification_text import flight_errors, flight_label
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for number, one in enumerate(done, start=1):
-            path = folder / f"{number:02d}-{Path(one.log).stem}-{one.flight}.svg"
-            write_figure(verification_figure(one), path)
-    except OSError as error:
-        msg = f"{folder}: cannot be written: {error.strerror or error}"
-        raise OutputError(msg) from error
+    figures = {
+        f"{number:02d}-{Path(one.log).stem}-{one.flight}": verification_figure(
+            one, title=f"{flight_label(one)}: {flight_errors(one)}"
+        )
+        for number, one in enumerate(done, start=1)
+    }
+    write_figures(figures, folder, file_formats=("svg",))
     narrate(f"{len(done)} drawn in {folder}")
 
 

@@ -1,7 +1,7 @@
 """Pictures of results, as Altair charts: for notebooks, files and the report alike.
 
-Every function takes a result and returns a chart without a theme; `planner.plots.files` writes it,
-`planner.plots.theme` dresses it for light and dark pages.
+Every function takes a result and returns a chart without a theme; `write_figure` writes it, dressed
+for light or dark pages.  Altair and vl-convert come with ``mavjoule[report]``.
 """
 
 from __future__ import annotations
@@ -9,18 +9,38 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planner.plots.files import write_figure
+    from planner.plots.files import write_figure, write_figures
     from planner.plots.flight import energy_figure, power_figure, profile_figure
+    from planner.plots.identification import identification_figures
+    from planner.plots.mission import mission_figures
     from planner.plots.site import map_figure
+    from planner.plots.speed import speed_figure
+    from planner.plots.verification import verification_figure
 
-__all__ = ["energy_figure", "map_figure", "power_figure", "profile_figure", "write_figure"]
+__all__ = [
+    "energy_figure",
+    "identification_figures",
+    "map_figure",
+    "mission_figures",
+    "power_figure",
+    "profile_figure",
+    "speed_figure",
+    "verification_figure",
+    "write_figure",
+    "write_figures",
+]
 
 _HOMES = {
     "energy_figure": "planner.plots.flight",
+    "identification_figures": "planner.plots.identification",
     "map_figure": "planner.plots.site",
+    "mission_figures": "planner.plots.mission",
     "power_figure": "planner.plots.flight",
     "profile_figure": "planner.plots.flight",
+    "speed_figure": "planner.plots.speed",
+    "verification_figure": "planner.plots.verification",
     "write_figure": "planner.plots.files",
+    "write_figures": "planner.plots.files",
 }
 
 

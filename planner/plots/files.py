@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from planner.errors import UsageError
+from planner.errors import OutputError, UsageError
 from planner.output_file import write_output_bytes, write_output_file
+from planner.plots.library import load_converter
 from planner.plots.theme import chart_config
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Mapping, Sequence
 
+    from planner.plots.library import Chart
     from planner.plots.theme import Scheme
 
-PIXELS_PER_POINT = 2.0
+FILE_FORMATS = ("svg", "png")
+_PNG_SCALE = 2.0
 """A PNG is made for a dense screen."""
 
 
-def write_figure(figure: Any, path: Path, *, scheme: Scheme = "light") -> None:  # noqa: ANN401 - Altair is untyped here
+def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -> None:
     """Write a picture.
 
     Parameters
     ----------
     figure : altair.TopLevelMixin
         As the functions of `planner.plots` return it.
-    path : Path
+    path : Path or str
         Ends in ``.svg`` or ``.png``.
     scheme : str
         ``light`` or ``dark``; a dark one gets a dark background.
@@ -32,19 +36,60 @@ def write_figure(figure: Any, path: Path, *, scheme: Scheme = "light") -> None: 
     Raises
     ------
     UsageError
-        If the suffix is another.
+        If the suffix is another, or a library is missing.
     OutputError
         If the file cannot be written.
     """
-    import vl_convert
-
-    config = chart_config(scheme) | {"background": "#ffffff" if scheme == "light" else "#0d1117"}
-    chart = figure.to_dict() | {"config": config}
+    path = Path(path)
+    converter = load_converter()
+    chart = figure.to_dict() | {"config": chart_config(scheme)}
     match path.suffix.lower():
         case ".svg":
-            write_output_file(path, vl_convert.vegalite_to_svg(chart))
+            write_output_file(path, converter.vegalite_to_svg(chart))
         case ".png":
-            write_output_bytes(path, vl_convert.vegalite_to_png(chart, scale=PIXELS_PER_POINT))
+            write_output_bytes(path, converter.vegalite_to_png(chart, scale=_PNG_SCALE))
         case _:
             msg = f"{path}: a picture's file ends in .svg or .png"
             raise UsageError(msg)
+
+
+def write_figures(
+    figures: Mapping[str, Chart],
+    folder: Path | str,
+    *,
+    file_formats: Sequence[str] = FILE_FORMATS,
+    scheme: Scheme = "light",
+) -> tuple[Path, ...]:
+    """Write pictures into a folder, which is made where it is not there, and return their files.
+
+    Parameters
+    ----------
+    figures : mapping of str to altair.TopLevelMixin
+        By the stem of their files.
+    folder : Path or str
+        Where to.
+    file_formats : sequence of str
+        ``svg``, ``png``.
+    scheme : str
+        ``light`` or ``dark``.
+
+    Raises
+    ------
+    UsageError
+        If a format is another, or a library is missing.
+    OutputError
+        If the folder or a file cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{folder}: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error
+    paths = []
+    for stem, figure in figures.items():
+        for file_format in file_formats:
+            path = folder / f"{stem}.{file_format}"
+            write_figure(figure, path, scheme=scheme)
+            paths.append(path)
+    return tuple(paths)

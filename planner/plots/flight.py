@@ -2,109 +2,242 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from planner.plots.tables import flight_rows, flown_case, state_rows
-from planner.plots.theme import BLUE, GREEN, ORANGE, RED, STATE_COLOURS
+import numpy as np
+
+from planner import numbers
+from planner.plots.library import Chart, load_altair
+from planner.plots.tables import make_tables
+from planner.plots.theme import BLUE, GREEN, GREY, ORANGE, RED, STATE_COLOURS
 
 if TYPE_CHECKING:
-    import altair
-
-    from planner.plots.tables import Row
+    from planner.flight.budget import BatteryBudget
+    from planner.plots.tables import FlightTables, Row
     from planner.service import CheckResult
 
-WIDTH, HEIGHT = 720, 180
+WIDTH, HEIGHT = 720, 200
 """Of a panel. [px]"""
+_HEIGHTS = ("altitude_amsl_m", "ground_amsl_m")
 _TIME = "Time [min]"
+_LABELLED_BAND = 0.055
+"""Share of the flight that a band of a state takes at least to hold the state's name. [-]"""
+_USED, _NEEDED = "used so far", "used once home, turning back here"
 
 
-def profile_figure(result: CheckResult) -> altair.VConcatChart:
-    """Return altitude and ground speed over time, with the item flown.
+def profile_figure(result: CheckResult) -> Chart:
+    """Return altitude, over the ground where it is known, and ground speed over time.
 
     Raises
     ------
     UsageError
-        If nothing is flown.
+        If nothing is flown, or Altair is missing.
     """
-    import altair as alt
-
-    rows = _table(flight_rows(result))
-    return alt.vconcat(
-        _line(rows, "altitude_amsl_m", "Altitude [m AMSL]", BLUE),
-        _line(rows, "speed_m_s", "Ground speed [m/s]", GREEN),
-    ).resolve_scale(x="shared")
+    alt = load_altair()
+    tables = make_tables(result)
+    return alt.vconcat(altitude_panel(tables), speed_panel(tables)).properties(
+        description="Altitude and ground speed over time"
+    )
 
 
-def power_figure(result: CheckResult) -> altair.LayerChart:
+def power_figure(result: CheckResult) -> Chart:
     """Return the electrical power over time, on bands that name the states.
 
     Raises
     ------
     UsageError
-        If nothing is flown.
+        If nothing is flown, or Altair is missing.
     """
-    import altair as alt
-
-    bands = (
-        alt.Chart(_table(state_rows(result)))
-        .mark_rect(opacity=0.35)
-        .encode(
-            x=alt.X("start_min:Q").title(_TIME),
-            x2="end_min:Q",
-            color=alt.Color("state:N")
-            .title("State")
-            .scale(domain=[str(s) for s in STATE_COLOURS], range=list(STATE_COLOURS.values())),
-            tooltip=["state:N", alt.Tooltip("start_min:Q"), alt.Tooltip("end_min:Q")],
-        )
-    )
-    if not flown_case(result).vehicle.is_power_known:
-        return bands.properties(width=WIDTH, height=HEIGHT)
-    return (bands + _line(_table(flight_rows(result)), "power_w", "Power [W]", RED)).properties(
-        width=WIDTH, height=HEIGHT
-    )
+    return power_panel(make_tables(result))
 
 
-def energy_figure(result: CheckResult) -> altair.LayerChart:
+def energy_figure(result: CheckResult) -> Chart:
     """Return the energy used over time, and what it would be at home when turning back there.
 
     Raises
     ------
     UsageError
-        If nothing is flown.
+        If nothing is flown, or Altair is missing.
     """
-    import altair as alt
-
-    layers = [_line(_table(flight_rows(result)), "used_wh", "Energy [Wh]", ORANGE)]
-    if result.battery is not None:
-        reserve_wh = result.battery.reserve_fraction * result.battery.capacity_wh
-        limits = [
-            {"limit": "battery", "energy_wh": result.battery.usable_wh},
-            {"limit": "above the reserve", "energy_wh": result.battery.usable_wh - reserve_wh},
-        ]
-        lines = alt.Chart(_table(limits)).encode(y="energy_wh:Q")
-        layers += [
-            lines.mark_rule(strokeDash=[6, 4]),
-            lines.mark_text(align="left", dx=4, dy=-5, x=0).encode(text="limit:N"),
-        ]
-    return alt.layer(*layers).properties(width=WIDTH, height=HEIGHT)
+    return energy_panel(make_tables(result))
 
 
-def _table(rows: list[Row]) -> Any:  # noqa: ANN401 - Altair's union of data
-    import altair as alt
-
-    return alt.InlineData(values=rows)
-
-
-def _line(rows: Any, name: str, title: str, colour: str) -> altair.Chart:  # noqa: ANN401
-    import altair as alt
-
-    return (
-        alt.Chart(rows)
-        .mark_line(color=colour, strokeWidth=1.5)
-        .encode(
-            x=alt.X("time_min:Q").title(_TIME),
-            y=alt.Y(f"{name}:Q").title(title),
-            tooltip=["time_min:Q", "item:O", alt.Tooltip(f"{name}:Q").title(title)],
-        )
-        .properties(width=WIDTH, height=HEIGHT)
+def altitude_panel(tables: FlightTables) -> Chart:
+    """Return the altitude over time, over the ground or, where that is not known, over home."""
+    alt = load_altair()
+    home_m = tables.case.route.home_amsl_m
+    flight = alt.Chart(_named(tables.flight, "flight"))
+    x = alt.X("time_min:Q").title(_TIME).scale(nice=False)
+    y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
+    y = y.scale(zero=False, domain=_heights_m(tables), nice=False)
+    home = alt.Chart(alt.InlineData(values=[{"home_amsl_m": round(home_m, 2)}])).encode(
+        y="home_amsl_m:Q"
     )
+    layers = [
+        home.mark_rule(strokeDash=[2, 3]),
+        home.mark_text(dy=-6).encode(
+            x=alt.value(alt.ExprRef("width / 2")), text=alt.value(f"home, {numbers.height(home_m)}")
+        ),
+        flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
+    ]
+    if tables.case.terrain is not None:
+        ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").title(None))
+        layers = [
+            ground.mark_area(color=GREY, opacity=0.35, line=False).encode(
+                y2=alt.Y2(datum=_heights_m(tables)[0])
+            ),
+            ground.mark_line(color=GREY, strokeWidth=1.2),
+            *layers,
+        ]
+    what = "over the ground" if tables.case.terrain is not None else "with the altitude of home"
+    return _panel(alt.layer(*layers), f"Altitude of the flight over time, {what}")
+
+
+def speed_panel(tables: FlightTables) -> Chart:
+    """Return the ground speed over time."""
+    alt = load_altair()
+    line = (
+        alt.Chart(_named(tables.flight, "flight"))
+        .mark_line(color=GREEN, strokeWidth=1.5)
+        .encode(
+            x=alt.X("time_min:Q").title(_TIME).scale(nice=False),
+            y=alt.Y("speed_m_s:Q").title("Ground speed [m/s]"),
+        )
+    )
+    return _panel(alt.layer(line), "Ground speed over time")
+
+
+def power_panel(tables: FlightTables) -> Chart:
+    """Return the power over time on bands of the states."""
+    alt = load_altair()
+    bands = alt.Chart(_named(tables.states, "states"))
+    start = alt.X("start_min:Q").title(_TIME).scale(nice=False)
+    present = [state for state in STATE_COLOURS if any(r["state"] == state for r in tables.states)]
+    layers = [
+        bands.mark_rect(opacity=0.35).encode(
+            x=start,
+            x2="end_min:Q",
+            color=alt.Color("state:N")
+            .title("State")
+            .scale(domain=list(map(str, present)), range=[STATE_COLOURS[s] for s in present]),
+        ),
+    ]
+    whole_min = tables.states[-1]["end_min"]
+    named = [
+        {
+            "middle_min": round(0.5 * (row["start_min"] + row["end_min"]), 4),
+            "state": row["state"],
+        }
+        for row in tables.states
+        if row["end_min"] - row["start_min"] > _LABELLED_BAND * whole_min
+    ]
+    if tables.case.vehicle.is_power_known:
+        layers.append(
+            alt.Chart(_named(tables.flight, "flight"))
+            .mark_line(color=RED, strokeWidth=1.5)
+            .encode(x=alt.X("time_min:Q").title(_TIME), y=alt.Y("power_w:Q").title("Power [W]"))
+        )
+    layers.append(
+        alt.Chart(alt.InlineData(values=named))
+        .mark_text(baseline="top", dy=4)
+        .encode(x="middle_min:Q", y=alt.value(0), text="state:N")
+    )
+    return _panel(alt.layer(*layers), "Electrical power over time, on bands of the flight's states")
+
+
+def energy_panel(tables: FlightTables) -> Chart:
+    """Return the energy over time, with the way home, the battery and the reserve."""
+    alt = load_altair()
+    x = alt.X("time_min:Q").title(_TIME).scale(nice=False)
+    legend = alt.Legend(labelLimit=400, columns=1)
+    domain = [_USED, _NEEDED]
+    colour = alt.Color("curve:N", legend=legend).title("Energy")
+    dash = alt.StrokeDash("curve:N", legend=legend).title("Energy")
+
+    def curve(rows: Chart, column: str, name: str) -> Chart:
+        return (
+            alt.Chart(rows)
+            .transform_calculate(curve=f"'{name}'")
+            .mark_line(strokeWidth=1.8)
+            .encode(
+                x=x,
+                y=alt.Y(f"{column}:Q").title("Energy [Wh]"),
+                color=colour.scale(domain=domain, range=[ORANGE, BLUE]),
+                strokeDash=dash.scale(domain=domain, range=[[1, 0], [6, 3]]),
+            )
+        )
+
+    layers = []
+    if tables.case.vehicle.is_power_known:
+        layers += [
+            curve(_named(tables.flight, "flight"), "used_wh", _USED),
+            curve(_named(tables.returns, "returns"), "needed_wh", _NEEDED),
+        ]
+    if (tightest := tightest_row(tables)) is not None:
+        point = alt.Chart(alt.InlineData(values=[tightest])).encode(x=x, y="needed_wh:Q")
+        layers += [
+            point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
+            point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
+        ]
+    if tables.result.battery is not None:
+        for row, dashes in zip(limit_rows(tables.result.battery), ([1, 0], [2, 3]), strict=True):
+            limit = alt.Chart(alt.InlineData(values=[row])).encode(y="energy_wh:Q")
+            layers += [
+                limit.mark_rule(strokeWidth=1.2, strokeDash=dashes),
+                limit.mark_text(align="left", baseline="bottom", dx=4, dy=-2).encode(
+                    x=alt.value(0), text="label:N"
+                ),
+            ]
+    return _panel(
+        alt.layer(*layers),
+        "Energy used over time, and what would be used once home by turning back at each time",
+    )
+
+
+def tightest_row(tables: FlightTables) -> Row | None:
+    """Return the point from which the way home is tightest."""
+    way = tables.result.way_home
+    if way is None or way.tightest is None:
+        return None
+    homeward, time_s = tables.case.homeward, way.tightest.time_s
+    ends_s = np.append(homeward.start_s, homeward.flight.time_s)
+    used_wh = float(np.interp(time_s, ends_s, homeward.used_wh))
+    return {
+        "time_min": round(time_s / 60.0, 4),
+        "needed_wh": round(used_wh + way.energy_home_wh, 3),
+    }
+
+
+def limit_rows(battery: BatteryBudget) -> list[Row]:
+    """Return what the battery holds, and where its reserve begins."""
+    above_wh = battery.usable_wh - battery.reserve_wh
+    return [
+        {
+            "limit": "battery",
+            "energy_wh": round(battery.usable_wh, 3),
+            "label": f"battery, {numbers.energy(battery.usable_wh)}",
+        },
+        {
+            "limit": "reserve",
+            "energy_wh": round(above_wh, 3),
+            "label": f"reserve begins, {numbers.energy(above_wh)}",
+        },
+    ]
+
+
+def _heights_m(tables: FlightTables) -> list[float]:
+    """Return the lowest and the highest height to draw, with some room about them. [m AMSL]"""
+    heights = [tables.case.route.home_amsl_m]
+    for row in tables.flight:
+        heights += [row[key] for key in _HEIGHTS if row.get(key) is not None]
+    low, high = min(heights), max(heights)
+    room = 0.06 * max(high - low, 10.0)
+    return [round(low - room, 1), round(high + room, 1)]
+
+
+def _named(rows: list[Row], name: str) -> Chart:
+    return load_altair().InlineData(values=rows, name=name)
+
+
+def _panel(chart: Chart, description: str) -> Chart:
+    return chart.properties(width=WIDTH, height=HEIGHT, description=description)

@@ -1,4 +1,8 @@
-"""Tables behind the pictures: what a flight looks like over time, and where it goes."""
+"""Tables behind the pictures of a flight: what it looks like over time, and where it goes.
+
+They have a bounded number of rows, however long the flight: of each short time the first sample and
+the extremes are kept, of the path the corners that can be seen.
+"""
 
 from __future__ import annotations
 
@@ -8,80 +12,175 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.errors import UsageError
+from planner.flight.return_profile import return_profile
+from planner.flight.state import STATES
 from planner.flight.trace import sample_trace
+from planner.frozen import frozen
+from planner.mission.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from planner.checks.case import Case
-    from planner.flight.motion.kinematics import FloatArray
+    from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.trace import Trace
     from planner.service import CheckResult
 
 Row = dict[str, Any]
 
-MOST_ROWS = 4_000
-"""Finer than the dots of a screen; the ends of segments are kept whatever their number."""
+MOST_ROWS = 2_400
+"""Of a table over time; finer than the dots of a screen."""
+_SAMPLES = 20_000
+"""Looked at for that."""
+_EXTREMES = 7
+"""Rows kept of each short time: the first, and the extremes of power, altitude and speed."""
+_LANDINGS = (StageKind.LAND, StageKind.RETURN)
+"""Where the vehicle lands anyway: nothing is left to turn back from."""
+_BANDS = 500
+"""Most bands of states; with more, each shows what takes most of its time."""
+_PATH_TOLERANCE = 1.0 / 4_000
+"""What a simplified path may be off, as a share of its extent: a quarter of a dot. [-]"""
 
 
-def flown_case(result: CheckResult) -> Case:
-    """Return the case behind a result.
+@frozen(eq=False)
+class FlightTables:
+    """A result, and the rows of its pictures."""
+
+    result: CheckResult
+    case: Case
+    flight: list[Row]
+    """Samples over time; power and energy are left out where they are not known."""
+    path: list[Row]
+    """Samples of the way over ground."""
+    states: list[Row]
+    """Stretches of one state."""
+    returns: list[Row]
+    """What it would take to get home; empty where the power is not known."""
+
+
+def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTables:
+    """Return the tables of a result.
 
     Raises
     ------
     UsageError
         If nothing is flown, of which there is no picture.
     """
-    if result.case is None:
+    case = result.case
+    if case is None:
         msg = f"{result.file}: nothing is flown, so there is nothing to draw"
         raise UsageError(msg)
-    return result.case
+    trace = sample_trace(case.flight, case.route, most_samples=_SAMPLES)
+    return FlightTables(
+        result=result,
+        case=case,
+        flight=_flight_rows(case, trace, most_rows),
+        path=_path_rows(case, trace),
+        states=_state_rows(case),
+        returns=_return_rows(case, most_rows) if case.vehicle.is_power_known else [],
+    )
 
 
-def flight_rows(result: CheckResult) -> list[Row]:
-    """Return the flight over time, a row per sample; energies are ``None`` where not known.
-
-    Raises
-    ------
-    UsageError
-        If nothing is flown.
-    """
-    case = flown_case(result)
-    trace = sample_trace(case.flight, case.route, most_samples=MOST_ROWS)
-    powered = case.vehicle.is_power_known
-    used_wh = _used_wh(case, trace)
-    columns = {
-        "time_min": np.round(trace.time_s / 60.0, 4),
-        "item": trace.item,
-        "altitude_amsl_m": np.round(trace.altitude_amsl_m, 2),
-        "speed_m_s": np.round(trace.ground_speed_m_s, 2),
-        "power_w": np.round(trace.power_w, 1),
-        "used_wh": np.round(used_wh, 3),
-        "latitude_deg": np.round(trace.latitude_deg, 7),
-        "longitude_deg": np.round(trace.longitude_deg, 7),
-    }
+def _flight_rows(case: Case, trace: Trace, most_rows: int) -> list[Row]:
+    known = case.vehicle.is_power_known
+    kept = _extremes(
+        trace.time_s,
+        (trace.power_w, trace.altitude_amsl_m, trace.ground_speed_m_s),
+        most_rows // _EXTREMES,
+    )
     east_m, north_m = case.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
-    columns |= {"east_m": np.round(east_m, 1), "north_m": np.round(north_m, 1)}
-    if not powered:
-        del columns["power_w"], columns["used_wh"]
-    names = [*columns, "state"]
-    lists = [column.tolist() for column in columns.values()]
-    return [dict(zip(names, row, strict=True)) for row in zip(*lists, trace.state, strict=True)]
+    columns = {
+        "time_min": _rounded(trace.time_s / 60.0, 4),
+        "item": trace.item.tolist(),
+        "altitude_amsl_m": _rounded(trace.altitude_amsl_m, 2),
+        "speed_m_s": _rounded(trace.ground_speed_m_s, 2),
+        "east_m": _rounded(east_m, 1),
+        "north_m": _rounded(north_m, 1),
+        "state": list(trace.state),
+    }
+    if known:
+        columns["power_w"] = _rounded(trace.power_w, 1)
+        columns["used_wh"] = _rounded(_used_wh(case, trace), 3)
+    if case.terrain is not None:
+        ground_m = case.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
+        columns["ground_amsl_m"] = _rounded(ground_m.filled(np.nan), 1)
+    return _rows(columns, kept)
 
 
-def state_rows(result: CheckResult) -> list[Row]:
-    """Return the stretches of one state over time, neighbours of one state in one row."""
-    rows: list[Row] = []
-    for state, group in groupby(result.segments, key=lambda segment: segment.state):
-        stretch = list(group)
-        end_s = stretch[-1].start_s + stretch[-1].duration_s
-        rows.append(
-            {
-                "state": state.value,
-                "start_min": round(stretch[0].start_s / 60.0, 4),
-                "end_min": round(end_s / 60.0, 4),
-            }
+def _path_rows(case: Case, trace: Trace) -> list[Row]:
+    import shapely
+
+    east_m, north_m = case.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
+    number = np.arange(len(east_m), dtype=np.float64)
+    kept = np.arange(len(east_m))
+    if len(kept) > 2:
+        extent_m = float(max(np.ptp(east_m), np.ptp(north_m)))
+        line = shapely.LineString(np.column_stack((east_m, north_m, number)))
+        thin = shapely.simplify(line, _PATH_TOLERANCE * extent_m, preserve_topology=False)
+        kept = shapely.get_coordinates(thin, include_z=True)[:, 2].astype(np.intp)
+    columns = {
+        "time_min": _rounded(trace.time_s / 60.0, 4),
+        "item": trace.item.tolist(),
+        "east_m": _rounded(east_m, 1),
+        "north_m": _rounded(north_m, 1),
+    }
+    return _rows(columns, kept)
+
+
+def _state_rows(case: Case) -> list[Row]:
+    columns = case.flight.motion.segments
+    state, end_s = columns.state, columns.end_s
+    last = np.flatnonzero(np.diff(state, append=-1))
+    bands = list(
+        zip(
+            state[last].tolist(),
+            [0.0, *end_s[last[:-1]].tolist()],
+            end_s[last].tolist(),
+            strict=True,
         )
-    return rows
+    )
+    if len(bands) > _BANDS:
+        bands = _coarse_bands(state, end_s)
+    return [
+        {
+            "state": STATES[index].value,
+            "start_min": round(start_s / 60.0, 4),
+            "end_min": round(stop_s / 60.0, 4),
+        }
+        for index, start_s, stop_s in bands
+    ]
+
+
+def _coarse_bands(state: IntArray, end_s: FloatArray) -> list[tuple[int, float, float]]:
+    """Return even bands with the state that takes most of the time of each, neighbours joined."""
+    edges_s = np.linspace(0.0, float(end_s[-1]), _BANDS + 1)
+    spent_s = np.zeros((len(STATES), _BANDS))
+    for index in range(len(STATES)):
+        of_state_s = np.cumsum(np.where(state == index, np.diff(end_s, prepend=0.0), 0.0))
+        until_s = np.interp(
+            edges_s, np.concatenate(([0.0], end_s)), np.concatenate(([0.0], of_state_s))
+        )
+        spent_s[index] = np.diff(until_s)
+    most = spent_s.argmax(axis=0).tolist()
+    bands = []
+    for index, group in groupby(range(_BANDS), key=most.__getitem__):
+        members = list(group)
+        bands.append((int(index), float(edges_s[members[0]]), float(edges_s[members[-1] + 1])))
+    return bands
+
+
+def _return_rows(case: Case, most_rows: int) -> list[Row]:
+    profile = return_profile(case.homeward)
+    landing = [stage.item for stage in case.route.stages if stage.kind in _LANDINGS]
+    turning = np.flatnonzero(~np.isin(profile.item, landing))
+    needed_wh = profile.used_wh + profile.return_wh
+    columns = {
+        "time_min": _rounded(profile.time_s / 60.0, 4),
+        "item": profile.item.tolist(),
+        "return_wh": _rounded(profile.return_wh, 3),
+        "needed_wh": _rounded(needed_wh, 3),
+    }
+    kept = _extremes(profile.time_s[turning], (needed_wh[turning],), most_rows // _EXTREMES)
+    return _rows(columns, turning[kept])
 
 
 def _used_wh(case: Case, trace: Trace) -> FloatArray:
@@ -94,3 +193,27 @@ def _used_wh(case: Case, trace: Trace) -> FloatArray:
     missing_wh = np.interp(trace.time_s, ends_s, ends_wh - rough_at_ends_wh)
     used_wh: FloatArray = rough_wh + missing_wh
     return used_wh
+
+
+def _extremes(time_s: FloatArray, columns: tuple[FloatArray, ...], buckets: int) -> IntArray:
+    """Return the rows to keep: the first of each bucket of time, the last, and the extremes."""
+    count = len(time_s)
+    if count <= _EXTREMES * buckets:
+        return np.arange(count)
+    bucket = np.minimum((time_s / time_s[-1] * buckets).astype(np.intp), buckets - 1)
+    kept = [np.flatnonzero(np.diff(bucket, prepend=-1)), np.array([count - 1])]
+    for column in columns:
+        for values in (column, -column):
+            order = np.lexsort((values, bucket))  # the highest of a bucket stands last in it
+            kept.append(order[np.flatnonzero(np.diff(bucket[order], append=-1))])
+    return np.unique(np.concatenate(kept))
+
+
+def _rounded(values: FloatArray, digits: int) -> list[float | None]:
+    return [None if value != value else value for value in np.round(values, digits).tolist()]  # noqa: PLR0124 - NaN is not itself
+
+
+def _rows(columns: dict[str, list[Any]], kept: IntArray) -> list[Row]:
+    chosen = kept.tolist()
+    lists = [[column[index] for index in chosen] for column in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*lists, strict=True)]

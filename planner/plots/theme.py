@@ -10,7 +10,8 @@ from typing import Any, Literal
 
 from planner.flight.state import FlightState
 
-Scheme = Literal["light", "dark"]
+Scheme = Literal["light", "dark", "page"]
+"""``page``: the ink is that of the page around the picture, whatever it is."""
 
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#8C8C8C"
@@ -26,31 +27,39 @@ STATE_COLOURS: dict[str, str] = {
     FlightState.LAND: RED,
 }
 
-_INK = {"light": "#1f2328", "dark": "#e6edf3"}
-_FAINT = {"light": "#d0d7de", "dark": "#3d444d"}
+BACKGROUND: dict[Scheme, str] = {"light": "#ffffff", "dark": "#0d1117", "page": "transparent"}
+_INK: dict[Scheme, str] = {"light": "#1f2328", "dark": "#e6edf3", "page": "currentColor"}
+_GRID_OPACITY = 0.15
+_FRAME_OPACITY = 0.35
 FONT = "system-ui, 'Segoe UI', Roboto, 'Noto Sans', Arial, sans-serif"
 
 
 def chart_config(scheme: Scheme) -> dict[str, Any]:
-    """Return Vega-Lite's configuration of a scheme; the background stays that of the page."""
-    ink, faint = _INK[scheme], _FAINT[scheme]
-    text = {"labelColor": ink, "titleColor": ink}
+    """Return Vega-Lite's configuration of a scheme."""
+    ink = _INK[scheme]
+    text = {
+        "labelColor": ink,
+        "titleColor": ink,
+        "labelFontSize": 11,
+        "titleFontSize": 12,
+        "titleFontWeight": "normal",
+    }
     return {
-        "background": "transparent",
+        "background": BACKGROUND[scheme],
         "font": FONT,
-        "view": {"stroke": faint},
+        "view": {"stroke": ink, "strokeOpacity": _FRAME_OPACITY},
         "axis": {
             **text,
-            "domainColor": faint,
-            "gridColor": faint,
-            "gridOpacity": 0.6,
-            "tickColor": faint,
-            "labelFontSize": 11,
-            "titleFontSize": 12,
-            "titleFontWeight": "normal",
+            "domainColor": ink,
+            "domainOpacity": _FRAME_OPACITY,
+            "gridColor": ink,
+            "gridOpacity": _GRID_OPACITY,
+            "tickColor": ink,
+            "tickOpacity": _FRAME_OPACITY,
         },
-        "legend": {**text, "labelFontSize": 11, "titleFontSize": 12, "titleFontWeight": "normal"},
+        "legend": {**text, "orient": "bottom", "columns": 4, "symbolStrokeWidth": 2},
         "title": {"color": ink, "fontSize": 14, "anchor": "start", "subtitleColor": ink},
-        "text": {"color": ink},
+        "text": {"color": ink, "fontSize": 11},
         "rule": {"color": ink},
+        "point": {"color": ink},
     }

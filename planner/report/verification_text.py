@@ -41,14 +41,18 @@ def flight_label(one: Verification) -> str:
     return name if one.flight == 1 else f"{name} flight {one.flight}"
 
 
-def _flight_lines(one: Verification, *, medium: Medium) -> list[str]:
-    lines = [medium.paint(flight_label(one), "bold")]
+def flight_errors(one: Verification) -> str:
+    """Return how far a flight was from its prediction: ``time +1.3 %, energy -0.4 %``."""
     energy = (
         f", energy {error_text(one.energy_fraction)}"
         if one.energy_fraction is not None
         else "; no energy to compare"
     )
-    lines += [f"time {error_text(one.time_fraction)}{energy}", ""]
+    return f"time {error_text(one.time_fraction)}{energy}"
+
+
+def _flight_lines(one: Verification, *, medium: Medium) -> list[str]:
+    lines = [medium.paint(flight_label(one), "bold"), flight_errors(one), ""]
     lines += _figure_lines(one)
     lines += ["", *_state_lines(one.states)]
     if one.stops:

@@ -69,10 +69,9 @@ def test_the_text_names_the_errors_and_the_flights(
 
 
 def test_plots_are_drawn_into_a_folder(log: str) -> None:
-    pytest.importorskip("matplotlib")
     assert main(["verify", MODEL, log, "--plots", "drawn"]) == 0
     [path] = Path("drawn").iterdir()
-    assert path.read_text(encoding="utf-8").startswith("<?xml")
+    assert "Ground speed [m/s]" in path.read_text(encoding="utf-8")
 
 
 def test_unusable_input_is_refused_in_a_sentence(

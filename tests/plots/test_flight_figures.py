@@ -1,0 +1,233 @@
+"""Pictures of a flight: what is drawn is what the result says, with units, on light and dark."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fenced_missions import at, box, degrees
+from made_missions import item, mission, rtl, takeoff
+
+from planner import plots
+from planner.autopilot import Autopilot
+from planner.errors import UsageError
+from planner.geo.fence import Fence
+from planner.physics.wind import Wind
+from planner.plots.flight import limit_rows, tightest_row
+from planner.plots.tables import MOST_ROWS, make_tables
+from planner.plots.theme import STATE_COLOURS, chart_config
+from planner.service import CheckResult, check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+OUT = (takeoff(20), at(0, 300), at(300, 300), rtl())
+CLOSE = Fence(polygons=(box(-400, -400, 305, 400),))
+
+
+def checked(
+    *items: Any, fence: Fence | None = None, vehicle: str = "falkowski-2023-quadrotor"
+) -> CheckResult:
+    """Return the check of items about home, with a battery of 77 Wh and some wind."""
+    return check(
+        replace(mission(*items), fence=fence),
+        load_vehicle(vehicle),
+        battery=Battery(capacity_wh=77.0),
+        wind=Wind(speed_m_s=3.0, from_deg=270.0),
+    )
+
+
+@pytest.fixture(scope="module")
+def out() -> CheckResult:
+    return checked(*OUT, fence=CLOSE)
+
+
+@pytest.fixture(scope="module")
+def survey() -> CheckResult:
+    """400 lines of 200 m, 5 m apart, each with a turn at both ends."""
+    lines = [
+        place
+        for number in range(400)
+        for place in (at(0, 5.0 * number), at(200, 5.0 * number))[:: 1 if number % 2 else -1]
+    ]
+    return checked(takeoff(20), *lines, rtl())
+
+
+def test_the_energy_drawn_ends_at_the_energy_of_the_flight(out: CheckResult) -> None:
+    rows = make_tables(out).flight
+    assert rows[0]["used_wh"] == 0.0
+    assert rows[-1]["used_wh"] == pytest.approx(out.totals.energy_wh, abs=1e-3)  # rows are rounded
+    assert rows[-1]["time_min"] == pytest.approx(out.totals.time_s / 60.0, abs=1e-4)
+
+
+def test_the_energy_drawn_is_exact_where_segments_end(out: CheckResult) -> None:
+    by_time = {row["time_min"]: row["used_wh"] for row in make_tables(out).flight}
+    used_wh = 0.0
+    for segment in out.segments:
+        used_wh += segment.energy_wh
+        end_min = round((segment.start_s + segment.duration_s) / 60.0, 4)
+        assert by_time[end_min] == pytest.approx(used_wh, abs=1e-3)
+
+
+def test_the_highest_power_and_altitude_are_drawn_however_few_rows_there_are(
+    survey: CheckResult,
+) -> None:
+    assert survey.case is not None
+    rows = make_tables(survey, most_rows=300).flight
+    assert len(rows) <= 300
+    # The peak of the result is that of quadrature nodes, a sample may miss it by a little.
+    peak_w = max(row["power_w"] for row in rows)
+    assert peak_w == pytest.approx(survey.totals.peak_power_w, rel=0.01)
+    assert max(row["altitude_amsl_m"] for row in rows) == pytest.approx(420.0, abs=0.5)
+
+
+def test_a_long_flight_is_drawn_with_a_bounded_number_of_rows(survey: CheckResult) -> None:
+    tables = make_tables(survey)
+    assert len(survey.segments) > 2_000
+    for rows in (tables.flight, tables.path, tables.states, tables.returns):
+        assert 0 < len(rows) <= MOST_ROWS + 1
+
+
+def test_the_path_drawn_holds_every_corner_of_a_survey(survey: CheckResult) -> None:
+    corners = {(round(row["east_m"]), round(row["north_m"])) for row in make_tables(survey).path}
+    for north_m in range(0, 2_000, 5):
+        for east_m in (0, 200):
+            near = [c for c in corners if math.hypot(c[0] - east_m, c[1] - north_m) < 3.0]
+            assert near, f"nothing is drawn at {east_m} m east, {north_m} m north"
+
+
+def test_bands_of_states_cover_the_flight_without_a_gap(
+    out: CheckResult, survey: CheckResult
+) -> None:
+    for result in (out, survey):
+        bands = make_tables(result).states
+        assert bands[0]["start_min"] == 0.0
+        assert bands[-1]["end_min"] == pytest.approx(result.totals.time_s / 60.0, abs=1e-4)
+        for one, other in zip(bands, bands[1:], strict=False):
+            assert one["end_min"] == other["start_min"]
+            assert one["state"] != other["state"]
+
+
+def test_the_band_of_a_state_is_as_long_as_its_segments(out: CheckResult) -> None:
+    bands = make_tables(out).states
+    for state in STATE_COLOURS:
+        drawn_min = sum(b["end_min"] - b["start_min"] for b in bands if b["state"] == state)
+        flown_s = sum(s.duration_s for s in out.segments if s.state == state)
+        assert drawn_min == pytest.approx(flown_s / 60.0, abs=1e-3)
+
+
+def test_the_tightest_point_drawn_leaves_the_margin_of_the_result(out: CheckResult) -> None:
+    assert out.battery is not None
+    assert out.way_home is not None
+    row = tightest_row(make_tables(out))
+    assert row is not None
+    [full, reserve] = limit_rows(out.battery)
+    assert full["energy_wh"] == pytest.approx(out.battery.usable_wh)
+    # Energy above the reserve less that used once home: what the result calls the margin.
+    assert reserve["energy_wh"] - row["needed_wh"] == pytest.approx(
+        out.way_home.margin_wh, abs=2e-3
+    )
+
+
+def test_no_point_of_the_return_curve_is_tighter_than_the_tightest(
+    out: CheckResult, survey: CheckResult
+) -> None:
+    for result in (out, survey):
+        tables = make_tables(result)
+        row = tightest_row(tables)
+        assert row is not None
+        highest_wh = max(point["needed_wh"] for point in tables.returns)
+        # The search may leave a point that is tighter by a thousandth: `return_search._TOLERANCE`.
+        assert highest_wh <= row["needed_wh"] * 1.001 + 1e-3
+        assert highest_wh >= row["needed_wh"] * 0.99
+
+
+def test_a_metre_is_as_long_eastwards_as_northwards(out: CheckResult, survey: CheckResult) -> None:
+    for result in (out, survey):
+        chart = plots.map_figure(result).to_dict()
+        x, y = (chart["layer"][0]["encoding"][axis]["scale"]["domain"] for axis in "xy")
+        # Sides are whole dots: half a dot of the shorter side is the most they can be off.
+        assert chart["width"] / (x[1] - x[0]) == pytest.approx(
+            chart["height"] / (y[1] - y[0]), rel=0.5 / min(chart["width"], chart["height"]) + 1e-3
+        )
+
+
+def test_the_map_shows_the_fence_and_the_stretch_a_finding_is_about(out: CheckResult) -> None:
+    [index] = [n for n, finding in enumerate(out.findings) if finding.code == "F102"]
+    data = plots.map_figure(out).to_dict()["datasets"]
+    stretch = [row for row in data["stretches"] if row["finding"] == index]
+    assert [row["order"] for row in stretch] == [0, 1]
+    found = out.findings[index].stretch
+    assert found is not None
+    for row, place_deg in zip(stretch, (found.start_deg, found.end_deg), strict=True):
+        there = degrees(row["east_m"], row["north_m"])
+        assert there == pytest.approx(place_deg, abs=1e-6)  # 0.1 m
+    assert {row["kind"] for row in data["fence"]} == {"stay inside"}
+    fence = [(row["east_m"], row["north_m"]) for row in data["fence"]]
+    assert fence[0] == fence[-1]
+    assert max(east for east, _ in fence) == pytest.approx(305.0, abs=0.2)
+
+
+def test_every_axis_says_its_quantity_and_unit(out: CheckResult, tmp_path: Path) -> None:
+    expected = {
+        "map": ("East of home [m]", "North of home [m]", "wind 3.0 m/s from 270°", "stay inside"),
+        "altitude": ("Time [min]", "Altitude [m AMSL]"),
+        "speed": ("Time [min]", "Ground speed [m/s]"),
+        "power": ("Time [min]", "Power [W]", "cruise", "brake"),
+        "energy": ("Time [min]", "Energy [Wh]", "used so far", "tightest", "battery, 77.0 Wh"),
+    }
+    written = plots.write_figures(plots.mission_figures(out), tmp_path, file_formats=("svg",))
+    assert {path.stem for path in written} == expected.keys()
+    for path in written:
+        texts = {element.text for element in ET.parse(path).iter() if element.text}  # noqa: S314
+        for text in expected[path.stem]:
+            assert any(text in found for found in texts), f"{text} is not in {path.name}"
+
+
+def test_light_and_dark_pictures_differ_in_ink_and_paper(out: CheckResult, tmp_path: Path) -> None:
+    figure = plots.profile_figure(out)
+    plots.write_figure(figure, tmp_path / "light.svg")
+    plots.write_figure(figure, tmp_path / "dark.svg", scheme="dark")
+    light, dark = ((tmp_path / f"{s}.svg").read_text(encoding="utf-8") for s in ("light", "dark"))
+    assert 'fill="#ffffff"' in light
+    assert 'fill="#ffffff"' not in dark
+    assert chart_config("dark")["background"] in dark
+
+
+def test_a_png_is_a_png(out: CheckResult, tmp_path: Path) -> None:
+    plots.write_figure(plots.power_figure(out), tmp_path / "power.png")
+    assert (tmp_path / "power.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_another_suffix_is_refused_in_a_sentence(out: CheckResult, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"power\.pdf: .* ends in \.svg or \.png"):
+        plots.write_figure(plots.power_figure(out), tmp_path / "power.pdf")
+
+
+def test_a_vehicle_of_unknown_power_has_motion_to_draw_and_no_energy() -> None:
+    result = checked(*OUT, vehicle="px4-sih-quad")
+    figures = plots.mission_figures(result)
+    assert "energy" not in figures
+    assert "Power [W]" not in str(figures["power"].to_dict())
+    assert "power_w" not in make_tables(result).flight[0]
+
+
+def test_a_mission_without_a_flight_has_no_picture() -> None:
+    result = checked(item(201, None))
+    with pytest.raises(UsageError, match="nothing is flown"):
+        plots.map_figure(result)
+
+
+@pytest.mark.parametrize("autopilot", list(Autopilot))
+def test_a_map_has_room_where_nothing_moves_sideways(autopilot: Autopilot) -> None:
+    vehicles = {"px4": "px4-sih-quad", "ardupilot": "arducopter-sitl-quad"}
+    result = checked(
+        takeoff(20), rtl(), vehicle=vehicles.get(autopilot.value, "falkowski-2023-quadrotor")
+    )
+    chart = plots.map_figure(result).to_dict()
+    west_m, east_m = chart["layer"][0]["encoding"]["x"]["scale"]["domain"]
+    assert west_m < 0.0 < east_m
+    assert east_m - west_m >= 20.0
