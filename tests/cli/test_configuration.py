@@ -83,6 +83,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         format = "json"
         output = "out/report.json"
         trace = "out/trace.csv"
+        plots = "out/pictures"
         statistics = true
         exit_zero = true
         [per_file_ignores]
@@ -125,6 +126,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert (report.format, report.statistics, report.exit_zero) == ("json", True, True)
     assert report.output == path.parent / "out/report.json"
     assert report.trace == path.parent / "out/trace.csv"
+    assert report.plots == path.parent / "out/pictures"
     assert request.with_trace
 
 
