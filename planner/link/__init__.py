@@ -1,0 +1,1 @@
+"""The vehicle on the line: addresses, messages, transfers, and what a vehicle says of itself."""
