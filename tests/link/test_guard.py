@@ -220,6 +220,20 @@ def test_a_request_within_a_change_waits_for_it_to_be_read() -> None:
     assert bench.answers()[0].answer.result is ArmResult.DENIED
 
 
+def test_a_change_told_of_while_the_part_is_being_confirmed_is_read_once_more() -> None:
+    bench = ready()
+    bench.is_reading = False
+    bench.ask()
+    bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+    bench.actions.clear()
+    for part in READ_PARTS:
+        bench.feed(Read(part=part, fingerprint="a"))  # as it was before the change
+    assert not bench.answers()
+    assert [a.parts for a in bench.actions if isinstance(a, ReadParts)] == [(Part.MISSION,)]
+    bench.feed(Read(part=Part.MISSION, fingerprint="a"))
+    assert bench.answers()[0].answer.is_accepted
+
+
 def test_after_a_silence_everything_is_read_again() -> None:
     bench = ready()
     bench.run(20.0, is_heard=False)
