@@ -43,6 +43,7 @@ _WINDOW_PASSES = 5
 _SAME_WINDOW_S = 0.25
 _QUIET = 3.0
 """Mean over a second in standard errors, below which a power is hover power again. [-]"""
+_ERROR_DIGITS = 3
 _GAIN_TOLERANCE = 0.05
 """The model file holds motion to this: a vehicle arrives where it is sent. [-]"""
 
@@ -55,10 +56,8 @@ class FittedResponse:
     estimates: tuple[Estimate, ...]
     window_s: float | None
     """For powers. [s]"""
-    covariance: FloatArray | None = None
-    """Of b, a and delay; ``None`` where the method tells none."""
     coefficient_errors: tuple[tuple[float, ...], tuple[float, ...], float] | None = None
-    """Standard errors of numerator, denominator and delay."""
+    """Standard errors of numerator, denominator and delay; ``None`` where the method tells none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -186,7 +185,6 @@ def _fit_once(
         transfer_function=fit.transfer_function,
         estimates=fit.estimates,
         window_s=fit.window_s,
-        covariance=fit.covariance,
         coefficient_errors=(
             tuple(errors[:size].tolist()),
             (0.0, *errors[size:-1].tolist()),
@@ -268,12 +266,16 @@ def _model_response(
     )
     size = _rounded(float(np.median([abs(c.change) for c in cuts if c.is_used])), 4)
     is_height = answer in _HEIGHTS
+    of_numerator, of_denominator, of_delay_s = fitted.coefficient_errors or (None, None, None)
     return ManoeuvreResponse(
         transfer_function=rounded,
         input_gain=1.0,
         window_s=None if answer not in _POWERS else _rounded(fitted.window_s or 0.0),
         identified_step_m=size if is_height else None,
         identified_speed_m_s=None if is_height else size,
+        numerator_standard_error=_rounded_errors(of_numerator),
+        denominator_standard_error=_rounded_errors(of_denominator),
+        delay_standard_error_s=None if of_delay_s is None else _rounded(of_delay_s, _ERROR_DIGITS),
     )
 
 
@@ -330,6 +332,10 @@ def _nothing(answer: Answer, why: str, cuts: Sequence[Cut]) -> ResponseIdentific
             name=answer.value, status=Status.LEFT_OUT, said=why, segments=_segments(cuts)
         ),
     )
+
+
+def _rounded_errors(errors: tuple[float, ...] | None) -> tuple[float, ...] | None:
+    return None if errors is None else tuple(_rounded(error, _ERROR_DIGITS) for error in errors)
 
 
 def _rounded(value: float, digits: int = 8) -> float:

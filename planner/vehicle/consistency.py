@@ -42,6 +42,9 @@ def _response_problems(raw: Mapping[str, Any]) -> Problems:
         yield "denominator", "is unstable: a root of it is not left of the imaginary axis"
     if raw["input_gain"] == 0.0:
         yield "input_gain", "must not be 0"
+    for name in ("numerator", "denominator"):
+        if f"{name}_standard_error" in raw:
+            yield from _length_problems(raw, name, f"{name}_standard_error")
 
 
 def _least_damping(denominator: Sequence[float]) -> float | None:

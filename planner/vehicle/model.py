@@ -44,6 +44,11 @@ class ManoeuvreResponse:
     """Altitude step it was identified on; ``None`` for answers to a speed. [m]"""
     identified_speed_m_s: float | None = None
     """Speed command it was identified on; ``None`` for answers to an altitude. [m/s]"""
+    numerator_standard_error: tuple[float, ...] | None = None
+    """Of each coefficient, in its order; ``None`` where the method tells none."""
+    denominator_standard_error: tuple[float, ...] | None = None
+    """Of each coefficient; 0 of one that is not fitted."""
+    delay_standard_error_s: float | None = None
 
     @property
     def unit_step(self) -> StepResponse:

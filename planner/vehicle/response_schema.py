@@ -13,6 +13,33 @@ RESPONSES = Table(
     ),
 )
 
+_STANDARD_ERRORS = (
+    Key(
+        name="numerator_standard_error",
+        kind=Kind.NUMBERS,
+        meaning="standard error of each coefficient of the numerator, in its order",
+        required=False,
+        at_least=0.0,
+        most_count=9,
+    ),
+    Key(
+        name="denominator_standard_error",
+        kind=Kind.NUMBERS,
+        meaning="standard error of each coefficient of the denominator; 0 of one that is not fitted",
+        required=False,
+        at_least=0.0,
+        most_count=9,
+    ),
+    Key(
+        name="delay_standard_error_s",
+        kind=Kind.NUMBER,
+        unit="s",
+        meaning="standard error of the dead time",
+        required=False,
+        at_least=0.0,
+    ),
+)
+
 
 def _response_table(name: str, meaning: str, *, is_power: bool, identified: Key) -> Table:
     window = Key(
@@ -41,6 +68,7 @@ def _response_table(name: str, meaning: str, *, is_power: bool, identified: Key)
                 most_count=9,
             ),
             Key(name="delay_s", kind=Kind.NUMBER, unit="s", meaning="dead time", at_least=0.0),
+            *_STANDARD_ERRORS,
             Key(
                 name="input_gain",
                 kind=Kind.NUMBER,

@@ -120,6 +120,26 @@ def test_every_response_comes_back_within_its_stated_errors(
         assert abs(measured - value) < 4.0 * error + 0.004, figure
 
 
+def test_the_file_holds_the_standard_error_of_every_coefficient(
+    identified: tuple[Path, dict[str, dict[str, object]]],
+) -> None:
+    model = read_vehicle(identified[0] / "quad.toml")
+    for name in TRUTH:
+        response = getattr(model.responses, name)
+        estimates = identified[1][name]["estimates"]
+        assert isinstance(estimates, list)
+        told = {row["name"]: row["error"] for row in estimates}
+        of_denominator = response.denominator_standard_error
+        assert of_denominator[0] == 0.0  # the leading one is not fitted
+        for written, key in (
+            (response.numerator_standard_error[-1], "b0"),
+            (of_denominator[1], "a1"),
+            (of_denominator[2], "a0"),
+            (response.delay_standard_error_s, "delay_s"),
+        ):
+            assert written == pytest.approx(told[key], rel=0.005)  # three digits are written
+
+
 def test_motion_comes_back_within_three_percent(
     identified: tuple[Path, dict[str, dict[str, object]]],
 ) -> None:

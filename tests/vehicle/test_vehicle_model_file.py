@@ -228,6 +228,18 @@ def test_a_model_of_an_autopilot_carries_its_parameters_and_density_law() -> Non
         ("numerator = [1.0]", "numerator = []", "responses.speed.numerator", "1 to 9 values"),
         ("numerator = [1.0]", "numerator = [0.1]", "responses.speed.input_gain", "end at 0.1"),
         ("input_gain = 1\n", "input_gain = 0\n", "responses.altitude.input_gain", "not be 0"),
+        (
+            "numerator = [1.0]\n",
+            "numerator = [1.0]\nnumerator_standard_error = [0.1, 0.1]\n",
+            "responses.speed.numerator_standard_error",
+            "has 2 values, numerator has 1",
+        ),
+        (
+            "numerator = [1.0]\n",
+            "numerator = [1.0]\ndelay_standard_error_s = -0.1\n",
+            "responses.speed.delay_standard_error_s",
+            "below 0",
+        ),
         ('power = "table"', "", "cruise.power", "one of not-given, table"),
         ('power = "table"', 'power = "not-given"', "cruise.speed_m_s", "is no key"),
         ("speed_m_s = [0, 5, 10]", "speed_m_s = [0, 10, 5]", "cruise.speed_m_s", "5 follows 10"),
