@@ -1,0 +1,203 @@
+"""How far a flight has come: the measured place put on the predicted flight, and what is ahead of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from planner.flight.homeward import Homeward
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+
+_SAMPLES = 400
+"""Points looked at along what is flown for one item. [-]"""
+_COURSE_SAMPLES = 800
+"""Points of a whole flight from which the way home is known, the ends of stages besides. [-]"""
+_MOST_ENDS = 2000
+_CLOCK_M_S = 0.1
+"""A second by the clock counts as much as this way: it tells only places apart that are alike. [m s⁻¹]"""
+_BACK_S = 3.0
+"""A place may turn out to be so much earlier than the one before. [s]"""
+_TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
+_LANDINGS = (StageKind.LAND, StageKind.RETURN)
+
+
+@frozen
+class MeasuredPlace:
+    """Where a vehicle is, and which item it flies to."""
+
+    item: int
+    """From 1, home not counted."""
+    latitude_deg: float
+    longitude_deg: float
+    height_above_home_m: float
+
+
+@frozen
+class Progress:
+    """A place on a predicted flight, and the energy of what is ahead, by the model."""
+
+    item: int
+    time_s: float
+    """Of the predicted flight. [s]"""
+    off_track_m: float
+    """From the nearest place of the predicted flight. [m]"""
+    used_wh: float
+    """Energy of the predicted flight until here. [Wh]"""
+    finish_wh: float
+    """Energy from here to the end, back onto the track included. [Wh]"""
+    finish_s: float
+    return_wh: float
+    """Energy to stop, return to where the vehicle itself would, and land. [Wh]"""
+    return_s: float
+    destination: int
+    """0 for home, n for rally point n."""
+
+
+def flight_progress(
+    homeward: Homeward,
+    place: MeasuredPlace,
+    *,
+    before: Progress | None = None,
+    elapsed_s: float = 0.0,
+) -> Progress:
+    """Return where on a predicted flight a measured place is.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The predicted flight and the ways home.
+    place : MeasuredPlace
+        As the vehicle tells it.
+    before : Progress, optional
+        The progress before: among places that are alike, as in a hover, the one that fits the time
+        since then is taken, else the earliest; a lap that is over does not come again.
+    elapsed_s : float
+        Time since then. [s]
+
+    Notes
+    -----
+    The nearest of points along what is flown for the item.  The way back onto the track costs as
+    much a metre as the whole flight does on the mean.
+    """
+    route, flight = homeward.route, homeward.flight
+    east, north = route.frame.east_north_m([place.latitude_deg], [place.longitude_deg])
+    place_m = np.array([float(east[0]), float(north[0]), place.height_above_home_m])
+    after_s = 0.0 if before is None else max(before.time_s - _BACK_S, 0.0)
+    begin_s, end_s = _window(homeward, place.item, after_s)
+    time_s = np.linspace(begin_s, end_s, _SAMPLES)
+    state = flight.motion.state_at_time(time_s)
+    along_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+    away_m = np.sqrt(np.square(along_m - place_m).sum(axis=1))
+    fits_s = begin_s if before is None else before.time_s + elapsed_s
+    at = int(np.argmin(np.square(away_m) + np.square(_CLOCK_M_S * (time_s - fits_s))))
+    segment, share = _inside(homeward, time_s[at : at + 1])
+    points = homeward.points(segment, share)
+    # The vehicle stops and turns home where it is, not where the prediction has it.
+    stand_m = points.stop_m - points.place_m + place_m
+    chosen = homeward.destinations.chosen(place_m[None, :], points.stage)
+    return_s, return_wh = homeward.way(stand_m, points.stage, chosen)
+    length_m = float(flight.motion.segments.distance_m.sum())
+    total_wh, used_wh = float(homeward.used_wh[-1]), float(points.used_wh[0])
+    off_m = float(away_m[at])
+    back_wh = off_m * total_wh / length_m if length_m > 0.0 else 0.0
+    return Progress(
+        item=place.item,
+        time_s=float(time_s[at]),
+        off_track_m=off_m,
+        used_wh=used_wh,
+        finish_wh=total_wh - used_wh + back_wh,
+        finish_s=flight.time_s - float(time_s[at]),
+        return_wh=float(points.stop_wh[0] + return_wh[0]),
+        return_s=float(points.stop_s[0] + return_s[0]),
+        destination=int(chosen[0]),
+    )
+
+
+def _window(homeward: Homeward, item: int, after_s: float) -> tuple[float, float]:
+    """Return from when to when an item is flown for the next time [s]."""
+    items = np.array([stage.item for stage in homeward.route.stages])[homeward.segment_stage]
+    end_s = homeward.start_s + homeward.flight.motion.segments.duration_s
+    ahead = end_s > after_s
+    same = np.flatnonzero(ahead & (items == item))
+    if not len(same):  # an item that only sets something: what is flown next
+        same = np.flatnonzero(ahead & (items > item))
+    if not len(same):
+        return min(after_s, float(end_s[-1])), float(end_s[-1])
+    first = int(same[0])
+    last = first
+    while last + 1 < len(items) and items[last + 1] == items[first]:
+        last += 1
+    return max(float(homeward.start_s[first]), after_s), float(end_s[last])
+
+
+def _inside(homeward: Homeward, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return segments and shares of their times. (n,), (n,)"""
+    segment = np.searchsorted(homeward.start_s, time_s, side="right") - 1
+    segment = np.maximum(segment, 0)
+    duration_s = np.maximum(homeward.flight.motion.segments.duration_s[segment], 1e-9)
+    return segment, np.clip((time_s - homeward.start_s[segment]) / duration_s, 0.0, 1.0)
+
+
+@frozen(eq=False)
+class ReturnCourse:
+    """The way home along a predicted flight, where it is not taking off or landing anyway."""
+
+    time_s: FloatArray
+    """Rising. (n,) [s]"""
+    used_wh: FloatArray
+    """By then. (n,) [Wh]"""
+    return_wh: FloatArray
+    """To stop, return and land. (n,) [Wh]"""
+
+    def lead_s(self, progress: Progress, available_wh: float) -> float | None:
+        """Return the time until the point of no return; ``None`` where there is none ahead.
+
+        Parameters
+        ----------
+        progress : Progress
+            Where the vehicle is.
+        available_wh : float
+            Energy that may be used from there on. [Wh]
+
+        Returns
+        -------
+        float or None
+            Time to the last point ahead from which the way home takes no more than what is then
+            available; 0 where there is none. [s]
+        """
+        ahead = np.flatnonzero(self.time_s > progress.time_s)
+        needed_wh = self.used_wh[ahead] - progress.used_wh + self.return_wh[ahead]
+        short = np.flatnonzero(needed_wh > available_wh)
+        if not len(short):
+            return None
+        first = int(short[0])
+        return float(self.time_s[ahead[first - 1]]) - progress.time_s if first else 0.0
+
+
+def return_course(homeward: Homeward) -> ReturnCourse:
+    """Return the way home along a flight, evenly in time and at the ends of its stages."""
+    stages = homeward.route.stages
+    lands = np.array([stage.kind in _LANDINGS for stage in stages])
+    state = homeward.flight.motion.segments.state
+    judged: BoolArray = ~lands[homeward.segment_stage] & (state != _TAKEOFF)
+    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
+    ends = ends[:: max(1, -(-len(ends) // _MOST_ENDS))]
+    even, share = _inside(homeward, np.linspace(0.0, homeward.flight.time_s, _COURSE_SAMPLES))
+    segment = np.concatenate((even, ends))
+    share = np.concatenate((share, np.ones(len(ends))))
+    order = np.lexsort((share, segment))
+    order = order[judged[segment[order]]]
+    points = homeward.points(segment[order], share[order])
+    if not len(order):
+        nothing = np.zeros(0)
+        return ReturnCourse(time_s=nothing, used_wh=nothing, return_wh=nothing)
+    _, way_wh = homeward.way(points.stop_m, points.stage, homeward.chosen(points))
+    return ReturnCourse(
+        time_s=points.time_s, used_wh=points.used_wh, return_wh=points.stop_wh + way_wh
+    )

@@ -1,0 +1,208 @@
+"""The energy of a vehicle in flight: what is left against what it takes to finish and to return."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.flight.progress import flight_progress, return_course
+from planner.frozen import frozen
+
+if TYPE_CHECKING:
+    from planner.flight.homeward import Homeward
+    from planner.flight.progress import MeasuredPlace, Progress, ReturnCourse
+    from planner.link.energy_left import BatteryMeter, BatteryReading, EnergyLeft
+
+_LEAST_USED = 0.1
+"""Share of the energy of the flight from which on what was measured is held against the model. [-]"""
+_STEPS_USED = 8.0
+"""So many of the steps of the measurement have to be used by then. [-]"""
+_CALM_FACTOR = 1.5
+"""A warning is over when so many times the lead is there again. [-]"""
+
+
+class Concern(StrEnum):
+    """What is wrong with the energy of a flight."""
+
+    RETURN_SOON = "return-soon"
+    """The point of no return is near."""
+    NO_RETURN = "no-return"
+    """The way home eats into the reserve."""
+    NO_FINISH = "no-finish"
+    """The mission cannot be finished above the reserve."""
+
+
+@frozen
+class EnergyState:
+    """Everything known of the energy of a flight at one time."""
+
+    progress: Progress
+    left: EnergyLeft
+    reserve_wh: float
+    ratio: float | None
+    """Energy measured over energy of the model so far; ``None`` while too little is flown. [-]"""
+    finish_wh: float
+    """Energy to finish, by the model times the ratio, where that is above 1. [Wh]"""
+    return_wh: float
+    """Energy to return, likewise. [Wh]"""
+    lead_s: float | None
+    """Time to the point of no return; ``None`` where there is none ahead. [s]"""
+
+    @property
+    def finish_margin_wh(self) -> float:
+        """Energy above the reserve at the end of the mission [Wh]."""
+        return self.left.energy_wh - self.reserve_wh - self.finish_wh
+
+    @property
+    def return_margin_wh(self) -> float:
+        """Energy above the reserve after a return from here [Wh]."""
+        return self.left.energy_wh - self.reserve_wh - self.return_wh
+
+
+@frozen
+class EnergyWarning:
+    """Something a pilot has to know now."""
+
+    concern: Concern
+    severity: int
+    """MAV_SEVERITY."""
+    headline: str
+    """For the ground station, at most 50 characters."""
+    text: str
+    """One sentence with its numbers."""
+
+
+class EnergyWatch:
+    """Follows one flight.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight as the check predicted it, and the ways home.
+    meter : BatteryMeter
+        The battery since the start.
+    usable_wh : float
+        Energy in the battery at the start. [Wh]
+    reserve_wh : float
+        Energy that is to stay. [Wh]
+    warn_before_s : float
+        How long before the point of no return to warn. [s]
+    """
+
+    def __init__(
+        self,
+        homeward: Homeward,
+        meter: BatteryMeter,
+        *,
+        usable_wh: float,
+        reserve_wh: float,
+        warn_before_s: float = 60.0,
+    ) -> None:
+        self._homeward = homeward
+        self._course: ReturnCourse = return_course(homeward)
+        self._meter = meter
+        self._usable_wh = usable_wh
+        self._reserve_wh = reserve_wh
+        self._warn_before_s = warn_before_s
+        self._before: tuple[Progress, float] | None = None
+        self._raised: set[Concern] = set()
+
+    def take(
+        self, place: MeasuredPlace, reading: BatteryReading, now_s: float
+    ) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
+        """Return the state by a place and a reading, and the warnings that are new.
+
+        Parameters
+        ----------
+        place : MeasuredPlace
+            Where the vehicle is.
+        reading : BatteryReading
+            What it measures of its battery; with nothing in it there is no state.
+        now_s : float
+            Time by any clock. [s]
+        """
+        left = self._meter.energy_left(reading)
+        before, before_s = self._before or (None, now_s)
+        progress = flight_progress(self._homeward, place, before=before, elapsed_s=now_s - before_s)
+        self._before = (progress, now_s)
+        if left is None:
+            return None, ()
+        ratio = self._ratio(progress, left)
+        # A vehicle that took less so far may meet the wind later: the model is never undercut.
+        factor = 1.0 if ratio is None else max(ratio, 1.0)
+        above_wh = left.energy_wh - self._reserve_wh
+        state = EnergyState(
+            progress=progress,
+            left=left,
+            reserve_wh=self._reserve_wh,
+            ratio=ratio,
+            finish_wh=factor * progress.finish_wh,
+            return_wh=factor * progress.return_wh,
+            lead_s=self._course.lead_s(progress, above_wh / factor),
+        )
+        return state, self._warnings(state)
+
+    def _ratio(self, progress: Progress, left: EnergyLeft) -> float | None:
+        used_wh = self._usable_wh - left.energy_wh
+        total_wh = float(self._homeward.used_wh[-1])
+        least_wh = max(_LEAST_USED * total_wh, _STEPS_USED * left.step_wh)
+        if not progress.used_wh > 0.0 or max(progress.used_wh, used_wh) < least_wh:
+            return None
+        return max(used_wh - left.step_wh, 0.0) / progress.used_wh
+
+    def _warnings(self, state: EnergyState) -> tuple[EnergyWarning, ...]:
+        lead_s = math.inf if state.lead_s is None else state.lead_s
+        is_short = state.return_margin_wh < 0.0
+        finishes = state.finish_margin_wh >= 0.0
+        # Where the rest of the mission costs less than the way home, finishing is the way home.
+        present = {
+            Concern.NO_RETURN: is_short and not finishes,
+            Concern.RETURN_SOON: lead_s <= self._warn_before_s and not is_short and not finishes,
+            Concern.NO_FINISH: not finishes,
+        }
+        over = {
+            Concern.NO_RETURN: not present[Concern.NO_RETURN],
+            Concern.RETURN_SOON: finishes or lead_s > _CALM_FACTOR * self._warn_before_s,
+            Concern.NO_FINISH: state.finish_margin_wh > 0.1 * self._reserve_wh,
+        }
+        new = [concern for concern in Concern if present[concern] and concern not in self._raised]
+        self._raised |= set(new)
+        self._raised -= {concern for concern in Concern if over[concern]}
+        return tuple(_warning(concern, state) for concern in new)
+
+
+def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
+    left = f"{numbers.energy(state.left.energy_wh)} left by {state.left.source}"
+    keep = f"a reserve of {numbers.energy(state.reserve_wh)}"
+    home = numbers.energy(state.return_wh)
+    match concern:
+        case Concern.NO_RETURN:
+            short = numbers.energy(-state.return_margin_wh)
+            text = f"the way home eats {short} of the reserve: {left}, {home} home, {keep}"
+            return EnergyWarning(
+                concern=concern,
+                severity=2,
+                headline=f"mavjoule: RETURN NOW, {short} below reserve",
+                text=text,
+            )
+        case Concern.RETURN_SOON:
+            lead = numbers.duration(state.lead_s)
+            text = f"the point of no return is {lead} ahead: {left}, {home} home now, {keep}"
+            return EnergyWarning(
+                concern=concern,
+                severity=3,
+                headline=f"mavjoule: no return in {lead}, turn back",
+                text=text,
+            )
+        case Concern.NO_FINISH:
+            short = numbers.energy(-state.finish_margin_wh)
+            finish = numbers.energy(state.finish_wh)
+            text = f"the mission ends {short} below the reserve: {left}, {finish} to finish, {keep}"
+            return EnergyWarning(
+                concern=concern,
+                severity=4,
+                headline=f"mavjoule: mission short by {short}",
+                text=text,
+            )
