@@ -26,6 +26,7 @@ from planner.flight.homeward import make_homeward
 from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.reserve import Reserve, hover_power_w
+from planner.flight.return_search import ReturnSearch
 from planner.flight.spread import divided
 from planner.flight.trace import sample_trace
 from planner.mission.files import read_mission, write_mission
@@ -316,6 +317,7 @@ def check(
         homeward = make_homeward(
             route, flight, pilot, make_destinations(mission, route, flown_with, terrain=terrain)
         )
+        search: ReturnSearch | None = None
         if vehicle.is_power_known:
             if known is not None:
                 budget = battery_budget(
@@ -326,7 +328,8 @@ def check(
                     hover_power_w=hover_power_w(flight.power),
                     discharge=discharge,
                 )
-            home = way_home(homeward, budget)
+            search = ReturnSearch(homeward)
+            home = way_home(search, budget)
         if vehicle.spread is not None:
             from planner.flight.scenarios import predict_scenarios
 
@@ -337,6 +340,7 @@ def check(
                 charge=(charge, charge_sd),
                 battery=known,
                 budget=budget,
+                search=search,
             )
             flight, totals, budget, home = scenarios.added_to(flight, totals, budget, home)
         case = Case(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.return_search import ReturnSearch
 from planner.flight.segment import ItemArrival
 from planner.frozen import frozen
 from planner.mission.commands import command_name
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from planner.flight.homeward import FlightPoint, Homeward
     from planner.flight.prediction import Flight
     from planner.flight.reserve import Reserve
-    from planner.flight.return_search import ReturnNodes
+    from planner.flight.return_search import ReturnNodes, ReturnSearch
     from planner.mission.items import Mission
     from planner.mission.stage import Route
     from planner.vehicle.battery import Battery
@@ -227,17 +226,17 @@ def battery_budget(
     )
 
 
-def way_home(homeward: Homeward, battery: BatteryBudget | None) -> ReturnBudget | None:
+def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudget | None:
     """Return the point from which the way home is tightest; ``None`` with no point in the air.
 
     Parameters
     ----------
-    homeward : Homeward
-        The flight, and the rules by which it can be broken off.
+    search : ReturnSearch
+        The ways home.
     battery : BatteryBudget or None
         What it has to be done with; ``None``: not known.
     """
-    search = ReturnSearch(homeward)
+    homeward = search.homeward
     tightest = search.tightest()
     if tightest is None or search.nodes is None:
         return None
@@ -257,9 +256,8 @@ def way_home(homeward: Homeward, battery: BatteryBudget | None) -> ReturnBudget 
     budget = replace(budget, margin_wh=above_reserve_wh - needed_wh)
     if needed_wh <= above_reserve_wh:
         return budget
-    last = search.last_below(above_reserve_wh)
+    last, dry = search.last_below(above_reserve_wh, battery.usable_wh)
     turn = None if last is None else _node_point(homeward, search.nodes, last)
-    dry = search.last_below(battery.usable_wh) if needed_wh > battery.usable_wh else None
     return replace(
         budget,
         last_return=turn,

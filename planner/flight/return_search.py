@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _TOLERANCE = 1e-3
 """Share of the highest sum by which a point may be tighter than the one found. [-]"""
+_TURN_TOLERANCE = 3e-3
+"""Share of an energy by which the last point below it may stay below, or one before it exceed it. [-]"""
 _ALIKE = 1e-9
 """Sums that differ by no more than this share are the same. [-]"""
 _FINEST_M = 1.0
@@ -40,10 +42,10 @@ _PARTS = 5
 """Parts a stretch is divided into."""
 _MOST_DIVIDED = 24
 """Stretches divided in one round, those with the highest bounds."""
-_MANY_PARTS = 16
-"""Parts it is divided into where only the first that matters is looked for."""
-_MOST_FIRST = 6
-"""Stretches divided in such a round, the first ones."""
+_MOST_FIRST = 24
+"""Stretches divided in one round where only the first that matters is looked for."""
+_POINTS_AT_ONCE = 100
+"""Points looked at in such a round: so many cost about twice what one does."""
 _MOST_ROUNDS = 60
 """Far more than any flight takes: a stretch of 100 km is divided to 1 m in eight."""
 _LIPSCHITZ_MARGIN = 1.05
@@ -155,22 +157,35 @@ class ReturnSearch:
         sum_wh = self.nodes.sum_wh
         return int(np.flatnonzero(sum_wh >= sum_wh.max() * (1.0 - _ALIKE))[-1])
 
-    def last_below(self, available_wh: float) -> int | None:
-        """Return the last node before the first whose sum is above an energy; ``None``: none is.
+    def last_below(self, *limits_wh: float) -> tuple[int | None, ...]:
+        """Return for each energy the last node before the first whose sum is above; ``None``: none is.
 
-        The two stand at most a metre of way, or a tenth of a second, apart.
+        Its sum is within 0.3 % of the energy, or the next node at most a metre of way, or a
+        tenth of a second, on.
         """
-        assert self.nodes is not None
         for _ in range(_MOST_ROUNDS):
-            over = np.flatnonzero(self.nodes.sum_wh > available_wh)
-            if not len(over):
-                return None
-            left, bound_wh = self._divisible()
-            left = left[(bound_wh > available_wh) & (left < over[0])]
+            left = np.unique(np.concatenate([self._open_below(limit_wh) for limit_wh in limits_wh]))
             if not len(left):
-                return max(int(over[0]) - 1, 0)
-            self._divide(left[:_MOST_FIRST], _MANY_PARTS)
-        return max(int(over[0]) - 1, 0)
+                break
+            self._divide(left, max(_POINTS_AT_ONCE // len(left), _PARTS))
+        return tuple(self._last_row(limit_wh) for limit_wh in limits_wh)
+
+    def _last_row(self, limit_wh: float) -> int | None:
+        assert self.nodes is not None
+        over = np.flatnonzero(self.nodes.sum_wh > limit_wh)
+        return max(int(over[0]) - 1, 0) if len(over) else None
+
+    def _open_below(self, limit_wh: float) -> IntArray:
+        """Return the first stretches that may hide where an energy is exceeded first."""
+        last = self._last_row(limit_wh)
+        if last is None:
+            return np.zeros(0, dtype=np.intp)
+        assert self.nodes is not None
+        left, bound_wh = self._divisible()
+        hides = (left < last) & (bound_wh > limit_wh * (1.0 + _TURN_TOLERANCE))
+        if self.nodes.sum_wh[last] < limit_wh * (1.0 - _TURN_TOLERANCE):
+            hides |= left == last
+        return left[hides][:_MOST_FIRST]
 
     def _likely(self, last: IntArray) -> IntArray:
         """Return the ends of stages where used energy and a straight way home are most."""

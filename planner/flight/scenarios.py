@@ -25,7 +25,8 @@ The draws are always the same: what differs between two predictions is never cha
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,7 @@ from planner.flight.homeward import make_homeward
 from planner.flight.prediction import make_flight, segment_energies_j
 from planner.flight.return_search import ReturnSearch
 from planner.flight.state import STATE_INDEX, STATES, FlightState
+from planner.frozen import frozen
 from planner.units import j_from_wh, wh_from_j
 from planner.vehicle.cruise_law import CruisePower
 
@@ -70,7 +72,7 @@ _LOW, _HIGH = 0.1, 0.9
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Draws:
     """What is drawn for each scenario; all (draws,), but the errors of the states."""
 
@@ -86,7 +88,7 @@ class Draws:
     stopping_error: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Scenarios:
     """What flights of one mission take, a row per draw; ``None`` where it is not known."""
 
@@ -166,9 +168,7 @@ def make_draws(
         A wind drawn below zero blows the other way; a payload is not below zero, a charge not above
         all.  The draws of one quantity do not depend on the spread of another.
     """
-    random = np.random.default_rng(_SEED)
-    normal = random.standard_normal((5, DRAWS))
-    student = random.standard_t(spread.n_flights, (3 + len(STATES), DRAWS))
+    normal, student = _standard_draws(spread.n_flights)
     wind = conditions.wind
     speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
     from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
@@ -187,6 +187,17 @@ def make_draws(
     )
 
 
+@lru_cache(maxsize=2)
+def _standard_draws(n_flights: int) -> tuple[FloatArray, FloatArray]:
+    """Return draws of the normal and of Student's distribution, made once: they are always the same."""
+    random = np.random.default_rng(_SEED)
+    normal = random.standard_normal((5, DRAWS))
+    student = random.standard_t(n_flights, (3 + len(STATES), DRAWS))
+    normal.setflags(write=False)
+    student.setflags(write=False)
+    return normal, student
+
+
 def predict_scenarios(
     homeward: Homeward,
     conditions: Conditions,
@@ -195,6 +206,7 @@ def predict_scenarios(
     charge: tuple[float, float] = (1.0, 0.0),
     battery: Battery | None = None,
     budget: BatteryBudget | None = None,
+    search: ReturnSearch | None = None,
 ) -> Scenarios:
     """Return what many flights of a mission take.
 
@@ -212,6 +224,8 @@ def predict_scenarios(
         The battery that flies.
     budget : BatteryBudget, optional
         What it holds in mean conditions.
+    search : ReturnSearch, optional
+        The ways home as far as they are looked at already.
 
     Returns
     -------
@@ -237,7 +251,7 @@ def predict_scenarios(
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
     weather = Weather(draws, power)
-    points = _tightest_points(homeward, weather)
+    points = _tightest_points(search or ReturnSearch(homeward), weather)
     at_points = _energies_j(homeward, points, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, draws))
     drawn = replace(timed, energy_wh=energy_wh[:, 0])
@@ -355,15 +369,17 @@ def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
     )
 
 
-def _tightest_points(homeward: Homeward, weather: Weather) -> Points | None:
+def _tightest_points(searched: ReturnSearch, weather: Weather) -> Points | None:
     """Return where the way home may be tightest, in mean and extreme conditions."""
+    homeward = searched.homeward
     flight = homeward.flight
     places: set[tuple[int, float]] = set()
-    for power in (flight.power, *weather.corners()):
-        there = make_flight(flight.motion, flight.transients, power)
-        search = ReturnSearch(
-            make_homeward(homeward.route, there, homeward.pilot, homeward.destinations)
-        )
+    there = (make_flight(flight.motion, flight.transients, power) for power in weather.corners())
+    elsewhere = (
+        ReturnSearch(make_homeward(homeward.route, flown, homeward.pilot, homeward.destinations))
+        for flown in there
+    )
+    for search in (searched, *elsewhere):
         if search.tightest() is None or search.nodes is None:
             return None
         most = 1 if places else _TIGHTEST
