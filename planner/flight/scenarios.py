@@ -313,8 +313,12 @@ class Weather:
         energy_j = np.empty((DRAWS, count))
         for first in range(0, DRAWS, _ROWS_AT_ONCE):
             rows = slice(first, first + _ROWS_AT_ONCE)
-            by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
-            energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, 1.0 + draws.state_error[rows])
+            factor = 1.0 + draws.state_error[rows]
+            if len(at_points_j) == 1:
+                energy_j[rows] = factor @ at_points_j[0].T
+            else:
+                by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
+                energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
             energy_j[rows] *= 1.0 + draws.energy_error[rows, None]
         return np.maximum(energy_j, 0.0)
 
@@ -406,7 +410,9 @@ def _energies_j(
     count = 0 if points is None else len(points.segment)
     energies_j = np.empty((len(powers), 1 + count, len(STATES)))
     states = flight.motion.segments.state
-    flown = segment_energies_j(flight.motion, flight.transients, powers)
+    flown: Iterable[FloatArray] = (flight.segment_energy_j,)
+    if len(powers) > 1:  # else all draws have the conditions of the prediction
+        flown = segment_energies_j(flight.motion, flight.transients, powers)
     for row, own_j in zip(energies_j, flown, strict=True):
         used_j = np.zeros((len(states) + 1, len(STATES)))
         used_j[np.arange(1, len(states) + 1), states] = own_j
