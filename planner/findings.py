@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from planner.frozen import frozen
+
 
 class Severity(IntEnum):
     """How bad a finding is; ordered, so that ``ERROR > WARNING > INFO``."""
@@ -27,7 +29,7 @@ class Place:
     column: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FlightStretch:
     """The stretch of ground a finding is about, for maps and pictures."""
 
@@ -39,7 +41,7 @@ class FlightStretch:
     """What the finding is about, along it: way outside a fence, room needed, way home. [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Finding:
     """One thing a user has to know before flying."""
 
@@ -62,7 +64,7 @@ class Finding:
     """Why it is not reported, though it was found; empty where it is reported."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Rule:
     """A rule of the catalogue: what is checked, why, and how to live with it."""
 

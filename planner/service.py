@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from planner.autopilot import Autopilot, Target
@@ -29,6 +29,7 @@ from planner.flight.reserve import Reserve, hover_power_w
 from planner.flight.return_search import ReturnSearch
 from planner.flight.spread import divided
 from planner.flight.trace import sample_trace
+from planner.frozen import frozen
 from planner.mission.files import read_mission, write_mission
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
@@ -64,7 +65,7 @@ DEFAULT_VEHICLE = "falkowski-2023-quadrotor"
 """The article's quadrotor, which flies where no vehicle is named."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CheckRequest:
     """What a mission file is checked against."""
 
@@ -101,7 +102,7 @@ class CheckRequest:
     """Whether the result holds the flight sampled over time."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class CheckResult:
     """Everything the check of one mission has to say."""
 
@@ -129,7 +130,7 @@ class CheckResult:
     """Everything the rules looked at, for pictures; ``None`` where nothing is flown."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class UnreadableMission:
     """A mission file about which nothing can be said but why; never a go."""
 
@@ -141,7 +142,7 @@ class UnreadableMission:
     """Nothing ever is: that a file cannot be read is always told."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ConversionResult:
     """A mission written to another file."""
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters import FlightParameters
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Case:
     """One mission, flown by one vehicle on one day, as predicted."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from planner.frozen import frozen
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.parameter_table import OriginKind
 
@@ -19,7 +19,7 @@ _PX4_WARNS = 1
 """GF_ACTION up to which PX4 does nothing about a breach."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FenceLimits:
     """The fence that parameters draw around home; ``None`` where they draw none."""
 

@@ -12,10 +12,10 @@ table          holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import ProfileFileError
+from planner.frozen import frozen
 from planner.mission.commands import load_command_table
 from planner.vehicle.keys import Key, Kind, Table, described, is_number, nearest_hint
 
@@ -71,7 +71,7 @@ _SITE = Table(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ExpectedValue:
     """The values of one parameter that are as they should be, in its own unit."""
 
@@ -91,7 +91,7 @@ class ExpectedValue:
         return self.low - slack <= value <= self.high + slack
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class SiteProfile:
     """What a profile asks for; ``None`` and empty where it does not ask."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from planner.flight.spread import Spread, joined
+from planner.frozen import frozen
 from planner.physics.wind import Wind
 
 MOST_NOISE_M = 1.5
@@ -18,7 +19,7 @@ MOST_CAUTION = 100.0
 """More seconds, or metres, to keep from a fence were mistyped."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Conditions:
     """What a flight meets, besides its mission and its vehicle."""
 

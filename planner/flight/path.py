@@ -6,7 +6,6 @@ cubic, which the curve stays in the hull of, and is divided until that hull is f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from planner.flight.motion.kinematics import CircleLaw, PolynomialLaw
 from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
 from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, Motion
@@ -30,7 +30,7 @@ _BRAKING_M_S2 = 0.25
 """Deceleration from which on a vehicle brakes; overshoots of speed die away more slowly. [m s⁻²]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class FlownPath:
     """A motion over ground: n + 1 points and the n straight legs between them."""
 

@@ -6,7 +6,6 @@ commanding: steps of the reference (the article), PX4, ArduPilot.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -17,6 +16,7 @@ from planner.errors import UsageError
 from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
 from planner.flight.transients import NO_TRANSIENTS
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -146,7 +146,7 @@ def make_pilot(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StepPilot:
     """Answers steps of the reference with the identified responses, the article's way, or ramps."""
 
@@ -196,7 +196,7 @@ class StepPilot:
         return self.vehicle.default_speed_m_s or 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Px4Pilot:
     """PX4 with the vehicle's parameters."""
 
@@ -254,7 +254,7 @@ class Px4Pilot:
         return way_m, _even_braking_s(way_m, speed_m_s)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ArduPilotPilot:
     """ArduPilot's Copter with the vehicle's parameters."""
 

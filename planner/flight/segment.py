@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from planner.flight.state import STATES
+from planner.frozen import frozen
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.flight.state import FlightState
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Segment:
     """One stretch of flight in one state."""
 
@@ -95,7 +95,7 @@ class Segments(Sequence[Segment]):
         return (self[index] for index in range(len(self)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class ItemArrival:
     """When an item is done, and what it took to get there."""
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _BISECTIONS = 60
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class StopRoom:
     """The room a vehicle needs straight ahead to be told to stop, and to stop.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from planner.catalogue.fence import INCLUSION_SEMANTICS, INVALID_POLYGON
 from planner.findings import Severity
+from planner.frozen import frozen
 from planner.geo.barrier import Barrier, CircleBarrier, polygon_barrier
 from planner.geo.fence_outline import (
     distinct_vertices_deg,
@@ -36,7 +36,7 @@ _CIRCLE_TOLERANCE_M = 0.001
 _SEAM_M = 0.01
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Clearance:
     """Where a path comes nearest to the fence, or goes farthest beyond it."""
 
@@ -52,7 +52,7 @@ class Clearance:
     """The area it is measured to."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Stretch:
     """A stretch of a path beyond one area of the fence."""
 
@@ -66,7 +66,7 @@ class Stretch:
     """The area it is beyond."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class FenceArea:
     """Where a fence allows to fly: the places on the right side of every barrier.
 

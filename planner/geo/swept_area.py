@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.frozen import frozen
 from planner.geo.barrier import CircleBarrier
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.geo.path_legs import IndexArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class SweptAreas:
     """Convex areas in local metres, each the hull of its points.  See :func:`swept_areas`."""
 

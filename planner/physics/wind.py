@@ -11,16 +11,17 @@ profile; a = 0.2 there).  Without either the wind is the same at every height.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Wind:
     """A steady horizontal wind, at every height the same or with a profile."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.ardupilot.stops import jerk_rise_s
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.s_curve import s_curves
+from planner.frozen import frozen
 from planner.mission.stage import StageKind
 from planner.units import GRAVITY_M_S2
 
@@ -46,7 +46,7 @@ _HEIGHT_STEP_M = 0.01
 """Altitudes of locations are whole centimetres. [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Legs:
     """Straight legs, one per row, in flown order."""
 

@@ -8,7 +8,6 @@ it, and flown as cubics between their ends.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +17,7 @@ from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.manoeuvres import make_manoeuvres
 from planner.flight.state import FlightState
+from planner.frozen import frozen
 from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ _APART_M2_S2 = 1e4
 """More than any squared speed: puts splines that do not join out of each other's reach. [m² s⁻²]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False)
 class Splines:
     """The splines of a route, one per row, cut into pieces at k + 1 nodes."""
 
