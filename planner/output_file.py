@@ -1,12 +1,16 @@
-"""Writing a text to a file so that a reader never meets half of it."""
+"""Writing texts to files so that a reader never meets half of them."""
 
 from __future__ import annotations
 
 import os
 import stat
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from planner.errors import OutputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def write_output_file(path: Path, text: str) -> None:
@@ -57,3 +61,38 @@ def write_output_bytes(path: Path, data: bytes) -> None:
     except OSError as error:
         msg = f"{path}: cannot be written: {error.strerror or error}"
         raise OutputError(msg) from error
+
+
+def write_output_files(texts: Mapping[Path, str]) -> None:
+    """Write several texts: all of them or, where one cannot be written, none.
+
+    Parameters
+    ----------
+    texts : mapping of Path to str
+        The whole contents of each file to write or replace.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written; the others are as they were before.
+    """
+    before: dict[Path, bytes | None] = {}
+    for path in texts:
+        try:
+            before[path] = path.read_bytes() if path.is_file() else None
+        except OSError as error:
+            msg = f"{path}: cannot be read, so that it could be put back: {error.strerror or error}"
+            raise OutputError(msg) from error
+    written: list[Path] = []
+    try:
+        for path, text in texts.items():
+            write_output_file(path, text)
+            written.append(path)
+    except BaseException:  # an interruption too
+        for path in written:
+            content = before[path]
+            if content is None:
+                path.unlink(missing_ok=True)
+            else:
+                path.write_bytes(content)
+        raise

@@ -464,8 +464,35 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
     InputError, UsageError
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
+    return check_read(lambda: read_mission(path), request, file=str(path))
+
+
+def check_read(
+    read: Callable[[], Mission],
+    request: CheckRequest,
+    *,
+    file: str,
+    parameters: ParameterSet | None = None,
+) -> CheckResult | UnreadableMission:
+    """Check a mission wherever it comes from; one that cannot be read is a result too.
+
+    Parameters
+    ----------
+    read : callable
+        Returns the mission, or raises ``MissionFileError``.
+    request : CheckRequest
+        What it is checked against.
+    file : str
+        What the result calls the mission, where it cannot be read.
+    parameters : ParameterSet, optional
+        The vehicle's own, where the request names no file of them.
+
+    Raises
+    ------
+    InputError, UsageError
+        If the vehicle or the request is unusable: no mission could be checked with it.
+    """
     vehicle = load_vehicle(request.vehicle)
-    parameters = None
     if request.parameters is not None:
         from planner.vehicle.parameter_file import read_parameters
 
@@ -486,7 +513,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
 
         selection = replace(selection, baseline=read_baseline(request.baseline))
     try:
-        mission = read_mission(path)
+        mission = read()
         return check(
             mission,
             vehicle,
@@ -517,7 +544,7 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
     except MissionFileError as error:
         fix = "give a multicopter's mission" if isinstance(error, OtherVehicleError) else None
         finding = FILE_UNREADABLE.finding(str(error), place=error.place, fix=fix)
-        return UnreadableMission(file=str(path), findings=(finding,))
+        return UnreadableMission(file=file, findings=(finding,))
 
 
 def convert_file(source: Path | str, target: Path | str) -> ConversionResult:

@@ -25,6 +25,7 @@ FAMILIES: Mapping[str, str] = {
     "R": "records of flights",
     "S": "several vehicles",
     "T": "time and items",
+    "V": "the vehicle on the line",
     "W": "wind",
     "X": "the tool itself",
 }

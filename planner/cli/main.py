@@ -22,6 +22,7 @@ COMMANDS = {
     "convert": "planner.cli.convert",
     "identify": "planner.cli.identify",
     "verify": "planner.cli.verify",
+    "fetch": "planner.cli.fetch",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",
     "explain": "planner.cli.explain",

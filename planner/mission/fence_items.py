@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, RALLY_ALTITUDE_REFERENCE
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
-from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command
+from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command, Frame
+from planner.mission.items import MissionItem
 from planner.mission.remarks import Remarks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.findings import Finding
-    from planner.mission.items import MissionItem
 
 _POLYGONS = {
     Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
@@ -163,6 +163,74 @@ def make_rally_points(
             )
         )
     return tuple(points), remarks.findings()
+
+
+def fence_items(fence: Fence) -> tuple[MissionItem, ...]:
+    """Return a fence as the items that autopilots keep; `make_fence` reads them back.
+
+    Parameters
+    ----------
+    fence : Fence
+        Its return point comes first, then its polygons, then its circles.
+    """
+    items: list[MissionItem] = []
+    if fence.breach_return_deg_m is not None:
+        latitude_deg, longitude_deg, height_m = fence.breach_return_deg_m
+        # ArduPilot refuses a fence with a value that is not a number, and does not use this one.
+        position = (latitude_deg, longitude_deg, 0.0 if height_m is None else height_m)
+        relative = Frame.GLOBAL_RELATIVE_ALT
+        items.append(_area_item(Command.NAV_FENCE_RETURN_POINT, position, frame=relative))
+    vertex_of = {inclusion: command for command, inclusion in _POLYGONS.items()}
+    for polygon in fence.polygons:
+        count = float(len(polygon.vertices_deg))
+        items += [
+            _area_item(vertex_of[polygon.inclusion], (*place, 0.0), param1=count)
+            for place in polygon.vertices_deg
+        ]
+    circle_of = {inclusion: command for command, inclusion in _CIRCLES.items()}
+    for circle in fence.circles:
+        position = (circle.latitude_deg, circle.longitude_deg, 0.0)
+        command = circle_of[circle.inclusion]
+        items.append(_area_item(command, position, param1=circle.radius_m))
+    return tuple(items)
+
+
+def rally_items(points: Sequence[RallyPoint]) -> tuple[MissionItem, ...]:
+    """Return rally points as the items that autopilots keep; `make_rally_points` reads them back.
+
+    Parameters
+    ----------
+    points : sequence of RallyPoint
+        In their order.
+    """
+    return tuple(
+        _area_item(
+            Command.NAV_RALLY_POINT,
+            (point.latitude_deg, point.longitude_deg, point.height_above_home_m),
+            frame=Frame.GLOBAL_RELATIVE_ALT,
+        )
+        for point in points
+    )
+
+
+def _area_item(
+    command: Command,
+    position: tuple[float, float, float],
+    *,
+    param1: float = 0.0,
+    frame: Frame = Frame.GLOBAL,
+) -> MissionItem:
+    return MissionItem(
+        command=int(command),
+        frame=int(frame),
+        param1=param1,
+        param2=0.0,
+        param3=0.0,
+        param4=0.0,
+        latitude_deg=position[0],
+        longitude_deg=position[1],
+        altitude_m=position[2],
+    )
 
 
 def _where(item: MissionItem) -> str:

@@ -11,13 +11,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.mission.commands import Command, Frame, load_command_table
+from planner.mission.fence_items import fence_items, rally_items
 from planner.mission.jump_numbers import numbered_in_order
 from planner.mission.wpl import HEADER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.geo.fence import Fence
     from planner.mission.items import Home, Mission, MissionItem
 
 _Values = tuple[float | None, float | None, float | None]
@@ -42,7 +42,8 @@ def wpl_text(mission: Mission) -> str:
         rows = [_home_row(mission.home), *_item_rows(mission)]
     else:
         rows = [] if mission.home is None else [_home_row(mission.home)]
-        rows += _fence_rows(mission.fence) if mission.fence else _rally_rows(mission)
+        areas = fence_items(mission.fence) if mission.fence else rally_items(mission.rally)
+        rows += map(_item_row, areas)
     numbered = [f"{number}\t{int(number == 0)}\t{row}\n" for number, row in enumerate(rows)]
     return "".join([f"{HEADER}\n", *numbered])
 
@@ -77,49 +78,20 @@ def _home_row(home: Home | None) -> str:
 
 
 def _item_rows(mission: Mission) -> Iterator[str]:
-    for item in map(with_unused_position_zero, numbered_in_order(mission.items)):
-        yield _row(
-            item.command,
-            item.frame,
-            item.param1,
-            item.param2,
-            item.param3,
-            item.param4,
-            position=(item.latitude_deg, item.longitude_deg, item.altitude_m),
-            autocontinue=item.autocontinue,
-        )
+    return map(_item_row, map(with_unused_position_zero, numbered_in_order(mission.items)))
 
 
-def _fence_rows(fence: Fence) -> Iterator[str]:
-    """Yield the rows of a fence as mission items; ``make_fence`` reads them back."""
-    if fence.breach_return_deg_m is not None:
-        latitude_deg, longitude_deg, height_m = fence.breach_return_deg_m
-        # ArduPilot refuses a fence with a value that is not a number, and does not use this one.
-        position = (latitude_deg, longitude_deg, 0.0 if height_m is None else height_m)
-        yield _row(Command.NAV_FENCE_RETURN_POINT, Frame.GLOBAL_RELATIVE_ALT, position=position)
-    for polygon in fence.polygons:
-        vertex = (
-            Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION
-            if polygon.inclusion
-            else Command.NAV_FENCE_POLYGON_VERTEX_EXCLUSION
-        )
-        count = float(len(polygon.vertices_deg))
-        for place in polygon.vertices_deg:
-            yield _row(vertex, Frame.GLOBAL, count, position=(*place, 0.0))
-    for circle in fence.circles:
-        command = (
-            Command.NAV_FENCE_CIRCLE_INCLUSION
-            if circle.inclusion
-            else Command.NAV_FENCE_CIRCLE_EXCLUSION
-        )
-        position = (circle.latitude_deg, circle.longitude_deg, 0.0)
-        yield _row(command, Frame.GLOBAL, circle.radius_m, position=position)
-
-
-def _rally_rows(mission: Mission) -> Iterator[str]:
-    for point in mission.rally:
-        position = (point.latitude_deg, point.longitude_deg, point.height_above_home_m)
-        yield _row(Command.NAV_RALLY_POINT, Frame.GLOBAL_RELATIVE_ALT, position=position)
+def _item_row(item: MissionItem) -> str:
+    return _row(
+        item.command,
+        item.frame,
+        item.param1,
+        item.param2,
+        item.param3,
+        item.param4,
+        position=(item.latitude_deg, item.longitude_deg, item.altitude_m),
+        autocontinue=item.autocontinue,
+    )
 
 
 def _row(

@@ -1,0 +1,66 @@
+"""Family V: the vehicle on the line."""
+
+from __future__ import annotations
+
+from planner.findings import Rule, Severity
+
+CONDITIONS_FROM_VEHICLE = Rule(
+    code="V101",
+    name="conditions-from-vehicle",
+    severity=Severity.INFO,
+    summary="Charge, home and parameters are the vehicle's own.",
+    why=(
+        "The verdict holds for the vehicle as it is now: a battery that is changed or a home that is "
+        "set anew make another check necessary."
+    ),
+    how="Mission, fence, rally points, parameters, battery and home are read over MAVLink.",
+    example="taken from PX4 1.16.0 (system 1): charge 87 %, home 488.0 m AMSL, 912 parameters",
+    fix="give --charge, --home-amsl or --params to check with other values",
+)
+
+CHARGE_NOT_TOLD = Rule(
+    code="V102",
+    name="charge-not-told",
+    severity=Severity.WARNING,
+    summary="The vehicle does not say how full its battery is.",
+    why="The check then counts on a full battery, which nobody has measured.",
+    how="Neither BATTERY_STATUS nor SYS_STATUS holds a battery_remaining from 0 to 100.",
+    example="the vehicle does not tell its charge: a full battery is assumed",
+    fix="measure the battery and give --charge; set the battery's capacity in the autopilot",
+)
+
+HOME_NOT_TOLD = Rule(
+    code="V103",
+    name="home-not-told",
+    severity=Severity.WARNING,
+    summary="The vehicle has no home yet.",
+    why=(
+        "Heights above home and the way back are judged from the home of the mission's first place; "
+        "the vehicle sets its own when it has a position fix, or when it is armed."
+    ),
+    how="HOME_POSITION does not come, and ArduPilot's first mission item is at 0°, 0°.",
+    example="the vehicle has no home yet",
+    fix="wait for a position fix and fetch again",
+)
+
+LIST_NOT_KEPT = Rule(
+    code="V104",
+    name="list-not-kept",
+    severity=Severity.INFO,
+    summary="The vehicle keeps no fence, or no rally points.",
+    why="A fence that is not on the vehicle does not hold it.",
+    how="The vehicle answers MISSION_REQUEST_LIST for this list with UNSUPPORTED.",
+    example="the vehicle keeps no rally points: its firmware was built without them",
+    fix="use a firmware that was built with them",
+)
+
+PARAMETER_NAMELESS = Rule(
+    code="V105",
+    name="parameter-nameless",
+    severity=Severity.WARNING,
+    summary="Parameters came under names that are none.",
+    why="What they hold is not known, and no file can hold them.",
+    how="A name has 1 to 16 capital letters, digits and underscores, and begins with a letter.",
+    example="2 of 912 parameters have no readable name: left out",
+    fix="fetch again; where it stays, something else than an autopilot answers",
+)

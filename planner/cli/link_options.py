@@ -1,0 +1,110 @@
+"""The options of every command that speaks to a vehicle, and the progress it tells of."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from planner.cli.output import narrate
+from planner.link.address import read_address
+from planner.link.settings import LinkSettings
+from planner.live import LinkRequest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+_DEFAULTS = LinkSettings()
+LINK_OPTIONS = (
+    click.option(
+        "--baud",
+        metavar="BD",
+        type=click.IntRange(300, 20_000_000),
+        help="speed of a serial line whose address names none [default: 57600]",
+    ),
+    click.option(
+        "--system-id",
+        metavar="N",
+        type=click.IntRange(1, 255),
+        help="the vehicle to speak to [default: the only one on the line]",
+    ),
+    click.option(
+        "--heartbeat-timeout",
+        metavar="S",
+        type=click.FloatRange(min=0.0, min_open=True, max=3600.0),
+        default=_DEFAULTS.heartbeat_timeout_s,
+        help="how long to wait for the vehicle [default: 10]",
+    ),
+    click.option(
+        "--reply-timeout",
+        metavar="S",
+        type=click.FloatRange(min=0.0, min_open=True, max=600.0),
+        default=_DEFAULTS.reply_timeout_s,
+        help="longest wait until a request is repeated, longer for slow radios [default: 1.5]",
+    ),
+    click.option(
+        "--retries",
+        metavar="N",
+        type=click.IntRange(0, 1000),
+        default=_DEFAULTS.retries,
+        help="how often a request is repeated until the transfer counts as stalled [default: 12]",
+    ),
+)
+LINK_KEYS = ("baud", "system_id", "heartbeat_timeout", "reply_timeout", "retries")
+
+
+def link_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of the link to a command."""
+    for option in reversed(LINK_OPTIONS):
+        command = option(command)
+    return command
+
+
+def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
+    """Return the request that the options of the link make; say the normalised address.
+
+    Raises
+    ------
+    UsageError
+        If the address is none.
+    """
+    address = read_address(url, baud=options["baud"])
+    narrate(f"connecting to {address.text}")
+    return LinkRequest(
+        address=address,
+        settings=LinkSettings(
+            heartbeat_timeout_s=options["heartbeat_timeout"],
+            reply_timeout_s=options["reply_timeout"],
+            shortest_timeout_s=min(options["reply_timeout"], _DEFAULTS.shortest_timeout_s),
+            retries=options["retries"],
+        ),
+        system=options["system_id"],
+    )
+
+
+class TransferProgress:
+    """Tells on standard error how far a transfer is: item by item on a terminal, else at its end."""
+
+    def __init__(self) -> None:
+        self._is_terminal = sys.stderr is not None and sys.stderr.isatty()
+        self._told: set[str] = set()
+
+    def __call__(self, what: str, done: int, count: int | None) -> None:
+        """Take how much of what is done."""
+        if count is None or what in self._told:
+            return
+        is_whole = done >= count
+        if is_whole:
+            self._told.add(what)
+            self._overwrite("")
+            narrate(f"{what}: {count} of {count}" if count else f"{what}: none")
+        else:
+            self._overwrite(f"{what}: {done} of {count}")
+
+    def _overwrite(self, text: str) -> None:
+        if self._is_terminal:
+            with suppress(OSError):
+                sys.stderr.write(f"\r\x1b[K{text}")
+                sys.stderr.flush()

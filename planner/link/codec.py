@@ -1,0 +1,113 @@
+"""Between bytes and messages: pymavlink's dialect, which stops here."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+from planner.errors import UsageError
+from planner.link.message import Message
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+_MISSING = (
+    "{library} is missing, which speaks to vehicles: install it with pip install 'mavjoule[link]'"
+)
+_TEXTS = frozenset({"param_id", "text"})
+_MOST_PENDING = 1 << 16
+"""Bytes that are no message yet; a message has at most 280."""
+
+
+def load_dialect() -> ModuleType:
+    """Return pymavlink's dialect ardupilotmega, which holds common, in version 2.
+
+    Raises
+    ------
+    UsageError
+        If pymavlink is not installed.
+    """
+    import os
+
+    # mavutil, should anyone import it, then speaks version 2 from the first message on.
+    os.environ.setdefault("MAVLINK20", "1")
+    try:
+        from pymavlink.dialects.v20 import ardupilotmega
+    except ImportError as error:
+        raise UsageError(_MISSING.format(library="pymavlink")) from error
+    dialect: ModuleType = ardupilotmega
+    return dialect
+
+
+class Codec:
+    """Encodes for one sender, decodes one stream of bytes.
+
+    Parameters
+    ----------
+    system, component : int
+        Who sends what is encoded.
+    """
+
+    def __init__(self, system: int, component: int) -> None:
+        self._dialect = load_dialect()
+        self._encoder = self._dialect.MAVLink(None, srcSystem=system, srcComponent=component)
+        self._decoder = self._new_decoder()
+
+    def encode(self, sent: Message, *, target: tuple[int, int] = (0, 0)) -> bytes:
+        """Return a message in bytes.
+
+        Parameters
+        ----------
+        sent : Message
+            Fields that it lacks are 0.
+        target : tuple of int
+            System and component, for a message that has a target and does not name it.
+        """
+        kind = getattr(self._dialect, f"MAVLink_{sent.name.lower()}_message")
+        fields: dict[str, Any] = dict.fromkeys(kind.fieldnames, 0)
+        fields |= {"target_system": target[0], "target_component": target[1]}
+        fields |= sent.fields
+        values = [fields[name] for name in kind.fieldnames]
+        encoded = kind(*[v.encode() if isinstance(v, str) else v for v in values])
+        content: bytes = encoded.pack(self._encoder)
+        self._encoder.seq = (self._encoder.seq + 1) % 256
+        return bytes(content)
+
+    def decode(self, data: bytes) -> list[Message]:
+        """Return the messages that are complete with these bytes; what is none is passed over."""
+        decoder = self._decoder
+        try:
+            found = decoder.parse_buffer(data) or []
+        except (self._dialect.MAVError, struct.error, ValueError, IndexError, TypeError):
+            self._decoder = self._new_decoder()  # nothing of it is worth keeping
+            return []
+        if decoder.buf_len() > _MOST_PENDING:
+            self._decoder = self._new_decoder()
+        return [
+            self._message(one)
+            for one in found
+            if one.get_type() != "BAD_DATA" and not one.get_type().startswith("UNKNOWN")
+        ]
+
+    def _new_decoder(self) -> Any:  # noqa: ANN401 - pymavlink has no types
+        decoder = self._dialect.MAVLink(None)
+        decoder.robust_parsing = True
+        return decoder
+
+    def _message(self, received: Any) -> Message:  # noqa: ANN401 - pymavlink has no types
+        fields = {name: getattr(received, name) for name in received.fieldnames}
+        for name in _TEXTS & fields.keys():
+            if isinstance(fields[name], bytes):
+                fields[name] = fields[name].decode("utf-8", errors="replace")
+            fields[name] = fields[name].split("\0", 1)[0]
+        if received.get_type() == "PARAM_VALUE":
+            buffer = bytes(received.get_msgbuf())
+            head = 10 if buffer[0] == 0xFD else 6
+            content = buffer[head : head + buffer[1]]
+            fields["param_bytes"] = content[:4].ljust(4, b"\0")
+        return Message(
+            name=received.get_type(),
+            fields=fields,
+            system=received.get_srcSystem(),
+            component=received.get_srcComponent(),
+        )

@@ -1,0 +1,228 @@
+"""The line itself: bytes to and from a vehicle over UDP, TCP or a serial port."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Protocol
+
+from planner.errors import LinkError, UsageError
+from planner.link.address import LinkKind
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+    from planner.link.address import LinkAddress
+
+_CHUNK = 1 << 16
+_MOST_PEERS = 16
+"""Senders remembered on a UDP port; others are passed over."""
+_CONNECT_S = 5.0
+
+
+class Line(Protocol):
+    """Something that carries bytes; `planner.errors.LinkError` where it is closed."""
+
+    def now_s(self) -> float:
+        """Return the time by the clock that `receive` waits by [s]."""
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return what has come, each with its sender, after at most this time [s]."""
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:
+        """Send a frame to one sender, or to all that are known."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+def open_line(address: LinkAddress) -> Line:
+    """Return the open line of an address.
+
+    Raises
+    ------
+    LinkError
+        If it cannot be opened.
+    UsageError
+        If a serial line is asked for and pyserial is not installed.
+    """
+    try:
+        if address.kind is LinkKind.SERIAL:
+            return SerialLine(address)
+        if address.kind in {LinkKind.UDP_LISTEN, LinkKind.UDP_SEND}:
+            return UdpLine(address)
+        return TcpLine(address)
+    except OSError as error:
+        msg = f"{address.text} cannot be opened: {error.strerror or error}"
+        if isinstance(error, ConnectionRefusedError):
+            msg += "; nothing listens there: is the vehicle, or its simulator, running?"
+        elif address.kind in {LinkKind.UDP_LISTEN, LinkKind.TCP_LISTEN}:
+            msg += "; close the other ground station, or listen on another port"
+        raise LinkError(msg) from error
+
+
+class _Clocked:
+    """What all real lines share: they wait by the computer's clock."""
+
+    def now_s(self) -> float:
+        """Return a time that only grows [s]."""
+        return time.monotonic()
+
+
+class UdpLine(_Clocked):
+    """Datagrams; a listening line answers whoever spoke to it."""
+
+    def __init__(self, address: LinkAddress) -> None:
+        family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._peers: list[Any] = []
+        try:
+            if address.kind is LinkKind.UDP_LISTEN:
+                self._socket.bind((address.host, address.port))
+                if address.remote is not None:
+                    self._peers.append(_resolved(address.remote, family))
+            else:
+                self._peers.append(_resolved((address.host, address.port), family))
+            self._socket.settimeout(0.0)
+        except OSError:
+            self._socket.close()
+            raise
+
+    @property
+    def port(self) -> int:
+        """The port it has on this side."""
+        return int(self._socket.getsockname()[1])
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return the datagrams that have come."""
+        if not select.select([self._socket], [], [], max(timeout_s, 0.0))[0]:
+            return []
+        found: list[tuple[Hashable, bytes]] = []
+        while len(found) < 256:
+            try:
+                data, peer = self._socket.recvfrom(_CHUNK)
+            except ConnectionError:  # a port that nobody listens on said so; it may be opened yet
+                continue
+            except BlockingIOError:
+                break
+            except OSError as error:
+                msg = f"the line broke: {error.strerror or error}"
+                raise LinkError(msg) from error
+            if peer not in self._peers:
+                if len(self._peers) >= _MOST_PEERS:
+                    continue
+                self._peers.append(peer)
+            found.append((peer, data))
+        return found
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:
+        """Send a datagram; one that the network does not take counts as lost."""
+        for one in self._peers if peer is None else [peer]:
+            with suppress(OSError):
+                self._socket.sendto(data, one)  # type: ignore[arg-type] # as recvfrom returned it
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class TcpLine(_Clocked):
+    """A stream; a listening line waits for the vehicle to connect."""
+
+    def __init__(self, address: LinkAddress) -> None:
+        self._listener: socket.socket | None = None
+        self._stream: socket.socket | None = None
+        if address.kind is LinkKind.TCP_LISTEN:
+            family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+            self._listener = socket.create_server((address.host, address.port), family=family)
+        else:
+            place = (address.host, address.port)
+            self._stream = socket.create_connection(place, timeout=_CONNECT_S)
+            self._stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return what has come, once somebody is connected."""
+        waited_on = self._stream or self._listener
+        assert waited_on is not None
+        if not select.select([waited_on], [], [], max(timeout_s, 0.0))[0]:
+            return []
+        if self._stream is None:
+            assert self._listener is not None
+            self._stream, _ = self._listener.accept()
+            self._stream.settimeout(_CONNECT_S)
+            return []
+        try:
+            data = self._stream.recv(_CHUNK)
+        except OSError as error:
+            msg = f"the line broke: {error.strerror or error}"
+            raise LinkError(msg) from error
+        if not data:
+            msg = "the other side closed the line"
+            raise LinkError(msg)
+        return [(None, data)]
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one peer
+        """Send a frame, where somebody is connected."""
+        if self._stream is None:
+            return
+        try:
+            self._stream.sendall(data)
+        except OSError as error:
+            msg = f"the line broke: {error.strerror or error}"
+            raise LinkError(msg) from error
+
+    def close(self) -> None:
+        """Close the sockets."""
+        for one in (self._stream, self._listener):
+            if one is not None:
+                one.close()
+
+
+class SerialLine(_Clocked):
+    """A serial port."""
+
+    def __init__(self, address: LinkAddress) -> None:
+        try:
+            import serial
+        except ImportError as error:
+            msg = (
+                "pyserial is missing, which opens serial lines: install it with "
+                "pip install 'mavjoule[link]'"
+            )
+            raise UsageError(msg) from error
+        self._port = serial.Serial(
+            address.device,
+            address.baud,
+            timeout=0,
+            write_timeout=_CONNECT_S,
+            rtscts=address.flow_control,
+        )
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return what has come."""
+        self._port.timeout = max(timeout_s, 0.0)
+        try:
+            data = self._port.read(1)
+            data += self._port.read(self._port.in_waiting)
+        except OSError as error:  # pyserial's own errors are OSErrors
+            msg = f"the serial line broke: {error.strerror or error}; is the cable in?"
+            raise LinkError(msg) from error
+        return [(None, data)] if data else []
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one peer
+        """Send a frame."""
+        try:
+            self._port.write(data)
+        except OSError as error:
+            msg = f"the serial line broke: {error.strerror or error}; is the cable in?"
+            raise LinkError(msg) from error
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+
+def _resolved(place: tuple[str, int], family: socket.AddressFamily) -> Any:  # noqa: ANN401 - as socket has it
+    return socket.getaddrinfo(*place, family, socket.SOCK_DGRAM)[0][4]

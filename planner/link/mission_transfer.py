@@ -1,0 +1,343 @@
+"""The mission protocol: a list of items to or from a vehicle, whatever the line loses.
+
+Down: MISSION_REQUEST_LIST, MISSION_COUNT, then for each item MISSION_REQUEST_INT and
+MISSION_ITEM_INT, at last MISSION_ACK.  Up: MISSION_COUNT, then the vehicle asks for each item, at
+last its MISSION_ACK.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from planner.errors import LinkError
+from planner.frozen import frozen
+from planner.link.message import message
+from planner.link.mission_kind import BUSY, MissionKind, MissionResult, result_name
+from planner.link.retransmission import Retransmission
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.link.message import Message
+    from planner.link.settings import LinkSettings
+
+_FORGOTTEN_S = 6.0
+"""PX4 forgets a transfer after 5 s of silence and then wants it from the start."""
+_CLOSING_RETRIES = 6
+"""How often the last item is sent again where only the vehicle's word is missing."""
+ITEM_FIELDS = (
+    *("frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z"),
+)
+
+
+@frozen
+class WireItem:
+    """One MISSION_ITEM_INT, in MAVLink's own units."""
+
+    frame: int
+    command: int
+    param1: float
+    param2: float
+    param3: float
+    param4: float
+    x: int
+    y: int
+    z: float
+    autocontinue: int = 1
+
+
+class MissionDownload:
+    """A list of items that a vehicle is asked for.
+
+    Parameters
+    ----------
+    kind : MissionKind
+        Which list.
+    settings : LinkSettings
+        How patient to be.
+    """
+
+    def __init__(self, kind: MissionKind, settings: LinkSettings) -> None:
+        self._kind = kind
+        self._settings = settings
+        self._timer = Retransmission(settings)
+        self._count: int | None = None
+        self._items: list[WireItem] = []
+        self._restarts = 0
+        self._furthest = 0
+        self._refusal = ""
+        self._last_progress_s = 0.0
+        self.is_done = False
+        self.is_supported = True
+        """Whether the vehicle knows such a list."""
+
+    @property
+    def deadline_s(self) -> float:
+        """When to ask again. [s]"""
+        return self._timer.deadline_s
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Items so far, and how many there are."""
+        return len(self._items), self._count
+
+    @property
+    def items(self) -> tuple[WireItem, ...]:
+        """The list, once it is done."""
+        return tuple(self._items)
+
+    def begin(self, now_s: float) -> tuple[Message, ...]:
+        """Ask for the number of items."""
+        self._last_progress_s = now_s
+        self._timer.sent(now_s)
+        return (self._request(),)
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle; others than of this list are passed over."""
+        if self.is_done or received.fields.get("mission_type") != self._kind:
+            return ()
+        if received.name == "MISSION_COUNT":
+            return self._take_count(received["count"], now_s)
+        if received.name == "MISSION_ITEM_INT":
+            return self._take_item(received, now_s)
+        if received.name == "MISSION_ACK":
+            return self._take_refusal(received["type"], now_s)
+        return ()
+
+    def expire(self, now_s: float) -> tuple[Message, ...]:
+        """Ask again, or give up.
+
+        Raises
+        ------
+        LinkError
+            If it was asked often enough.
+        """
+        if self._timer.is_used_up:
+            raise LinkError(self._stalled(now_s))
+        if self._count is not None and now_s - self._last_progress_s > _FORGOTTEN_S:
+            return self._restart(now_s, "it stopped answering")
+        self._timer.repeated(now_s)
+        return (self._request(),)
+
+    def _request(self) -> Message:
+        if self._count is None:
+            return message("MISSION_REQUEST_LIST", mission_type=int(self._kind))
+        return message("MISSION_REQUEST_INT", seq=len(self._items), mission_type=int(self._kind))
+
+    def _take_count(self, count: int, now_s: float) -> tuple[Message, ...]:
+        if self._count is not None:
+            if count == self._count:
+                return ()  # said twice
+            # The list has changed under our hands, or one of the two numbers was wrong.
+            return self._restart(now_s, f"it said {self._count} items, then {count}")
+        self._timer.answered(now_s)
+        self._last_progress_s = now_s
+        self._count = count
+        return self._go_on(now_s)
+
+    def _take_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        if self._count is None or received["seq"] != len(self._items):
+            return ()  # a repetition, or out of order
+        self._timer.answered(now_s)
+        self._last_progress_s = now_s
+        self._items.append(WireItem(**{name: received[name] for name in ITEM_FIELDS}))
+        return self._go_on(now_s)
+
+    def _go_on(self, now_s: float) -> tuple[Message, ...]:
+        if len(self._items) == self._count:
+            self.is_done = True
+            return (message("MISSION_ACK", type=0, mission_type=int(self._kind)),)
+        self._timer.sent(now_s)
+        return (self._request(),)
+
+    def _take_refusal(self, result: int, now_s: float) -> tuple[Message, ...]:
+        if result == MissionResult.ACCEPTED:
+            return ()
+        if self._count is None and result == MissionResult.UNSUPPORTED:
+            self.is_supported = False
+            self.is_done = True
+            return ()
+        self._refusal = result_name(result)
+        if self._count is None or result == MissionResult.INVALID_SEQUENCE:
+            return ()  # asked again when the time has come
+        return self._restart(now_s, f"it answered {self._refusal}")
+
+    def _restart(self, now_s: float, why: str) -> tuple[Message, ...]:
+        if len(self._items) > self._furthest:  # PX4 begins anew for one late request
+            self._furthest = len(self._items)
+            self._restarts = 0
+        self._restarts += 1
+        if self._restarts > max(self._settings.retries, 1):
+            got, count = self.progress
+            msg = (
+                f"the {self._kind.label} could not be read: begun {self._restarts} times, at "
+                f"{got} of {count} items {why}; is another ground station sending one?"
+            )
+            raise LinkError(msg)
+        self._count = None
+        self._items = []
+        self._last_progress_s = now_s
+        # A busy vehicle is left a moment; the attempts since it last made progress still count.
+        self._timer.repeated(now_s)
+        return (self._request(),)
+
+    def _stalled(self, now_s: float) -> str:
+        got, count = self.progress
+        what = "its number of items" if count is None else f"item {got + 1} of {count}"
+        refused = f" (it answered {self._refusal})" if self._refusal else ""
+        return (
+            f"the {self._kind.label} stalled: {what} did not come in {self._timer.attempts} "
+            f"requests and {self._timer.waited_s(now_s):.0f} s{refused}; bring the radio closer, "
+            "or give a longer --reply-timeout or more --retries"
+        )
+
+
+class UploadOutcome(Enum):
+    """What a vehicle made of a list that it was sent."""
+
+    ACCEPTED = "accepted"
+    UNCONFIRMED = "unconfirmed"
+    """It asked for every item, and its last word was lost."""
+    REJECTED = "rejected"
+
+
+class MissionUpload:
+    """A list of items that is sent to a vehicle.
+
+    Parameters
+    ----------
+    kind : MissionKind
+        Which list.
+    items : sequence of WireItem
+        All of them; none clears the list.
+    settings : LinkSettings
+        How patient to be.
+    """
+
+    def __init__(
+        self, kind: MissionKind, items: Sequence[WireItem], settings: LinkSettings
+    ) -> None:
+        self._kind = kind
+        self._sent = tuple(items)
+        self._timer = Retransmission(settings)
+        self._most_answers = (len(items) + 1) * (settings.retries + 2)
+        self._answers = 0
+        self._asked: set[int] = set()
+        self._last_asked: int | None = None
+        self._busy = 0
+        self._closing = 0
+        self.is_done = False
+        self.outcome: UploadOutcome | None = None
+        self.rejection = ""
+        """In a rejection: what the vehicle answered, and to which item."""
+
+    @property
+    def deadline_s(self) -> float:
+        """When to send again. [s]"""
+        return self._timer.deadline_s
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Items asked for so far, and how many there are."""
+        return len(self._asked), len(self._sent)
+
+    def begin(self, now_s: float) -> tuple[Message, ...]:
+        """Announce the number of items."""
+        self._timer.sent(now_s)
+        return (self._announcement(),)
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle; others than of this list are passed over."""
+        if self.is_done or received.fields.get("mission_type") != self._kind:
+            return ()
+        if received.name in {"MISSION_REQUEST_INT", "MISSION_REQUEST"}:
+            return self._answer(received["seq"], now_s)
+        if received.name == "MISSION_ACK":
+            self._take_result(received["type"])
+        return ()
+
+    def expire(self, now_s: float) -> tuple[Message, ...]:
+        """Send the last thing again, or give up.
+
+        Raises
+        ------
+        LinkError
+            If it was sent often enough and the vehicle had not asked for everything.
+        """
+        if self._has_sent_all:
+            self._closing += 1
+            if self._closing > _CLOSING_RETRIES or self._timer.is_used_up:
+                self._finish(UploadOutcome.UNCONFIRMED)
+                return ()
+        elif self._timer.is_used_up:
+            raise LinkError(self._stalled(now_s))
+        self._timer.repeated(now_s)
+        if self._last_asked is None:
+            return (self._announcement(),)
+        return (self._item(self._last_asked),)
+
+    @property
+    def _has_sent_all(self) -> bool:
+        return bool(self._sent) and len(self._asked) == len(self._sent)
+
+    def _announcement(self) -> Message:
+        return message("MISSION_COUNT", count=len(self._sent), mission_type=int(self._kind))
+
+    def _item(self, seq: int) -> Message:
+        item = self._sent[seq]
+        fields = {name: getattr(item, name) for name in ITEM_FIELDS}
+        # A current item would be where PX4 goes on; an upload starts the mission anew.
+        return message(
+            "MISSION_ITEM_INT", seq=seq, current=0, mission_type=int(self._kind), **fields
+        )
+
+    def _answer(self, seq: int, now_s: float) -> tuple[Message, ...]:
+        if not 0 <= seq < len(self._sent):
+            return ()  # it is asking for another ground station's list
+        self._answers += 1
+        if self._answers > self._most_answers:
+            msg = (
+                f"the vehicle asks for the items of the {self._kind.label} without end, now "
+                f"{self._answers} times for {len(self._sent)}; is another ground station sending one?"
+            )
+            raise LinkError(msg)
+        if seq not in self._asked:
+            self._timer.answered(now_s)
+        self._asked.add(seq)
+        self._last_asked = seq
+        self._timer.sent(now_s)
+        return (self._item(seq),)
+
+    def _take_result(self, result: int) -> None:
+        if result == MissionResult.ACCEPTED:
+            if self._has_sent_all or not self._sent:
+                self._finish(UploadOutcome.ACCEPTED)
+            return  # else the word about an earlier list, late
+        if result == MissionResult.INVALID_SEQUENCE:
+            return  # ArduPilot's answer to a repeated item: it goes on asking
+        if self._has_sent_all and result in BUSY:
+            # To a vehicle that is through, a repeated last item comes out of the blue.
+            if self._closing:
+                self._finish(UploadOutcome.UNCONFIRMED)
+                return
+        elif self._last_asked is None and result in BUSY and not self._timer.is_used_up:
+            self._busy += 1
+            if self._busy <= _CLOSING_RETRIES:
+                return  # announced again when the time has come
+        asked = self._last_asked
+        where = "" if asked is None else f" to item {asked + 1} of {len(self._sent)}"
+        self.rejection = f"{result_name(result)}{where}"
+        self._finish(UploadOutcome.REJECTED)
+
+    def _finish(self, outcome: UploadOutcome) -> None:
+        self.outcome = outcome
+        self.is_done = True
+
+    def _stalled(self, now_s: float) -> str:
+        asked = self._last_asked
+        what = "its answer" if asked is None else f"what follows item {asked + 1}"
+        return (
+            f"sending the {self._kind.label} stalled: {what} of {len(self._sent)} items did not "
+            f"come in {self._timer.waited_s(now_s):.0f} s"
+        )

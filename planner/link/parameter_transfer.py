@@ -1,0 +1,185 @@
+"""The parameter protocol: every parameter of a vehicle, whatever the line loses.
+
+PARAM_REQUEST_LIST makes the vehicle send all of them; what is missing when it falls silent is asked
+for by number with PARAM_REQUEST_READ.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING
+
+from planner.errors import LinkError
+from planner.frozen import frozen
+from planner.link.message import message
+from planner.link.retransmission import Retransmission
+
+if TYPE_CHECKING:
+    from planner.link.message import Message
+    from planner.link.settings import LinkSettings
+
+MOST_PARAMETERS = 5_000
+"""PX4 and ArduPilot have one to two thousand; a vehicle that claims more is not believed."""
+_MOST_COUNTS = 4
+"""ArduPilot hides and shows parameters as others change; a number that goes on changing is wrong."""
+_AT_ONCE = 16
+"""Parameters asked for together: few enough for the buffer of a radio."""
+_NO_INDEX = 65_535
+"""Of a parameter that was sent for another reason than its number."""
+_LAYOUTS = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i", 9: "<f"}
+"""By MAV_PARAM_TYPE, how four bytes hold a value."""
+
+
+@frozen
+class WireParameter:
+    """One PARAM_VALUE."""
+
+    name: str
+    value: float
+    """As the message's own float."""
+    content: bytes
+    """The four bytes of it."""
+    kind: int
+    """MAV_PARAM_TYPE."""
+
+    def number(self, *, is_bytewise: bool) -> float:
+        """Return the value.
+
+        Parameters
+        ----------
+        is_bytewise : bool
+            Whether whole numbers stand in the four bytes as they are, as PX4 sends them, and not
+            as a float of the same value, as ArduPilot does.
+        """
+        layout = _LAYOUTS.get(self.kind)
+        if not is_bytewise or layout is None:
+            return self.value
+        (number,) = struct.unpack_from(layout, self.content)
+        return float(number)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether its type holds whole numbers alone."""
+        return self.kind < 9
+
+
+class ParameterDownload:
+    """Every parameter that a vehicle is asked for.
+
+    Parameters
+    ----------
+    settings : LinkSettings
+        How patient to be.
+    """
+
+    def __init__(self, settings: LinkSettings) -> None:
+        self._timer = Retransmission(settings)
+        self._count: int | None = None
+        self._counts = 0
+        self._by_index: dict[int, WireParameter] = {}
+        self._outstanding: set[int] = set()
+        self.is_done = False
+
+    @property
+    def deadline_s(self) -> float:
+        """When to ask again. [s]"""
+        return self._timer.deadline_s
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Parameters so far, and how many there are."""
+        return len(self._by_index), self._count
+
+    @property
+    def parameters(self) -> tuple[WireParameter, ...]:
+        """All of them, in the vehicle's order, once it is done."""
+        return tuple(self._by_index[index] for index in sorted(self._by_index))
+
+    def begin(self, now_s: float) -> tuple[Message, ...]:
+        """Ask for all of them."""
+        self._timer.sent(now_s)
+        return (message("PARAM_REQUEST_LIST"),)
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle; others than PARAM_VALUE are passed over.
+
+        Raises
+        ------
+        LinkError
+            If the number of parameters cannot be believed.
+        """
+        if self.is_done or received.name != "PARAM_VALUE":
+            return ()
+        index, count = received["param_index"], received["param_count"]
+        if index == _NO_INDEX or index >= count:
+            return ()
+        self._take_count(count)
+        is_new = index not in self._by_index
+        self._by_index[index] = WireParameter(
+            name=received["param_id"],
+            value=received["param_value"],
+            content=received["param_bytes"],
+            kind=received["param_type"],
+        )
+        if len(self._by_index) == self._count:
+            self.is_done = True
+            return ()
+        if not is_new:
+            return ()
+        was_asked = index in self._outstanding
+        self._outstanding.discard(index)
+        if was_asked and not self._outstanding:
+            self._timer.answered(now_s)
+            self._timer.sent(now_s)
+            return self._missing()
+        if was_asked:  # the others of the same request are on their way
+            self._timer.answered(now_s)
+        self._timer.sent(now_s)
+        return ()
+
+    def expire(self, now_s: float) -> tuple[Message, ...]:
+        """Ask for what is missing, or give up.
+
+        Raises
+        ------
+        LinkError
+            If it was asked for often enough.
+        """
+        if self._timer.is_used_up:
+            raise LinkError(self._stalled(now_s))
+        self._timer.repeated(now_s)
+        if self._count is None:
+            return (message("PARAM_REQUEST_LIST"),)
+        return self._missing()
+
+    def _take_count(self, count: int) -> None:
+        if count == self._count:
+            return
+        self._counts += 1
+        if count > MOST_PARAMETERS or self._counts > _MOST_COUNTS:
+            changing = "" if self._count is None else f", after {self._count}"
+            msg = f"the vehicle claims {count} parameters{changing}: that cannot be believed"
+            raise LinkError(msg)
+        self._count = count
+        self._by_index = {index: one for index, one in self._by_index.items() if index < count}
+
+    def _missing(self) -> tuple[Message, ...]:
+        assert self._count is not None
+        missing = [index for index in range(self._count) if index not in self._by_index]
+        self._outstanding = set(missing[:_AT_ONCE])
+        return tuple(
+            message("PARAM_REQUEST_READ", param_id="", param_index=index)
+            for index in missing[:_AT_ONCE]
+        )
+
+    def _stalled(self, now_s: float) -> str:
+        if self._count is None:
+            what = "none came"
+        else:
+            first = min(set(range(self._count)) - self._by_index.keys())
+            what = f"number {first + 1} of {self._count} did not come"
+        return (
+            f"the parameters stalled: {what} in {self._timer.attempts} requests and "
+            f"{self._timer.waited_s(now_s):.0f} s; bring the radio closer, or give a longer "
+            "--reply-timeout or more --retries"
+        )

@@ -1,0 +1,215 @@
+"""A vehicle by its messages: pymavlink's dialect, our own transfers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.link.connection import Connection
+from planner.link.heartbeats import uid_text
+from planner.link.line import open_line
+from planner.link.message_request import MessageRequest
+from planner.link.mission_transfer import MissionDownload, MissionUpload
+from planner.link.outgoing import Purpose
+from planner.link.parameter_transfer import ParameterDownload
+from planner.link.settings import LinkSettings
+from planner.link.vehicle import VehicleIdentity, firmware_release
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.link.address import LinkAddress
+    from planner.link.line import Line
+    from planner.link.message import Message, Transfer
+    from planner.link.mission_kind import MissionKind
+    from planner.link.mission_transfer import UploadOutcome, WireItem
+    from planner.link.parameter_transfer import WireParameter
+    from planner.link.vehicle import StatusText, VehicleState
+
+    OnProgress = Callable[[str, int, int | None], None]
+
+_IDENTITY = ("AUTOPILOT_VERSION", 148)
+_STATE = (
+    ("HOME_POSITION", 242),
+    ("SYS_STATUS", 1),
+    ("BATTERY_STATUS", 147),
+    ("GLOBAL_POSITION_INT", 33),
+    ("EXTENDED_SYS_STATE", 245),
+)
+_PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
+_OPTIONAL_RETRIES = 6
+"""Of a message that a vehicle may not have."""
+
+
+class PymavlinkLink:
+    """The messages of a vehicle; a `planner.link.vehicle.VehicleLink`.
+
+    Parameters
+    ----------
+    line : Line
+        Open; closed with the link.
+    name : str
+        The normalised address.
+    settings : LinkSettings
+        How patient to be.
+    purpose : Purpose
+        What may be sent.
+    system : int, optional
+        System id of the vehicle; default the only one on the line.
+    on_progress : callable
+        Told what is being exchanged, how much of it is done, and of how much.
+
+    Raises
+    ------
+    LinkError
+        If no vehicle is heard, or several are.
+    """
+
+    def __init__(
+        self,
+        line: Line,
+        *,
+        name: str,
+        settings: LinkSettings | None = None,
+        purpose: Purpose = Purpose.READ,
+        system: int | None = None,
+        on_progress: OnProgress = lambda *_: None,
+    ) -> None:
+        self._settings = settings or LinkSettings()
+        self._on_progress = on_progress
+        self.connection = Connection(
+            line, name=name, settings=self._settings, purpose=purpose, system=system
+        )
+        try:
+            self.connection.wait_for_vehicle()
+            self._identity = self._fetch_identity()
+        except BaseException:
+            self.connection.close()
+            raise
+
+    @property
+    def identity(self) -> VehicleIdentity:
+        """Who is on the line."""
+        return self._identity
+
+    def close(self) -> None:
+        """Close the line."""
+        self.connection.close()
+
+    def fetch_items(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
+        """Return one list of items; ``None`` where the vehicle knows no such list.
+
+        Raises
+        ------
+        LinkError
+            If the transfer stalls; the message says at which item.
+        """
+        download = MissionDownload(kind, self._settings)
+        self._run(download, kind.label)
+        return download.items if download.is_supported else None
+
+    def upload_items(
+        self, kind: MissionKind, items: Sequence[WireItem]
+    ) -> tuple[UploadOutcome, str]:
+        """Replace one list of items.
+
+        Returns
+        -------
+        tuple of UploadOutcome and str
+            The text says what the vehicle refused.
+
+        Raises
+        ------
+        LinkError
+            If the transfer stalls; the message says at which item.
+        """
+        upload = MissionUpload(kind, items, self._settings)
+        self._run(upload, f"{kind.label}, to the vehicle")
+        assert upload.outcome is not None  # a transfer that is done has one
+        return upload.outcome, upload.rejection
+
+    def fetch_parameters(self) -> tuple[WireParameter, ...]:
+        """Return every parameter, in the vehicle's order.
+
+        Raises
+        ------
+        LinkError
+            If the transfer stalls, or more are claimed than can be.
+        """
+        download = ParameterDownload(self._settings)
+        self._run(download, "parameters")
+        return download.parameters
+
+    def fetch_state(self) -> VehicleState:
+        """Return what the vehicle says of itself; each part may be missing."""
+        wind = _ARDUPILOT_WIND if self._identity.has_home_slot else _PX4_WIND
+        for name, number in (*_STATE, wind):
+            self._request(name, number, retries=_OPTIONAL_RETRIES)
+        return self.connection.telemetry.state()
+
+    def listen(self, duration_s: float) -> tuple[StatusText, ...]:
+        """Return the texts that the vehicle sends in a time."""
+        known = len(self.connection.telemetry.texts)
+        self.connection.listen(duration_s)
+        return tuple(self.connection.telemetry.texts[known:])
+
+    def _fetch_identity(self) -> VehicleIdentity:
+        heard = self.connection.vehicle
+        version = self._request(*_IDENTITY, retries=self._settings.retries)
+        identity = VehicleIdentity(
+            system=heard.system,
+            component=heard.component,
+            autopilot_number=heard.autopilot,
+            vehicle_type=heard.vehicle_type,
+        )
+        if version is None:
+            return identity
+        number = version["flight_sw_version"]
+        return VehicleIdentity(
+            system=heard.system,
+            component=heard.component,
+            autopilot_number=heard.autopilot,
+            vehicle_type=heard.vehicle_type,
+            firmware_version=(number >> 24 & 255, number >> 16 & 255, number >> 8 & 255)
+            if number
+            else None,
+            firmware_release=firmware_release(number & 255) if number else "",
+            firmware_hash=bytes(version["flight_custom_version"]).hex(),
+            uid=uid_text(version),
+            capabilities=version["capabilities"],
+        )
+
+    def _request(self, name: str, number: int, *, retries: int) -> Message | None:
+        """Return a message, which the vehicle may not have."""
+        request = MessageRequest(name, number, self._settings, retries=retries)
+        self.connection.run(request)
+        return request.answer
+
+    def _run(self, transfer: Transfer, what: str) -> None:
+        self.connection.run(transfer, lambda: self._on_progress(what, *transfer.progress))
+
+
+def open_vehicle(
+    address: LinkAddress,
+    *,
+    settings: LinkSettings | None = None,
+    purpose: Purpose = Purpose.READ,
+    system: int | None = None,
+    on_progress: OnProgress = lambda *_: None,
+) -> PymavlinkLink:
+    """Return the vehicle at an address, once it was heard.
+
+    Raises
+    ------
+    LinkError
+        If the line cannot be opened, no vehicle is heard in time, or several are.
+    UsageError
+        If a library is missing.
+    """
+    return PymavlinkLink(
+        open_line(address),
+        name=address.text,
+        settings=settings,
+        purpose=purpose,
+        system=system,
+        on_progress=on_progress,
+    )

@@ -1,0 +1,118 @@
+"""Everything of a vehicle at once: read, and written as a plan and a parameter file."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.catalogue.vehicle import HOME_NOT_TOLD, LIST_NOT_KEPT, PARAMETER_NAMELESS
+from planner.link.mission_items import mission_of_lists, shortest
+from planner.link.mission_kind import MissionKind
+from planner.link.vehicle import VehicleSnapshot
+from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.link.parameter_transfer import WireParameter
+    from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleLink
+
+_CAPACITIES_MAH = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
+_NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
+_STACKS = {Autopilot.PX4: "PX4 Pro", Autopilot.ARDUPILOT: "ArduPilot"}
+"""As QGroundControl names them in a parameter file."""
+
+
+def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
+    """Return everything that a vehicle tells.
+
+    Parameters
+    ----------
+    link : VehicleLink
+        The vehicle.
+    address : str
+        Its normalised address.
+
+    Raises
+    ------
+    LinkError
+        If a transfer stalls; the message says where.
+    """
+    identity = link.identity
+    state = link.fetch_state()
+    lists = {kind: link.fetch_items(kind) for kind in MissionKind}
+    fetched = link.fetch_parameters()
+    parameters = tuple(one for one in fetched if _NAME.fullmatch(one.name))
+    mission = mission_of_lists(lists, identity, home=state.home, source=address)
+    findings: list[Finding] = [
+        LIST_NOT_KEPT.finding(
+            f"the vehicle keeps no {kind.label}: its firmware was built without them"
+        )
+        for kind, items in lists.items()
+        if items is None
+    ]
+    if len(parameters) < len(fetched):
+        nameless = len(fetched) - len(parameters)
+        message = f"{nameless} of {len(fetched)} parameters have no readable name: left out"
+        findings.append(PARAMETER_NAMELESS.finding(message))
+    if mission.home is None:
+        findings.append(HOME_NOT_TOLD.finding("the vehicle has no home yet"))
+    battery = _with_capacity(state.battery, identity, parameters)
+    return VehicleSnapshot(
+        address=address,
+        identity=identity,
+        state=replace(state, home=mission.home, battery=battery),
+        mission=mission,
+        parameters=parameters,
+        findings=tuple(findings),
+    )
+
+
+def parameter_set(snapshot: VehicleSnapshot) -> ParameterSet:
+    """Return a vehicle's parameters as a check takes them."""
+    identity = snapshot.identity
+    version = identity.firmware_version
+    return ParameterSet(
+        source=snapshot.address,
+        values={
+            one.name: ParameterValue(shortest(one.number(is_bytewise=identity.is_bytewise)))
+            for one in snapshot.parameters
+        },
+        stack=identity.autopilot,
+        version=None if version is None else version[:2],
+    )
+
+
+def parameter_text(snapshot: VehicleSnapshot) -> str:
+    """Return a vehicle's parameters as QGroundControl writes them to a file."""
+    identity = snapshot.identity
+    lines = [f"# Onboard parameters for Vehicle {identity.system}", "#"]
+    if identity.autopilot is not None:
+        lines.append(f"# Stack: {_STACKS[identity.autopilot]}")
+    if identity.firmware_version is not None:
+        number = ".".join(map(str, identity.firmware_version))
+        lines.append(f"# Version: {number} {identity.firmware_release}".rstrip())
+    if identity.firmware_hash.strip("0"):
+        lines.append(f"# Git Revision: {identity.firmware_hash}")
+    lines += ["#", "# Vehicle-Id Component-Id Name Value Type"]
+    for one in snapshot.parameters:
+        value = shortest(one.number(is_bytewise=identity.is_bytewise))
+        shown = "nan" if value is None else repr(int(value) if one.is_whole else value)
+        lines.append(f"{identity.system}\t{identity.component}\t{one.name}\t{shown}\t{one.kind}")
+    return "\n".join(lines) + "\n"
+
+
+def _with_capacity(
+    battery: BatteryState | None,
+    identity: VehicleIdentity,
+    parameters: tuple[WireParameter, ...],
+) -> BatteryState | None:
+    """Return the battery with the charge that the autopilot counts from."""
+    if battery is None:
+        return None
+    values = {one.name: one.number(is_bytewise=identity.is_bytewise) for one in parameters}
+    for name in _CAPACITIES_MAH:
+        if values.get(name, 0.0) > 0.0:
+            return replace(battery, capacity_ah=values[name] / 1e3)
+    return battery
