@@ -23,9 +23,13 @@ PX4, ARDUPILOT = 12, 3
 _DELAY_S = 0.01
 
 
-def wire_item(**changes: Any) -> WireItem:
+def wire_item(**changes: float) -> WireItem:
     fields: dict[str, Any] = {
-        **{"frame": 3, "command": 16, "x": 470_000_000, "y": 80_000_000, "z": 30.0},
+        "frame": 3,
+        "command": 16,
+        "x": 470_000_000,
+        "y": 80_000_000,
+        "z": 30.0,
         **{f"param{n}": 0.0 for n in (1, 2, 3, 4)},
     }
     return WireItem(**(fields | changes))
@@ -87,7 +91,7 @@ class VirtualVehicle:
         handler = getattr(self, f"_on_{one.name.lower()}", None)
         return [] if handler is None else handler(one, now_s)
 
-    def _on_command_long(self, one: Message, now_s: float) -> list[Message]:
+    def _on_command_long(self, one: Message, _: float) -> list[Message]:
         wanted = self._answers().get(int(one["param1"]))
         result = 0 if wanted is not None else 3
         ack = message("COMMAND_ACK", command=one["command"], result=result)
@@ -121,7 +125,11 @@ class VirtualVehicle:
                 current_consumed=-1,
             ),
             33: message(
-                "GLOBAL_POSITION_INT", lat=470_000_000, lon=80_000_000, alt=488_100, relative_alt=100
+                "GLOBAL_POSITION_INT",
+                lat=470_000_000,
+                lon=80_000_000,
+                alt=488_100,
+                relative_alt=100,
             ),
             245: message("EXTENDED_SYS_STATE", landed_state=1),
         }
@@ -209,10 +217,10 @@ class VirtualVehicle:
     def _ack(self, kind: MissionKind, result: MissionResult) -> Message:
         return message("MISSION_ACK", type=int(result), mission_type=int(kind))
 
-    def _on_param_request_list(self, one: Message, now_s: float) -> list[Message]:
+    def _on_param_request_list(self, _: Message, __: float) -> list[Message]:
         return [self._parameter(index) for index in range(len(self.parameters))]
 
-    def _on_param_request_read(self, one: Message, now_s: float) -> list[Message]:
+    def _on_param_request_read(self, one: Message, _: float) -> list[Message]:
         return [self._parameter(one["param_index"])]
 
     def _parameter(self, index: int) -> Message:
@@ -262,7 +270,7 @@ class VirtualLine:
     def close(self) -> None:
         self.is_closed = True
 
-    def send(self, data: bytes, peer: Any = None) -> None:
+    def send(self, data: bytes, peer: object = None) -> None:
         self.sent.append(data)
         for index in range(len(self.vehicles)):
             if peer is None or peer == index:
@@ -278,8 +286,8 @@ class VirtualLine:
             self.time_s = max(self.time_s, next_s)
             if self._tick_s <= self.time_s:
                 self._tick_s = self.time_s + 0.1
-                for index, vehicle in enumerate(self.vehicles):
-                    self._say(index, vehicle.tick(self.time_s))
+                for number, vehicle in enumerate(self.vehicles):
+                    self._say(number, vehicle.tick(self.time_s))
             while self._events and self._events[0][0] <= self.time_s:
                 _, _, index, data = heapq.heappop(self._events)
                 if index is None:
@@ -292,7 +300,7 @@ class VirtualLine:
             data = self._codecs[index].encode(one, target=(245, 190))
             self._carry(None, (index, data), is_heartbeat=one.name == "HEARTBEAT")
 
-    def _carry(self, index: int | None, data: Any, *, is_heartbeat: bool) -> None:
+    def _carry(self, index: int | None, data: object, *, is_heartbeat: bool) -> None:
         if not is_heartbeat:
             self.exchanged += 1
         if self._cut_after is not None and self.exchanged > self._cut_after:
@@ -301,6 +309,8 @@ class VirtualLine:
         if self._random.random() < loss:
             return
         for _ in range(2 if self._random.random() < repeated else 1):
-            delay_s = _DELAY_S * (self._random.uniform(1, 30) if self._random.random() < late else 1)
+            delay_s = _DELAY_S * (
+                self._random.uniform(1, 30) if self._random.random() < late else 1
+            )
             event = (self.time_s + delay_s, next(self._number), index, data)
             heapq.heappush(self._events, event)

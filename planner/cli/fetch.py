@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -41,7 +40,7 @@ from planner.report.medium import Medium
 )
 @link_options
 def command(
-    *, url: str, output: Path, params: Path | None, force: bool, form: str, **link: Any
+    *, url: str, output: Path, params: Path | None, force: bool, form: str, **link: object
 ) -> None:
     """Read mission, fence, rally points, home, parameters and battery from a vehicle.
 

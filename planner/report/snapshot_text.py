@@ -31,12 +31,9 @@ def _rows(snapshot: VehicleSnapshot) -> Iterator[tuple[str, str]]:
     yield "parameters", str(len(snapshot.parameters))
     yield "home", _place(mission.home)
     if state.position is not None:
-        position = state.position
-        yield (
-            "position",
-            f"{position.latitude_deg:.7f}, {position.longitude_deg:.7f}, "
-            f"{position.altitude_amsl_m:.1f} m AMSL, {position.height_above_home_m:.1f} m above home",
-        )
+        at = state.position
+        heights = f"{at.altitude_amsl_m:.1f} m AMSL, {at.height_above_home_m:.1f} m above home"
+        yield "position", f"{at.latitude_deg:.7f}, {at.longitude_deg:.7f}, {heights}"
     if state.battery is not None:
         battery = state.battery
         parts = [

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoints, wire_item
 
 from planner.errors import LinkError
+from planner.link.message import Message, Transfer
 from planner.link.mission_kind import MissionKind
 from planner.link.mission_transfer import MissionDownload, MissionUpload, UploadOutcome
 from planner.link.outgoing import Purpose
@@ -110,33 +111,36 @@ def test_a_refused_item_is_named_with_its_reason() -> None:
     assert vehicle.lists[MissionKind.MISSION] == ()
 
 
-def _received(name: str, **fields: object) -> object:
-    from planner.link.message import Message
+def _feed(transfer: Transfer, messages: list[Message]) -> None:
+    for number, one in enumerate(messages):
+        transfer.feed(one, number * 0.01)
 
+
+def _received(name: str, **fields: object) -> Message:
     return Message(name=name, fields={"mission_type": 0, **fields}, system=1, component=1)
 
 
 def test_a_count_that_keeps_changing_ends_the_transfer() -> None:
     download = MissionDownload(MissionKind.MISSION, LinkSettings(retries=4))
     download.begin(0.0)
+    counts = [_received("MISSION_COUNT", count=10 + n) for n in range(2000)]
     with pytest.raises(LinkError, match="could not be read: begun 5 times"):
-        for n in range(2000):
-            download.feed(_received("MISSION_COUNT", count=10 + n), n * 0.01)  # type: ignore[arg-type] # as made above
+        _feed(download, counts)
 
 
 def test_a_vehicle_that_asks_without_end_is_left() -> None:
     upload = MissionUpload(MissionKind.MISSION, waypoints(2), LinkSettings())
     upload.begin(0.0)
+    questions = [_received("MISSION_REQUEST_INT", seq=0)] * 1000
     with pytest.raises(LinkError, match="asks for the items of the mission without end"):
-        for n in range(1000):
-            upload.feed(_received("MISSION_REQUEST_INT", seq=0), n * 0.01)  # type: ignore[arg-type] # as made above
+        _feed(upload, questions)
 
 
 def test_items_that_were_never_announced_are_not_asked_for() -> None:
     upload = MissionUpload(MissionKind.MISSION, waypoints(2), LinkSettings())
     upload.begin(0.0)
-    assert upload.feed(_received("MISSION_REQUEST_INT", seq=2), 0.1) == ()  # type: ignore[arg-type] # as made above
-    assert upload.feed(_received("MISSION_ACK", type=0), 0.2) == ()  # type: ignore[arg-type] # as made above
+    assert upload.feed(_received("MISSION_REQUEST_INT", seq=2), 0.1) == ()
+    assert upload.feed(_received("MISSION_ACK", type=0), 0.2) == ()
     assert not upload.is_done
 
 
@@ -153,4 +157,4 @@ def test_more_parameters_than_a_vehicle_can_have_are_not_believed() -> None:
         param_count=5001,
     )
     with pytest.raises(LinkError, match="claims 5001 parameters"):
-        download.feed(claim, 0.1)  # type: ignore[arg-type] # as made above
+        download.feed(claim, 0.1)
