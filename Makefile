@@ -24,6 +24,7 @@ demo: $(MADE) ## check a sample mission
 	@echo
 	@echo "Try next:"
 	@echo "  $(BIN)/mavjoule check missions/crossing-too-far.plan    a no-go, and why"
+	@echo "  $(BIN)/mavjoule review missions/crossing-too-far.plan   why, on the screen; try what makes it go"
 	@echo "  $(BIN)/mavjoule segments $(SAMPLE)  the flight, segment by segment"
 	@echo "  $(BIN)/mavjoule check YOUR.plan --battery 5.2Ah@14.8V   your own mission"
 

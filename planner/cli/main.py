@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "check": "planner.cli.check",
     "segments": "planner.cli.segments",
+    "review": "planner.cli.review",
     "convert": "planner.cli.convert",
     "identify": "planner.cli.identify",
     "verify": "planner.cli.verify",

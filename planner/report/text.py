@@ -51,6 +51,20 @@ def headline(result: CheckResult | UnreadableMission) -> str:
     return f"{flown}: {numbers.percent(battery.used_fraction)} of the battery, {_left(battery)}"
 
 
+def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
+    """Return what a flight takes, leaves and meets, each with its label: ``Flight``, ``Energy``, …"""
+    figures = [("Flight", _flight(result.totals)), ("Energy", _energy(result.totals))]
+    if result.battery is not None:
+        figures.append(("Battery", _battery(result.battery)))
+    if result.way_home is not None:
+        figures.append(("Way home", _way_home(result.way_home)))
+    figures += [
+        ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
+        ("Conditions", _conditions(result)),
+    ]
+    return figures
+
+
 def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return how many missions go, in a line: ``2 missions: 1 GO, 1 NO-GO``."""
     going = sum(result.verdict == "go" for result in results)
@@ -116,18 +130,9 @@ def _against(margin_wh: float, reserve: str) -> str:
 
 
 def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
-    figures = [("Flight", _flight(result.totals)), ("Energy", _energy(result.totals))]
-    if result.battery is not None:
-        figures.append(("Battery", _battery(result.battery)))
-    if result.way_home is not None:
-        figures.append(("Way home", _way_home(result.way_home)))
-    figures += [
-        ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
-        ("Conditions", _conditions(result)),
-    ]
     return [
         line
-        for label, text in figures
+        for label, text in figure_texts(result)
         for line in medium.wrapped(f"{label:<{_LABEL_WIDTH}}{text}", indent=_LABEL_WIDTH)
     ]
 

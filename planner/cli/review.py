@@ -1,0 +1,73 @@
+"""``mavjoule review``: the terminal UI."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import sys
+
+import click
+
+from planner.cli.configuration import mission_settings
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
+from planner.errors import ExitCode, UsageError
+
+LEAST_COLUMNS, LEAST_ROWS = 60, 16
+"""A smaller terminal cannot show one pane."""
+
+
+@click.command("review")
+@click.argument("missions", metavar="[MISSION|FOLDER]...", nargs=-1, type=MISSION_PATH)
+@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+def command(missions: tuple[str, ...], **options: object) -> ExitCode:
+    """Review missions on the terminal: why go or no-go, and what if.
+
+    Without a mission, those of the current folder are offered; of several, and of a folder, a list
+    with the verdict of each.  Everything it shows, mavjoule check says too.
+    """
+    _refuse_terminal(missions)
+    try:
+        from planner.tui.app import ReviewApp
+        from planner.tui.what_if import WhatIf
+    except ImportError as error:
+        if error.name is None or not error.name.startswith(("textual", "rich")):
+            raise
+        msg = f"the terminal UI needs textual (pip install textual); {_instead(missions)}"
+        raise UsageError(msg) from error
+    given = given_settings(options)
+
+    def what_if_of(mission: str) -> WhatIf:
+        return WhatIf(settings=mission_settings(mission, given), given=given, changes={})
+
+    for mission in missions:
+        what_if_of(mission)  # a broken configuration is told before anything is shown
+    app = ReviewApp(missions or (".",), what_if_of)
+    app.run()
+    return ExitCode(app.return_code or ExitCode.GO)
+
+
+def _refuse_terminal(missions: tuple[str, ...]) -> None:
+    """Raise ``UsageError`` where no terminal UI can be shown, with what to run instead."""
+    if "-" in missions:
+        msg = f"a mission on standard input cannot be reviewed; {_instead(missions)}"
+        raise UsageError(msg)
+    streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on the last
+    if not all(stream is not None and stream.isatty() for stream in streams):
+        msg = f"the terminal UI needs a terminal; {_instead(missions)}"
+        raise UsageError(msg)
+    if os.environ.get("TERM") in {"dumb", "unknown"}:
+        msg = f"the terminal UI cannot be shown on TERM={os.environ['TERM']}; {_instead(missions)}"
+        raise UsageError(msg)
+    size = shutil.get_terminal_size()
+    if size.columns < LEAST_COLUMNS or size.lines < LEAST_ROWS:
+        msg = (
+            f"the terminal has {size.columns} × {size.lines} characters, the terminal UI needs "
+            f"{LEAST_COLUMNS} × {LEAST_ROWS}; {_instead(missions)}"
+        )
+        raise UsageError(msg)
+
+
+def _instead(missions: tuple[str, ...]) -> str:
+    return f"run instead: {shlex.join(['mavjoule', 'check', *(missions or ('MISSION',))])}"

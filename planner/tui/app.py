@@ -1,0 +1,75 @@
+"""The application: reviews missions on a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import App, SystemCommand
+from textual.binding import Binding, BindingType
+
+from planner.tui.screens.review import ReviewScreen
+from planner.tui.themes import HIGH_CONTRAST, THEMES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from textual.screen import Screen
+
+    from planner.tui.what_if import WhatIf
+
+
+class ReviewApp(App[None]):
+    """Reviews missions; everything it reads comes from what it is given.
+
+    Parameters
+    ----------
+    missions : sequence of str
+        Mission files, and folders of them.
+    what_if_of : callable
+        From a mission file to its settings.
+    """
+
+    TITLE = "mavjoule review"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("t", "turn_theme", "Theme", show=False),
+    ]
+
+    def __init__(self, missions: Sequence[str], what_if_of: Callable[[str], WhatIf]) -> None:
+        super().__init__()
+        self.missions = tuple(missions)
+        self.what_if_of = what_if_of
+
+    def on_mount(self) -> None:
+        """Open the mission, or the list of them."""
+        self.register_theme(HIGH_CONTRAST)
+        self.review(self.missions[0])
+
+    def review(self, file: str) -> None:
+        """Open the review of a mission."""
+        self.push_screen(ReviewScreen(file, self.what_if_of(file)))
+
+    def action_turn_theme(self) -> None:
+        """Take the next of the themes."""
+        names = [*THEMES]
+        at = names.index(self.theme) if self.theme in names else -1
+        self.theme = names[(at + 1) % len(names)]
+
+    def action_toggle_help(self) -> None:
+        """Show or hide the keys of what is in use."""
+        if self.screen.query("HelpPanel"):
+            self.action_hide_help_panel()
+        else:
+            self.action_show_help_panel()
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """Return what the palette offers: Textual's own, and the screen's keys by their names."""
+        yield from super().get_system_commands(screen)
+        for binding in screen.active_bindings.values():
+            if binding.node is screen and binding.binding.description:
+                yield SystemCommand(
+                    binding.binding.description,
+                    f"key {binding.binding.key}",
+                    lambda action=binding.binding.action: self.call_later(
+                        screen.run_action, action
+                    ),
+                )

@@ -1,0 +1,191 @@
+"""The quantities of a flight over time, as curves to draw, and their values at one moment."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.flight.return_profile import return_profile
+from planner.frozen import frozen
+from planner.units import wh_from_j
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy.typing as npt
+
+    from planner.checks.case import Case
+
+    FloatArray = npt.NDArray[np.float64]
+
+SAMPLES = 2400
+"""Times a flight is looked at, evenly: several to each dot of a wide terminal."""
+_MOST_ENDS = 20_000
+"""Segments whose ends are looked at besides."""
+
+
+@frozen(eq=False)
+class Line:
+    """One line of a picture."""
+
+    name: str
+    time_s: FloatArray
+    value: FloatArray
+    ink: str
+
+
+@frozen(eq=False)
+class Picture:
+    """One quantity over time."""
+
+    name: str
+    lines: tuple[Line, ...]
+    """The quantity itself first."""
+    shown: Callable[[float | None], str]
+    """From a value to its text."""
+
+    def low_high(self) -> tuple[float, float]:
+        """Return the range to draw: that of all lines, never nothing, zero within."""
+        values = np.concatenate([line.value for line in self.lines])
+        low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
+        return (low, high) if high > low else (low, low + 1.0)
+
+    def at(self, time_s: float) -> float:
+        """Return the quantity at a time."""
+        return float(np.interp(time_s, self.lines[0].time_s, self.lines[0].value))
+
+
+def pictures(case: Case | None) -> tuple[Picture, ...]:
+    """Return the pictures of a flight: altitude, speed, power, energy, charge, as far as known."""
+    if case is None or not case.flight.time_s > 0.0:
+        return ()
+    flight = case.flight
+    end_s = flight.motion.segments.end_s
+    time_s = np.linspace(0.0, flight.time_s, SAMPLES)
+    if len(end_s) <= _MOST_ENDS:
+        time_s = np.union1d(time_s, np.clip(end_s, 0.0, flight.time_s))
+    state = flight.motion.state_at_time(time_s)
+    found = [
+        Picture(
+            name="altitude above home",
+            lines=(Line(name="altitude", time_s=time_s, value=state.height_m, ink="curve"),),
+            shown=numbers.height,
+        ),
+        Picture(
+            name="ground speed",
+            lines=(Line(name="speed", time_s=time_s, value=state.ground_speed_m_s, ink="curve"),),
+            shown=numbers.speed,
+        ),
+    ]
+    if not case.vehicle.is_power_known:
+        return tuple(found)
+    power = Line(name="power", time_s=time_s, value=flight.power_w(time_s), ink="curve")
+    found.append(Picture(name="power", lines=(power,), shown=numbers.power))
+    found.append(_energy(case))
+    if (charge := _charge(case)) is not None:
+        found.append(charge)
+    return tuple(found)
+
+
+def _used(case: Case) -> tuple[FloatArray, FloatArray]:
+    """Return times and the energy used by then, at the ends of the segments."""
+    flight = case.flight
+    time_s = np.append(0.0, flight.motion.segments.end_s)
+    return time_s, np.append(0.0, np.cumsum(wh_from_j(flight.segment_energy_j)))
+
+
+def _energy(case: Case) -> Picture:
+    time_s, used_wh = _used(case)
+    lines = [Line(name="used", time_s=time_s, value=used_wh, ink="curve")]
+    home = return_profile(case.homeward)
+    lines.append(
+        Line(
+            name="used and way home",
+            time_s=home.time_s,
+            value=home.used_wh + home.return_wh,
+            ink="second",
+        )
+    )
+    if case.battery is not None:
+        above_wh = case.battery.usable_wh - case.battery.reserve_wh
+        lines.append(_level("above the reserve", above_wh, case.flight.time_s))
+    return Picture(name="energy", lines=tuple(lines), shown=numbers.energy)
+
+
+def _charge(case: Case) -> Picture | None:
+    """Return the charge left: of the battery's own curve where it is known, else of its energy."""
+    battery = case.battery
+    if battery is None or not battery.capacity_wh > 0.0:
+        return None
+    time_s, used_wh = _used(case)
+    if case.discharge is None:
+        name, left = "energy left in the battery", battery.usable_wh - used_wh
+        left = left / battery.capacity_wh
+    else:
+        name = "charge left in the battery"
+        left = np.append(case.charge, case.discharge.state_of_charge)
+    lines = [Line(name="left", time_s=time_s, value=left, ink="curve")]
+    if case.discharge is None:
+        share = battery.reserve_wh / battery.capacity_wh
+        lines.append(_level("reserve", share, case.flight.time_s))
+    return Picture(name=name, lines=tuple(lines), shown=numbers.percent)
+
+
+def _level(name: str, value: float, time_s: float) -> Line:
+    return Line(name=name, time_s=np.array([0.0, time_s]), value=np.full(2, value), ink="limit")
+
+
+def thinned(
+    time_s: FloatArray, value: FloatArray, *, end_s: float, columns: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return a line with at most two points a column: its lowest and highest there.
+
+    Parameters
+    ----------
+    time_s, value : ndarray
+        The line, times rising. (n,)
+    end_s : float
+        Time at the right edge. [s]
+    columns : int
+        Columns of dots.
+
+    Returns
+    -------
+    x, value : ndarray
+        Column and value of each point kept.
+    """
+    x = time_s / end_s * (columns - 1) if end_s > 0.0 else np.zeros(len(time_s))
+    if len(x) <= 4 * columns:
+        return x, value
+    column = np.rint(x)
+    first = np.flatnonzero(np.diff(column, prepend=-1.0))
+    lowest, highest = np.minimum.reduceat(value, first), np.maximum.reduceat(value, first)
+    is_rising = value[first] <= (lowest + highest) / 2.0
+    pair = np.stack(
+        (np.where(is_rising, lowest, highest), np.where(is_rising, highest, lowest)), axis=1
+    )
+    return np.repeat(column[first], 2), pair.ravel()
+
+
+def moment_text(case: Case | None, time_s: float) -> str:
+    """Return what the vehicle does at a moment of its flight, in one line."""
+    if case is None or not math.isfinite(time_s):
+        return ""
+    flight = case.flight
+    at = np.array([min(max(time_s, 0.0), flight.time_s)])
+    state = flight.motion.state_at_time(at)
+    used_s, used_wh = _used(case)
+    parts = [
+        numbers.duration(float(at[0])),
+        f"{numbers.height(float(state.height_m[0]))} up",
+        numbers.speed(float(state.ground_speed_m_s[0])),
+    ]
+    if case.vehicle.is_power_known:
+        parts += [
+            numbers.power(float(flight.power_w(at)[0])),
+            f"{numbers.energy(float(np.interp(at[0], used_s, used_wh)))} used",
+        ]
+    return ", ".join(parts)

@@ -1,0 +1,180 @@
+"""The rows of the tables: findings, segments, items; made one by one where they are looked at."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from planner import numbers
+from planner.findings import Severity
+from planner.frozen import frozen
+from planner.report.finding_text import said
+from planner.report.plain_text import printable
+from planner.service import CheckResult
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.findings import Finding
+    from planner.flight.segment import ItemArrival, Segment
+    from planner.service import UnreadableMission
+
+MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
+"""Signs of severities, so that colour is never needed."""
+
+
+@frozen
+class Column:
+    """One column of a table."""
+
+    head: str
+    width: int
+    """In cells; 0 takes what is left."""
+    is_right: bool = True
+
+
+class Rows(Protocol):
+    """The rows of a table."""
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Heads and widths."""
+        ...
+
+    def __len__(self) -> int:
+        """Return how many rows there are."""
+        ...
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return the texts of a row."""
+        ...
+
+    def tone(self, index: int) -> str:
+        """Return what a row is to look like: ``error``, ``warning``, ``info`` or nothing."""
+        ...
+
+
+@frozen(eq=False)
+class FindingRows:
+    """Findings, worst first."""
+
+    findings: tuple[Finding, ...]
+    columns: tuple[Column, ...] = (
+        Column(head="", width=1),
+        Column(head="code", width=4, is_right=False),
+        Column(head="item", width=4),
+        Column(head="what was found", width=0, is_right=False),
+    )
+
+    def __len__(self) -> int:
+        return len(self.findings)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return mark, code, item and message."""
+        finding = self.findings[index]
+        item = "" if finding.item is None else str(finding.item)
+        return MARKS[finding.severity], finding.code, item, printable(finding.message)
+
+    def tone(self, index: int) -> str:
+        """Return the severity."""
+        return self.findings[index].severity.label
+
+
+@frozen(eq=False)
+class SegmentRows:
+    """The segments of a flight; heights are changes, ``stop`` is the distance to stand still."""
+
+    segments: Sequence[Segment]
+    columns: tuple[Column, ...] = (
+        Column(head="item", width=5),
+        Column(head="state", width=10, is_right=False),
+        Column(head="start s", width=8),
+        Column(head="time s", width=7),
+        Column(head="dist m", width=8),
+        Column(head="climb m", width=7),
+        Column(head="m/s", width=5),
+        Column(head="Wh", width=7),
+        Column(head="stop m", width=6),
+    )
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return the figures of a segment."""
+        segment = self.segments[index]
+        stop_m = segment.stopping_distance_m
+        return (
+            str(segment.item),
+            str(segment.state),
+            numbers.decimals(segment.start_s, 1),
+            numbers.decimals(segment.duration_s, 1),
+            numbers.decimals(segment.distance_m, 1),
+            numbers.decimals(segment.climb_m, 1),
+            numbers.decimals(segment.speed_m_s, 1),
+            numbers.decimals(segment.energy_wh, 3),
+            "" if stop_m is None else numbers.decimals(stop_m, 1),
+        )
+
+    def tone(self, index: int) -> str:  # noqa: ARG002 - as the other rows
+        """Return nothing: no segment is worse than another."""
+        return ""
+
+
+@frozen(eq=False)
+class ItemRows:
+    """The items of a mission with the worst finding of each."""
+
+    items: tuple[ItemArrival, ...]
+    worst: dict[int, Severity]
+    """By item."""
+    columns: tuple[Column, ...] = (
+        Column(head="", width=1),
+        Column(head="item", width=5),
+        Column(head="command", width=0, is_right=False),
+        Column(head="reached", width=14),
+        Column(head="used", width=8),
+    )
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return mark, number, command, time and energy."""
+        arrival = self.items[index]
+        worst = self.worst.get(arrival.item)
+        return (
+            "" if worst is None else MARKS[worst],
+            str(arrival.item),
+            arrival.command,
+            numbers.duration(arrival.arrival_s),
+            numbers.energy(arrival.energy_used_wh),
+        )
+
+    def tone(self, index: int) -> str:
+        """Return the severity of the worst finding."""
+        worst = self.worst.get(self.items[index].item)
+        return "" if worst is None else worst.label
+
+
+def finding_rows(result: CheckResult | UnreadableMission) -> FindingRows:
+    """Return what was found, worst first."""
+    return FindingRows(findings=tuple(result.findings))
+
+
+def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
+    """Return the segments; none of a mission that cannot be read."""
+    return SegmentRows(segments=result.segments if isinstance(result, CheckResult) else ())
+
+
+def item_rows(result: CheckResult | UnreadableMission) -> ItemRows:
+    """Return the items; none of a mission that cannot be read."""
+    worst: dict[int, Severity] = {}
+    for finding in result.findings:
+        if finding.item is not None:
+            worst[finding.item] = max(worst.get(finding.item, Severity.INFO), finding.severity)
+    return ItemRows(items=result.items if isinstance(result, CheckResult) else (), worst=worst)
+
+
+def finding_line(finding: Finding) -> str:
+    """Return a finding in one line: its mark, code and sentence."""
+    return f"{MARKS[finding.severity]} {finding.code} {said(finding)}"

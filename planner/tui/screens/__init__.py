@@ -1,0 +1,1 @@
+"""Screens: what is shown together, and the only place that asks for a check."""

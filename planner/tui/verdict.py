@@ -1,0 +1,101 @@
+"""The verdict in words and the figures a pilot asks for first; and what a change makes of them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.frozen import frozen
+from planner.report.finding_text import closing_line
+from planner.report.plain_text import printable
+from planner.report.text import caveat, figure_texts, headline
+from planner.service import CheckResult
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.service import UnreadableMission
+
+
+@frozen
+class Summary:
+    """What is said at the top."""
+
+    verdict: str
+    """``GO`` or ``NO-GO``."""
+    is_go: bool
+    file: str
+    headline: str
+    """What the flight takes and leaves."""
+    way_home: str
+    """The tightest return; empty where none is known."""
+    closing: str
+    """How much was found."""
+
+
+def summary(result: CheckResult | UnreadableMission) -> Summary:
+    """Return the verdict and the figures of a flight in words."""
+    figures = dict(figure_texts(result)) if isinstance(result, CheckResult) else {}
+    way = figures.get("Way home", "")
+    return Summary(
+        verdict=result.verdict.upper(),
+        is_go=result.verdict == "go",
+        file=printable(result.file) + caveat([result]),
+        headline=headline(result),
+        way_home=f"Way home: {way}" if way else "",
+        closing=closing_line(result.findings, suppressed=result.suppressed),
+    )
+
+
+def differences(
+    base: CheckResult | UnreadableMission, now: CheckResult | UnreadableMission
+) -> tuple[tuple[str, str], ...]:
+    """Return what a change makes of a flight, each figure with its label.
+
+    Parameters
+    ----------
+    base, now : CheckResult or UnreadableMission
+        Without and with the change.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Label, and the figures before and after with their difference.
+    """
+    lines = [("Verdict", _arrow([base.verdict.upper(), now.verdict.upper()]))]
+    if not (isinstance(base, CheckResult) and isinstance(now, CheckResult)):
+        return tuple(lines)
+    was, then = base.totals, now.totals
+    pairs: list[tuple[str, float | None, float | None, Callable[[float | None], str]]] = [
+        ("Time", was.time_s, then.time_s, numbers.duration),
+        ("Energy", was.energy_wh, then.energy_wh, numbers.energy),
+        ("Margin", _margin_wh(base), _margin_wh(now), numbers.energy),
+        ("Way home", _return_wh(base), _return_wh(now), numbers.energy),
+    ]
+    for name, before, after, shown in pairs:
+        if before is None or after is None or math.isnan(before) or math.isnan(after):
+            lines.append((name, _arrow([shown(before), shown(after)])))
+        else:
+            changed = signed(after - before, shown)
+            lines.append((name, f"{_arrow([shown(before), shown(after)])} ({changed})"))
+    return tuple(lines)
+
+
+def signed(value: float, shown: Callable[[float | None], str]) -> str:
+    """Return a difference with its sign: ``+5.20 Wh``, ``−12 s``, ``±0 s``."""
+    if value == 0.0:
+        return "no change"
+    return f"{'+' if value > 0.0 else '−'}{shown(abs(value))}"
+
+
+def _arrow(texts: Sequence[str]) -> str:
+    return texts[0] if texts[0] == texts[1] else " → ".join(texts)
+
+
+def _margin_wh(result: CheckResult) -> float | None:
+    return None if result.battery is None else result.battery.margin_wh
+
+
+def _return_wh(result: CheckResult) -> float | None:
+    return None if result.way_home is None else result.way_home.margin_wh

@@ -1,0 +1,133 @@
+"""The flight from above, north up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from textual.binding import Binding, BindingType
+from textual.message import Message
+
+from planner import numbers
+from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
+from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
+from planner.tui.widgets.drawing import Drawing
+
+if TYPE_CHECKING:
+    from textual import events
+
+    from planner.findings import FlightStretch
+    from planner.tui.ground import Ground, Scale
+
+
+class GroundMap(Drawing):
+    """Path, fence, home and rally points, the wind, and the place of the cursor."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("left,h", "step(-1)", "Earlier", show=False),
+        Binding("right,l", "step(1)", "Later", show=False),
+    ]
+
+    @dataclass
+    class Moved(Message):
+        """The cursor went to another moment of the flight."""
+
+        time_s: float
+
+    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
+        super().__init__(id=id, classes=classes)
+        self._ground: Ground | None = None
+        self._cursor_s = 0.0
+        self._stretch: FlightStretch | None = None
+        self._span_s: tuple[float, float] | None = None
+        self._scale: Scale | None = None
+
+    def show(self, ground: Ground | None) -> None:
+        """Show another flight."""
+        self._ground = ground
+        self.redraw()
+
+    def point_at(self, time_s: float) -> None:
+        """Put the cursor on a moment without saying so."""
+        if time_s != self._cursor_s:
+            self._cursor_s = time_s
+            self.move_cursor()
+
+    def mark(
+        self, stretch: FlightStretch | None, span_s: tuple[float, float] | None = None
+    ) -> None:
+        """Mark the stretch of a finding, or the part of the path flown in a span of time."""
+        if (stretch, span_s) != (self._stretch, self._span_s):
+            self._stretch, self._span_s = stretch, span_s
+            self.move_cursor()
+
+    def action_step(self, by: int) -> None:
+        """Move the cursor along the path by a hundredth of the flight."""
+        if self._ground is not None:
+            end_s = float(self._ground.time_s[-1])
+            self.point_at(min(max(self._cursor_s + by * end_s / 100.0, 0.0), end_s))
+            self.post_message(self.Moved(self._cursor_s))
+
+    def on_click(self, event: events.Click) -> None:
+        """Put the cursor on the point of the path nearest to the mouse."""
+        if self._ground is None or self._scale is None:
+            return
+        east_m = self._scale.west_m + (event.x + 0.5) * DOTS_ACROSS * self._scale.m_per_dot
+        north_m = self._scale.north_m - (event.y + 0.5) * DOTS_DOWN * self._scale.m_per_dot
+        self.point_at(self._ground.time_near(east_m, north_m))
+        self.post_message(self.Moved(self._cursor_s))
+
+    def still_canvas(self, columns: int, rows: int) -> Canvas:
+        """Return everything but the cursor."""
+        canvas, ground = Canvas(columns, rows), self._ground
+        self._scale = None
+        if ground is None:
+            canvas.write(1, 0, "nothing is flown", "axis")
+            return canvas
+        scale = self._scale = scale_to_fit(ground.extent_m(), canvas.width, canvas.height)
+        for outline in ground.outlines:
+            x, y = scale.dots(outline.east_m, outline.north_m)
+            canvas.line(x, y, "inclusion" if outline.is_inclusion else "exclusion")
+            if not outline.is_inclusion:  # crossed out, so that no colour is needed
+                column, row = int(x.mean()) // DOTS_ACROSS, int(y.mean()) // DOTS_DOWN
+                canvas.write(column, row, "✖", "exclusion")
+        canvas.line(*scale.dots(ground.east_m, ground.north_m), "curve")
+        for mark in ground.marks:
+            x, y = scale.dots(np.array([mark.east_m]), np.array([mark.north_m]))
+            canvas.write(int(x[0]) // DOTS_ACROSS, int(y[0]) // DOTS_DOWN, mark.letter, "mark")
+        self._write_legend(canvas, ground, scale)
+        return canvas
+
+    @staticmethod
+    def _write_legend(canvas: Canvas, ground: Ground, scale: Scale) -> None:
+        length_m = scale_bar_m(scale.m_per_dot, canvas.width // 4)
+        bar = "─" * max(round(length_m / scale.m_per_dot / DOTS_ACROSS) - 2, 0)
+        canvas.write(0, canvas.rows - 1, f"├{bar}┤ {numbers.distance(length_m)}", "axis")
+        if ground.wind.speed_m_s:
+            wind = f"wind {wind_arrow(ground.wind)} {numbers.speed(ground.wind.speed_m_s)}"
+        else:
+            wind = "no wind"
+        canvas.write(canvas.columns - len(wind), 0, wind, "axis")
+        canvas.write(0, 0, "N↑", "axis")
+
+    def draw_cursor(self, canvas: Canvas) -> None:
+        """Draw where the vehicle is, and the stretch in question."""
+        ground, scale = self._ground, self._scale
+        if ground is None or scale is None:
+            return
+        if self._span_s is not None:
+            at = np.linspace(*self._span_s, 200)
+            east_m = np.interp(at, ground.time_s, ground.east_m)
+            north_m = np.interp(at, ground.time_s, ground.north_m)
+            canvas.line(*scale.dots(east_m, north_m), "stretch")
+        if self._stretch is not None:
+            x, y = scale.dots(*ground.stretch_m(self._stretch))
+            canvas.line(x, y, "stretch")
+            for column, row in zip(
+                (x // DOTS_ACROSS).tolist(), (y // DOTS_DOWN).tolist(), strict=True
+            ):
+                canvas.write(int(column), int(row), "○", "stretch")
+        place_m = ground.place_m(self._cursor_s)
+        x, y = scale.dots(np.array([place_m[0]]), np.array([place_m[1]]))
+        canvas.write(int(x[0]) // DOTS_ACROSS, int(y[0]) // DOTS_DOWN, "◆", "cursor")

@@ -1,0 +1,140 @@
+"""Settings to change in place, what comes of it, and changes worth a try."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from textual import on
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, VerticalScroll
+from textual.content import Content
+from textual.message import Message
+from textual.widgets import Input, Label, Static
+
+from planner.tui.suggestions import Suggestion, SuggestionRows
+from planner.tui.what_if import FIELDS, LABELS, WhatIf
+from planner.tui.widgets.row_list import RowList
+
+if TYPE_CHECKING:
+    from textual.app import ComposeResult
+    from textual.timer import Timer
+
+DEBOUNCE_S = 0.12
+"""A blink: what is typed faster is taken together."""
+
+
+class WhatIfForm(VerticalScroll):
+    """One line a setting; blank keeps what the mission is checked with."""
+
+    DEFAULT_CSS = """
+    WhatIfForm {
+        background: $surface;
+        scrollbar-size-vertical: 1;
+        & Horizontal { height: 1; }
+        & Label { width: 11; padding: 0 0 0 1; }
+        & Input { width: 1fr; background: $boost; }
+        & Input:focus { background: $panel-lighten-2; }
+        & Input.-wrong { color: $text-error; text-style: underline; }
+        & .outcome { padding: 1 1 0 1; width: 1fr; }
+        & RowList { height: auto; max-height: 6; min-height: 2; margin-top: 1; }
+    }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("down", "app.focus_next", "Next field", show=False),
+        Binding("up", "app.focus_previous", "Previous field", show=False),
+        Binding("ctrl+z", "take_back", "Take back all"),
+    ]
+
+    @dataclass
+    class Changed(Message):
+        """Settings were changed; blank ones as they were."""
+
+        changes: dict[str, str]
+
+    @dataclass
+    class Suggested(Message):
+        """A suggestion was chosen."""
+
+        suggestion: Suggestion
+
+    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
+        super().__init__(id=id, classes=classes, can_focus=False)
+        self._timer: Timer | None = None
+
+    def compose(self) -> ComposeResult:
+        """Yield the fields, the outcome and the suggestions."""
+        for key in FIELDS:
+            with Horizontal():
+                yield Label(LABELS[key])
+                yield Input(id=f"set-{key}", compact=True, select_on_focus=False)
+        yield Static(classes="outcome", id="outcome")
+        yield RowList(SuggestionRows(suggestions=()), empty="", id="suggestions")
+
+    def show_settings(self, what_if: WhatIf) -> None:
+        """Show what the fields hold, and what holds while they are blank."""
+        for key in FIELDS:
+            field = self.query_one(f"#set-{key}", Input)
+            field.placeholder = what_if.hint(key)
+            with field.prevent(Input.Changed):
+                if field.value.strip() != what_if.changes.get(key, ""):
+                    field.value = what_if.changes.get(key, "")
+            field.set_class(bool(what_if.problem(key)), "-wrong")
+
+    def show_outcome(self, lines: tuple[tuple[str, str], ...], problem: str = "") -> None:
+        """Show differences to the mission as it is, or what is wrong with a text."""
+        if problem:
+            text = Content.styled(problem, "$text-error")
+        elif lines:
+            text = Content("\n").join(
+                Content.assemble(Content.styled(f"{label:<9}", "bold"), Content(said))
+                for label, said in lines
+            )
+        else:
+            text = Content.styled("Type a change: it is checked as you type.", "$text-muted")
+        self.query_one("#outcome", Static).update(text)
+
+    def show_suggestions(self, found: tuple[Suggestion, ...]) -> None:
+        """Show what is worth a try."""
+        rows = self.query_one("#suggestions", RowList)
+        rows.show(SuggestionRows(suggestions=found))
+        rows.display = bool(found)
+        rows.styles.height = len(found) + 1
+
+    def focus_first(self) -> None:
+        """Put the keyboard into the first field."""
+        self.query(Input).first().focus()
+
+    def action_take_back(self) -> None:
+        """Take all changes back."""
+        self.post_message(self.Changed({}))
+
+    @on(Input.Changed)
+    def _wait_for_more(self, event: Input.Changed) -> None:
+        event.stop()
+        if self._timer is not None:
+            self._timer.stop()
+        self._timer = self.set_timer(DEBOUNCE_S, self._say)
+
+    @on(Input.Submitted)
+    def _say_now(self, event: Input.Submitted) -> None:
+        event.stop()
+        if self._timer is not None:
+            self._timer.stop()
+        self._say()
+
+    def _say(self) -> None:
+        self._timer = None
+        fields = {key: self.query_one(f"#set-{key}", Input).value for key in FIELDS}
+        self.post_message(self.Changed(fields))
+
+    @on(RowList.Chosen, "#suggestions")
+    def _suggest(self, event: RowList.Chosen) -> None:
+        event.stop()
+        rows = event.row_list.rows
+        if isinstance(rows, SuggestionRows):
+            self.post_message(self.Suggested(rows.suggestions[event.index]))
+
+    @on(RowList.Selected, "#suggestions")
+    def _keep(self, event: RowList.Selected) -> None:
+        event.stop()

@@ -1,0 +1,243 @@
+"""The review of a mission, driven as a pilot drives it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from reviews import TOO_FAR, review_app, rows_of, settled, text_of, typed, what_if_of
+from textual.widgets import Input, Static
+
+from planner import __version__, numbers
+from planner.report.json_report import check_json
+from planner.service import check_file
+from planner.tui.screens.review import PANES, ReviewScreen
+from planner.tui.widgets.details_pane import DetailsPane
+from planner.tui.widgets.profile_plot import ProfilePlot
+from planner.tui.widgets.row_list import RowList
+from planner.tui.widgets.what_if_form import WhatIfForm
+
+if TYPE_CHECKING:
+    from textual.message import Message
+
+pytestmark = pytest.mark.asyncio
+
+NARROW, WIDE = (80, 24), (160, 48)
+
+
+async def test_a_check_is_made_and_told_in_one_message() -> None:
+    seen: list[Message] = []
+    async with review_app().run_test(size=WIDE, message_hook=seen.append) as pilot:
+        await settled(pilot)
+    [done] = [message for message in seen if isinstance(message, ReviewScreen.Done)]
+    assert done.now is done.base
+    assert done.now.result.verdict == "no-go"
+
+
+@pytest.mark.parametrize("size", [NARROW, WIDE])
+async def test_one_look_tells_the_verdict_and_why(size: tuple[int, int]) -> None:
+    async with review_app().run_test(size=size) as pilot:
+        screen = await settled(pilot)
+        verdict = text_of(screen, "#verdict")
+        assert verdict.startswith("✖ NO-GO")
+        assert "short of the 20 % reserve" in verdict
+        assert "tightest from item" in verdict
+        codes = [cells[1] for cells in rows_of(screen, "#findings")]
+        assert set(codes[:2]) == {"E101", "E102"}
+        details = screen.query_one(DetailsPane).details
+        assert details is not None
+        assert codes[0] in details.title
+        assert {"Do", "Why", "How"} <= {label for label, _ in details.parts}
+
+
+async def test_every_number_is_that_of_the_json_report() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        result = check_file(TOO_FAR, what_if_of(TOO_FAR).request())
+        [mission] = json.loads(check_json([result], version=__version__))["missions"]
+        totals, battery, way = mission["totals"], mission["battery"], mission["return"]
+        verdict = text_of(screen, "#verdict")
+        for text in (
+            mission["verdict"].upper(),
+            numbers.duration(totals["time_s"]),
+            numbers.distance(totals["distance_m"]),
+            numbers.energy(totals["energy_wh"]),
+            numbers.percent(battery["used_fraction"]),
+            numbers.energy(-battery["margin_wh"]),
+            f"item {way['tightest_item']}",
+            numbers.energy(way["energy_home_wh"]),
+            numbers.duration(way["time_home_s"]),
+        ):
+            assert text in verdict
+        for cells, segment in zip(rows_of(screen, "#segments"), mission["segments"], strict=True):
+            assert cells[0] == str(segment["item"])
+            assert cells[1] == segment["state"]
+            assert cells[2] == numbers.decimals(segment["start_s"], 1)
+            assert cells[4] == numbers.decimals(segment["distance_m"], 1)
+            assert cells[7] == numbers.decimals(segment["energy_wh"], 3)
+        for cells, item in zip(rows_of(screen, "#items"), mission["items"], strict=True):
+            assert cells[2] == item["command"]
+            assert cells[3] == numbers.duration(item["arrival_s"])
+            assert cells[4] == numbers.energy(item["energy_used_wh"])
+        findings = [cells[1] for cells in rows_of(screen, "#findings")]
+        assert findings == [finding["code"] for finding in mission["findings"]]
+
+
+async def test_the_panes_follow_the_selected_segment() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        await pilot.press("4")
+        await pilot.pause()
+        segments = screen.query_one("#segments", RowList)
+        before = segments.cursor
+        await pilot.press("down", "down", "down", "down")
+        await pilot.pause()
+        assert segments.cursor == before + 4
+        item = int(rows_of(screen, "#segments")[segments.cursor][0])
+        assert screen.query_one("#items", RowList).cursor == item - 1
+        details = screen.query_one(DetailsPane).details
+        assert details is not None
+        assert details.title.startswith(f"Segment {segments.cursor}")
+
+
+async def test_the_panes_follow_the_cursor_of_the_profile() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        await pilot.press("2")
+        await pilot.pause()
+        await pilot.press("end")
+        await pilot.pause()
+        last = len(rows_of(screen, "#segments")) - 1
+        assert screen.query_one("#segments", RowList).cursor == last
+
+
+async def test_a_key_turns_the_quantity_over() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        plot = screen.query_one(ProfilePlot)
+        seen = []
+        for _ in range(5):
+            assert plot.picture is not None
+            seen.append(plot.picture.name)
+            await pilot.press("p")
+        assert seen == [
+            "altitude above home",
+            "ground speed",
+            "power",
+            "energy",
+            "energy left in the battery",
+        ]
+
+
+async def test_a_change_is_checked_and_compared() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        await typed(pilot, "battery", "8Ah@14.8V")
+        assert text_of(screen, "#verdict").startswith("✔ GO")
+        outcome = text_of(screen, "#outcome")
+        assert "NO-GO → GO" in outcome
+        # 2.8 Ah more at 14.8 V are 41.4 Wh, 80 % of them above the reserve
+        assert f"+{numbers.energy(2.8 * 14.8 * 0.8)}" in outcome
+
+
+async def test_the_suggested_battery_goes() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        rows = screen.query_one("#suggestions", RowList)
+        offered = [rows.rows.cells(index)[1] for index in range(len(rows.rows))]
+        [at] = [index for index, text in enumerate(offered) if text.startswith("battery")]
+        rows.focus()
+        await pilot.pause()
+        await pilot.press(*["down"] * at, "enter")
+        await settled(pilot)
+        assert text_of(screen, "#verdict").startswith("✔ GO")
+        assert screen.query_one("#set-battery", Input).value.endswith("@14.8V")
+
+
+async def test_a_text_that_says_no_value_is_told_and_changes_nothing() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        await typed(pilot, "wind", "strong")
+        assert "is no wind" in text_of(screen, "#outcome")
+        assert "not checked with what is typed" in text_of(screen, "#verdict")
+        assert screen.query_one("#set-wind", Input).has_class("-wrong")
+
+
+async def test_an_older_result_is_dropped() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        old = screen.now
+        assert old is not None
+        await typed(pilot, "payload_kg", "0.2")
+        newer = screen.now
+        assert newer is not old
+        screen.post_message(ReviewScreen.Done(0, old, old))
+        await settled(pilot)
+        assert screen.now is newer
+
+
+async def test_changes_are_taken_back_together() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        await typed(pilot, "battery", "8Ah@14.8V")
+        screen.query_one(WhatIfForm).action_take_back()
+        await settled(pilot)
+        assert text_of(screen, "#verdict").startswith("✖ NO-GO")
+        assert not screen.query_one("#set-battery", Input).value
+
+
+async def test_a_file_written_anew_is_checked_again() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        Path(TOO_FAR).write_bytes(Path("survey-vineyard.plan").read_bytes())
+        screen.watch_file()
+        await settled(pilot)
+        verdict = text_of(screen, "#verdict")
+        assert verdict.startswith("✔ GO")
+        assert "changed" in verdict
+
+
+async def test_a_broken_file_is_told_and_not_a_crash() -> None:
+    Path("broken.plan").write_text("{", encoding="utf-8")
+    async with review_app("broken.plan").run_test(size=NARROW) as pilot:
+        screen = await settled(pilot)
+        assert "NO-GO" in text_of(screen, "#verdict")
+        assert rows_of(screen, "#findings")[0][1] == "X901"
+        for key in "1234":
+            await pilot.press(key, "down", "right", "escape")
+        await pilot.pause()
+
+
+async def test_a_missing_vehicle_is_told_and_not_a_crash() -> None:
+    async with review_app(given={"vehicle": "none.toml"}).run_test(size=NARROW) as pilot:
+        screen = await settled(pilot)
+        assert "none.toml" in text_of(screen, "#verdict")
+
+
+async def test_one_pane_at_a_time_on_a_narrow_terminal() -> None:
+    async with review_app().run_test(size=NARROW) as pilot:
+        screen = await settled(pilot)
+        for key, pane in zip("123456", PANES, strict=True):
+            await pilot.press(key)
+            await pilot.pause()
+            assert [name for name in PANES if screen.query_one(f"#{name}").display] == [pane]
+            await pilot.press("escape")
+
+
+async def test_all_panes_at_once_on_a_wide_terminal() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        assert all(screen.query_one(f"#{name}").display for name in PANES)
+
+
+async def test_the_command_that_says_the_same_is_shown() -> None:
+    async with review_app(given={"charge": 0.9}).run_test(size=WIDE) as pilot:
+        await settled(pilot)
+        await typed(pilot, "wind", "5@270")
+        await pilot.press("escape", "y")
+        await pilot.pause()
+        command = str(pilot.app.screen.query_one("#command", Static).content)
+        assert f"mavjoule check {TOO_FAR} --charge 90% --wind 5@270" in command
+        assert pilot.app.clipboard == f"mavjoule check {TOO_FAR} --charge 90% --wind 5@270"
