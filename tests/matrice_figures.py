@@ -33,6 +33,9 @@ class Row:
     energy: float
     mean_power: float
     by_distance: float
+    is_time_inside: bool | None
+    """Whether the time flown lies between p10 and p90; ``None`` where the model tells no spread."""
+    is_energy_inside: bool | None
 
 
 def row_of(folder: Path, vehicle: planner.VehicleModel, mean_power_w: float) -> Row:
@@ -59,7 +62,13 @@ def row_of(folder: Path, vehicle: planner.VehicleModel, mean_power_w: float) -> 
         energy=totals.energy_wh / flown["energy_wh"] - 1.0,
         mean_power=wh_from_j(mean_power_w * totals.time_s) / flown["energy_wh"] - 1.0,
         by_distance=way_m / speed_m_s / flown["time_s"] - 1.0,
+        is_time_inside=_is_inside(flown["time_s"], totals.time_s_p10, totals.time_s_p90),
+        is_energy_inside=_is_inside(flown["energy_wh"], totals.energy_wh_p10, totals.energy_wh_p90),
     )
+
+
+def _is_inside(flown: float, low: float | None, high: float | None) -> bool | None:
+    return None if low is None or high is None else low <= flown <= high
 
 
 def main(model: str, folder: str, mean_power_w: float) -> None:
@@ -88,7 +97,15 @@ def figure_lines(model: str, folder: str, mean_power_w: float) -> list[str]:
             f"{errors[2]:16.2f} % {errors[3]:13.1f} %"
         )
     time, energy = (100.0 * max(abs(getattr(r, n)) for r in rows) for n in ("time", "energy"))
-    return [*lines, f"largest errors: time {time:.1f} %, energy {energy:.1f} %"]
+    return [
+        *lines,
+        f"largest errors: time {time:.1f} %, energy {energy:.1f} %",
+        *(
+            f"{name} between p10 and p90: {sum(inside)} of {len(inside)} (8 of 10 expected)"
+            for name in ("time", "energy")
+            if (inside := [i for r in rows if (i := getattr(r, f"is_{name}_inside")) is not None])
+        ),
+    ]
 
 
 if __name__ == "__main__":

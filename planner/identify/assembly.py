@@ -23,6 +23,7 @@ from planner.identify.flight_spread import left_out_spread
 from planner.identify.flown_parameters import flown_parameters
 from planner.identify.outcome import Evidence, Identification, Status
 from planner.identify.provenance import made_description, made_provenance, made_remarks
+from planner.identify.ramp_spread import ramp_spread
 from planner.identify.settings import Method
 from planner.identify.validity import flown_box
 from planner.vehicle.model import Responses, VehicleModel
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from planner.vehicle.cruise_law import CruiseLaw, VerticalPower
     from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.model import Loads, ManoeuvreResponse, Ramps
+    from planner.vehicle.model_spread import ModelSpread
 
 _MOTIONS = (Answer.ALTITUDE.value, Answer.SPEED.value)
 
@@ -144,9 +146,12 @@ def assemble_model(
         valid_for=flown_box(records, parts, settings, mass_kg=mass_kg if power.is_known else None),
         provenance=made_provenance(records, settings, outcomes, readings),
     )
-    if reference is not Autopilot.STEP or ramps is not None:
+    spread: ModelSpread | None = None
+    if reference is not Autopilot.STEP:
         spread = left_out_spread(model, records, parts.steady, settings)
-        model = replace(model, spread=spread)
+    elif parts.ramps is not None and parts.ramps.ramps is not None:
+        spread = ramp_spread(records, settings)
+    model = replace(model, spread=spread)
     return Identification(
         model=model,
         states=tuple(outcomes),

@@ -158,7 +158,8 @@ def identify_manoeuvre_power(
     r"""Identify the power of flights whose mass is not known, from the means over manoeuvres.
 
     A parabola :math:`P = P_0 + c V^2` through the level legs gives hover power, the same at every height,
-    and cruise power over the airspeed; the mean powers of climbs, and of the faster and the slower half of
+    and cruise power over the airspeed; where flights left out are described no better by it than by one
+    power, that is taken.  The mean powers of climbs, and of the faster and the slower half of
     the descents, less the parabola, give the power over the climb rate.
 
     Parameters
@@ -184,12 +185,20 @@ def identify_manoeuvre_power(
     residuals = powers - hover_w - growth * speeds**2
     scatter = float(residuals @ residuals) / (len(level) - 2)
     growth_error, hover_error = np.sqrt(np.diagonal(covariance) * scatter)
+    is_flat = _is_flat(level)
+    if is_flat:
+        growth, hover_w = 0.0, float(powers.mean())
+        residuals = powers - hover_w
+        hover_error = float(powers.std(ddof=1) / np.sqrt(len(level)))
     knots = np.linspace(0.0, float(speeds.max()), _KNOTS)
     rates, excess = _vertical_w(means, float(hover_w), float(growth))
     outcome = StateOutcome(
         name="steady power",
         status=Status.IDENTIFIED,
-        said=f"parabola over airspeed, table over climb rate, from {len(means)} manoeuvres",
+        said=(
+            f"{'the same at every airspeed' if is_flat else 'parabola over airspeed'}, table over "
+            f"climb rate, from {len(means)} manoeuvres"
+        ),
         unit="W",
         estimates=(
             Estimate(name="hover_w", value=float(hover_w), error=float(hover_error)),
@@ -211,6 +220,22 @@ def identify_manoeuvre_power(
         outcomes=(outcome,),
         readings=("No mass is known: the power does not depend on the height or on the payload.",),
     )
+
+
+def _is_flat(level: Sequence[SteadyPower]) -> bool:
+    """Whether one power describes the legs of flights left out better than a parabola does."""
+    sources = np.array([leg.source for leg in level])
+    squares = np.array([leg.airspeed_m_s for leg in level]) ** 2
+    powers = np.array([leg.power_w for leg in level])
+    errors = {0: 0.0, 1: 0.0}
+    for source in set(sources.tolist()):
+        own = sources == source
+        for degree in errors:
+            if len(set(squares[~own].tolist())) <= degree:
+                return True
+            law = np.polyfit(squares[~own], powers[~own], degree)
+            errors[degree] += float(np.sum((powers[own] - np.polyval(law, squares[own])) ** 2))
+    return errors[0] <= errors[1]
 
 
 def _vertical_w(

@@ -102,7 +102,7 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
         return RampIdentification(ramps=None, default_speed_m_s=None, outcome=outcome)
     measured, predicted = [], []
     for flight, without in zip(told, others, strict=True):
-        for manoeuvre, duration_s in _durations_s(flight, without):
+        for manoeuvre, duration_s in durations_s(flight, without):
             measured.append(manoeuvre.duration_s)
             predicted.append(duration_s)
     errors = np.array(predicted) - np.array(measured)
@@ -212,7 +212,7 @@ def _line(changes: Sequence[TimedChange]) -> tuple[float, float]:
     return 1.0 / slope, float(np.median(durations - slope * heights))
 
 
-def _durations_s(flight: TimedFlight, ramps: Ramps) -> list[tuple[TimedLeg | TimedChange, float]]:
+def durations_s(flight: TimedFlight, ramps: Ramps) -> list[tuple[TimedLeg | TimedChange, float]]:
     """Return the manoeuvres of a flight, each with the duration that ramps give it. [s]"""
     inverse = 0.5 * (1.0 / ramps.acceleration_m_s2 + 1.0 / ramps.braking_m_s2)
     found: list[tuple[TimedLeg | TimedChange, float]] = []

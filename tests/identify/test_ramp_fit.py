@@ -14,12 +14,18 @@ from planner.errors import IdentificationError
 from planner.flight.motion.ramps import fly_ramps
 from planner.flight.motion.step_legs import Legs
 from planner.identify.identification import identify_vehicle
-from planner.identify.manoeuvre_power import at_mean_load, manoeuvre_powers
+from planner.identify.manoeuvre_power import (
+    at_mean_load,
+    identify_manoeuvre_power,
+    manoeuvre_powers,
+)
 from planner.identify.ramp_fit import fit_ramps, identify_ramps
+from planner.identify.ramp_spread import ramp_spread
 from planner.identify.settings import IdentificationSettings
 from planner.identify.steady import SteadyPower
 from planner.identify.timed_manoeuvres import timed_flight
 from planner.mission.stage import Stage, StageKind
+from planner.vehicle.cruise_law import CruisePower
 from planner.vehicle.hover_law import AltitudeLaw
 from planner.vehicle.model import Ramps
 from planner.vehicle.reader import vehicle_from_toml
@@ -28,6 +34,7 @@ from planner.vehicle.writer import vehicle_text
 if TYPE_CHECKING:
     from planner.logs.record import FlightRecord
 
+SETTINGS = IdentificationSettings(name="closed", date=dt.date(2026, 1, 2), version="1")
 TRUTH = Ramps(
     start_s=5.0,
     climb_m_s=3.0,
@@ -134,8 +141,7 @@ def test_a_model_without_references_or_mass_predicts_its_own_flights(
     records: list[FlightRecord],
 ) -> None:
     calm = [replace(r, airspeed_m_s=r.ground_speed_m_s, sha256="0" * 64) for r in records]
-    named = IdentificationSettings(name="closed", date=dt.date(2026, 1, 2), version="1")
-    model = identify_vehicle(calm, named).model
+    model = identify_vehicle(calm, SETTINGS).model
     assert model.ramps is not None
     assert model.mass_kg is None
     assert isinstance(model.hover, AltitudeLaw)
@@ -158,3 +164,50 @@ def test_unknown_loads_are_taken_out_before_a_law_is_fitted() -> None:
     mean = 0.5 * (450.0 + 585.0)
     assert brought[:2] == pytest.approx([440.0 * mean / 450.0, 460.0 * mean / 450.0])
     assert brought[2:] == pytest.approx(brought[:2])
+
+
+def test_loads_that_are_not_told_are_in_the_spread(records: list[FlightRecord]) -> None:
+    loads = np.array([0.9, 1.0, 1.1, 0.9, 1.1])
+    loaded = [
+        replace(r, airspeed_m_s=r.ground_speed_m_s, power_w=r.power_w * load)
+        for r, load in zip(records, loads, strict=True)
+    ]
+    spread = ramp_spread(loaded, SETTINGS)
+    assert spread is not None
+    assert spread.n_flights == 5
+    # each flight by the mean load of the others
+    apart = [load / np.delete(loads, i).mean() - 1.0 for i, load in enumerate(loads)]
+    assert spread.energy_fraction == pytest.approx(np.sqrt(np.mean(np.square(apart))), abs=0.012)
+    # durations are predicted to 0.7 s of 15 to 60 s
+    assert spread.time_fraction is not None
+    assert spread.time_fraction < 0.02
+    model = identify_vehicle([replace(r, sha256="0" * 64) for r in loaded], SETTINGS).model
+    assert model.spread == spread
+
+
+def test_too_few_flights_have_no_spread(records: list[FlightRecord]) -> None:
+    assert ramp_spread(records[:3], SETTINGS) is None  # without one of them two are left
+
+
+@pytest.mark.parametrize(("growth", "is_flat"), [(0.0, True), (0.5, False)])
+def test_power_grows_with_the_speed_where_flights_left_out_say_so(
+    growth: float, *, is_flat: bool
+) -> None:
+    random = np.random.default_rng(8)
+
+    def leg(flight: int, speed_m_s: float) -> SteadyPower:
+        return SteadyPower(
+            power_w=500.0 + growth * speed_m_s**2 + random.normal(0.0, 5.0),
+            error_w=1.0,
+            duration_s=20.0,
+            height_above_home_m=30.0,
+            airspeed_m_s=speed_m_s,
+            source=f"{flight}.csv#1",
+        )
+
+    legs = [leg(flight, speed) for flight in range(6) for speed in (3.0, 7.0, 11.0)]
+    found = identify_manoeuvre_power(legs)
+    assert isinstance(found.cruise, CruisePower)
+    at_11_m_s = found.cruise.power_above_hover_w[-1]
+    # 60 W at 11 m/s: told to 5 W / sqrt(6) and as much of the hover
+    assert at_11_m_s == (0.0 if is_flat else pytest.approx(60.5, abs=10.0))
