@@ -85,7 +85,7 @@ def bound(name: str, structure: Structure) -> Figures:
     parameters = np.array([*numerator, *denominator, delay_s])
     residuals = Residuals(manoeuvres(0)[name], structure)
     slopes = residuals.slopes(parameters)
-    covariance: FloatArray = DEVIATIONS[name] ** 2 * np.linalg.inv(slopes.T @ slopes)
+    covariance: FloatArray = np.asarray(DEVIATIONS[name] ** 2 * np.linalg.inv(slopes.T @ slopes))
     fit = ResponseFit(
         structure=structure,
         transfer_function=structure.transfer_function(structure.coefficients(parameters)),
