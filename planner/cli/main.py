@@ -23,6 +23,7 @@ COMMANDS = {
     "convert": "planner.cli.convert",
     "identify": "planner.cli.identify",
     "verify": "planner.cli.verify",
+    "simulate": "planner.cli.simulate",
     "fetch": "planner.cli.fetch",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",

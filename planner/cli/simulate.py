@@ -1,0 +1,172 @@
+"""``mavjoule simulate``: a vehicle that is not there, to try things out on."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import numbers
+from planner.autopilot import Autopilot
+from planner.cli.configuration import mission_settings
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.output import narrate
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.errors import UsageError
+
+if TYPE_CHECKING:
+    from planner.link.address import LinkAddress
+    from planner.link.simulated.vehicle import SimulatedVehicle
+    from planner.link.simulated.wire import Passed
+
+_AUTOPILOTS = {"px4": Autopilot.PX4, "arducopter": Autopilot.ARDUPILOT}
+_NO_SETTINGS = frozenset(
+    {"autopilot", "clearance_m", "profile", "reserve", "reaction_time_s", "position_error_m"}
+    | {"risk", "select", "extend_select", "ignore", "baseline", "fail_on"}
+)
+"""Settings by which a mission is judged: nothing is judged here."""
+_SETTINGS = tuple(
+    setting for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS) if setting.key not in _NO_SETTINGS
+)
+
+
+@click.command("simulate")
+@click.argument("mission", type=MISSION_PATH)
+@click.option(
+    "--as",
+    "stack",
+    type=click.Choice(tuple(_AUTOPILOTS)),
+    default="px4",
+    help="whose manners it has [default: px4]",
+)
+@click.option(
+    "--url",
+    default="udpout:127.0.0.1:14550",
+    metavar="URL",
+    help="the vehicle's end of the line [default: udpout:127.0.0.1:14550]",
+)
+@click.option(
+    "--speed-up",
+    type=click.FloatRange(min=0.0, min_open=True, max=1000.0),
+    default=1.0,
+    metavar="X",
+    help="seconds of flight in a second of the clock [default: 1]",
+)
+@click.option(
+    "--arm-after",
+    type=click.FloatRange(min=0.0),
+    metavar="S",
+    help="fly the mission after so many seconds, if it may [default: it stays on the ground]",
+)
+@click.option(
+    "--authoriser",
+    type=click.IntRange(1, 255),
+    metavar="ID",
+    help="ask this system before arming, as PX4 does with COM_ARM_AUTH_REQ [default: nobody]",
+)
+@click.option(
+    "--system-id", type=click.IntRange(1, 255), default=1, metavar="ID", help="[default: 1]"
+)
+@click.option(
+    "--faults",
+    default="",
+    metavar="LIST",
+    help="what goes wrong: loss=20%,duplication=,reordering=,delay=S,garbage=,truncation= (-in or "
+    "-out for one way), silence=K[:S] after K messages, count=+2, twin, reject=TEXT, seed=N",
+)
+@click.option(
+    "--log",
+    "logs",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    metavar="FILE",
+    help="a flight log that it has to be downloaded; repeatable [default: one of no use]",
+)
+@setting_options(_SETTINGS)
+def command(
+    *,
+    mission: str,
+    stack: str,
+    url: str,
+    speed_up: float,
+    arm_after: float | None,
+    authoriser: int | None,
+    system_id: int,
+    faults: str,
+    logs: tuple[Path, ...],
+    **options: object,
+) -> None:
+    """Speak as a vehicle that holds a mission and flies it as predicted.
+
+    Everything it sends is simulated, and says so.  It answers over UDP or TCP as PX4 or ArduPilot
+    does: mission, fence and rally points both ways, parameters, home, battery, position, logs.  It
+    arms by itself alone, with --arm-after; what a ground station wants to set or arm is not done.
+    Ctrl-C ends it.
+
+    Exit codes: 2 unusable input, usage or configuration, 3 the line cannot be opened, 130
+    interrupted.
+    """
+    from planner.link.address import read_address
+    from planner.link.simulated.fault_text import read_faults
+    from planner.mission.files import read_mission
+    from planner.simulation import SimulationRequest, make_simulated_vehicle, open_simulation
+
+    address = read_address(url)
+    check = check_request(mission_settings(mission, given_settings(options)))
+    autopilot = _AUTOPILOTS[stack]
+    if check.target is not None and check.target.autopilot is not autopilot:
+        msg = f"--target {check.target.label} is no firmware of a vehicle simulated as {stack}"
+        raise UsageError(msg)
+    request = SimulationRequest(
+        autopilot=autopilot,
+        check=replace(check, profile=None, baseline=None),
+        speed_up=speed_up,
+        faults=read_faults(faults),
+        system=system_id,
+        authoriser=authoriser,
+        logs=logs,
+    )
+    vehicle = make_simulated_vehicle(read_mission(mission), request)
+    runner, wire = open_simulation(vehicle, request, address)
+    try:
+        wire.on_message = _tell
+        _introduce(vehicle, mission, address)
+        if arm_after is not None:
+            vehicle.arm_at(time.monotonic() + arm_after)
+        runner.run()
+    finally:
+        runner.close()
+
+
+def _introduce(vehicle: SimulatedVehicle, mission: str, address: LinkAddress) -> None:
+    held = vehicle.mission()
+    narrate(
+        f"simulating {vehicle.setup.identity.label} with {numbers.count(len(held.items), 'item')} "
+        f"of {mission} on {address.text}; Ctrl-C ends it"
+    )
+    narrate(f"run next, elsewhere: mavjoule fetch {_other_end(address)} -o fetched.plan")
+
+
+def _other_end(address: LinkAddress) -> str:
+    """Return the address at which a ground station meets the vehicle."""
+    from planner.link.address import LinkKind
+
+    other = {
+        LinkKind.UDP_SEND: LinkKind.UDP_LISTEN,
+        LinkKind.UDP_LISTEN: LinkKind.UDP_SEND,
+        LinkKind.TCP_LISTEN: LinkKind.TCP_CONNECT,
+        LinkKind.TCP_CONNECT: LinkKind.TCP_LISTEN,
+    }.get(address.kind)
+    if other is None:
+        return "URL"
+    everywhere = address.host in {"0.0.0.0", "::"}
+    return replace(address, kind=other, host="127.0.0.1" if everywhere else address.host).text
+
+
+def _tell(passed: Passed) -> None:
+    """Say on standard error what the vehicle says as text."""
+    if not passed.is_to_vehicle and passed.message.name == "STATUSTEXT":
+        narrate(f"vehicle: {passed.message['text']}")

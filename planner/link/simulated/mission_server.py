@@ -1,0 +1,312 @@
+"""The mission protocol on the vehicle's side, in the manners of PX4 and of ArduPilot.
+
+PX4 keeps the old list until the new one is whole, answers nothing it was not asked for in order,
+and asks with MISSION_REQUEST until it was sent a MISSION_ITEM_INT (MavlinkMissionManager).
+ArduPilot writes each item of a mission where it stands as soon as it comes, has home in the first
+place, and always asks with MISSION_REQUEST (MissionItemProtocol).
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.frozen import frozen
+from planner.link.mission_kind import MissionKind, MissionResult
+from planner.link.mission_transfer import WireItem
+from planner.link.simulated.server import NEVER_S, answer
+from planner.link.simulated.stored_items import refusal, stored_item
+from planner.mission.commands import Frame, has_location
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.link.message import Message
+    from planner.link.simulated.setup import VehicleSetup
+
+_EVERY_KIND = 255
+_ITEM_FIELDS = tuple(each.name for each in fields(WireItem))
+_SCALE = 1e7
+
+
+@frozen
+class _Manners:
+    """In what two autopilots differ."""
+
+    retry_s: float
+    """Until an item is asked for again. [s]"""
+    timeout_s: float
+    """Of silence, until a transfer is given up. [s]"""
+    most_items: Mapping[MissionKind, int]
+
+
+_MANNERS: Mapping[Autopilot, _Manners] = {
+    Autopilot.PX4: _Manners(
+        retry_s=0.25,
+        timeout_s=5.0,
+        most_items={MissionKind.MISSION: 2000, MissionKind.FENCE: 64, MissionKind.RALLY: 20},
+    ),
+    Autopilot.ARDUPILOT: _Manners(
+        retry_s=1.0,
+        timeout_s=8.0,
+        most_items={MissionKind.MISSION: 724, MissionKind.FENCE: 84, MissionKind.RALLY: 17},
+    ),
+}
+
+
+class _Upload:
+    """A list that is coming in."""
+
+    def __init__(self, first: Message, kind: MissionKind, *, start: int, end: int) -> None:
+        self.partner = first
+        self.kind = kind
+        self.next = start
+        self.end = end
+        self.items: list[WireItem] = []
+        self.last_item_s = 0.0
+
+
+class MissionServer:
+    """The three lists of a vehicle, up and down.
+
+    Parameters
+    ----------
+    setup : VehicleSetup
+        Whose they are, and what is in them at first.
+    """
+
+    def __init__(self, setup: VehicleSetup) -> None:
+        self._setup = setup
+        self._is_px4 = setup.autopilot is Autopilot.PX4
+        self._manners = _MANNERS[setup.autopilot]
+        self._upload: _Upload | None = None
+        self._sends: dict[MissionKind, tuple[int, float]] = {}
+        """Who a list is being sent to, and until when PX4 remembers it."""
+        self._asks_for_int = False
+        self._finished: tuple[int, int] | None = None
+        self.lists = {kind: list(setup.lists[kind]) for kind in MissionKind}
+        self.current = 0
+        """Sequence number of the item that is flown, or will be first."""
+        self.changes = dict.fromkeys(MissionKind, 0)
+        """How often each list was replaced or cleared."""
+        self.deadline_s = NEVER_S
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of any kind, and return the answers."""
+        handler = {
+            "MISSION_REQUEST_LIST": self._send_count,
+            "MISSION_REQUEST_INT": self._send_item,
+            "MISSION_REQUEST": self._send_item,
+            "MISSION_COUNT": self._begin_upload,
+            "MISSION_WRITE_PARTIAL_LIST": self._begin_partial_upload,
+            "MISSION_ITEM_INT": self._take_item,
+            "MISSION_ITEM": self._take_item,
+            "MISSION_CLEAR_ALL": self._clear,
+            "MISSION_ACK": self._end_download,
+            "MISSION_SET_CURRENT": self._set_current,
+        }.get(received.name)
+        return () if handler is None else handler(received, now_s)
+
+    def expire(self, now_s: float) -> tuple[Message, ...]:
+        """Ask again for the item that does not come, or give up."""
+        upload = self._upload
+        if upload is None:
+            self.deadline_s = NEVER_S
+            return ()
+        if now_s - upload.last_item_s < self._manners.timeout_s:
+            return (self._request(now_s),)
+        self._upload = None
+        self.deadline_s = NEVER_S
+        if self._is_px4:
+            return (self._setup.text(4, "Operation timeout"),)
+        return (self._ack(upload.partner, MissionResult.OPERATION_CANCELLED, upload.kind),)
+
+    def _kind(self, received: Message) -> MissionKind | None:
+        number = received.fields.get("mission_type", 0)
+        return MissionKind(number) if number in set(MissionKind) else None
+
+    def _ack(self, to: Message, result: MissionResult, kind: int) -> Message:
+        return answer(to, "MISSION_ACK", type=int(result), mission_type=int(kind))
+
+    def _send_count(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        kind = self._kind(received)
+        if kind is None:
+            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+        if self._upload is not None:
+            return (self._ack(received, MissionResult.DENIED, kind),)
+        self._sends[kind] = (received.system, now_s + self._manners.timeout_s)
+        count = max(0, len(self.lists[kind]) + self._setup.misbehaviour.count_error)
+        return (answer(received, "MISSION_COUNT", count=count, mission_type=int(kind)),)
+
+    def _send_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        kind = self._kind(received)
+        if kind is None:
+            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+        items, number = self.lists[kind], received["seq"]
+        if self._upload is not None:
+            return (self._ack(received, MissionResult.DENIED, kind),)
+        if self._is_px4:  # asked without a list, or too late, it says nothing
+            partner, until_s = self._sends.get(kind, (None, 0.0))
+            if partner != received.system or now_s > until_s:
+                return ()
+            self._sends[kind] = (received.system, now_s + self._manners.timeout_s)
+        if number >= len(items):
+            result = MissionResult.ERROR if self._is_px4 else MissionResult.INVALID_SEQUENCE
+            return (self._ack(received, result, kind),)
+        values = {name: getattr(items[number], name) for name in _ITEM_FIELDS}
+        name = "MISSION_ITEM_INT"
+        if received.name == "MISSION_REQUEST":
+            name = "MISSION_ITEM"
+            scale = _SCALE if _is_scaled(items[number]) else 1.0
+            values |= {"x": values["x"] / scale, "y": values["y"] / scale}
+        is_current = kind is MissionKind.MISSION and number == self.current
+        values |= {"seq": number, "mission_type": int(kind), "current": int(is_current)}
+        return (answer(received, name, **values),)
+
+    def _end_download(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
+        kind = self._kind(received)
+        if kind is not None:
+            self._sends.pop(kind, None)
+        return ()
+
+    def _begin_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        kind, count = self._kind(received), received["count"]
+        if kind is None:
+            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+        if self._upload is not None and self._upload.partner.system != received.system:
+            return (self._ack(received, MissionResult.DENIED, kind),)
+        if count > self._manners.most_items[kind]:
+            return (self._ack(received, MissionResult.NO_SPACE, kind),)
+        if count == 0:
+            self._upload = None
+            self.deadline_s = NEVER_S
+            return (*self._replaced(kind, []), self._ack(received, MissionResult.ACCEPTED, kind))
+        if not self._is_px4 and kind is MissionKind.MISSION:
+            del self.lists[kind][count:]
+        return self._begin(received, _Upload(received, kind, start=0, end=count), now_s)
+
+    def _begin_partial_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        kind = self._kind(received)
+        if self._is_px4 or kind is not MissionKind.MISSION:
+            return ()  # PX4 does not know it
+        start, end = received["start_index"], received["end_index"] + 1
+        if not 0 <= start < end <= len(self.lists[kind]):
+            return (self._ack(received, MissionResult.INVALID_SEQUENCE, kind),)
+        return self._begin(received, _Upload(received, kind, start=start, end=end), now_s)
+
+    def _begin(self, received: Message, upload: _Upload, now_s: float) -> tuple[Message, ...]:
+        self._upload = upload
+        upload.last_item_s = now_s
+        self._finished = None
+        self._asks_for_int = False
+        self._sends.pop(upload.kind, None)
+        upload.partner = received
+        return (self._request(now_s),)
+
+    def _request(self, now_s: float) -> Message:
+        upload = self._upload
+        assert upload is not None  # asked only while a list comes in
+        self.deadline_s = now_s + self._manners.retry_s
+        name = "MISSION_REQUEST_INT" if self._asks_for_int else "MISSION_REQUEST"
+        return answer(upload.partner, name, seq=upload.next, mission_type=int(upload.kind))
+
+    def _take_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        kind, upload = self._kind(received), self._upload
+        if upload is None:
+            return self._late_item(received, kind)
+        if kind is not upload.kind or received.system != upload.partner.system:
+            return ()
+        self._asks_for_int = self._is_px4 and received.name == "MISSION_ITEM_INT"
+        if received["seq"] != upload.next:
+            if self._is_px4:
+                return ()  # it was asked for again, or will be
+            return (self._ack(received, MissionResult.INVALID_SEQUENCE, kind),)
+        item = _wire_item(received)
+        setup = self._setup
+        is_home = not self._is_px4 and kind is MissionKind.MISSION and upload.next == 0
+        refused = None if is_home else refusal(item, kind, setup.autopilot, setup.version[:2])
+        if refused is not None:
+            self._upload = None
+            self.deadline_s = NEVER_S
+            return (self._ack(received, refused, kind),)
+        upload.last_item_s = now_s
+        self._keep(upload, stored_item(item, kind, setup.autopilot), is_home=is_home)
+        upload.next += 1
+        return (self._request(now_s),) if upload.next < upload.end else self._end_upload(received)
+
+    def _end_upload(self, received: Message) -> tuple[Message, ...]:
+        """Put the list that has come in its place."""
+        upload = self._upload
+        assert upload is not None  # it has just got its last item
+        kind = upload.kind
+        self._upload = None
+        self.deadline_s = NEVER_S
+        self._finished = (received.system, received["seq"])
+        whole = self.lists[kind] if self._is_written_at_once(kind) else upload.items
+        return (
+            *self._replaced(kind, whole),
+            self._ack(received, MissionResult.ACCEPTED, kind),
+        )
+
+    def _is_written_at_once(self, kind: MissionKind) -> bool:
+        return not self._is_px4 and kind is MissionKind.MISSION
+
+    def _keep(self, upload: _Upload, item: WireItem, *, is_home: bool) -> None:
+        if not self._is_written_at_once(upload.kind):
+            upload.items.append(item)
+            return
+        items = self.lists[upload.kind]
+        if is_home:
+            item = self._setup.home_slot
+        items[upload.next : upload.next + 1] = [item]
+
+    def _late_item(self, received: Message, kind: MissionKind | None) -> tuple[Message, ...]:
+        """Answer an item that nobody waits for: the word that it was the last may have got lost."""
+        if kind is None:
+            return ()
+        if self._is_px4 and self._finished == (received.system, received["seq"]):
+            return (self._ack(received, MissionResult.ACCEPTED, kind),)
+        return (self._ack(received, MissionResult.ERROR, kind),)
+
+    def _clear(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
+        number = received.fields.get("mission_type", 0)
+        if self._upload is not None:
+            return (self._ack(received, MissionResult.DENIED, number),)
+        if number == _EVERY_KIND:
+            kinds = tuple(MissionKind)
+        elif number in set(MissionKind):
+            kinds = (MissionKind(number),)
+        else:
+            return (self._ack(received, MissionResult.UNSUPPORTED, number),)
+        texts = tuple(text for kind in kinds for text in self._replaced(kind, []))
+        return (*texts, self._ack(received, MissionResult.ACCEPTED, number))
+
+    def _replaced(self, kind: MissionKind, items: list[WireItem]) -> tuple[Message, ...]:
+        """Put a list in the place of the old one."""
+        if not items and self._is_written_at_once(kind):
+            items = [self._setup.home_slot]
+        self.lists[kind] = items
+        self.changes[kind] += 1
+        if kind is not MissionKind.MISSION:
+            return ()
+        self.current = 0
+        return ()
+
+    def _set_current(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
+        if received["seq"] < len(self.lists[MissionKind.MISSION]):
+            self.current = received["seq"]
+        return ()
+
+
+def _is_scaled(item: WireItem) -> bool:
+    return item.frame != Frame.MISSION and has_location(item.command)
+
+
+def _wire_item(received: Message) -> WireItem:
+    values = {name: received[name] for name in _ITEM_FIELDS}
+    item = WireItem(**values)
+    if received.name == "MISSION_ITEM_INT":
+        return item
+    scale = _SCALE if _is_scaled(item) else 1.0
+    return replace(item, x=round(item.x * scale), y=round(item.y * scale))

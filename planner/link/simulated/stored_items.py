@@ -1,0 +1,78 @@
+"""What PX4 and ArduPilot make of an item that is uploaded, and which ones they refuse."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.link.mission_kind import MissionKind, MissionResult
+from planner.mission.ardupilot_storage import stored_hold_s, stored_radius_m, stored_turns
+from planner.mission.command_support import Support, support
+from planner.mission.commands import (
+    AMSL_FRAMES,
+    RELATIVE_FRAMES,
+    TERRAIN_FRAMES,
+    Command,
+    Frame,
+    has_location,
+)
+from planner.mission.fence_items import FENCE_COMMANDS
+
+if TYPE_CHECKING:
+    from planner.link.mission_transfer import WireItem
+    from planner.vehicle.parameter_table import Version
+
+_LONGEST_HOLD_S = 65_535.0
+_PX4_FRAMES = (
+    (AMSL_FRAMES, Frame.GLOBAL_INT),
+    (RELATIVE_FRAMES, Frame.GLOBAL_RELATIVE_ALT_INT),
+)
+"""PX4 sends MISSION_ITEM_INT in the frames that are named after it."""
+_ARDUPILOT_FRAMES = (
+    (AMSL_FRAMES, Frame.GLOBAL),
+    (RELATIVE_FRAMES, Frame.GLOBAL_RELATIVE_ALT),
+    (TERRAIN_FRAMES, Frame.GLOBAL_TERRAIN_ALT),
+)
+_CENTIMETRES = 100.0
+"""ArduPilot keeps altitudes as whole centimetres."""
+
+
+def refusal(
+    item: WireItem, kind: MissionKind, autopilot: Autopilot, version: Version
+) -> MissionResult | None:
+    """Return with what an autopilot refuses an item at upload; ``None`` if it takes it."""
+    if kind is MissionKind.FENCE:
+        return None if item.command in FENCE_COMMANDS else MissionResult.UNSUPPORTED
+    if kind is MissionKind.RALLY:
+        return None if item.command == Command.NAV_RALLY_POINT else MissionResult.UNSUPPORTED
+    is_place = has_location(item.command)
+    if autopilot is Autopilot.PX4 and is_place and item.frame in TERRAIN_FRAMES:
+        return MissionResult.UNSUPPORTED_FRAME
+    known = support(item.command, autopilot, frame=item.frame, version=version)
+    return MissionResult.UNSUPPORTED if known is Support.REFUSED else None
+
+
+def stored_item(item: WireItem, kind: MissionKind, autopilot: Autopilot) -> WireItem:
+    """Return an item as the vehicle sends it back."""
+    if autopilot is Autopilot.PX4:
+        return _with_frame(item, _PX4_FRAMES) if kind is MissionKind.MISSION else item
+    item = replace(_with_frame(item, _ARDUPILOT_FRAMES), autocontinue=1)
+    if has_location(item.command):
+        item = replace(item, z=int(item.z * _CENTIMETRES) / _CENTIMETRES)
+    match item.command:
+        case Command.NAV_WAYPOINT | Command.NAV_LOITER_TIME:
+            hold_s = stored_hold_s(min(max(item.param1, 0.0), _LONGEST_HOLD_S))
+            return replace(item, param1=hold_s, param2=0.0, param3=0.0, param4=0.0)
+        case Command.NAV_LOITER_TURNS if item.param1 > 0.0:
+            return replace(
+                item, param1=stored_turns(item.param1), param3=stored_radius_m(item.param3)
+            )
+    return item
+
+
+def _with_frame(item: WireItem, frames: tuple[tuple[frozenset[Frame], Frame], ...]) -> WireItem:
+    for same, frame in frames:
+        if item.frame in same:
+            return replace(item, frame=int(frame))
+    return item

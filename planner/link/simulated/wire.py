@@ -1,0 +1,166 @@
+"""Simulated vehicles at the end of a line with faults: bytes in, bytes out, and no clock."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import replace
+from itertools import count
+from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
+from planner.link.codec import Codec
+from planner.link.mission_kind import MissionKind
+from planner.link.simulated.faults import ITEMS, Direction, LineFaults
+from planner.link.simulated.vehicle import SimulatedVehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from planner.link.message import Message
+    from planner.link.simulated.file_server import FileServer
+    from planner.link.simulated.setup import VehicleSetup
+    from planner.link.simulated.vehicle import Predict
+
+_TRANSFERS = ("MISSION_", "PARAM_", "LOG_", "FILE_TRANSFER_PROTOCOL")
+_NO_TRANSFER = frozenset({"MISSION_CURRENT", "MISSION_ITEM_REACHED"})
+_TWIN_NORTH_DEG = 0.001
+"""The second vehicle stands 111 m away."""
+
+
+@frozen
+class Passed:
+    """One message that was put on the line, whether it arrived or not."""
+
+    is_to_vehicle: bool
+    message: Message
+    time_s: float
+
+
+class SimulatedWire:
+    """One vehicle, or two that say they are one, behind a line with faults.
+
+    Parameters
+    ----------
+    vehicle : SimulatedVehicle
+        Who answers.
+    faults : LineFaults, optional
+        What goes wrong; default nothing.
+    predict : callable, optional
+        Of the vehicle's twin, where its set-up says that it has one.
+    """
+
+    def __init__(
+        self,
+        vehicle: SimulatedVehicle,
+        faults: LineFaults | None = None,
+        *,
+        predict: Predict = lambda _: None,
+    ) -> None:
+        faults = faults or LineFaults()
+        self.vehicle = vehicle
+        self._vehicles = [vehicle]
+        if vehicle.setup.misbehaviour.has_twin:
+            self._vehicles.append(SimulatedVehicle(_twin(vehicle.setup), predict))
+        self._faults = faults
+        self._file_server: FileServer | None = None
+        self._inwards = Direction(faults.to_vehicle, faults.seed)
+        self._outwards = Direction(faults.from_vehicle, faults.seed + 1)
+        self._encoders = [Codec(one.setup.system, one.setup.component) for one in self._vehicles]
+        self._decoders: dict[Hashable, Codec] = {}
+        self._order = count()
+        self._coming: list[tuple[float, int, Message]] = []
+        self._going: list[tuple[float, int, bytes]] = []
+        self._transferred = 0
+        self._silent_until_s: float | None = None
+        self.on_message: Callable[[Passed], None] | None = None
+        """Told every message that either side puts on the line."""
+
+    @property
+    def deadline_s(self) -> float:
+        """When `due` has something to do. [s]"""
+        deadlines = [one.deadline_s for one in self._vehicles]
+        deadlines += [waiting[0][0] for waiting in (self._coming, self._going) if waiting]
+        return min(deadlines)
+
+    def serve_files(self, server: FileServer) -> None:
+        """Have MAVFTP answered, which otherwise nobody does."""
+        self._file_server = server
+
+    def receive(self, data: bytes, now_s: float, peer: Hashable = None) -> None:
+        """Take bytes of a ground station; what comes of them is sent when it is `due`."""
+        if peer not in self._decoders:
+            self._decoders[peer] = Codec(0, 0)
+        for received in self._decoders[peer].decode(data):
+            self._note(received, now_s, is_to_vehicle=True)
+            if self._is_silent(received, now_s):
+                continue
+            for arrival_s in self._inwards.arrivals_s(now_s):
+                heapq.heappush(self._coming, (arrival_s, next(self._order), received))
+
+    def due(self, now_s: float) -> list[bytes]:
+        """Return the frames that arrive at the ground station by now."""
+        while self._coming and self._coming[0][0] <= now_s:
+            self._deliver(heapq.heappop(self._coming)[2], now_s)
+        for index, vehicle in enumerate(self._vehicles):
+            if vehicle.deadline_s <= now_s:
+                for sent in vehicle.expire(now_s):
+                    self._send(sent, index, now_s)
+        if self._file_server is not None:
+            for sent in self._file_server.answers():
+                self._send(sent, 0, now_s)
+        arrived = []
+        while self._going and self._going[0][0] <= now_s:
+            arrived.append(heapq.heappop(self._going)[2])
+        return arrived
+
+    def _deliver(self, received: Message, now_s: float) -> None:
+        """Give a message to everyone on the vehicle's end."""
+        for index, vehicle in enumerate(self._vehicles):
+            for sent in vehicle.feed(received, now_s):
+                self._send(sent, index, now_s)
+        if self._file_server is not None:
+            self._file_server.take(received)
+
+    def _send(self, sent: Message, index: int, now_s: float) -> None:
+        """Put a message of a vehicle on the line."""
+        self._note(sent, now_s, is_to_vehicle=False)
+        frame = self._encoders[index].encode(sent)
+        if self._is_silent(sent, now_s):
+            return
+        frame = self._outwards.damaged(frame, is_item=sent.name in ITEMS)
+        for arrival_s in self._outwards.arrivals_s(now_s):
+            heapq.heappush(self._going, (arrival_s, next(self._order), frame))
+
+    def _note(self, passed: Message, now_s: float, *, is_to_vehicle: bool) -> None:
+        if self.on_message is not None:
+            self.on_message(Passed(is_to_vehicle=is_to_vehicle, message=passed, time_s=now_s))
+
+    def _is_silent(self, passed: Message, now_s: float) -> bool:
+        """Return whether nothing passes now, and count the messages of transfers until then."""
+        if self._faults.silent_after is None:
+            return False
+        if self._silent_until_s is None:
+            if is_transfer(passed):
+                self._transferred += 1
+            if self._transferred <= self._faults.silent_after:
+                return False
+            self._silent_until_s = now_s + self._faults.silence_s
+        return now_s < self._silent_until_s
+
+
+def is_transfer(passed: Message) -> bool:
+    """Return whether a message belongs to a transfer, and is not told at intervals."""
+    return passed.name.startswith(_TRANSFERS) and passed.name not in _NO_TRANSFER
+
+
+def _twin(setup: VehicleSetup) -> VehicleSetup:
+    """Return another vehicle that was given the same system id, with a mission of its own."""
+    home = replace(setup.home, latitude_deg=setup.home.latitude_deg + _TWIN_NORTH_DEG)
+    missions = setup.lists[MissionKind.MISSION]
+    return replace(
+        setup,
+        home=home,
+        lists={**setup.lists, MissionKind.MISSION: missions[:-1]},
+        uid=bytes(255 - byte for byte in setup.uid),
+        misbehaviour=replace(setup.misbehaviour, has_twin=False),
+    )

@@ -1,0 +1,208 @@
+"""A simulated vehicle that flies what the planner predicts, for tests, demos and trying things out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner.autopilot import Autopilot
+from planner.errors import LogFileError, MavjouleError
+from planner.frozen import frozen
+from planner.link.simulated.fault_text import Faults
+from planner.link.simulated.flown import fly_prediction
+from planner.link.simulated.parameters import make_parameters
+from planner.link.simulated.runner import SimulationRunner
+from planner.link.simulated.setup import FIRMWARE, VehicleLog, make_setup
+from planner.link.simulated.vehicle import SimulatedVehicle
+from planner.link.simulated.wire import SimulatedWire
+from planner.mission.items import Home
+from planner.service import CheckRequest, UnreadableMission, check_read
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.link.address import LinkAddress
+    from planner.link.simulated.flown import FlownMission
+    from planner.mission.items import Mission
+    from planner.service import CheckResult
+
+_LOG_PATHS = {
+    Autopilot.PX4: "/fs/microsd/log/2026-01-{:02d}/12_00_00.ulg",
+    Autopilot.ARDUPILOT: "/APM/LOGS/{:08d}.BIN",
+}
+_LOG_CONTENT = b"a log of a simulated vehicle: give --log to have a real one here\n" * 100
+_FIRST_LOG_S = 1_767_268_800
+"""2026-01-01 12:00 UTC. [s since 1970]"""
+_DAY_S = 86_400
+
+
+@frozen
+class SimulationRequest:
+    """What is simulated."""
+
+    autopilot: Autopilot
+    """Whose manners it has, PX4's or ArduPilot's."""
+    check: CheckRequest = CheckRequest()
+    """The model that flies, and in what conditions."""
+    speed_up: float = 1.0
+    """Seconds of flight in a second of the clock. [-]"""
+    faults: Faults = Faults()
+    system: int = 1
+    authoriser: int | None = None
+    """System id of who is asked before it arms (PX4); ``None``: nobody."""
+    logs: tuple[Path, ...] = ()
+    """Flight logs that it is to have; none: one that holds nothing of use."""
+
+
+def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> SimulatedVehicle:
+    """Return a vehicle onto which a mission was uploaded.
+
+    Parameters
+    ----------
+    mission : Mission
+        It flies this one, until another is uploaded.
+    request : SimulationRequest
+        What it is.
+
+    Raises
+    ------
+    InputError, UsageError
+        If the model, the parameters or a log is unusable, or an item cannot be sent.
+    """
+    autopilot = request.autopilot
+    model = load_vehicle(request.check.vehicle)
+    given = dict(model.parameters) if model.reference is autopilot else {}
+    if request.check.parameters is not None:
+        from planner.vehicle.parameter_file import read_parameters
+
+        values = read_parameters(request.check.parameters).values
+        given |= {name: one.value for name, one in values.items() if one.value is not None}
+    target = request.check.target
+    version = FIRMWARE[autopilot]
+    if target is not None and target.autopilot is autopilot and target.version is not None:
+        version = (*target.version, 0)
+    setup = make_setup(
+        mission,
+        autopilot,
+        home=_home(mission, request),
+        parameters=make_parameters(
+            autopilot,
+            version[:2],
+            given=given,
+            battery=request.check.battery or model.battery,
+            system=request.system,
+            authoriser=request.authoriser,
+        ),
+        logs=_read_logs(request),
+        wind=request.check.conditions.wind,
+        system=request.system,
+        version=version,
+        misbehaviour=request.faults.vehicle,
+    )
+    return SimulatedVehicle(
+        setup, lambda held: predict_flown(held, request), speed_up=request.speed_up
+    )
+
+
+def make_simulated_wire(vehicle: SimulatedVehicle, request: SimulationRequest) -> SimulatedWire:
+    """Return a vehicle behind a line with the faults that are asked for, without files."""
+    return SimulatedWire(
+        vehicle, request.faults.line, predict=lambda held: predict_flown(held, request)
+    )
+
+
+def open_simulation(
+    vehicle: SimulatedVehicle, request: SimulationRequest, address: LinkAddress
+) -> tuple[SimulationRunner, SimulatedWire]:
+    """Return a vehicle on a real line, with its files.
+
+    Raises
+    ------
+    LinkError
+        If the line cannot be opened.
+    UsageError
+        If MAVSDK or pymavlink is not installed.
+    """
+    from planner.link.simulated.file_server import FileServer
+
+    wire = make_simulated_wire(vehicle, request)
+    setup = vehicle.setup
+    files = FileServer(setup.system, setup.component, setup.logs)
+    wire.serve_files(files)
+    return SimulationRunner(wire, address, file_server=files), wire
+
+
+def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission | None:
+    """Return the predicted flight of a mission; ``None`` where there is none to fly."""
+    try:
+        result = _predicted(mission, request)
+    except MavjouleError:
+        return None
+    if result is None or result.case is None or result.trace is None:
+        return None
+    case = result.case
+    battery_c = request.check.conditions.battery_temperature_c
+    if battery_c is None:
+        battery_c = case.flight.power.home_temperature_c
+    return fly_prediction(
+        case.flight,
+        case.route,
+        result.trace,
+        battery=case.pack,
+        discharge=case.discharge,
+        charge=case.charge,
+        temperature_c=battery_c,
+    )
+
+
+def _predicted(mission: Mission, request: SimulationRequest) -> CheckResult | None:
+    model = load_vehicle(request.check.vehicle)
+    is_stepped = model.reference is Autopilot.STEP  # the model's own way, whoever it speaks as
+    result = check_read(
+        lambda: mission,
+        replace(
+            request.check,
+            autopilot=None if is_stepped else request.autopilot,
+            target=None if is_stepped else request.check.target,
+            with_trace=True,
+        ),
+        file=mission.source,
+    )
+    return None if isinstance(result, UnreadableMission) else result
+
+
+def _home(mission: Mission, request: SimulationRequest) -> Home | None:
+    """Return where the predicted flight begins; ``None`` where nothing is flown."""
+    flown = predict_flown(mission, request)
+    if flown is None:
+        return None
+    start = flown.state_at(0.0)
+    return Home(
+        latitude_deg=round(start.latitude_deg, 7),
+        longitude_deg=round(start.longitude_deg, 7),
+        altitude_amsl_m=flown.route.home_amsl_m,
+    )
+
+
+def _read_logs(request: SimulationRequest) -> tuple[VehicleLog, ...]:
+    path = _LOG_PATHS[request.autopilot]
+    contents = [_LOG_CONTENT]
+    if request.logs:
+        contents = [_read_log(log) for log in request.logs]
+    return tuple(
+        VehicleLog(
+            path=path.format(number),
+            content=content,
+            time_utc_s=_FIRST_LOG_S + (number - 1) * _DAY_S,
+        )
+        for number, content in enumerate(contents, 1)
+    )
+
+
+def _read_log(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        msg = f"cannot be read: {error.strerror or error}"
+        raise LogFileError(msg, source=str(path)) from error

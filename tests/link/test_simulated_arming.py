@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+import pytest
+from simulated_vehicles import Bench, named, texts
+
+from planner.autopilot import Autopilot
+
+AUTHORISER = 10
+REQUEST = 3001
+ACCEPTED, TEMPORARILY_REJECTED, DENIED = 0, 1, 2
+
+
+def _asking() -> Bench:
+    """Return a vehicle that has asked its authoriser."""
+    bench = Bench(Autopilot.PX4, authoriser=AUTHORISER)
+    bench.vehicle.arm_at(bench.now_s + 1.0)
+    (asked,) = named("COMMAND_LONG", bench.wait(1.0))
+    assert (asked["command"], asked["target_system"]) == (REQUEST, AUTHORISER)
+    assert asked["param1"] == 1.0  # its own system id
+    return bench
+
+
+def _answer(
+    bench: Bench, result: int, *, sender: int = AUTHORISER, reason: int = 0, extra: int = 0
+) -> list[str]:
+    return texts(
+        bench.send(
+            "COMMAND_ACK",
+            sender=sender,
+            command=REQUEST,
+            result=result,
+            progress=reason,
+            result_param2=extra,
+        )
+    )
+
+
+def test_it_flies_once_its_authoriser_lets_it() -> None:
+    bench = _asking()
+    assert not bench.vehicle.is_flying
+    assert any("authorised" in text for text in _answer(bench, ACCEPTED, extra=30))
+    assert bench.vehicle.is_flying
+    assert bench.vehicle.arming.authorised_s == 30.0
+
+
+@pytest.mark.parametrize(
+    ("reason", "extra", "text"),
+    [
+        (2, 7, "Arming denied: invalid waypoint 7"),
+        (5, 0, "Arming denied: bad weather"),
+        (0, 120, "Arming denied: generic"),
+        (99, 0, "Arming denied: reason 99"),
+    ],
+)
+def test_it_says_why_it_was_not_let(reason: int, extra: int, text: str) -> None:
+    bench = _asking()
+    assert text in _answer(bench, DENIED, reason=reason, extra=extra)
+    assert bench.vehicle.arming.denial == (reason, extra)
+    assert not bench.vehicle.is_flying
+
+
+def test_it_stays_where_it_is_when_told_to_wait() -> None:
+    bench = _asking()
+    assert "Arming denied by authorizer: wait" in _answer(bench, TEMPORARILY_REJECTED)
+    assert not bench.vehicle.is_flying
+
+
+def test_it_stays_where_it_is_when_nobody_answers() -> None:
+    bench = _asking()
+    assert texts(bench.wait(1.9)) == []
+    assert texts(bench.wait(0.2)) == ["Arming denied: no answer by authorizer"]  # after 2 s
+    _answer(bench, ACCEPTED)
+    assert not bench.vehicle.is_flying
+
+
+def test_nobody_else_can_authorise_it() -> None:
+    bench = _asking()
+    _answer(bench, ACCEPTED, sender=99)
+    assert not bench.vehicle.is_flying
+
+
+def test_it_asks_again_when_it_tries_again() -> None:
+    bench = _asking()
+    _answer(bench, DENIED)
+    bench.vehicle.arm_at(bench.now_s)
+    assert len(named("COMMAND_LONG", bench.wait(0.1))) == 1
+    _answer(bench, ACCEPTED)
+    assert bench.vehicle.is_flying
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_without_an_authoriser_it_asks_nobody(autopilot: Autopilot) -> None:
+    bench = Bench(autopilot)
+    bench.vehicle.arm_at(bench.now_s)
+    assert named("COMMAND_LONG", bench.wait(0.1)) == []
+    assert bench.vehicle.is_flying
+
+
+def test_without_a_mission_it_does_not_arm() -> None:
+    bench = Bench(Autopilot.PX4)
+    bench.send("MISSION_CLEAR_ALL", mission_type=0)
+    bench.vehicle.arm_at(bench.now_s)
+    assert "Arming denied: no mission that can be flown" in texts(bench.wait(0.1))
+    assert not bench.vehicle.is_flying

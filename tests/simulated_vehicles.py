@@ -1,0 +1,137 @@
+"""Simulated vehicles to test on: at a bench without a line, and in memory with one."""
+
+from __future__ import annotations
+
+import socket
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from fenced_missions import box, rally
+from made_missions import mission, rtl, takeoff, waypoint
+
+from planner.flight.conditions import Conditions
+from planner.geo.fence import Fence
+from planner.link.message import Message
+from planner.link.simulated.fault_text import read_faults
+from planner.link.simulated.memory_line import MemoryLine
+from planner.link.simulated.vehicle import SimulatedVehicle
+from planner.physics.wind import Wind
+from planner.service import CheckRequest
+from planner.simulation import (
+    SimulationRequest,
+    make_simulated_vehicle,
+    make_simulated_wire,
+    predict_flown,
+)
+from planner.vehicle.battery import Battery
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
+    from planner.link.simulated.flown import FlownMission
+    from planner.link.simulated.setup import VehicleSetup
+    from planner.link.simulated.wire import SimulatedWire
+    from planner.mission.items import Mission
+
+GROUND_STATION = 245
+BATTERY = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
+"""177.6 Wh."""
+WIND = Wind(speed_m_s=4.0, from_deg=270.0)
+
+
+def out_and_back() -> Mission:
+    """Return a flight of 2 km at 40 m, with a fence around it and a rally point."""
+    flown = mission(takeoff(40.0), waypoint(500.0, 40.0), waypoint(1000.0, 40.0, hold_s=2.0), rtl())
+    fence = Fence(polygons=(box(-500.0, -500.0, 500.0, 1500.0),))
+    return replace(flown, fence=fence, rally=(rally(10.0, 20.0),))
+
+
+def request(autopilot: Autopilot, faults: str = "", **changes: Any) -> SimulationRequest:  # noqa: ANN401 - as it comes
+    """Return what a simulated quadrotor with a battery and wind is asked for with."""
+    check = CheckRequest(
+        vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND)
+    )
+    return SimulationRequest(
+        autopilot=autopilot, check=check, faults=read_faults(faults), **changes
+    )
+
+
+@cache
+def _setup(asked: SimulationRequest) -> VehicleSetup:
+    return make_simulated_vehicle(out_and_back(), asked).setup
+
+
+@cache
+def predicted(held: Mission, asked: SimulationRequest) -> FlownMission | None:
+    """Return the flight of what a vehicle holds; the same mission is predicted once."""
+    return predict_flown(held, asked)
+
+
+def vehicle(autopilot: Autopilot, faults: str = "", **changes: Any) -> SimulatedVehicle:  # noqa: ANN401 - as it comes
+    """Return a simulated vehicle with `out_and_back` on it."""
+    asked = request(autopilot, faults, **changes)
+    return SimulatedVehicle(
+        _setup(asked), lambda held: predicted(held, asked), speed_up=asked.speed_up
+    )
+
+
+def wire(autopilot: Autopilot, faults: str = "", **changes: Any) -> SimulatedWire:  # noqa: ANN401 - as it comes
+    """Return one behind a line."""
+    asked = request(autopilot, faults, **changes)
+    return make_simulated_wire(vehicle(autopilot, faults, **changes), asked)
+
+
+def memory_line(autopilot: Autopilot, faults: str = "", **changes: Any) -> MemoryLine:  # noqa: ANN401 - as it comes
+    """Return a ground station's end of a line to one."""
+    return MemoryLine(wire(autopilot, faults, **changes))
+
+
+class Bench:
+    """A vehicle without a line: what is sent to it, and what it answers, at any time."""
+
+    def __init__(self, autopilot: Autopilot, faults: str = "", **changes: Any) -> None:  # noqa: ANN401 - as it comes
+        self.vehicle = vehicle(autopilot, faults, **changes)
+        self.now_s = 0.0
+        self.vehicle.expire(self.now_s)
+        self.send("HEARTBEAT")  # after which it has introduced itself
+
+    def send(self, name: str, sender: int = GROUND_STATION, **fields: Any) -> list[Message]:  # noqa: ANN401 - as it comes
+        """Send a message to it, and return its answers."""
+        received = Message(
+            name=name,
+            fields={"target_system": 1, "target_component": 1, **fields},
+            system=sender,
+            component=190,
+        )
+        return list(self.vehicle.feed(received, self.now_s))
+
+    def wait(self, duration_s: float) -> list[Message]:
+        """Let time pass, and return what it says meanwhile."""
+        until_s = self.now_s + duration_s
+        said: list[Message] = []
+        while self.vehicle.deadline_s <= until_s:
+            self.now_s = max(self.now_s, self.vehicle.deadline_s)
+            said += self.vehicle.expire(self.now_s)
+        self.now_s = until_s
+        return said
+
+    def wait_for(self, name: str, duration_s: float = 10.0) -> list[Message]:
+        """Return the messages of a name that it sends in a time."""
+        return named(name, self.wait(duration_s))
+
+
+def named(name: str, messages: list[Message]) -> list[Message]:
+    """Return those of a name."""
+    return [one for one in messages if one.name == name]
+
+
+def texts(messages: list[Message]) -> list[str]:
+    """Return what is said as STATUSTEXT."""
+    return [one["text"] for one in named("STATUSTEXT", messages)]
+
+
+def free_port(kind: socket.SocketKind) -> int:
+    """Return a port that nobody has at this moment."""
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
