@@ -95,7 +95,7 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
             authoriser=request.authoriser,
         ),
         logs=_read_logs(request),
-        wind=request.check.conditions.wind,
+        wind=wind if (wind := request.check.conditions.wind).speed_m_s > 0.0 else None,
         system=request.system,
         version=version,
         misbehaviour=request.faults.vehicle,

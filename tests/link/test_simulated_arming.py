@@ -37,7 +37,6 @@ def _answer(
 
 def test_it_flies_once_its_authoriser_lets_it() -> None:
     bench = _asking()
-    assert not bench.vehicle.is_flying
     assert any("authorised" in text for text in _answer(bench, ACCEPTED, extra=30))
     assert bench.vehicle.is_flying
     assert bench.vehicle.arming.authorised_s == 30.0

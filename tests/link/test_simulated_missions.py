@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
-ITEM = {
+ITEM: dict[str, Any] = {
     "frame": 3,
     "command": 16,
     "current": 0,
