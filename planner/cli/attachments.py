@@ -24,9 +24,17 @@ def refuse_attachments(report: ReportRequest, *, missions: int) -> None:
         if getattr(report, option) is not None and missions > 1:
             msg = f"--{option} takes a single mission: check them one by one"
             raise UsageError(msg)
-    if report.output is not None and report.output == report.trace:
-        msg = "--output and --trace name the same file: give them one each"
-        raise UsageError(msg)
+    written: dict[Path, str] = {}
+    for option in ("output", "trace", "report"):
+        if (path := getattr(report, option)) is not None and written.setdefault(
+            path, option
+        ) != option:
+            msg = f"--{written[path]} and --{option} name the same file: give them one each"
+            raise UsageError(msg)
+    if report.report is not None:
+        from planner.report.html.page import refuse_without_libraries
+
+        refuse_without_libraries()
     if report.plots is not None:
         from planner.plots.library import load_altair, load_converter
 
@@ -44,6 +52,8 @@ def write_attachments(results: Results, report: ReportRequest) -> None:
     """
     if report.trace is not None:
         _write_trace(results[0], report.trace)
+    if report.report is not None:
+        _write_page(results, report.report)
     if report.plots is not None:
         _draw(results[0], report.plots)
 
@@ -56,6 +66,30 @@ def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
         narrate(f"nothing is flown: {path} is not written")
     else:
         write_data(columns_csv(trace.columns()), output=path)
+
+
+def _write_page(results: Results, path: Path) -> None:
+    from datetime import UTC, datetime
+
+    from planner import __version__
+    from planner.report.html.page import check_html
+
+    made_at = datetime.now(UTC)
+    sha256 = {result.file: _sha256(result.file) for result in results}
+    page = check_html(results, version=__version__, made_at=made_at, sha256=sha256)
+    write_data(page, output=path)
+    narrate(f"the page is in {path}")
+
+
+def _sha256(file: str) -> str:
+    """Return the hash of a file; empty where it cannot be read a second time."""
+    import hashlib
+    from pathlib import Path
+
+    try:
+        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    except OSError:
+        return ""
 
 
 def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:

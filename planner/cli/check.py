@@ -67,7 +67,7 @@ def command(
     refuse_statistics(report)
     refuse_attachments(report, missions=len(missions))
     read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
-    for written in (report.output, report.trace, write_baseline):
+    for written in (report.output, report.trace, report.report, write_baseline):
         refuse_overwriting(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]

@@ -352,6 +352,15 @@ REPORT_SETTINGS = (
         kind=Kind.PATH,
     ),
     Setting(
+        key="report",
+        option="--report",
+        metavar="FILE.html",
+        meaning="write a page with pictures of all missions that opens in any browser, offline "
+        "(needs mavjoule[report])",
+        read=Path,
+        kind=Kind.PATH,
+    ),
+    Setting(
         key="plots",
         option="--plots",
         metavar="DIR",
@@ -461,6 +470,8 @@ class ReportRequest:
     """``None``: standard output."""
     trace: Path | None = None
     """``None``: none is written."""
+    report: Path | None = None
+    """``None``: no page is written."""
     plots: Path | None = None
     """``None``: none are drawn."""
     statistics: bool = False

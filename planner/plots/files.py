@@ -42,7 +42,7 @@ def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -
     """
     path = Path(path)
     converter = load_converter()
-    chart = figure.to_dict() | {"config": chart_config(scheme)}
+    chart = figure.to_dict(validate=False) | {"config": chart_config(scheme)}
     match path.suffix.lower():
         case ".svg":
             write_output_file(path, converter.vegalite_to_svg(chart))

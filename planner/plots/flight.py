@@ -8,12 +8,13 @@ import numpy as np
 
 from planner import numbers
 from planner.plots.library import Chart, load_altair
-from planner.plots.tables import make_tables
+from planner.plots.tables import make_tables, with_data
 from planner.plots.theme import BLUE, GREEN, GREY, ORANGE, RED, STATE_COLOURS
 
 if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
-    from planner.plots.tables import FlightTables, Row
+    from planner.plots.places import Row
+    from planner.plots.tables import FlightTables
     from planner.service import CheckResult
 
 WIDTH, HEIGHT = 720, 200
@@ -33,11 +34,9 @@ def profile_figure(result: CheckResult) -> Chart:
     UsageError
         If nothing is flown, or Altair is missing.
     """
-    alt = load_altair()
     tables = make_tables(result)
-    return alt.vconcat(altitude_panel(tables), speed_panel(tables)).properties(
-        description="Altitude and ground speed over time"
-    )
+    panels = load_altair().vconcat(altitude_panel(tables), speed_panel(tables))
+    return with_data(panels.properties(description="Altitude and ground speed over time"), tables)
 
 
 def power_figure(result: CheckResult) -> Chart:
@@ -48,7 +47,8 @@ def power_figure(result: CheckResult) -> Chart:
     UsageError
         If nothing is flown, or Altair is missing.
     """
-    return power_panel(make_tables(result))
+    tables = make_tables(result)
+    return with_data(power_panel(tables), tables)
 
 
 def energy_figure(result: CheckResult) -> Chart:
@@ -59,15 +59,16 @@ def energy_figure(result: CheckResult) -> Chart:
     UsageError
         If nothing is flown, or Altair is missing.
     """
-    return energy_panel(make_tables(result))
+    tables = make_tables(result)
+    return with_data(energy_panel(tables), tables)
 
 
 def altitude_panel(tables: FlightTables) -> Chart:
     """Return the altitude over time, over the ground or, where that is not known, over home."""
     alt = load_altair()
     home_m = tables.case.route.home_amsl_m
-    flight = alt.Chart(_named(tables.flight, "flight"))
-    x = alt.X("time_min:Q").title(_TIME).scale(nice=False)
+    flight = alt.Chart(alt.NamedData("flight"))
+    x = _time_axis(tables)
     y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
     y = y.scale(zero=False, domain=_heights_m(tables), nice=False)
     home = alt.Chart(alt.InlineData(values=[{"home_amsl_m": round(home_m, 2)}])).encode(
@@ -97,10 +98,10 @@ def speed_panel(tables: FlightTables) -> Chart:
     """Return the ground speed over time."""
     alt = load_altair()
     line = (
-        alt.Chart(_named(tables.flight, "flight"))
+        alt.Chart(alt.NamedData("flight"))
         .mark_line(color=GREEN, strokeWidth=1.5)
         .encode(
-            x=alt.X("time_min:Q").title(_TIME).scale(nice=False),
+            x=_time_axis(tables),
             y=alt.Y("speed_m_s:Q").title("Ground speed [m/s]"),
         )
     )
@@ -110,12 +111,11 @@ def speed_panel(tables: FlightTables) -> Chart:
 def power_panel(tables: FlightTables) -> Chart:
     """Return the power over time on bands of the states."""
     alt = load_altair()
-    bands = alt.Chart(_named(tables.states, "states"))
-    start = alt.X("start_min:Q").title(_TIME).scale(nice=False)
+    bands = alt.Chart(alt.NamedData("states"))
     present = [state for state in STATE_COLOURS if any(r["state"] == state for r in tables.states)]
     layers = [
         bands.mark_rect(opacity=0.35).encode(
-            x=start,
+            x=_time_axis(tables, "start_min"),
             x2="end_min:Q",
             color=alt.Color("state:N")
             .title("State")
@@ -133,9 +133,9 @@ def power_panel(tables: FlightTables) -> Chart:
     ]
     if tables.case.vehicle.is_power_known:
         layers.append(
-            alt.Chart(_named(tables.flight, "flight"))
+            alt.Chart(alt.NamedData("flight"))
             .mark_line(color=RED, strokeWidth=1.5)
-            .encode(x=alt.X("time_min:Q").title(_TIME), y=alt.Y("power_w:Q").title("Power [W]"))
+            .encode(x=_time_axis(tables), y=alt.Y("power_w:Q").title("Power [W]"))
         )
     layers.append(
         alt.Chart(alt.InlineData(values=named))
@@ -148,7 +148,7 @@ def power_panel(tables: FlightTables) -> Chart:
 def energy_panel(tables: FlightTables) -> Chart:
     """Return the energy over time, with the way home, the battery and the reserve."""
     alt = load_altair()
-    x = alt.X("time_min:Q").title(_TIME).scale(nice=False)
+    x = _time_axis(tables)
     legend = alt.Legend(labelLimit=400, columns=1)
     domain = [_USED, _NEEDED]
     colour = alt.Color("curve:N", legend=legend).title("Energy")
@@ -170,8 +170,8 @@ def energy_panel(tables: FlightTables) -> Chart:
     layers = []
     if tables.case.vehicle.is_power_known:
         layers += [
-            curve(_named(tables.flight, "flight"), "used_wh", _USED),
-            curve(_named(tables.returns, "returns"), "needed_wh", _NEEDED),
+            curve(alt.NamedData("flight"), "used_wh", _USED),
+            curve(alt.NamedData("returns"), "needed_wh", _NEEDED),
         ]
     if (tightest := tightest_row(tables)) is not None:
         point = alt.Chart(alt.InlineData(values=[tightest])).encode(x=x, y="needed_wh:Q")
@@ -235,8 +235,10 @@ def _heights_m(tables: FlightTables) -> list[float]:
     return [round(low - room, 1), round(high + room, 1)]
 
 
-def _named(rows: list[Row], name: str) -> Chart:
-    return load_altair().InlineData(values=rows, name=name)
+def _time_axis(tables: FlightTables, column: str = "time_min") -> Chart:
+    whole_min = tables.flight[-1]["time_min"]
+    axis = load_altair().X(f"{column}:Q").title(_TIME)
+    return axis.scale(domain=[0.0, whole_min], nice=False)
 
 
 def _panel(chart: Chart, description: str) -> Chart:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.identify.battery import BatteryFit
     from planner.identify.outcome import Identification, ResponseEvidence
     from planner.identify.steady import SteadyPower
-    from planner.plots.tables import Row
+    from planner.plots.places import Row
     from planner.vehicle.model import VehicleModel
 
 WIDTH, HEIGHT = 640, 360

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner.plots.flight import altitude_panel, energy_panel, power_panel, speed_panel
 from planner.plots.site import map_panel
-from planner.plots.tables import make_tables
+from planner.plots.tables import make_tables, with_data
 
 if TYPE_CHECKING:
     from planner.plots.library import Chart
@@ -32,11 +32,12 @@ def mission_figures(result: CheckResult) -> dict[str, Chart]:
     UsageError
         If nothing is flown, or Altair is missing.
     """
-    return mission_panels(make_tables(result))
+    tables = make_tables(result)
+    return {name: with_data(panel, tables) for name, panel in mission_panels(tables).items()}
 
 
 def mission_panels(tables: FlightTables) -> dict[str, Chart]:
-    """Return every picture of tables by name."""
+    """Return every picture of tables by name, without the rows."""
     panels = {
         "map": map_panel(tables),
         "altitude": altitude_panel(tables),

@@ -17,15 +17,16 @@ from planner.flight.state import STATES
 from planner.flight.trace import sample_trace
 from planner.frozen import frozen
 from planner.mission.stage import StageKind
+from planner.plots.places import fence_rows, item_rows, place_rows, stretch_rows
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from planner.checks.case import Case
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.trace import Trace
+    from planner.plots.library import Chart
+    from planner.plots.places import Row
     from planner.service import CheckResult
-
-Row = dict[str, Any]
 
 MOST_ROWS = 2_400
 """Of a table over time; finer than the dots of a screen."""
@@ -55,6 +56,26 @@ class FlightTables:
     """Stretches of one state."""
     returns: list[Row]
     """What it would take to get home; empty where the power is not known."""
+    marks: list[Row]
+    """Items, home and rally points."""
+    fence: list[Row]
+    """Outlines of its areas."""
+    stretches: list[Row]
+    """Where over ground findings are."""
+
+    @property
+    def named(self) -> dict[str, list[Row]]:
+        """The rows that pictures name; those that hold any."""
+        rows = {
+            "flight": self.flight,
+            "path": self.path,
+            "states": self.states,
+            "returns": self.returns,
+            "marks": self.marks,
+            "fence": self.fence,
+            "stretches": self.stretches,
+        }
+        return {name: table for name, table in rows.items() if table}
 
 
 def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTables:
@@ -77,7 +98,20 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
         path=_path_rows(case, trace),
         states=_state_rows(case),
         returns=_return_rows(case, most_rows) if case.vehicle.is_power_known else [],
+        marks=item_rows(case) + place_rows(case),
+        fence=fence_rows(case),
+        stretches=stretch_rows(result),
     )
+
+
+def with_data(chart: Chart, tables: FlightTables) -> Chart:
+    """Return a chart with the rows it names: it can be shown as it is."""
+    text = str(chart.to_dict(validate=False))
+    # Set as an item: a property would have every row checked.
+    chart["datasets"] = {
+        name: rows for name, rows in tables.named.items() if f"'name': '{name}'" in text
+    }
+    return chart
 
 
 def _flight_rows(case: Case, trace: Trace, most_rows: int) -> list[Row]:

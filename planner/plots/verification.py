@@ -12,7 +12,7 @@ from planner.plots.theme import BLUE, GREY
 if TYPE_CHECKING:
     from planner.identify.verification import Verification
     from planner.logs.record import FlightRecord
-    from planner.plots.tables import Row
+    from planner.plots.places import Row
 
 WIDTH, HEIGHT = 720, 160
 """Of a panel. [px]"""

@@ -82,7 +82,7 @@ _RETURN_KEYS = (
 )
 _POINT_KEYS = ("item", "time_s", "along_m", "leg_m", "latitude_deg", "longitude_deg")
 _COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
-_ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
+ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
 
 
 def check_json(
@@ -92,7 +92,7 @@ def check_json(
     with_statistics: bool = False,
 ) -> str:
     """Return all missions of a call as one JSON document, if asked with a count of each code."""
-    document: Document = {"missions": [_mission(result) for result in results]}
+    document: Document = {"missions": [mission_document(result) for result in results]}
     if with_statistics:
         document["statistics"] = [
             values(one, _COUNT_KEYS) | {"severity": one.severity.label}
@@ -103,12 +103,12 @@ def check_json(
 
 def check_json_lines(results: Sequence[CheckResult | UnreadableMission], *, version: str) -> str:
     """Return one JSON document per line and mission, each complete in itself."""
-    return "".join(json_text(envelope(version) | _mission(result)) for result in results)
+    return "".join(json_text(envelope(version) | mission_document(result)) for result in results)
 
 
 def segments_json(result: CheckResult, *, version: str) -> str:
     """Return the decomposition of one mission as a JSON document."""
-    mission = _mission(result)
+    mission = mission_document(result)
     keys = ("file", "vehicle", "conditions", "segments")
     return json_text(envelope(version) | {key: mission[key] for key in keys}, indent=2)
 
@@ -130,7 +130,8 @@ def figures(result: CheckResult | UnreadableMission) -> Document:
     }
 
 
-def _mission(result: CheckResult | UnreadableMission) -> Document:
+def mission_document(result: CheckResult | UnreadableMission) -> Document:
+    """Return one mission under the keys of the contract."""
     # What is unknown keeps its keys: scripts meet null, not a missing key.
     flown = result if isinstance(result, CheckResult) else None
     conditions = value(flown, "conditions")
@@ -155,7 +156,7 @@ def _mission(result: CheckResult | UnreadableMission) -> Document:
         "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
-        "items": [values(one, _ITEM_KEYS) for one in (flown.items if flown else ())],
+        "items": [values(one, ITEM_KEYS) for one in (flown.items if flown else ())],
         "findings": [finding_document(finding) for finding in result.findings],
         "suppressed": [
             finding_document(finding) | {"suppression": value(finding, "suppression")}

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from planner import numbers
 from planner.checks.energy import destination_name, place_along, reserve_name
 from planner.findings import Severity
-from planner.flight.state import STATES
 from planner.report.finding_text import closing_line, finding_lines, note_lines
 from planner.report.finding_text import tally as finding_tally
+from planner.report.phases import flight_phases
 from planner.report.plain_text import printable
 from planner.report.table import table_lines
 from planner.service import CheckResult
@@ -248,26 +248,16 @@ def _give_or_take(shown: Callable[[float | None], str], mean: float | None, sd: 
 
 
 def _phase_lines(result: CheckResult) -> list[str]:
-    totals = result.totals
-    phases: list[tuple[str, int, float, float, float]] = []
-    for state in STATES:
-        segments = [segment for segment in result.segments if segment.state is state]
-        if segments:
-            time_s = sum(segment.duration_s for segment in segments)
-            distance_m = sum(segment.distance_m for segment in segments)
-            energy_wh = sum(segment.energy_wh for segment in segments)
-            phases.append((state, len(segments), time_s, distance_m, energy_wh))
-    whole = ("total", len(result.segments), totals.time_s, totals.distance_m, totals.energy_wh)
     rows = [
         (
-            phase,
-            str(number),
-            numbers.duration(time_s),
-            numbers.distance(distance_m),
-            numbers.energy(energy_wh),
-            numbers.percent(energy_wh / totals.energy_wh if totals.energy_wh else None),
+            phase.state,
+            str(phase.segments),
+            numbers.duration(phase.time_s),
+            numbers.distance(phase.distance_m),
+            numbers.energy(phase.energy_wh),
+            numbers.percent(phase.energy_fraction),
         )
-        for phase, number, time_s, distance_m, energy_wh in (*phases, whole)
+        for phase in flight_phases(result)
     ]
     heads = ("Phase", "count", "time", "distance", "energy", "share")
     return table_lines([heads, *rows], alignment="<>>>>>")

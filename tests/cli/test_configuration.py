@@ -84,6 +84,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         output = "out/report.json"
         trace = "out/trace.csv"
         plots = "out/pictures"
+        report = "out/report.html"
         statistics = true
         exit_zero = true
         [per_file_ignores]
@@ -127,6 +128,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert report.output == path.parent / "out/report.json"
     assert report.trace == path.parent / "out/trace.csv"
     assert report.plots == path.parent / "out/pictures"
+    assert report.report == path.parent / "out/report.html"
     assert request.with_trace
 
 

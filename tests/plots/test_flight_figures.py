@@ -162,10 +162,7 @@ def test_a_metre_is_as_long_eastwards_as_northwards(out: CheckResult, survey: Ch
 
 def test_the_map_shows_the_fence_and_the_stretch_a_finding_is_about(out: CheckResult) -> None:
     [index] = [n for n, finding in enumerate(out.findings) if finding.code == "F102"]
-    data = {
-        layer["data"]["name"]: layer["data"].get("values", [])
-        for layer in plots.map_figure(out).to_dict()["layer"]
-    }
+    data = plots.map_figure(out).to_dict()["datasets"]
     stretch = [row for row in data["stretches"] if row["finding"] == index]
     assert [row["order"] for row in stretch] == [0, 1]
     found = out.findings[index].stretch

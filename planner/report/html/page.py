@@ -1,0 +1,173 @@
+"""The page put together: one file with its style, its script and its data, and nothing from elsewhere.
+
+What stands in it is escaped by the template; its own scripts are named in its Content-Security-Policy
+by their hashes, so that no other text of the page can ever run, and nothing is fetched.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planner.errors import UsageError
+from planner.plots.library import load_altair, load_converter
+from planner.plots.theme import chart_config
+from planner.report.html.mission import badness, mission_view, tally_text
+from planner.report.html.quantities import FIGURES, Quantity, shown_number
+from planner.report.json_report import mission_document
+from planner.report.plain_text import printable, well_formed
+from planner.report.text import headline, tally
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from datetime import datetime
+
+    from planner.service import CheckResult, UnreadableMission
+
+    Results = Sequence[CheckResult | UnreadableMission]
+
+_FOLDER = Path(__file__).parent
+_BUNDLE = "window.vegaEmbed = vegaEmbed;"
+"""What the page uses of the plotting library, which is bundled with all it needs."""
+_ROWS_OF_ONE, _ROWS_OF_ALL = 1_750, 7_000
+"""Rows of the tables behind the pictures: of a mission, and of all missions of a page together."""
+_FEWEST_ROWS = 140
+_OVERVIEW = ("totals.time_s", "totals.energy_wh", "battery.used_fraction", "battery.margin_wh")
+
+
+def refuse_without_libraries() -> None:
+    """Raise ``UsageError`` where the libraries of ``mavjoule[report]`` are not installed."""
+    load_altair()
+    load_converter()
+    try:
+        import jinja2  # noqa: F401 - only whether it is there
+    except ImportError as error:
+        msg = "pages need the libraries of mavjoule[report]: pip install 'mavjoule[report]'"
+        raise UsageError(msg) from error
+
+
+def check_html(
+    results: Results,
+    *,
+    version: str,
+    made_at: datetime,
+    sha256: Mapping[str, str] | None = None,
+    sections: Sequence[str] = (),
+) -> str:
+    """Return all missions of a call as a page.
+
+    Parameters
+    ----------
+    results : sequence of CheckResult or UnreadableMission
+        In the order of the call; several are led by an overview, worst first.
+    version : str
+        Of this program.
+    made_at : datetime
+        When.
+    sha256 : mapping of str to str, optional
+        Hashes of the missions' files by their names, in hexadecimal.
+    sections : sequence of markupsafe.Markup
+        More of the page, after the overview: such as `planner.report.html.comparison` makes.
+
+    Raises
+    ------
+    UsageError
+        If a library of ``mavjoule[report]`` is missing.
+    """
+    refuse_without_libraries()
+    hashes = sha256 or {}
+    rows = max(min(_ROWS_OF_ONE, _ROWS_OF_ALL // max(len(results), 1)), _FEWEST_ROWS)
+    missions = [
+        mission_view(result, number=number, sha256=hashes.get(result.file, ""), most_rows=rows)
+        for number, result in enumerate(results)
+    ]
+    style, script = (_text(name) for name in ("page.css", "page.js"))
+    scripts = [plotting_bundle(), script] if any(view.charts for view in missions) else [script]
+    text = template("page.html.j2").render(
+        title=tally(results) if len(results) != 1 else missions[0].file,
+        tally=tally(results),
+        missions=missions,
+        overview=_overview(results),
+        sections=sections,
+        style=style,
+        scripts=scripts,
+        policy=_policy(scripts),
+        config=_json(chart_config("page")),
+        payloads=[_json(view.payload) for view in missions],
+        version=version,
+        made_at=made_at.strftime("%Y-%m-%d %H:%M %Z").strip(),
+    )
+    return well_formed(text)
+
+
+@cache
+def plotting_bundle() -> str:
+    """Return the plotting library as a script that needs nothing else."""
+    bundle: str = load_converter().javascript_bundle(_BUNDLE)
+    return bundle.replace("</script", "<\\/script")
+
+
+def template(name: str) -> Any:  # noqa: ANN401 - jinja2 is loaded late
+    """Return a template of the page; all it is given is escaped."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["printable"] = printable
+    return environment.get_template(name)
+
+
+def _overview(results: Results) -> list[dict[str, object]]:
+    """Return a row for each mission, worst first; none for a page of one mission."""
+    if len(results) < 2:
+        return []
+    quantities = {one.path: one for _, members in FIGURES for one in members}
+    order = sorted(range(len(results)), key=lambda number: badness(results[number]))
+    return [
+        {
+            "rank": rank,
+            "number": number,
+            "file": results[number].file,
+            "verdict": results[number].verdict,
+            "headline": headline(results[number]),
+            "numbers": [(path, _shown(results[number], quantities[path])) for path in _OVERVIEW],
+            "findings": tally_text(results[number]),
+        }
+        for rank, number in enumerate(order, start=1)
+    ]
+
+
+def _shown(result: CheckResult | UnreadableMission, quantity: Quantity) -> object:
+    return shown_number(mission_document(result), quantity)
+
+
+def _text(name: str) -> str:
+    return (_FOLDER / name).read_text(encoding="utf-8")
+
+
+def _policy(scripts: Sequence[str]) -> str:
+    """Return the page's policy: its own scripts run, nothing is fetched."""
+    hashes = (
+        base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+        for script in scripts
+    )
+    allowed = " ".join(f"'sha256-{one}'" for one in hashes)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _json(value: object) -> str:
+    """Return JSON that cannot end the element it stands in."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

@@ -1,0 +1,395 @@
+"""The page in a browser: its numbers are the JSON's, it fetches nothing, and everyone can use it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from axe_core_python.base import AXE_FILE_PATH  # type: ignore[import-untyped]  # has no types
+
+from planner import numbers
+from planner.flight.conditions import Conditions
+from planner.physics.wind import Wind
+from planner.report.html.page import check_html
+from planner.report.html.quantities import FIGURES
+from planner.report.json_report import check_json
+from planner.service import CheckRequest, check_file
+from planner.vehicle.battery import Battery
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from selenium.webdriver import Chrome
+
+    from planner.service import CheckResult, UnreadableMission
+
+    Result = CheckResult | UnreadableMission
+
+MISSIONS = Path(__file__).resolve().parents[2] / "missions"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DRIVER = shutil.which("chromedriver")
+END, ENTER = "\ue010", "\ue007"
+"""Keys, as WebDriver names them."""
+PHONE_PX = 390
+WAIT_S = 30.0
+"""Far more than a page takes; a machine may be busy."""
+ATTACK = "<script>document.title='taken'<x>.plan"
+"""What a file may be called where no slash is allowed."""
+
+pytestmark = pytest.mark.skipif(
+    CHROMIUM is None or DRIVER is None, reason="chromium and chromedriver are not installed"
+)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chrome]:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM or ""
+    for flag in (
+        "headless=new",
+        "no-sandbox",
+        "disable-gpu",
+        "disable-dev-shm-usage",
+        "disable-background-networking",
+        "disable-component-update",
+        "disable-sync",
+        "no-first-run",
+        "window-size=1200,900",
+        f"user-data-dir={tmp_path_factory.mktemp('profile')}",
+    ):
+        options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A survey in a fence that its eastern turns cross, with a rally point, and a broken file."""
+    folder = tmp_path_factory.mktemp("missions")
+    plan = json.loads((MISSIONS / "survey-vineyard.plan").read_text(encoding="utf-8"))
+    [polygon] = plan["geoFence"]["polygons"]
+    east_deg = max(corner[1] for corner in polygon["polygon"])
+    for corner in polygon["polygon"]:
+        corner[1] -= 0.0016 if corner[1] == east_deg else 0.0
+    home = plan["mission"]["plannedHomePosition"]
+    plan["rallyPoints"]["points"].append([home[0] + 0.0005, home[1], 40.0])
+    (folder / ATTACK).write_text(json.dumps(plan), encoding="utf-8")
+    (folder / "broken.plan").write_text(
+        "{'</script><script>document.title=1</script>': ", encoding="utf-8"
+    )
+    return folder
+
+
+def checked(path: Path, *, battery: bool = True) -> Result:
+    return check_file(
+        path,
+        CheckRequest(
+            battery=Battery(capacity_wh=77.0) if battery else None,
+            conditions=Conditions(wind=Wind(speed_m_s=4.0, from_deg=200.0)),
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def survey(folder: Path) -> Result:
+    return checked(folder / ATTACK)
+
+
+def written(folder: Path, *results: Result) -> str:
+    """Write the page of results, and return its address."""
+    path = folder / f"page-{len(results)}-{abs(hash(results[0].file))}.html"
+    made_at = datetime(2026, 1, 2, 3, 4, tzinfo=UTC)
+    path.write_text(check_html(results, version="1.2.3", made_at=made_at), encoding="utf-8")
+    return path.as_uri()
+
+
+@pytest.fixture(scope="module")
+def address(folder: Path, survey: Result) -> str:
+    return written(folder, survey)
+
+
+def opened(browser: Chrome, address: str, *, scheme: str = "light", width: int = 0) -> None:
+    """Open a page and wait until its pictures are drawn."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    browser.execute_cdp_cmd(
+        "Emulation.setEmulatedMedia",
+        {"features": [{"name": "prefers-color-scheme", "value": scheme}]},
+    )
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    if width:
+        size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.get(
+        "about:blank"
+    )  # else an address that differs in its anchor alone is not loaded anew
+    browser.get(address)
+    waiting = "article[data-mission]:not([data-drawn]) [data-chart]"
+    WebDriverWait(browser, WAIT_S).until(
+        lambda driver: driver.execute_script(f"return !document.querySelector('{waiting}')")
+    )
+
+
+def messages(browser: Chrome, log: str = "browser") -> list[str]:
+    """Return what a log of the browser holds, and empty it."""
+    entries = browser.get_log(log)  # type: ignore[no-untyped-call]  # selenium has no type for it
+    return [entry["message"] for entry in entries]
+
+
+def shown(browser: Chrome) -> list[tuple[str, str, str]]:
+    """Return path, value and text of every number that says which of the JSON it is."""
+    found = browser.execute_script(
+        "return [...document.querySelectorAll('data[data-key]')]"
+        ".map(one => [one.dataset.key, one.value, one.textContent])"
+    )
+    return [(key, value, text) for key, value, text in found]
+
+
+def at(document: Any, path: str) -> Any:  # noqa: ANN401 - whatever JSON holds
+    for key in path.split("."):
+        document = document[int(key) if isinstance(document, list) else key]
+    return document
+
+
+def test_every_number_of_the_page_is_that_of_the_json(
+    browser: Chrome, survey: Result, address: str
+) -> None:
+    document = json.loads(check_json([survey], version="1.2.3"))
+    opened(browser, address)
+    texts = {one.path: one.text for _, members in FIGURES for one in members}
+    found = shown(browser)
+    for path, value, text in found:
+        assert float(value) == at(document, path), path
+        key = path.split(".", 2)[2]
+        assert text == texts[key](float(value))
+    told = {path for path, _, _ in found}
+    for section in ("totals", "battery", "return", "conditions"):
+        for key, value in document["missions"][0][section].items():
+            if value is not None and not ("_sd_" in key and value == 0.0):
+                assert f"missions.0.{section}.{key}" in told
+    assert len(told) > 30
+
+
+def test_states_add_up_to_the_segments_of_the_json(
+    browser: Chrome, survey: Result, address: str
+) -> None:
+    segments = json.loads(check_json([survey], version="1"))["missions"][0]["segments"]
+    opened(browser, address)
+    rows = browser.execute_script(
+        "return [...document.querySelectorAll('tr[data-phase]')].map(row => [row.dataset.phase,"
+        "Object.fromEntries([...row.querySelectorAll('data')]"
+        ".map(one => [one.dataset.column, [one.value, one.textContent]]))])"
+    )
+    assert {row[0] for row in rows} == {one["state"] for one in segments} | {"total"}
+    for state, columns in rows:
+        own = [one for one in segments if state in {one["state"], "total"}]
+        assert int(columns["segments"][0]) == len(own)
+        for column, key in (
+            ("time_s", "duration_s"),
+            ("distance_m", "distance_m"),
+            ("energy_wh", "energy_wh"),
+        ):
+            value, text = columns[column]
+            assert float(value) == pytest.approx(sum(one[key] for one in own), rel=1e-9)
+            if column == "energy_wh":
+                assert text == numbers.energy(float(value))
+
+
+@pytest.mark.parametrize("name", ["segments", "items"])
+def test_long_tables_hold_every_row_of_the_json(
+    browser: Chrome, survey: Result, address: str, name: str
+) -> None:
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    rows = json.loads(check_json([survey], version="1"))["missions"][0][name]
+    opened(browser, address)
+    details = browser.find_element("css selector", f"details[data-long={name}]")
+    details.find_element("css selector", "summary").click()
+    WebDriverWait(browser, WAIT_S).until(lambda _: details.get_attribute("data-filled") == "true")
+    cells = browser.execute_script(
+        "return [...arguments[0].querySelectorAll('tbody tr')].map(row => [...row.cells]"
+        ".map(cell => cell.firstElementChild ? Number(cell.firstElementChild.value)"
+        " : cell.textContent))",
+        details,
+    )
+    expected = [
+        [numbers.ABSENT if value is None else value for value in row.values()] for row in rows
+    ]
+    assert cells == expected
+
+
+def test_the_page_says_nothing_to_the_console_and_asks_nobody(
+    browser: Chrome, address: str
+) -> None:
+    messages(browser)
+    messages(browser, "performance")
+    opened(browser, address)
+    events = [json.loads(one)["message"] for one in messages(browser, "performance")]
+    asked = {
+        event["params"]["request"]["url"]
+        for event in events
+        if event["method"] == "Network.requestWillBeSent"
+    }
+    assert address in asked, "requests are seen"
+    assert {url for url in asked if not url.startswith(("file:", "about:", "data:"))} == set()
+    assert {url for url in asked if url.startswith("file:")} == {address}
+    assert messages(browser) == []
+
+
+def test_nothing_of_a_file_becomes_part_of_the_page(
+    browser: Chrome, folder: Path, survey: Result, address: str
+) -> None:
+    opened(browser, address)
+    assert browser.title == f"{survey.file} · mavjoule"
+    assert browser.find_element("css selector", "h1 .file").text == survey.file
+    assert browser.execute_script("return document.querySelectorAll('x').length") == 0
+    broken = checked(folder / "broken.plan")
+    opened(browser, written(folder, broken))
+    assert browser.title == f"{broken.file} · mavjoule"
+    assert browser.find_element("css selector", ".verdict").text.endswith("NO-GO")
+    assert "X901" in browser.find_element("css selector", ".finding").text
+    assert messages(browser) == []
+
+
+def test_a_policy_lets_no_other_script_run(browser: Chrome, address: str) -> None:
+    opened(browser, address)
+    browser.execute_script(
+        "const script = document.createElement('script');"
+        "script.textContent = \"document.title = 'taken'\"; document.body.append(script);"
+    )
+    assert browser.title != "taken"
+    assert any("Content Security Policy" in message for message in messages(browser))
+
+
+def test_a_click_on_a_finding_shows_its_place(
+    browser: Chrome, survey: Result, address: str
+) -> None:
+    opened(browser, address)
+    [number] = [n for n, finding in enumerate(survey.findings) if finding.code == "F101"]
+    marks = ".chart.map .focus_marks path"
+    assert browser.find_elements("css selector", marks) == []
+    button = browser.find_element("css selector", f"button.show[data-finding='{number}']")
+    button.click()
+    assert button.get_attribute("aria-pressed") == "true"
+    card = browser.find_element("css selector", f"#mission-0-finding-{number}")
+    assert "shown" in (card.get_attribute("class") or "")
+    waiting = until(browser, f"return document.querySelectorAll('{marks}').length")
+    assert waiting == 1
+    assert until(browser, "return document.querySelectorAll('.power .focus_marks path').length")
+    button.click()
+    assert button.get_attribute("aria-pressed") == "false"
+    until(browser, f"return document.querySelectorAll('{marks}').length === 0")
+
+
+def until(browser: Chrome, script: str) -> object:
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    return WebDriverWait(browser, WAIT_S).until(lambda driver: driver.execute_script(script))
+
+
+def test_the_slider_tells_the_flight_at_its_time(
+    browser: Chrome, survey: Result, address: str
+) -> None:
+    opened(browser, address)
+    slider = browser.find_element("css selector", "input[type=range]")
+    slider.send_keys(END)
+    text = browser.find_element("css selector", "output").text
+    document = json.loads(check_json([survey], version="1"))["missions"][0]
+    assert f"{document['totals']['time_s'] / 60.0:.2f} min" in text
+    assert f"{document['totals']['energy_wh']:.2f} Wh used" in text
+    assert "land" in text
+    for chart in ("map", "altitude", "power", "energy"):
+        assert until(
+            browser, f"return document.querySelectorAll('.{chart} .cursor_marks > *').length"
+        )
+
+
+def test_the_map_can_be_zoomed_with_the_keyboard_and_back(browser: Chrome, address: str) -> None:
+    opened(browser, address)
+    label = (
+        "return [...document.querySelectorAll('.map .role-axis-label text')]"
+        ".map(one => one.textContent).sort().join()"
+    )
+    before = browser.execute_script(label)
+    zoom_in, _, whole = browser.find_elements("css selector", ".zoom button")
+    zoom_in.send_keys(ENTER)
+    until(browser, f"{label} !== '{before}'")
+    whole.send_keys(ENTER)
+    until(browser, f"{label} === '{before}'")
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 0), ("dark", 0), ("light", PHONE_PX)])
+def test_axe_finds_nothing_serious(browser: Chrome, address: str, scheme: str, width: int) -> None:
+    opened(browser, address, scheme=scheme, width=width)
+    for summary in browser.find_elements("css selector", "summary"):
+        browser.execute_script("arguments[0].parentElement.open = true", summary)
+    browser.execute_script(Path(AXE_FILE_PATH).read_text(encoding="utf-8"))
+    found = browser.execute_async_script(
+        "const done = arguments[arguments.length - 1];"
+        "axe.run({resultTypes: ['violations']}).then(result => done(result.violations))"
+    )
+    grave = [
+        (one["id"], [node["html"][:200] for node in one["nodes"]][:3])
+        for one in found
+        if one["impact"] in {"serious", "critical"}
+    ]
+    assert grave == []
+
+
+def test_a_phone_does_not_scroll_sideways(browser: Chrome, address: str) -> None:
+    opened(browser, address, width=PHONE_PX)
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= PHONE_PX
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pictures_take_the_ink_of_the_page(browser: Chrome, address: str, scheme: str) -> None:
+    opened(browser, address, scheme=scheme)
+    ink = "return getComputedStyle(document.querySelector('{}')).{}"
+    label = browser.execute_script(ink.format(".map .role-axis-label text", "fill"))
+    assert label == browser.execute_script(ink.format("body", "color"))
+
+
+def test_a_printed_page_takes_two_or_three_sheets(browser: Chrome, address: str) -> None:
+    opened(browser, address)
+    printed = browser.execute_cdp_cmd(
+        "Page.printToPDF", {"printBackground": True, "preferCSSPageSize": True}
+    )
+    sheets = re.findall(rb"/Type\s*/Page\b", base64.b64decode(printed["data"]))
+    assert len(sheets) in {2, 3}
+
+
+def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
+    browser: Chrome, folder: Path, survey: Result
+) -> None:
+    fine = checked(MISSIONS / "survey-vineyard.plan")
+    results = [fine, survey, checked(folder / "broken.plan")]
+    opened(browser, written(folder, *results))
+    assert browser.find_element("css selector", "h1").text == "3 missions: 1 GO, 2 NO-GO"
+    files = (
+        "return [...document.querySelectorAll('#overview tbody th')].map(one => one.textContent)"
+    )
+    names = [result.file for result in results]
+    assert browser.execute_script(files) == [names[2], names[1], names[0]]
+    document = json.loads(check_json(results, version="1"))
+    for path, value, _ in shown(browser):
+        assert float(value) == at(document, path)
+    heads = browser.find_elements("css selector", "#overview thead button")
+    heads[4].click()  # energy, least first; what has none stands last
+    assert browser.execute_script(files)[2] == names[2]
+    heads[0].click()
+    assert browser.execute_script(files) == [names[2], names[1], names[0]]
+    browser.find_element("link text", names[0]).click()
+    until(browser, "return document.querySelector('#mission-0').open")
+    until(browser, "return document.querySelector('#mission-0').dataset.drawn")
+    assert messages(browser) == []
