@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from planner.autopilot import Autopilot, Target
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
-from planner.checks.registry import check_case
+from planner.checks.registry import check_case, check_unflown
 from planner.checks.selection import Selection
 from planner.errors import MissionFileError, OtherVehicleError, UsageError
 from planner.findings import Severity
@@ -369,7 +369,11 @@ def check(
             risk=risk,
             charge_sd=charge_sd,
         )
-        findings += check_case(case, selection)
+    findings += (
+        check_unflown(mission, flown_by, flown_with)
+        if case is None
+        else check_case(case, selection)
+    )
     reported, suppressed = selection.divide(findings, file=mission.source)
     return CheckResult(
         file=mission.source,

@@ -157,17 +157,6 @@ ARMING_REFUSED = Rule(
     fix="charge the battery, or correct the parameter",
 )
 
-RETURN_NOT_MODELLED = Rule(
-    code="E115",
-    name="return-not-modelled",
-    severity=Severity.WARNING,
-    summary="The vehicle returns in a way that is not predicted; the straight way home is.",
-    why="A return that follows the mission, or ends at its landing, can be longer than the straight way.",
-    how="RTL_TYPE 2 and 4 follow the mission; 1 and 3 may end at its landing (PX4).",
-    example="RTL_TYPE 2 returns along the mission: the straight way home is predicted",
-    fix="set RTL_TYPE to 0, or keep a reserve for the longer way",
-)
-
 HOVER_THROTTLE_HIGH = Rule(
     code="E116",
     name="hover-throttle-high",

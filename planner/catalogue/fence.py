@@ -145,12 +145,9 @@ FENCE_IN_PART = Rule(
     severity=Severity.INFO,
     summary="Something about the fence could not be checked.",
     why="A check that is silent about what it leaves out is read as a check of everything.",
-    how=(
-        "Returns that follow the mission or fly to its landing (PX4's RTL_TYPE other than 0 and 5) are "
-        "not laid out; without a planned home the way home is that to where the flight starts."
-    ),
-    example="RTL_TYPE 2 returns along the mission: only straight ways home are checked",
-    fix="look at the return by hand",
+    how=("Without a planned home the way home is that to where the flight starts."),
+    example="the file says no home: ways home are taken from where the flight starts",
+    fix="save the mission with its planned home",
 )
 
 FENCE_HEIGHT = Rule(

@@ -40,17 +40,6 @@ ITEMS_NOT_FLOWN = Rule(
     fix="move the items before the landing, or delete them",
 )
 
-RETURN_ASSUMED = Rule(
-    code="T105",
-    name="return-height-assumed",
-    severity=Severity.INFO,
-    summary="The height of the flight home is assumed.",
-    why="How high a vehicle returns is set in the vehicle, not in the mission.",
-    how="Without autopilot parameters the return is flown at the height of the last item.",
-    example="item 8 returns at 50.0 m above home: no return height is known",
-    fix="give the vehicle's parameters with --params",
-)
-
 JUMPS_TOO_LONG = Rule(
     code="T106",
     name="jumps-too-long",

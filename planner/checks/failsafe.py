@@ -12,7 +12,6 @@ from planner.catalogue.energy import (
     FAILSAFE_BEFORE_END,
     HOVER_THROTTLE_HIGH,
     RALLY_UNREACHABLE,
-    RETURN_NOT_MODELLED,
 )
 from planner.checks.energy import place_along
 from planner.findings import Severity
@@ -24,7 +23,6 @@ from planner.flight.failsafe import (
     px4_events,
 )
 from planner.flight.state import STATE_INDEX, FlightState
-from planner.mission.commands import Command
 from planner.mission.stage import StageKind
 from planner.vehicle.parameter_table import OriginKind
 from planner.vehicle.px4_parameters import Px4Parameters
@@ -39,8 +37,6 @@ if TYPE_CHECKING:
 _MOST_RALLY_PLACES = 200
 _MOST_HOVER_THRUST = 0.7
 """Share of the thrust above which a hover leaves too little for control. [-]"""
-_FOLLOWS_MISSION = frozenset({2, 4})
-_MAY_USE_LANDING = frozenset({1, 3})
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
@@ -163,26 +159,6 @@ def check_rally(case: Case) -> Iterator[Finding]:
             )
 
 
-def check_return_type(case: Case) -> Iterator[Finding]:
-    """Yield that PX4 returns another way than the straight one predicted."""
-    parameters = case.parameters
-    if not isinstance(parameters, Px4Parameters):
-        return
-    kind = parameters.return_type
-    has_landing = any(
-        item.command in {Command.DO_LAND_START, Command.NAV_LAND} for item in case.mission.items
-    )
-    if kind in _FOLLOWS_MISSION:
-        what = "returns along the mission"
-    elif kind in _MAY_USE_LANDING and has_landing:
-        what = "may return to the mission's landing"
-    else:
-        return
-    yield RETURN_NOT_MODELLED.finding(
-        f"RTL_TYPE {kind} {what}: the straight way home or to a rally point is predicted"
-    )
-
-
 def check_hover_throttle(case: Case) -> Iterator[Finding]:
     """Yield where hovering takes more of the thrust than leaves room for control."""
     parameters, pack, discharge = case.parameters, case.pack, case.discharge
@@ -214,7 +190,6 @@ FAILSAFE_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_failsafes,
     check_arming,
     check_rally,
-    check_return_type,
     check_hover_throttle,
 )
 """What is asked of cases with an autopilot's parameters and a battery."""

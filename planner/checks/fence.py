@@ -5,15 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.autopilot import Autopilot
-from planner.catalogue.fence import (
-    FENCE_OFF,
-    FENCE_TOO_LARGE,
-    HOME_OUTSIDE,
-    LOITER_CROSSES,
-    PATH_CROSSES,
-    RALLY_OUTSIDE,
-)
+from planner.catalogue.fence import LOITER_CROSSES, PATH_CROSSES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,12 +14,6 @@ if TYPE_CHECKING:
     from planner.checks.fenced_flight import FencedFlight
     from planner.findings import Finding
     from planner.geo.barrier import Barrier
-    from planner.geo.fence import Fence
-
-_PX4_POINTS = 64
-"""Points PX4 stores (``DM_KEY_FENCE_POINTS_MAX``); 16 on small boards."""
-_ARDUPILOT_VERTICES = 255
-"""ArduPilot counts the vertices of a polygon in one byte."""
 
 
 def check_fence(case: Case) -> Iterator[Finding]:
@@ -46,13 +32,16 @@ def check_fence(case: Case) -> Iterator[Finding]:
 
         yield from check_fence_heights(case)
     if fence:
-        yield from _check_size(case.autopilot, fence)
-        yield from _check_enforcement(case)
+        from planner.checks.fence_alone import check_enforcement, check_size
+
+        yield from check_size(case.autopilot, fence)
+        yield from check_enforcement(case.parameters)
     yield from _check_flight(case)
 
 
 def _check_flight(case: Case) -> Iterator[Finding]:
     """Yield what is wrong with the areas of the fence, with home, rally points and the flight."""
+    from planner.checks.fence_alone import check_places
     from planner.checks.fence_returns import check_returns, unchecked_returns
     from planner.checks.fenced_flight import make_fenced_flight
     from planner.checks.stop_buffer import check_stop_buffer
@@ -63,59 +52,17 @@ def _check_flight(case: Case) -> Iterator[Finding]:
     barriers = [barrier for barrier in flown.area.barriers if not flown.is_clear_of(barrier)]
     if not barriers:
         return
-    yield from _check_places(flown, barriers)
+    home = case.route.frame
+    yield from check_places(
+        flown.frame,
+        barriers,
+        home_deg=(home.latitude_deg, home.longitude_deg),
+        rally=case.mission.rally,
+    )
     crossing, findings = _crossings(flown, barriers)
     yield from findings
     yield from check_stop_buffer(flown, barriers, crossing)
     yield from check_returns(flown, barriers, crossing)
-
-
-def _check_size(autopilot: Autopilot, fence: Fence) -> Iterator[Finding]:
-    """Yield a finding where the autopilot cannot hold all of a fence."""
-    if autopilot is Autopilot.PX4:
-        points = sum(len(p.vertices_deg) for p in fence.polygons) + len(fence.circles)
-        if points > _PX4_POINTS:
-            yield FENCE_TOO_LARGE.finding(f"the fence has {points} points, PX4 holds {_PX4_POINTS}")
-    elif autopilot is Autopilot.ARDUPILOT:
-        for polygon in fence.polygons:
-            if len(polygon.vertices_deg) > _ARDUPILOT_VERTICES:
-                yield FENCE_TOO_LARGE.finding(
-                    f"a polygon of the fence has {len(polygon.vertices_deg)} vertices, ArduPilot "
-                    f"counts to {_ARDUPILOT_VERTICES}",
-                    place=polygon.place,
-                )
-                return
-
-
-def _check_enforcement(case: Case) -> Iterator[Finding]:
-    """Yield a finding where the parameters leave the fence without effect."""
-    if case.parameters is None:
-        return
-    from planner.checks.fence_settings import why_not_enforced
-
-    reason = why_not_enforced(case.parameters)
-    if reason is not None:
-        yield FENCE_OFF.finding(reason)
-
-
-def _check_places(flown: FencedFlight, barriers: list[Barrier]) -> Iterator[Finding]:
-    """Yield findings where home or a rally point is outside."""
-    for index, place in enumerate(flown.targets_m):
-        distance_m = [float(barrier.signed_distance_m(place[None])[0]) for barrier in barriers]
-        if min(distance_m) >= 0.0:
-            continue
-        worst = distance_m.index(min(distance_m))
-        message = f"{numbers.distance(-distance_m[worst])} beyond {barriers[worst].label}"
-        if index == 0:
-            yield HOME_OUTSIDE.finding(
-                f"home is {message}", stretch=flown.stretch(place, place, -distance_m[worst])
-            )
-        else:
-            yield RALLY_OUTSIDE.finding(
-                f"rally point {index} is {message}",
-                place=flown.case.mission.rally[index - 1].place,
-                stretch=flown.stretch(place, place, -distance_m[worst]),
-            )
 
 
 def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], list[Finding]]:

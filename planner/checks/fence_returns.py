@@ -11,7 +11,6 @@ from planner.catalogue.fence import FENCE_IN_PART, RTL_PATH_CROSSES
 from planner.checks.fenced_flight import straight_legs
 from planner.geo.swept_area import swept_areas
 from planner.mission.stage import StageKind
-from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,17 +29,12 @@ def own_return(case: Case, item: int) -> bool:
 
 
 def unchecked_returns(case: Case) -> Iterator[Finding]:
-    """Yield a finding where returns are others than the straight ones home, or home is not known."""
+    """Yield a finding where it is not known where home is."""
     if case.mission.home is None:
         yield FENCE_IN_PART.finding(
             "the file says no home: ways home, and distances from home, are taken from where the "
             "flight starts",
             fix="save the mission with its planned home",
-        )
-    elif isinstance(case.parameters, Px4Parameters) and case.parameters.return_type not in {0, 5}:
-        yield FENCE_IN_PART.finding(
-            f"RTL_TYPE {case.parameters.return_type} returns along the mission or to its landing: "
-            "only straight ways home are checked against the fence"
         )
 
 

@@ -21,8 +21,7 @@ from planner.geo.ardupilot_lines import bow_m, straight_length_m
 from planner.geo.barrier import CircleBarrier
 from planner.geo.fence import Fence
 from planner.geo.fence_area import make_fence_area
-from planner.geo.geodesy import distance_m
-from planner.geo.local_frame import LocalFrame
+from planner.geo.fence_frame import make_fence_frame
 from planner.geo.path_legs import PathLegs
 from planner.geo.swept_area import swept_areas
 
@@ -33,10 +32,9 @@ if TYPE_CHECKING:
     from planner.flight.path import FlownPath
     from planner.geo.barrier import Barrier
     from planner.geo.fence_area import FenceArea
+    from planner.geo.local_frame import LocalFrame
     from planner.geo.swept_area import SweptAreas
 
-_NEAR_HOME_M = 50_000.0
-"""A fence this near home is drawn in the frame of home: distances are 1 cm in a kilometre true. [m]"""
 _STANDING_M_S = 1e-6
 """Slower than this nothing moves ahead. [m s⁻¹]"""
 _FAR_LEG_M = 1000.0
@@ -181,7 +179,7 @@ def make_fenced_flight(case: Case) -> FencedFlight:
     fence = case.mission.fence or Fence()
     home = case.route.frame
     ardupilot = case.autopilot is Autopilot.ARDUPILOT
-    frame = _frame(fence, home)
+    frame = make_fence_frame(fence, (home.latitude_deg, home.longitude_deg))
     area = make_fence_area(
         fence,
         frame,
@@ -217,14 +215,14 @@ def make_fenced_flight(case: Case) -> FencedFlight:
 def _path(case: Case, frame: LocalFrame, *, bends: bool) -> FlownPath:
     """Return the flown path in a frame, its legs bent as the autopilot bends them."""
     home = case.route.frame
-    straight_m = np.inf if frame is home else _FAR_LEG_M
+    straight_m = np.inf if frame == home else _FAR_LEG_M
     if bends:
         straight_m = min(straight_m, straight_length_m(PATH_TOLERANCE_M, home.latitude_deg))
     path = flown_path(case.flight.motion, straight_m=straight_m)
     points = np.column_stack((path.east_m, path.north_m))
     if bends and np.hypot(*np.ptp(points, axis=0)) > straight_m:
         points = points + _bow_m(points, path.item, home.latitude_deg)
-    if frame is not home:
+    if frame != home:
         places = home.latitude_longitude_deg(points[:, 0], points[:, 1])
         points = np.column_stack(frame.east_north_m(*places))
     return replace(path, east_m=points[:, 0], north_m=points[:, 1])
@@ -243,16 +241,3 @@ def _bow_m(points_m: FloatArray, item: IntArray, latitude_deg: float) -> FloatAr
 
 def _groups(item: IntArray) -> IntArray:
     return np.cumsum(np.diff(item, prepend=item[0]) != 0)
-
-
-def _frame(fence: Fence, home: LocalFrame) -> LocalFrame:
-    """Return the frame of home, or one at a fence that is far from it."""
-    places = [vertex for polygon in fence.polygons for vertex in polygon.vertices_deg]
-    places += [(circle.latitude_deg, circle.longitude_deg) for circle in fence.circles]
-    sane = [place for place in places if abs(place[0]) <= 90.0 and abs(place[1]) <= 180.0]
-    if not sane:
-        return home
-    away = distance_m(home.latitude_deg, home.longitude_deg, *np.array(sane).T)
-    if np.max(away) < _NEAR_HOME_M:
-        return home
-    return LocalFrame(latitude_deg=sane[0][0], longitude_deg=sane[0][1])

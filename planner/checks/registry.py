@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from planner.checks.case import Case
     from planner.checks.selection import Selection
     from planner.findings import Finding, Rule
+    from planner.mission.items import Mission
+    from planner.vehicle.parameters import FlightParameters
 
     Check = Callable[[Case], Iterator[Finding]]
 
@@ -84,6 +86,17 @@ def check_case(case: Case, selection: Selection) -> tuple[Finding, ...]:
     checks = [*CHECKS, *_further_checks(case)]
     checks += [check for rule, check in OPTIONAL_CHECKS if selection.asks_for(rule.code)]
     return tuple(finding for check in checks for finding in check(case))
+
+
+def check_unflown(
+    mission: Mission, autopilot: Autopilot, parameters: FlightParameters | None
+) -> tuple[Finding, ...]:
+    """Return what can be said about a file in which nothing is flown: about its fence."""
+    if not mission.fence:
+        return ()
+    from planner.checks.fence_alone import check_fence_alone
+
+    return tuple(check_fence_alone(mission, autopilot, parameters))
 
 
 def _further_checks(case: Case) -> Iterator[Check]:

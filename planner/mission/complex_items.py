@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from planner import numbers
 from planner.catalogue.loader import (
     COMPLEX_ITEM_UNKNOWN,
     COMPLEX_ITEM_VERSION,
@@ -23,6 +24,7 @@ from planner.mission.survey import (
     read_older_survey,
     read_survey,
 )
+from planner.mission.survey_grid import CLOSEST_SPACING_M
 
 if TYPE_CHECKING:
     from planner.findings import Place
@@ -161,10 +163,13 @@ class ComplexItemReader:
             item.refuse(f"it would have {error}")
         if not items:
             return self._refused(item, "no line crosses its area", place)
-        message = (
-            f"{item.title} holds no items: {len(items)} computed from its area, {lines} lines "
-            f"{plan.spacing_m:g} m apart"
-        )
+        flown = f"{numbers.count(lines, 'line')} {plan.spacing_m:g} m apart"
+        if plan.spacing_m < CLOSEST_SPACING_M:
+            flown = (
+                f"a single line: its spacing is {plan.spacing_m:g} m, and QGroundControl flies one line "
+                f"below {CLOSEST_SPACING_M:g} m"
+            )
+        message = f"{item.title} holds no items: {len(items)} computed from its area, {flown}"
         self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
         return items
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from planner.mission.commands import (
@@ -49,6 +50,10 @@ _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 
 _LEAST_PITCH_DEG = 5.0
 _MOST_PITCH_DEG = 45.0
+_METRES_PER_DEGREE = 111_195.0
+"""Of latitude on a sphere: near enough to tell a landing approach."""
+_SHORTEST_APPROACH_M = 50.0
+"""From 5 m of height a plane that glides 1 in 10 needs as much; missions come in from 100 m and more."""
 _SURVEY_TAKEOFF = (20.0, 30.0)
 """Pitch [°] and altitude [m] that Mission Planner's survey writes for every kind of vehicle."""
 
@@ -121,11 +126,30 @@ def _tell_fixed_wing(items: Sequence[MissionItem]) -> VehicleEvidence | None:
         number = commands.index(Command.DO_LAND_START) + 1
         reasons.append(f"item {number} is DO_LAND_START before a NAV_LAND")
     is_certain = len(reasons) == 2
-    if not reasons or (not is_certain and Command.NAV_RETURN_TO_LAUNCH in commands):
+    if not reasons or (not is_certain and _comes_down_upright(items)):
         return None
     return VehicleEvidence(
         kind=VehicleKind.FIXED_WING, is_certain=is_certain, reason=" and ".join(reasons)
     )
+
+
+def _comes_down_upright(items: Sequence[MissionItem]) -> bool:
+    """Return whether a mission returns, or lands where no plane could come down from so near."""
+    before: MissionItem | None = None
+    for item in items:
+        if item.command == Command.NAV_RETURN_TO_LAUNCH:
+            return True
+        if item.latitude_deg is None or item.longitude_deg is None:
+            continue
+        if item.command == Command.NAV_LAND and before is not None:
+            north_deg = item.latitude_deg - (before.latitude_deg or 0.0)
+            east_deg = item.longitude_deg - (before.longitude_deg or 0.0)
+            east_deg *= math.cos(math.radians(item.latitude_deg))
+            if math.hypot(north_deg, east_deg) * _METRES_PER_DEGREE < _SHORTEST_APPROACH_M:
+                return True
+        if is_destination(item.command):
+            before = item
+    return False
 
 
 def _tell_by_altitude(

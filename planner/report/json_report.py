@@ -188,10 +188,18 @@ def finding_document(finding: Finding) -> Document:
         "message": value(finding, "message"),
         "fix": value(finding, "fix"),
     }
-    if (stretch := finding.stretch) is not None:
-        document["stretch"] = {
+    return document | stretch_document(finding)
+
+
+def stretch_document(finding: Finding) -> Document:
+    """Return the stretch of ground of a finding under its key; nothing where none is meant."""
+    stretch = finding.stretch
+    if stretch is None:
+        return {}
+    return {
+        "stretch": {
             "start_deg": list(stretch.start_deg),
             "end_deg": list(stretch.end_deg),
             "distance_m": value(stretch, "distance_m"),
         }
-    return document
+    }

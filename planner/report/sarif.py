@@ -14,7 +14,7 @@ from urllib.parse import quote
 from planner.findings import Severity
 from planner.report.finding_text import said
 from planner.report.json_document import json_text
-from planner.report.json_report import figures
+from planner.report.json_report import figures, stretch_document
 from planner.report.markdown import escaped
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.plain_text import printable
@@ -124,7 +124,7 @@ def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Docume
         "message": {"text": _message(finding)},
         "locations": [{"physicalLocation": location}],
         "partialFingerprints": {"mavjoule/v1": mark},
-        "properties": {"item": finding.item},
+        "properties": {"item": finding.item} | stretch_document(finding),
     }
     if finding.suppression:
         justification = printable(finding.suppression)

@@ -196,14 +196,6 @@ def test_a_nearer_rally_point_spares_the_way_home_the_fence() -> None:
     assert findings_of(items, wall, rally_points=(rally(200.0, 210.0),)) == {}
 
 
-def test_returns_that_are_not_straight_are_said_to_be_unchecked() -> None:
-    items = (takeoff(20), at(0, 100), rtl())
-    found = findings_of(items, AROUND, autopilot=Autopilot.PX4, parameters="RTL_TYPE,2\n")
-    assert set(found) == {"F109"}
-    assert found["F109"].severity is Severity.INFO
-    assert findings_of(items, AROUND, autopilot=Autopilot.PX4, parameters="RTL_TYPE,0\n") == {}
-
-
 @pytest.mark.parametrize(
     ("autopilot", "cuts"),
     [(Autopilot.PX4, True), (Autopilot.ARDUPILOT, True), (Autopilot.STEP, False)],

@@ -348,6 +348,13 @@ def test_an_older_survey_is_computed_line_by_line() -> None:
     assert "2 lines 60 m apart" in finding.message
 
 
+@pytest.mark.parametrize("spacing_m", [0, -3])
+def test_a_survey_without_a_spacing_says_that_it_is_one_line(spacing_m: int) -> None:
+    [finding] = read(TAKEOFF, older_survey(grid={"spacing": spacing_m})).findings
+    assert f"a single line: its spacing is {spacing_m} m" in finding.message
+    assert "apart" not in finding.message
+
+
 def test_a_camera_that_stays_on_is_switched_at_the_ends_and_each_entry() -> None:
     mission = read(older_survey(cameraTriggerInTurnaround=True))
     commands = [item.command for item in mission.items]

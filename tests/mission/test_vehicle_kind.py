@@ -7,7 +7,12 @@ from planner.mission.vehicle_kind import tell_vehicle
 
 
 def make_item(
-    command: int, *, param1: float = 0.0, altitude_m: float = 20.0, frame: int = 3
+    command: int,
+    *,
+    param1: float = 0.0,
+    altitude_m: float = 20.0,
+    frame: int = 3,
+    latitude_deg: float = 47.0,
 ) -> MissionItem:
     return MissionItem(
         command=command,
@@ -16,7 +21,7 @@ def make_item(
         param2=0.0,
         param3=0.0,
         param4=None,
-        latitude_deg=47.0,
+        latitude_deg=latitude_deg,
         longitude_deg=8.0,
         altitude_m=altitude_m,
     )
@@ -26,7 +31,9 @@ def tell(*items: MissionItem, home_altitude_amsl_m: float | None = None) -> Vehi
     return tell_vehicle(items, home_altitude_amsl_m=home_altitude_amsl_m)
 
 
-TAKEOFF, WAYPOINT, LAND, RTL = (make_item(command) for command in (22, 16, 21, 20))
+TAKEOFF, WAYPOINT, RTL = (make_item(command) for command in (22, 16, 20))
+LAND = make_item(21, latitude_deg=47.0005)  # 56 m from the waypoint
+LAND_HERE = make_item(21, latitude_deg=47.0004)  # 44 m
 PITCHED = make_item(22, param1=15.0)
 LAND_START = make_item(189)
 
@@ -100,6 +107,7 @@ def test_one_of_the_two_is_probable_only(items: tuple[MissionItem, ...]) -> None
         (TAKEOFF, WAYPOINT, RTL),
         (TAKEOFF, WAYPOINT, LAND),
         (PITCHED, WAYPOINT, RTL),
+        (PITCHED, WAYPOINT, LAND_HERE),
         (make_item(22, param1=20.0, altitude_m=30.0), WAYPOINT),
         (make_item(22, param1=1.0), WAYPOINT, LAND),
         (TAKEOFF, LAND_START, WAYPOINT, RTL),

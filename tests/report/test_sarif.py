@@ -13,7 +13,7 @@ from sarif_kit.validate import validation_errors
 
 from planner import catalogue
 from planner.errors import ExitCode
-from planner.findings import Place, Severity
+from planner.findings import FlightStretch, Place, Severity
 from planner.report.sarif import check_sarif
 
 if TYPE_CHECKING:
@@ -163,3 +163,16 @@ def test_a_file_cannot_put_signs_of_control_into_the_log(flown: CheckResult) -> 
     text = json.dumps(log, ensure_ascii=False)
     assert validation_errors(log) == []
     assert all(character.isprintable() for character in text)
+
+
+def test_a_stretch_over_ground_is_among_the_properties(flown: CheckResult) -> None:
+    warning, note = flown.findings
+    stretch = FlightStretch(start_deg=(47.0, 8.0), end_deg=(47.001, 8.0), distance_m=12.5)
+    found = replace(flown, findings=(replace(warning, stretch=stretch), note))
+    first, second = _results(_log([found]))
+    assert first["properties"]["stretch"] == {
+        "start_deg": [47.0, 8.0],
+        "end_deg": [47.001, 8.0],
+        "distance_m": 12.5,
+    }
+    assert "stretch" not in second["properties"]

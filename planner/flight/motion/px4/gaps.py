@@ -28,7 +28,7 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
     if parameters.return_type not in _STRAIGHT_HOME:
         gaps.append(
             f"RTL_TYPE {parameters.return_type} returns along the mission or to its landing: "
-            "returns are flown straight home instead"
+            "time, energy and fence are those of the straight way home"
         )
     if returning is not None and parameters.return_land_delay_s < 0.0:
         gaps.append(
