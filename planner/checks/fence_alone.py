@@ -12,11 +12,11 @@ from planner.findings import FlightStretch
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.findings import Finding
+    from planner.findings import Finding, Place
     from planner.geo.barrier import Barrier
-    from planner.geo.fence import Fence
+    from planner.geo.fence import Fence, RallyPoint
     from planner.geo.local_frame import LocalFrame
-    from planner.mission.items import Mission, RallyPoint
+    from planner.mission.items import Mission
     from planner.vehicle.parameters import FlightParameters
 
 _PX4_POINTS = 64
@@ -88,7 +88,9 @@ def check_places(
 
     if not barriers:
         return
-    places = [] if home_deg is None else [("home", home_deg, None)]
+    places: list[tuple[str, tuple[float, float], Place | None]] = []
+    if home_deg is not None:
+        places.append(("home", home_deg, None))
     places += [
         (f"rally point {number}", (point.latitude_deg, point.longitude_deg), point.place)
         for number, point in enumerate(rally, start=1)
