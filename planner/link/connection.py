@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
@@ -71,6 +72,11 @@ class Connection:
         self.telemetry = Telemetry()
         self.on_frame: Callable[[bytes], None] | None = None
         """Told every piece of bytes that came: MAVSDK reads along here."""
+        self.on_message: Callable[[Message], None] | None = None
+        """Told every message of anybody at once, within transfers too: a guard listens here."""
+        self.on_turn: Callable[[], None] | None = None
+        """Called whenever there was something, or nothing for `longest_wait_s`."""
+        self.longest_wait_s = math.inf
 
     @property
     def vehicle(self) -> Heard:
@@ -180,7 +186,8 @@ class Connection:
             self._send_heartbeat()
             self._next_heartbeat_s = now_s + _HEARTBEAT_S
         ours: list[Message] = []
-        for peer, data in self._line.receive(min(until_s, self._next_heartbeat_s) - now_s):
+        wait_s = min(until_s, self._next_heartbeat_s) - now_s
+        for peer, data in self._line.receive(min(wait_s, self.longest_wait_s)):
             if self.on_frame is not None:
                 self.on_frame(data)
             if peer not in self._decoders:  # frames of two senders may be interleaved
@@ -192,6 +199,10 @@ class Connection:
                         self._peer = peer
                     self.telemetry.take(received)
                     ours.append(received)
+                if self.on_message is not None:
+                    self.on_message(received)
+        if self.on_turn is not None:
+            self.on_turn()
         return ours
 
     def _is_ours(self, received: Message) -> bool:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 from planner import numbers
 from planner.flight.progress import flight_progress, return_course
 from planner.frozen import frozen
+from planner.link.energy_left import BatteryMeter
 
 if TYPE_CHECKING:
     from planner.flight.homeward import Homeward
     from planner.flight.progress import MeasuredPlace, Progress, ReturnCourse
-    from planner.link.energy_left import BatteryMeter, BatteryReading, EnergyLeft
+    from planner.link.energy_left import BatteryReading, EnergyLeft
+    from planner.vehicle.battery import Battery
 
 _LEAST_USED = 0.1
 """Share of the energy of the flight from which on what was measured is held against the model. [-]"""
@@ -32,6 +34,22 @@ class Concern(StrEnum):
     """The way home eats into the reserve."""
     NO_FINISH = "no-finish"
     """The mission cannot be finished above the reserve."""
+
+
+@frozen(eq=False)
+class Prediction:
+    """What a check predicts of the flight of a vehicle on the line."""
+
+    homeward: Homeward
+    battery: Battery
+    charge: float
+    """State of charge at the start. [-]"""
+    usable_wh: float
+    """Energy in the battery at the start. [Wh]"""
+    reserve_wh: float
+    """Energy that is to stay. [Wh]"""
+    temperature_c: float
+    """Of the battery. [°C]"""
 
 
 @frozen
@@ -79,38 +97,43 @@ class EnergyWatch:
 
     Parameters
     ----------
-    homeward : Homeward
-        The flight as the check predicted it, and the ways home.
-    meter : BatteryMeter
-        The battery since the start.
-    usable_wh : float
-        Energy in the battery at the start. [Wh]
-    reserve_wh : float
-        Energy that is to stay. [Wh]
+    prediction : Prediction
+        The flight as the check predicted it.
+    start : BatteryReading
+        The battery at the start.
     warn_before_s : float
         How long before the point of no return to warn. [s]
     """
 
     def __init__(
         self,
-        homeward: Homeward,
-        meter: BatteryMeter,
+        prediction: Prediction,
         *,
-        usable_wh: float,
-        reserve_wh: float,
+        start: BatteryReading,
         warn_before_s: float = 60.0,
     ) -> None:
-        self._homeward = homeward
-        self._course: ReturnCourse = return_course(homeward)
-        self._meter = meter
-        self._usable_wh = usable_wh
-        self._reserve_wh = reserve_wh
+        self._homeward = prediction.homeward
+        self._course: ReturnCourse = return_course(prediction.homeward)
+        self._usable_wh = prediction.usable_wh
+        self._reserve_wh = prediction.reserve_wh
+        self._meter = BatteryMeter(
+            prediction.battery,
+            charge=prediction.charge,
+            usable_wh=prediction.usable_wh,
+            temperature_c=prediction.temperature_c,
+            start=start,
+        )
         self._warn_before_s = warn_before_s
         self._before: tuple[Progress, float] | None = None
         self._raised: set[Concern] = set()
 
     def take(
-        self, place: MeasuredPlace, reading: BatteryReading, now_s: float
+        self,
+        place: MeasuredPlace,
+        reading: BatteryReading,
+        now_s: float,
+        *,
+        is_on_mission: bool = True,
     ) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
         """Return the state by a place and a reading, and the warnings that are new.
 
@@ -122,6 +145,8 @@ class EnergyWatch:
             What it measures of its battery; with nothing in it there is no state.
         now_s : float
             Time by any clock. [s]
+        is_on_mission : bool
+            Whether it flies its mission, and not by hand or home.
         """
         left = self._meter.energy_left(reading)
         before, before_s = self._before or (None, now_s)
@@ -140,9 +165,11 @@ class EnergyWatch:
             ratio=ratio,
             finish_wh=factor * progress.finish_wh,
             return_wh=factor * progress.return_wh,
-            lead_s=self._course.lead_s(progress, above_wh / factor),
+            lead_s=(
+                self._course.lead_s(progress, above_wh / factor) if is_on_mission else None
+            ),
         )
-        return state, self._warnings(state)
+        return state, self._warnings(state, is_on_mission=is_on_mission)
 
     def _ratio(self, progress: Progress, left: EnergyLeft) -> float | None:
         used_wh = self._usable_wh - left.energy_wh
@@ -152,15 +179,17 @@ class EnergyWatch:
             return None
         return max(used_wh - left.step_wh, 0.0) / progress.used_wh
 
-    def _warnings(self, state: EnergyState) -> tuple[EnergyWarning, ...]:
+    def _warnings(
+        self, state: EnergyState, *, is_on_mission: bool
+    ) -> tuple[EnergyWarning, ...]:
         lead_s = math.inf if state.lead_s is None else state.lead_s
         is_short = state.return_margin_wh < 0.0
-        finishes = state.finish_margin_wh >= 0.0
+        finishes = state.finish_margin_wh >= 0.0 and is_on_mission
         # Where the rest of the mission costs less than the way home, finishing is the way home.
         present = {
             Concern.NO_RETURN: is_short and not finishes,
             Concern.RETURN_SOON: lead_s <= self._warn_before_s and not is_short and not finishes,
-            Concern.NO_FINISH: not finishes,
+            Concern.NO_FINISH: not finishes and is_on_mission,
         }
         over = {
             Concern.NO_RETURN: not present[Concern.NO_RETURN],

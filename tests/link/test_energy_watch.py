@@ -11,7 +11,13 @@ from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 
 from planner.flight.progress import MeasuredPlace
 from planner.link.energy_left import BatteryMeter, BatteryReading
-from planner.link.energy_watch import Concern, EnergyState, EnergyWarning, EnergyWatch
+from planner.link.energy_watch import (
+    Concern,
+    EnergyState,
+    EnergyWarning,
+    EnergyWatch,
+    Prediction,
+)
 from planner.service import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -24,16 +30,6 @@ RESERVE_WH = 10.0
 def checked() -> CheckResult:
     return check(
         OUT_AND_BACK, load_vehicle("arducopter-sitl-quad"), battery=Battery(capacity_wh=200)
-    )
-
-
-def meter(capacity_wh: float = 100.0) -> BatteryMeter:
-    return BatteryMeter(
-        Battery(capacity_wh=capacity_wh),
-        charge=1.0,
-        usable_wh=capacity_wh,
-        temperature_c=15.0,
-        start=BatteryReading(consumed_wh=0.0, consumed_ah=0.0, remaining_fraction=1.0),
     )
 
 
@@ -97,9 +93,15 @@ def fly(capacity_wh: float, *, factor: float) -> list[Flown]:
     case = checked().case
     assert case is not None
     home = case.homeward
-    watch = EnergyWatch(
-        home, meter(capacity_wh), usable_wh=capacity_wh, reserve_wh=RESERVE_WH, warn_before_s=60.0
+    prediction = Prediction(
+        homeward=home,
+        battery=Battery(capacity_wh=capacity_wh),
+        charge=1.0,
+        usable_wh=capacity_wh,
+        reserve_wh=RESERVE_WH,
+        temperature_c=15.0,
     )
+    watch = EnergyWatch(prediction, start=BatteryReading(consumed_wh=0.0), warn_before_s=60.0)
     flown = []
     end_s = home.start_s + home.flight.motion.segments.duration_s
     for time_s in np.arange(5.0, home.flight.time_s - 1.0, 5.0).tolist():

@@ -1,0 +1,447 @@
+"""A guard on a line: it listens, reads what the guard asks for, and sends what it decides."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol
+
+from planner.errors import LinkError
+from planner.flight.progress import MeasuredPlace
+from planner.frozen import frozen
+from planner.link.authorisation import acknowledgement_fields, arming_settings
+from planner.link.connection import OWN_SYSTEM
+from planner.link.energy_left import BatteryReading
+from planner.link.energy_watch import EnergyWatch
+from planner.link.guard import Guard
+from planner.link.guarding import (
+    Announce,
+    Answer,
+    Asked,
+    CheckVehicle,
+    Decision,
+    Heard,
+    Judged,
+    Part,
+    Passed,
+    ReadParts,
+    Status,
+    Unread,
+)
+from planner.link.judgement import Verdict
+from planner.link.message import message
+from planner.link.message_request import REQUEST_MESSAGE
+from planner.link.mission_items import mission_of_lists
+from planner.link.parameter_hash import ParameterHashRequest
+from planner.link.vehicle import BatteryState, VehicleSnapshot
+from planner.link.vehicle_watch import KINDS, VehicleWatch
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.link.authorisation import ArmAnswer, ArmingSettings, ArmRequest
+    from planner.link.energy_watch import EnergyState, Prediction
+    from planner.link.guarding import Action, Event, GuardSettings, GuardView
+    from planner.link.judgement import Judgement
+    from planner.link.message import Message
+    from planner.link.pymavlink_link import PymavlinkLink
+    from planner.link.settings import LinkSettings
+    from planner.link.vehicle import VehicleState
+
+    Judge = Callable[[VehicleSnapshot], tuple[Judgement, Prediction | None]]
+
+_TURN_S = 0.1
+"""So often time passes for the guard. [s]"""
+_LOOK_S = 1.0
+"""So often the energy is looked at, and the status told. [s]"""
+_ASK_S = 5.0
+"""So often a message that does not come is asked for. [s]"""
+_HASH_RETRIES = 3
+_SET_MESSAGE_INTERVAL = 511
+_STREAMS = {
+    "SYS_STATUS": (1, 1.0),
+    "GLOBAL_POSITION_INT": (33, 0.5),
+    "MISSION_CURRENT": (42, 1.0),
+    "BATTERY_STATUS": (147, 1.0),
+    "HOME_POSITION": (242, 5.0),
+    "EXTENDED_SYS_STATE": (245, 1.0),
+}
+"""Messages that are followed: number and interval [s]."""
+_CENTIWATT_HOURS = 36.0
+"""Hectojoules in a watt hour: BATTERY_STATUS counts energy in them."""
+_FLYING_M = 1.0
+"""Height from which a vehicle that does not tell is in the air. [m]"""
+_PX4_MISSION, _ARDUPILOT_AUTO = (4 << 16) | (4 << 24), 3
+"""Custom mode of a vehicle that flies its mission."""
+_ARDUPILOT = 3
+
+
+class Authoriser(Protocol):
+    """Hears requests and sends answers, instead of this program's own messages."""
+
+    def requests(self) -> tuple[ArmRequest, ...]:
+        """Return the requests that came since the last call."""
+
+    def answer(self, answer: ArmAnswer) -> None:
+        """Answer a request."""
+
+
+@frozen
+class GuardStatus:
+    """Everything a status line tells."""
+
+    view: GuardView
+    arming: ArmingSettings | None
+    """``None`` until the parameters were read."""
+    heard_ago_s: float
+    is_armed: bool
+    is_flying: bool
+    energy: EnergyState | None
+    """``None`` on the ground, and where nothing is measured."""
+
+
+class GuardSession:
+    """A guard on one line.
+
+    Parameters
+    ----------
+    link : PymavlinkLink
+        Opened to guard.
+    settings : GuardSettings
+        How it decides.
+    link_settings : LinkSettings
+        How patient the line is.
+    judge : callable
+        Checks what was read.
+    on_decision, on_status : callable
+        Told each decision as it is made, and the status every second.
+    authoriser : Authoriser, optional
+        Default this program's own messages.
+    lost_after_s : float
+        A vehicle that is not heard for so long is lost. [s]
+    warn_before_s : float
+        How long before the point of no return to warn. [s]
+    """
+
+    def __init__(
+        self,
+        link: PymavlinkLink,
+        settings: GuardSettings,
+        link_settings: LinkSettings,
+        *,
+        judge: Judge,
+        on_decision: Callable[[Decision], None],
+        on_status: Callable[[GuardStatus], None],
+        authoriser: Authoriser | None = None,
+        lost_after_s: float = 30.0,
+        warn_before_s: float = 60.0,
+    ) -> None:
+        self._link = link
+        self._connection = link.connection
+        self._settings = settings
+        self._link_settings = link_settings
+        self._judge = judge
+        self._on_decision = on_decision
+        self._on_status = on_status
+        self._authoriser = authoriser
+        self._lost_after_s = lost_after_s
+        self._warn_before_s = warn_before_s
+        self._watch = VehicleWatch(link.identity.system, own_system=OWN_SYSTEM)
+        now_s = self._connection.now_s
+        self._guard = Guard(settings, now_s=now_s)
+        self._work: deque[ReadParts | CheckVehicle] = deque()
+        self._heard_s = now_s
+        self._told_s: dict[str, float] = {}
+        self._looked_s = self._asked_s = -_LOOK_S
+        self._arming: ArmingSettings | None = None
+        self._hash: bytes | None = None
+        self._prediction: Prediction | None = None
+        self._start: BatteryReading | None = None
+        self._energy: EnergyWatch | None = None
+        self._energy_state: EnergyState | None = None
+
+    def run(self) -> None:
+        """Guard until something stops it.
+
+        Raises
+        ------
+        LinkError
+            If the vehicle is lost, or the line breaks.
+        """
+        connection = self._connection
+        connection.on_message = self._take_message
+        connection.on_turn = self._take_turn
+        connection.longest_wait_s = _TURN_S
+        try:
+            while True:
+                self._ask_for_streams()
+                if self._work:
+                    self._do(self._work.popleft())
+                else:
+                    connection.listen(_TURN_S)
+                self._look()
+                silent_s = connection.now_s - self._heard_s
+                if silent_s > self._lost_after_s:
+                    msg = f"the vehicle was not heard for {silent_s:.0f} s on {connection.name}"
+                    raise LinkError(msg)
+        finally:
+            connection.on_message = connection.on_turn = None
+
+    def _take_message(self, received: Message) -> None:
+        events = list(self._watch.events(received))
+        if Heard() in events:
+            self._heard_s = self._told_s[received.name] = self._connection.now_s
+            events += self._told(received)
+        for event in events:
+            if not (isinstance(event, Asked) and self._authoriser is not None):
+                self._feed(event)
+
+    def _told(self, received: Message) -> tuple[Event, ...]:
+        """Return what a message of the vehicle tells of its state."""
+        if received.component != self._link.identity.component:
+            return ()
+        state = self._connection.telemetry.state()
+        match received.name:
+            case "HEARTBEAT":
+                if state.is_armed != self._watch.is_armed:
+                    self._watch.is_armed = state.is_armed
+                    self._take_arming()
+            case "HOME_POSITION" | "GLOBAL_POSITION_INT":
+                return self._watch.take_home(state)
+            case "BATTERY_STATUS" | "SYS_STATUS":
+                return self._watch.take_charge(state)
+        return ()
+
+    def _take_turn(self) -> None:
+        if self._authoriser is not None:
+            for request in self._authoriser.requests():
+                self._feed(Asked(request=request))
+        self._feed(Passed())
+
+    def _feed(self, event: Event) -> None:
+        for action in self._guard.take(event, self._connection.now_s):
+            self._act(action)
+
+    def _act(self, action: Action) -> None:
+        match action:
+            case Answer(request=request, answer=answer):
+                if self._authoriser is not None:
+                    self._authoriser.answer(answer)
+                else:
+                    fields = acknowledgement_fields(request, answer)
+                    self._connection.send(message("COMMAND_ACK", **fields))
+            case Announce(severity=severity, text=text):
+                self._connection.send(message("STATUSTEXT", severity=severity, text=text))
+            case Decision():
+                self._on_decision(action)
+            case _:
+                self._work.append(action)
+
+    def _do(self, action: ReadParts | CheckVehicle) -> None:
+        if isinstance(action, CheckVehicle):
+            self._check()
+            return
+        for part in action.parts:
+            try:
+                event: Event = self._read(part)
+            except LinkError as error:
+                event = Unread(part=part, why=str(error))
+            self._feed(event)
+
+    def _read(self, part: Part) -> Event:
+        if part in KINDS:
+            return self._watch.take_list(KINDS[part], self._link.fetch_items(KINDS[part]))
+        # The hash comes first: what is set while the parameters are read makes it differ.
+        told = ParameterHashRequest(self._link_settings, retries=_HASH_RETRIES)
+        if self._hash is not None or not self._watch.parameters:
+            self._connection.run(told)
+        if told.content is None or told.content != self._hash:
+            self._watch.take_parameters(self._link.fetch_parameters())
+            self._hash = told.content
+        event = self._watch.take_parameters(self._watch.parameters)
+        self._set_arming()
+        return event
+
+    def _set_arming(self) -> None:
+        is_bytewise = self._link.identity.is_bytewise
+        numbers = {one.name: one.number(is_bytewise=is_bytewise) for one in self._watch.parameters}
+        arming = arming_settings(numbers, authoriser=OWN_SYSTEM)
+        if arming != self._arming:
+            self._arming = arming
+            view = self._guard.view(self._connection.now_s)
+            self._on_decision(Decision(kind="arming", verdict=view.verdict, text=arming.advice))
+        self._feed_status()
+
+    def _feed_status(self) -> None:
+        if self._arming is not None:
+            status = Status(
+                is_asking=self._arming.is_asking,
+                wait_s=self._arming.wait_s,
+                is_armed=self._watch.is_armed,
+            )
+            self._feed(status)
+
+    def _check(self) -> None:
+        watch = self._watch
+        state = self._connection.telemetry.state()
+        identity = self._link.identity
+        checked = {
+            part: fingerprint
+            for part, fingerprint in watch.fingerprints.items()
+            if part in self._settings.needed
+        }
+        snapshot = VehicleSnapshot(
+            address=self._connection.name,
+            identity=identity,
+            state=_with_charge(state, watch),
+            mission=mission_of_lists(
+                watch.lists, identity, home=watch.home, source=self._connection.name
+            ),
+            parameters=watch.parameters,
+        )
+        judgement, self._prediction = self._judge(snapshot)
+        if self._energy is not None:
+            self._begin_flight()
+        self._feed(Judged(fingerprints=checked, judgement=judgement))
+
+    def _take_arming(self) -> None:
+        self._feed_status()
+        if self._watch.is_armed:
+            self._start = self._battery_reading()
+            self._begin_flight()
+        else:
+            self._energy = self._energy_state = None
+
+    def _begin_flight(self) -> None:
+        if self._prediction is not None and self._start is not None:
+            self._energy = EnergyWatch(
+                self._prediction, start=self._start, warn_before_s=self._warn_before_s
+            )
+
+    def _look(self) -> None:
+        now_s = self._connection.now_s
+        if now_s - self._looked_s < _LOOK_S:
+            return
+        self._looked_s = now_s
+        state = self._connection.telemetry.state()
+        position = state.position
+        is_flying = state.is_armed and (
+            state.is_landed is False
+            or (
+                state.is_landed is None
+                and position is not None
+                and position.height_above_home_m > _FLYING_M
+            )
+        )
+        self._energy_state = None
+        if is_flying and position is not None:
+            if self._energy is None and self._prediction is not None:  # it was in the air before us
+                self._start = self._battery_reading()
+                self._begin_flight()
+            self._watch_energy(
+                MeasuredPlace(
+                    item=self._present_item(),
+                    latitude_deg=position.latitude_deg,
+                    longitude_deg=position.longitude_deg,
+                    height_above_home_m=position.height_above_home_m,
+                )
+            )
+        self._on_status(
+            GuardStatus(
+                view=self._guard.view(now_s),
+                arming=self._arming,
+                heard_ago_s=now_s - self._heard_s,
+                is_armed=state.is_armed,
+                is_flying=is_flying,
+                energy=self._energy_state,
+            )
+        )
+
+    def _watch_energy(self, place: MeasuredPlace) -> None:
+        if self._energy is None:
+            return
+        self._energy_state, warnings = self._energy.take(
+            place,
+            self._battery_reading(),
+            self._connection.now_s,
+            is_on_mission=self._is_on_mission(),
+        )
+        for warning in warnings:
+            announce = message("STATUSTEXT", severity=warning.severity, text=warning.headline)
+            self._connection.send(announce)
+            self._on_decision(
+                Decision(
+                    kind="energy",
+                    verdict=Verdict.NO_GO,
+                    text=warning.text,
+                    details={"concern": warning.concern.value, **_energy_details(self._energy_state)},
+                )
+            )
+
+    def _present_item(self) -> int:
+        current = self._connection.telemetry.latest("MISSION_CURRENT")
+        number = 1 if current is None else int(current["seq"])
+        return max(number if self._link.identity.has_home_slot else number + 1, 1)
+
+    def _is_on_mission(self) -> bool:
+        beat = self._connection.telemetry.latest("HEARTBEAT")
+        if beat is None:
+            return False
+        wanted = (
+            _ARDUPILOT_AUTO if self._link.identity.autopilot_number == _ARDUPILOT else _PX4_MISSION
+        )
+        return bool(beat["custom_mode"] == wanted)
+
+    def _battery_reading(self) -> BatteryReading:
+        battery = self._connection.telemetry.state().battery
+        if battery is None:
+            return BatteryReading()
+        status = self._connection.telemetry.latest("BATTERY_STATUS")
+        energy_hj = -1 if status is None else status["energy_consumed"]
+        return BatteryReading(
+            remaining_fraction=battery.remaining_fraction,
+            consumed_ah=battery.consumed_ah,
+            consumed_wh=energy_hj / _CENTIWATT_HOURS if energy_hj >= 0 else None,
+            voltage_v=battery.voltage_v,
+            current_a=battery.current_a,
+        )
+
+    def _ask_for_streams(self) -> None:
+        """Ask the vehicle to send what is followed, where it has not of late."""
+        now_s = self._connection.now_s
+        if now_s - self._asked_s < _ASK_S:
+            return
+        self._asked_s = now_s
+        for name, (number, interval_s) in _STREAMS.items():
+            if now_s - self._told_s.get(name, -math.inf) <= _ASK_S + interval_s:
+                continue
+            interval = message(
+                "COMMAND_LONG", command=_SET_MESSAGE_INTERVAL, param1=float(number), param2=1e6 * interval_s
+            )
+            self._connection.send(interval)
+            once = message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))
+            self._connection.send(once)
+
+
+def _with_charge(state: VehicleState, watch: VehicleWatch) -> VehicleState:
+    """Return a state with the charge and the home that a check is about."""
+    battery = state.battery or BatteryState()
+    return replace(
+        state, battery=replace(battery, remaining_fraction=watch.charge), home=watch.home
+    )
+
+
+def _energy_details(state: EnergyState | None) -> dict[str, object]:
+    if state is None:
+        return {}
+    return {
+        "left_wh": round(state.left.energy_wh, 2),
+        "left_by": state.left.source,
+        "finish_wh": round(state.finish_wh, 2),
+        "return_wh": round(state.return_wh, 2),
+        "reserve_wh": round(state.reserve_wh, 2),
+        "lead_s": None if state.lead_s is None else round(state.lead_s, 1),
+        "ratio": None if state.ratio is None else round(state.ratio, 3),
+        "item": state.progress.item,
+    }

@@ -1,0 +1,192 @@
+"""What a vehicle was read to hold, and which of its messages speak of a change."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from typing import TYPE_CHECKING
+
+from planner.link.authorisation import ARM_AUTHORISATION_REQUEST, ArmRequest
+from planner.link.guarding import Asked, Changed, Heard, Part, Read
+from planner.link.mission_kind import MissionKind
+from planner.link.parameter_transfer import WireParameter
+from planner.mission.items import Home
+
+if TYPE_CHECKING:
+    from planner.link.guarding import Event
+    from planner.link.message import Message
+    from planner.link.mission_transfer import WireItem
+    from planner.link.vehicle import VehicleState
+
+KINDS = {
+    Part.MISSION: MissionKind.MISSION,
+    Part.FENCE: MissionKind.FENCE,
+    Part.RALLY: MissionKind.RALLY,
+}
+_PARTS = {kind: part for part, kind in KINDS.items()}
+_ACCEPTED = 0
+_NOT_TOLD = 65_535
+"""Number of items of a vehicle that does not tell it."""
+_COUNTERS = ("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK", "BARO")
+"""Beginnings of parameters that autopilots set themselves, in which no flight differs."""
+_METRES_PER_DEGREE = 111_320.0
+_MOVED_M = 2.0
+"""A home that moves by less is the same. [m]"""
+_AWAY_M = 10.0
+"""Farther than this from the home it tells, a vehicle will set a new one when it arms. [m]"""
+
+
+class VehicleWatch:
+    """Turns the messages of one vehicle into events, and keeps what was read of it.
+
+    Parameters
+    ----------
+    system : int
+        System id of the vehicle.
+    own_system : int
+        Of this program.
+    """
+
+    def __init__(self, system: int, *, own_system: int) -> None:
+        self._system = system
+        self._own_system = own_system
+        self._requests = 0
+        self.lists: dict[MissionKind, tuple[WireItem, ...] | None] = {}
+        self.parameters: tuple[WireParameter, ...] = ()
+        self._content_of: dict[str, bytes] = {}
+        self.home: Home | None = None
+        """Where the vehicle will return to once it has armed here."""
+        self.charge: float | None = None
+        """State of charge: as it is on the ground, as it was at arming in the air. [-]"""
+        self.fingerprints: dict[Part, str] = {}
+        self.is_armed = False
+
+    def take_list(self, kind: MissionKind, items: tuple[WireItem, ...] | None) -> Read:
+        """Keep a list that was read."""
+        self.lists[kind] = items
+        return self._read(_PARTS[kind], repr(items))
+
+    def take_parameters(self, parameters: tuple[WireParameter, ...]) -> Read:
+        """Keep the parameters that were read."""
+        self.parameters = parameters
+        self._content_of = {one.name: one.content for one in parameters}
+        lasting = sorted(
+            (one.name, one.content, one.kind)
+            for one in parameters
+            if not one.name.startswith(_COUNTERS)
+        )
+        return self._read(Part.PARAMETERS, repr(lasting))
+
+    def take_home(self, state: VehicleState) -> tuple[Event, ...]:
+        """Keep the home that the vehicle tells now, or will set when it arms."""
+        home = _home_at_arming(state)
+        if home is None:
+            return ()
+        if self.home is None or _distance_m(self.home, home) > _MOVED_M:
+            self.home = home
+        return (self._read(Part.HOME, repr(self.home)),)
+
+    def take_charge(self, state: VehicleState) -> tuple[Event, ...]:
+        """Keep the charge that the vehicle tells now."""
+        told = None if state.battery is None else state.battery.remaining_fraction
+        if told is None:
+            return ()
+        # In the air the charge at the start is what the check is about.
+        if self.charge is None or not state.is_armed:
+            self.charge = told
+        return (self._read(Part.BATTERY, repr(self.charge)),)
+
+    def events(self, received: Message) -> tuple[Event, ...]:
+        """Return what a message of anybody on the line means."""
+        if received.system != self._system:
+            return self._others(received)
+        events: list[Event] = [Heard()]
+        target = received.fields.get("target_system", 0)
+        match received.name:
+            case "COMMAND_LONG":
+                if received["command"] == ARM_AUTHORISATION_REQUEST and target in {
+                    0,
+                    self._own_system,
+                }:
+                    self._requests += 1
+                    events.append(Asked(request=self._request(received)))
+            case "MISSION_ACK" | "MISSION_REQUEST" | "MISSION_REQUEST_INT":
+                if target not in {0, self._own_system}:
+                    events += _list_changed(received, "the vehicle answers another station")
+            case "MISSION_CURRENT":
+                events += self._counted(received)
+            case "PARAM_VALUE":
+                events += self._valued(received)
+        return tuple(events)
+
+    def _request(self, received: Message) -> ArmRequest:
+        return ArmRequest(
+            system=received.system, component=received.component, number=self._requests
+        )
+
+    def _others(self, received: Message) -> tuple[Event, ...]:
+        """Return what a message of another station to the vehicle means."""
+        if received.system == self._own_system:
+            return ()
+        if received.fields.get("target_system", 0) not in {0, self._system}:
+            return ()
+        if received.name in {"MISSION_COUNT", "MISSION_CLEAR_ALL", "MISSION_WRITE_PARTIAL_LIST"}:
+            return _list_changed(received, f"system {received.system} sends one")
+        if received.name == "PARAM_SET":
+            why = f"system {received.system} sets {received['param_id']}"
+            return (Changed(part=Part.PARAMETERS, why=why),)
+        return ()
+
+    def _counted(self, received: Message) -> tuple[Event, ...]:
+        items = self.lists.get(MissionKind.MISSION)
+        total = received.fields.get("total", 0)
+        # 0 stands for a vehicle that does not tell; PX4 counts items, ArduPilot its home not.
+        if not items or not total or total in {len(items), len(items) - 1, _NOT_TOLD}:
+            return ()
+        return (Changed(part=Part.MISSION, why=f"MISSION_CURRENT tells of {total} items"),)
+
+    def _valued(self, received: Message) -> tuple[Event, ...]:
+        name, known = received["param_id"], self._content_of.get(received["param_id"])
+        if known in {None, received["param_bytes"]} or name.startswith(_COUNTERS):
+            return ()
+        self._content_of[name] = received["param_bytes"]
+        return (Changed(part=Part.PARAMETERS, why=f"{name} was set"),)
+
+    def _read(self, part: Part, content: str) -> Read:
+        fingerprint = hashlib.sha256(content.encode()).hexdigest()
+        self.fingerprints[part] = fingerprint
+        return Read(part=part, fingerprint=fingerprint)
+
+
+def _list_changed(received: Message, why: str) -> tuple[Event, ...]:
+    kind = received.fields.get("mission_type", 0)
+    if received.name == "MISSION_ACK" and received["type"] != _ACCEPTED:
+        return ()
+    parts = tuple(_PARTS.values()) if kind == 255 else ()
+    if kind in set(MissionKind):
+        parts = (_PARTS[MissionKind(kind)],)
+    return tuple(Changed(part=part, why=why) for part in parts)
+
+
+def _home_at_arming(state: VehicleState) -> Home | None:
+    """Return the home a vehicle tells, or the place where it will set it when it arms."""
+    place = state.position
+    if place is None or state.is_armed:
+        return state.home
+    here = Home(
+        latitude_deg=place.latitude_deg,
+        longitude_deg=place.longitude_deg,
+        altitude_amsl_m=place.altitude_amsl_m,
+    )
+    if state.home is None or _distance_m(state.home, here) > _AWAY_M:
+        return here
+    return state.home
+
+
+def _distance_m(one: Home, other: Home) -> float:
+    """Return the distance of places close to each other, heights counted [m]."""
+    north_m = (one.latitude_deg - other.latitude_deg) * _METRES_PER_DEGREE
+    east_deg = (one.longitude_deg - other.longitude_deg + 180.0) % 360.0 - 180.0
+    east_m = east_deg * _METRES_PER_DEGREE * math.cos(math.radians(one.latitude_deg))
+    up_m = (one.altitude_amsl_m or 0.0) - (other.altitude_amsl_m or 0.0)
+    return math.sqrt(north_m**2 + east_m**2 + up_m**2)
