@@ -25,6 +25,7 @@ COMMANDS = {
     "verify": "planner.cli.verify",
     "simulate": "planner.cli.simulate",
     "fetch": "planner.cli.fetch",
+    "guard": "planner.cli.guard",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",
     "explain": "planner.cli.explain",

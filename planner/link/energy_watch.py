@@ -165,9 +165,7 @@ class EnergyWatch:
             ratio=ratio,
             finish_wh=factor * progress.finish_wh,
             return_wh=factor * progress.return_wh,
-            lead_s=(
-                self._course.lead_s(progress, above_wh / factor) if is_on_mission else None
-            ),
+            lead_s=(self._course.lead_s(progress, above_wh / factor) if is_on_mission else None),
         )
         return state, self._warnings(state, is_on_mission=is_on_mission)
 
@@ -179,9 +177,7 @@ class EnergyWatch:
             return None
         return max(used_wh - left.step_wh, 0.0) / progress.used_wh
 
-    def _warnings(
-        self, state: EnergyState, *, is_on_mission: bool
-    ) -> tuple[EnergyWarning, ...]:
+    def _warnings(self, state: EnergyState, *, is_on_mission: bool) -> tuple[EnergyWarning, ...]:
         lead_s = math.inf if state.lead_s is None else state.lead_s
         is_short = state.return_margin_wh < 0.0
         finishes = state.finish_margin_wh >= 0.0 and is_on_mission

@@ -33,12 +33,14 @@ from planner.link.judgement import Verdict
 from planner.link.message import message
 from planner.link.message_request import REQUEST_MESSAGE
 from planner.link.mission_items import mission_of_lists
+from planner.link.mission_transfer import MissionDownload
 from planner.link.parameter_hash import ParameterHashRequest
 from planner.link.vehicle import BatteryState, VehicleSnapshot
 from planner.link.vehicle_watch import KINDS, VehicleWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from concurrent.futures import Executor, Future
 
     from planner.link.authorisation import ArmAnswer, ArmingSettings, ArmRequest
     from planner.link.energy_watch import EnergyState, Prediction
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleState
 
     Judge = Callable[[VehicleSnapshot], tuple[Judgement, Prediction | None]]
+    _Checking = tuple[dict[Part, str], Future[tuple[Judgement, Prediction | None]]]
 
 _TURN_S = 0.1
 """So often time passes for the guard. [s]"""
@@ -57,7 +60,9 @@ _LOOK_S = 1.0
 """So often the energy is looked at, and the status told. [s]"""
 _ASK_S = 5.0
 """So often a message that does not come is asked for. [s]"""
-_HASH_RETRIES = 3
+_HASH_RETRIES = 5
+_LATE = 3.0
+"""An answer so many round trips old is lost. [-]"""
 _SET_MESSAGE_INTERVAL = 511
 _STREAMS = {
     "SYS_STATUS": (1, 1.0),
@@ -118,6 +123,8 @@ class GuardSession:
         Told each decision as it is made, and the status every second.
     authoriser : Authoriser, optional
         Default this program's own messages.
+    executor : Executor, optional
+        Where checks run, so that the line is heard meanwhile; default here, in turn.
     lost_after_s : float
         A vehicle that is not heard for so long is lost. [s]
     warn_before_s : float
@@ -134,6 +141,7 @@ class GuardSession:
         on_decision: Callable[[Decision], None],
         on_status: Callable[[GuardStatus], None],
         authoriser: Authoriser | None = None,
+        executor: Executor | None = None,
         lost_after_s: float = 30.0,
         warn_before_s: float = 60.0,
     ) -> None:
@@ -145,6 +153,8 @@ class GuardSession:
         self._on_decision = on_decision
         self._on_status = on_status
         self._authoriser = authoriser
+        self._executor = executor
+        self._checking: _Checking | None = None
         self._lost_after_s = lost_after_s
         self._warn_before_s = warn_before_s
         self._watch = VehicleWatch(link.identity.system, own_system=OWN_SYSTEM)
@@ -156,6 +166,7 @@ class GuardSession:
         self._looked_s = self._asked_s = -_LOOK_S
         self._arming: ArmingSettings | None = None
         self._hash: bytes | None = None
+        self._round_trip_s: float | None = None
         self._prediction: Prediction | None = None
         self._start: BatteryReading | None = None
         self._energy: EnergyWatch | None = None
@@ -180,6 +191,7 @@ class GuardSession:
                     self._do(self._work.popleft())
                 else:
                     connection.listen(_TURN_S)
+                self._take_check()
                 self._look()
                 silent_s = connection.now_s - self._heard_s
                 if silent_s > self._lost_after_s:
@@ -242,18 +254,31 @@ class GuardSession:
         if isinstance(action, CheckVehicle):
             self._check()
             return
+        settings = self._link_settings
+        if action.is_urgent and self._round_trip_s is not None:
+            # Someone waits: what is lost is asked for again as soon as it is late.
+            late_s = max(_LATE * self._round_trip_s, settings.shortest_timeout_s)
+            settings = replace(settings, reply_timeout_s=min(late_s, settings.reply_timeout_s))
         for part in action.parts:
             try:
-                event: Event = self._read(part)
+                event: Event = self._read(part, settings)
             except LinkError as error:
                 event = Unread(part=part, why=str(error))
             self._feed(event)
 
-    def _read(self, part: Part) -> Event:
+    def _read(self, part: Part, settings: LinkSettings) -> Event:
         if part in KINDS:
-            return self._watch.take_list(KINDS[part], self._link.fetch_items(KINDS[part]))
+            download = MissionDownload(KINDS[part], settings)
+            began_s = self._connection.now_s
+            self._connection.run(download)
+            took_s = self._connection.now_s - began_s
+            round_trip_s = took_s / (1 + len(download.items))
+            self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
+            return self._watch.take_list(
+                KINDS[part], download.items if download.is_supported else None
+            )
         # The hash comes first: what is set while the parameters are read makes it differ.
-        told = ParameterHashRequest(self._link_settings, retries=_HASH_RETRIES)
+        told = ParameterHashRequest(settings, retries=_HASH_RETRIES)
         if self._hash is not None or not self._watch.parameters:
             self._connection.run(told)
         if told.content is None or told.content != self._hash:
@@ -300,10 +325,25 @@ class GuardSession:
             ),
             parameters=watch.parameters,
         )
-        judgement, self._prediction = self._judge(snapshot)
+        if self._executor is None:
+            self._take_judgement(checked, *self._judge(snapshot))
+        else:
+            self._checking = (checked, self._executor.submit(self._judge, snapshot))
+
+    def _take_judgement(
+        self, checked: dict[Part, str], judgement: Judgement, prediction: Prediction | None
+    ) -> None:
+        self._prediction = prediction
         if self._energy is not None:
             self._begin_flight()
         self._feed(Judged(fingerprints=checked, judgement=judgement))
+
+    def _take_check(self) -> None:
+        """Take a check that has come to its end."""
+        if self._checking is not None and self._checking[1].done():
+            checked, future = self._checking
+            self._checking = None
+            self._take_judgement(checked, *future.result())
 
     def _take_arming(self) -> None:
         self._feed_status()
@@ -375,7 +415,10 @@ class GuardSession:
                     kind="energy",
                     verdict=Verdict.NO_GO,
                     text=warning.text,
-                    details={"concern": warning.concern.value, **_energy_details(self._energy_state)},
+                    details={
+                        "concern": warning.concern.value,
+                        **_energy_details(self._energy_state),
+                    },
                 )
             )
 
@@ -417,7 +460,10 @@ class GuardSession:
             if now_s - self._told_s.get(name, -math.inf) <= _ASK_S + interval_s:
                 continue
             interval = message(
-                "COMMAND_LONG", command=_SET_MESSAGE_INTERVAL, param1=float(number), param2=1e6 * interval_s
+                "COMMAND_LONG",
+                command=_SET_MESSAGE_INTERVAL,
+                param1=float(number),
+                param2=1e6 * interval_s,
             )
             self._connection.send(interval)
             once = message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 from planner.link.authorisation import ARM_AUTHORISATION_REQUEST, ArmRequest
 from planner.link.guarding import Asked, Changed, Heard, Part, Read
 from planner.link.mission_kind import MissionKind
-from planner.link.parameter_transfer import WireParameter
 from planner.mission.items import Home
 
 if TYPE_CHECKING:
     from planner.link.guarding import Event
     from planner.link.message import Message
     from planner.link.mission_transfer import WireItem
+    from planner.link.parameter_transfer import WireParameter
     from planner.link.vehicle import VehicleState
 
 KINDS = {

@@ -1,0 +1,241 @@
+"""``mavjoule guard``: watch a vehicle, and answer whether it may arm."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import __version__, live_guard
+from planner.cli.configuration import mission_settings
+from planner.cli.link_options import LINK_KEYS, link_options, link_request
+from planner.cli.options import given_settings, setting_options
+from planner.cli.output import narrate
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.errors import OutputError
+from planner.link.guarding import GuardSettings
+from planner.report.guard_json import decision_json
+from planner.report.guard_text import decision_text, status_line
+from planner.report.plain_text import printable
+
+if TYPE_CHECKING:
+    from planner.link.guard_session import GuardStatus
+    from planner.link.guarding import Decision
+
+_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min)?", re.IGNORECASE)
+_LONGEST_S = 86_400.0
+
+
+class DurationType(click.ParamType[float]):
+    """A duration: ``60s``, ``2min``, seconds where no unit is given."""
+
+    name = "duration"
+
+    def __init__(self, *, least_s: float = 0.0) -> None:
+        self._least_s = least_s
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the seconds."""
+        if isinstance(value, (int, float)):
+            return float(value)
+        found = _DURATION.fullmatch(str(value).strip())
+        if found is None:
+            self.fail(f"{value!r} is no duration: write 60s or 2min", param, ctx)
+        seconds = float(found["number"]) * (60.0 if (found["unit"] or "").lower() == "min" else 1.0)
+        if not self._least_s <= seconds <= _LONGEST_S:
+            self.fail(f"{value!r} must be from {self._least_s:g} s to a day", param, ctx)
+        return seconds
+
+
+_DEFAULTS = GuardSettings()
+
+
+@click.command("guard")
+@click.argument("url", metavar="URL")
+@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@click.option(
+    "--valid-for",
+    metavar="TIME",
+    type=DurationType(least_s=1.0),
+    default=float(_DEFAULTS.valid_for_s),
+    help="how long an acceptance holds; PX4 does not ask again until then [default: 10s]",
+)
+@click.option(
+    "--confirm-within",
+    metavar="TIME",
+    type=DurationType(),
+    default=_DEFAULTS.confirmed_s,
+    help="accept on what was read so shortly before the request, for radios too slow to be asked "
+    "after it [default: 0s]",
+)
+@click.option(
+    "--reread",
+    metavar="TIME",
+    type=DurationType(least_s=1.0),
+    default=_DEFAULTS.oldest_s,
+    help="how often to read again what gave no sign of a change [default: 60s]",
+)
+@click.option(
+    "--warn-before",
+    metavar="TIME",
+    type=DurationType(),
+    default=60.0,
+    help="in flight, warn so long before the point of no return [default: 60s]",
+)
+@click.option(
+    "--lost-after",
+    metavar="TIME",
+    type=DurationType(least_s=1.0),
+    default=30.0,
+    help="the link has failed when nothing is heard for so long [default: 30s]",
+)
+@click.option("--keep", is_flag=True, help="wait for a vehicle that is lost, instead of ending")
+@click.option(
+    "--authoriser",
+    type=click.Choice(("messages", "mavsdk")),
+    default="messages",
+    metavar="messages|mavsdk",
+    help="who answers requests: own messages, or MAVSDK's server [default: messages]",
+)
+@click.option(
+    "--log",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="append every decision to a file, as JSON lines",
+)
+@link_options
+def command(
+    *,
+    url: str,
+    valid_for: float,
+    confirm_within: float,
+    reread: float,
+    warn_before: float,
+    lost_after: float,
+    keep: bool,
+    authoriser: str,
+    log: Path | None,
+    **options: object,
+) -> None:
+    """Watch a vehicle and answer its arm-authorisation requests with the verdict.
+
+    URL is the vehicle's address, as for fetch.  Mission, fence, rally points, parameters, home and
+    charge are followed and checked whenever they change.  PX4 asks before it arms with
+    COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID 245; a vehicle that does not ask is told the verdict in
+    status texts.  In flight the measured energy is held against the way on and the way home.
+    Nothing is ever commanded.
+
+    Exit codes: 2 unusable usage or configuration, 3 the vehicle was lost, 130 interrupted.
+    """
+    link = {key: options.pop(key) for key in LINK_KEYS}
+    values = mission_settings("-", given_settings(options))
+    request = link_request(url, link)
+    show = GuardDisplay()
+    journal = None if log is None else DecisionLog(log, address=request.address.text)
+
+    def on_decision(decision: Decision) -> None:
+        show.decision(decision)
+        if journal is not None:
+            journal.add(decision)
+
+    live_guard.guard_vehicle(
+        request,
+        check_request(values),
+        live_guard.GuardRequest(
+            settings=GuardSettings(
+                valid_for_s=int(valid_for), confirmed_s=confirm_within, oldest_s=reread
+            ),
+            is_charge_given="charge" in values,
+            uses_mavsdk=authoriser == "mavsdk",
+            lost_after_s=lost_after,
+            keeps_waiting=keep,
+            warn_before_s=warn_before,
+        ),
+        on_decision=on_decision,
+        on_status=show.status,
+        on_lost=show.lost,
+    )
+
+
+class DecisionLog:
+    """A file that decisions are appended to, a line each, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Made where there is none.
+    address : str
+        The vehicle's.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written to.
+    """
+
+    def __init__(self, path: Path, *, address: str) -> None:
+        self._path = path
+        self._address = address
+        self._is_broken = False
+        try:
+            with path.open("ab"):
+                pass
+        except OSError as error:
+            msg = f"{path}: cannot be written: {error.strerror or error}"
+            raise OutputError(msg) from error
+
+    def add(self, decision: Decision) -> None:
+        """Append a decision; a disk that is full is told once, and guarding goes on."""
+        line = decision_json(
+            decision, address=self._address, at=datetime.now(UTC), version=__version__
+        )
+        try:
+            # One write to a file opened for appending: lines of two guards do not mix.
+            file = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+            try:
+                os.write(file, line.encode())
+            finally:
+                os.close(file)
+        except OSError as error:
+            if not self._is_broken:
+                narrate(f"{self._path}: cannot be written: {error.strerror or error}")
+            self._is_broken = True
+
+
+class GuardDisplay:
+    """The status on standard error: one line that changes on a terminal, else a line per change."""
+
+    def __init__(self) -> None:
+        self._is_terminal = sys.stderr is not None and sys.stderr.isatty()
+
+    def status(self, status: GuardStatus) -> None:
+        """Show what is held now."""
+        if self._is_terminal:
+            width = max(os.get_terminal_size(sys.stderr.fileno()).columns - 1, 20)
+            self._write(f"\r\x1b[K{printable(status_line(status))[:width]}")
+
+    def decision(self, decision: Decision) -> None:
+        """Tell a decision."""
+        self._tell(decision_text(decision))
+
+    def lost(self, why: str) -> None:
+        """Tell that the vehicle is waited for."""
+        self._tell(f"{why}; waiting for it")
+
+    def _tell(self, text: str) -> None:
+        if self._is_terminal:
+            self._write("\r\x1b[K")
+        narrate(text)
+
+    def _write(self, text: str) -> None:
+        with suppress(OSError):
+            sys.stderr.write(text)
+            sys.stderr.flush()

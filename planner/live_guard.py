@@ -1,0 +1,191 @@
+"""The use case of guarding a vehicle: the check of what is on it, whenever that changes."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner.errors import LinkError, MavjouleError
+from planner.frozen import frozen
+from planner.link.energy_watch import Prediction
+from planner.link.guard_session import GuardSession
+from planner.link.guarding import GuardSettings, Part
+from planner.link.judgement import go_judgement, no_go_judgement, unknown_judgement
+from planner.link.outgoing import Purpose
+from planner.link.pymavlink_link import open_vehicle
+from planner.live import check_vehicle
+from planner.service import UnreadableMission
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.link.guard_session import Authoriser, GuardStatus
+    from planner.link.guarding import Decision
+    from planner.link.judgement import Judgement
+    from planner.link.pymavlink_link import OnProgress
+    from planner.link.vehicle import VehicleSnapshot
+    from planner.live import LinkRequest
+    from planner.service import CheckRequest
+
+_REOPEN_S = 2.0
+"""Until a line that broke is opened again. [s]"""
+
+
+@frozen
+class GuardRequest:
+    """How to guard a vehicle."""
+
+    settings: GuardSettings = GuardSettings()
+    is_charge_given: bool = False
+    """Whether the charge of the check was meant, and is not to be the vehicle's."""
+    uses_mavsdk: bool = False
+    """Whether MAVSDK answers requests, and not this program's own messages."""
+    lost_after_s: float = 30.0
+    keeps_waiting: bool = False
+    """Whether a vehicle that is lost is waited for."""
+    warn_before_s: float = 60.0
+
+
+def _silent(what: str, done: int, count: int | None) -> None:
+    """Hear of progress and say nothing."""
+
+
+def guard_vehicle(
+    request: LinkRequest,
+    check: CheckRequest,
+    guard: GuardRequest,
+    *,
+    on_decision: Callable[[Decision], None],
+    on_status: Callable[[GuardStatus], None],
+    on_lost: Callable[[str], None] = lambda _: None,
+    on_progress: OnProgress = _silent,
+) -> None:
+    """Guard a vehicle until something stops it.
+
+    Parameters
+    ----------
+    request : LinkRequest
+        Which vehicle.
+    check : CheckRequest
+        What its mission is checked against; its own parameters, charge and home are used.
+    guard : GuardRequest
+        How to guard it.
+    on_decision : callable
+        Told each decision.
+    on_status : callable
+        Told every second what is held.
+    on_lost : callable
+        Told why a vehicle is waited for that was lost.
+    on_progress : callable
+        Told how far what is read is.
+
+    Raises
+    ------
+    LinkError
+        If the vehicle is lost, and is not waited for.
+    UsageError
+        If a library is missing.
+    """
+    while True:
+        try:
+            _guard_once(
+                request,
+                check,
+                guard,
+                on_decision=on_decision,
+                on_status=on_status,
+                on_progress=on_progress,
+            )
+        except LinkError as error:
+            if not guard.keeps_waiting:
+                raise
+            on_lost(str(error))
+            time.sleep(_REOPEN_S)
+
+
+def _guard_once(
+    request: LinkRequest,
+    check: CheckRequest,
+    guard: GuardRequest,
+    *,
+    on_decision: Callable[[Decision], None],
+    on_status: Callable[[GuardStatus], None],
+    on_progress: OnProgress,
+) -> None:
+    settings = guard.settings
+    if guard.is_charge_given:
+        settings = replace(settings, needed=settings.needed - {Part.BATTERY})
+    with ExitStack() as stack:
+        link = stack.enter_context(
+            closing(
+                open_vehicle(
+                    request.address,
+                    settings=request.settings,
+                    purpose=Purpose.GUARD,
+                    system=request.system,
+                    on_progress=on_progress,
+                )
+            )
+        )
+        authoriser: Authoriser | None = None
+        if guard.uses_mavsdk:
+            from planner.link.mavsdk_authoriser import MavsdkAuthoriser
+
+            authoriser = stack.enter_context(closing(MavsdkAuthoriser(link.connection)))
+        executor = ThreadPoolExecutor(1)
+        stack.callback(executor.shutdown, wait=False, cancel_futures=True)
+        session = GuardSession(
+            link,
+            settings,
+            request.settings,
+            judge=lambda snapshot: judge_vehicle(
+                snapshot, check, is_charge_given=guard.is_charge_given
+            ),
+            on_decision=on_decision,
+            on_status=on_status,
+            authoriser=authoriser,
+            executor=executor,
+            lost_after_s=guard.lost_after_s,
+            warn_before_s=guard.warn_before_s,
+        )
+        session.run()
+
+
+def judge_vehicle(
+    snapshot: VehicleSnapshot, check: CheckRequest, *, is_charge_given: bool = False
+) -> tuple[Judgement, Prediction | None]:
+    """Return what the check of a vehicle comes to, and the flight that it predicts.
+
+    Parameters
+    ----------
+    snapshot : VehicleSnapshot
+        Everything read of the vehicle.
+    check : CheckRequest
+        What it is checked against.
+    is_charge_given : bool
+        Whether the charge of the request was meant.
+    """
+    try:
+        result = check_vehicle(snapshot, check, is_charge_given=is_charge_given)
+    except MavjouleError as error:
+        return unknown_judgement(str(error)), None
+    if isinstance(result, UnreadableMission):
+        return no_go_judgement(result.findings, fail_on=check.fail_on), None
+    battery, case = result.battery, result.case
+    prediction = None
+    if battery is not None and case is not None and case.pack is not None:
+        prediction = Prediction(
+            homeward=case.homeward,
+            battery=case.pack,
+            charge=case.charge,
+            usable_wh=battery.usable_wh,
+            reserve_wh=battery.reserve_wh,
+            temperature_c=case.flight.power.home_temperature_c,
+        )
+    if result.verdict == "no-go":
+        return no_go_judgement(result.findings, fail_on=check.fail_on), prediction
+    margin_wh = None if battery is None else battery.margin_wh
+    return go_judgement(margin_wh=margin_wh), prediction

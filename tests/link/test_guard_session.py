@@ -1,0 +1,307 @@
+"""A guard on a line in virtual time: what it reads, what it answers, what it sends at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import pytest
+from guarded_vehicle import ASKING, HASH, OUT_AND_BACK, GuardedVehicle, guarded
+from virtual_vehicle import ARDUPILOT, VirtualLine, wire_item
+
+from planner.autopilot import Autopilot
+from planner.errors import LinkError
+from planner.link.guard_session import GuardSession, GuardStatus
+from planner.link.guarding import Decision, GuardSettings
+from planner.link.mission_kind import MissionKind
+from planner.link.outgoing import Purpose
+from planner.link.pymavlink_link import PymavlinkLink
+from planner.link.settings import LinkSettings
+from planner.live_guard import judge_vehicle
+from planner.service import CheckRequest
+from planner.vehicle.battery import Battery
+
+if TYPE_CHECKING:
+    from planner.link.energy_watch import Prediction
+    from planner.link.judgement import Judgement
+    from planner.link.vehicle import VehicleSnapshot
+
+ACCEPTED, FOR_NOW, DENIED = 0, 1, 2
+CHECK = CheckRequest(battery=Battery(capacity_wh=77.0), autopilot=Autopilot.STEP)
+FAR = (OUT_AND_BACK[0], wire_item(x=502_000_000, y=200_000_000, z=100.0), OUT_AND_BACK[2])
+"""22 km away: no battery of this size comes back."""
+
+
+class OverError(Exception):
+    """The time of a test is up."""
+
+
+@dataclass
+class Run:
+    vehicle: GuardedVehicle
+    line: VirtualLine
+    decisions: list[Decision] = field(default_factory=list)
+    statuses: list[GuardStatus] = field(default_factory=list)
+    checks: int = 0
+
+    def decided(self, kind: str) -> list[Decision]:
+        return [one for one in self.decisions if one.kind == kind]
+
+
+def guard(
+    vehicle: GuardedVehicle,
+    *,
+    until_s: float,
+    settings: GuardSettings | None = None,
+    **chances: float,
+) -> Run:
+    """Guard a vehicle in virtual time, until a time."""
+    line = VirtualLine(vehicle, **chances)  # type: ignore[arg-type] # loss, seed and the like
+    run = Run(vehicle, line)
+    link_settings = LinkSettings()
+    link = PymavlinkLink(line, name="virtual", settings=link_settings, purpose=Purpose.GUARD)
+
+    def judge(snapshot: VehicleSnapshot) -> tuple[Judgement, Prediction | None]:
+        run.checks += 1
+        return judge_vehicle(snapshot, CHECK)
+
+    def on_status(status: GuardStatus) -> None:
+        run.statuses.append(status)
+        if line.time_s >= until_s:
+            raise OverError
+
+    session = GuardSession(
+        link,
+        settings or GuardSettings(),
+        link_settings,
+        judge=judge,
+        on_decision=run.decisions.append,
+        on_status=on_status,
+    )
+    with pytest.raises(OverError):
+        session.run()
+    return run
+
+
+def at(time_s: float, *whats: object) -> list[tuple[float, object]]:
+    return [(time_s, what) for what in whats]
+
+
+def test_a_vehicle_with_a_good_mission_may_arm() -> None:
+    vehicle = guarded(script=at(20.0, GuardedVehicle.ask))
+    run = guard(vehicle, until_s=25.0, settings=GuardSettings(valid_for_s=60))
+    ((answered_s, answer),) = vehicle.answers
+    assert answered_s < 20.5
+    assert answer["command"] == 3001
+    assert answer["result"] == ACCEPTED
+    assert answer["result_param2"] == 60
+    assert answer["target_system"] == 1  # PX4 takes no other
+    assert run.checks == 1
+    assert run.statuses[-1].view.verdict == "go"
+
+
+def test_a_mission_that_is_no_go_is_denied_with_the_finding() -> None:
+    vehicle = guarded(script=at(30.0, GuardedVehicle.ask))
+    vehicle.lists[MissionKind.MISSION] = FAR
+    run = guard(vehicle, until_s=35.0)
+    ((_, answer),) = vehicle.answers
+    assert answer["result"] == DENIED
+    assert (answer["progress"], answer["result_param2"]) == (0, 101)  # generic, E101
+    assert run.decided("answer")[0].text.startswith("E101 reserve-below-minimum")
+    assert [text for _, _, text in vehicle.texts] == ["mavjoule: NO-GO E101 item 2 (+1)"]
+
+
+def test_a_mission_sent_by_another_station_just_before_arming_is_what_is_judged() -> None:
+    def send_far(vehicle: GuardedVehicle) -> None:
+        vehicle.lists[MissionKind.MISSION] = FAR  # without any sign on this line
+
+    vehicle = guarded(script=at(30.0, send_far, GuardedVehicle.ask))
+    guard(vehicle, until_s=35.0)
+    assert vehicle.results() == [DENIED]
+
+
+def test_a_parameter_set_just_before_arming_is_what_is_judged() -> None:
+    def set_speed(vehicle: GuardedVehicle) -> None:
+        vehicle.parameters["MPC_XY_CRUISE"] = (3.0, 9)
+
+    vehicle = guarded(script=at(30.0, set_speed, GuardedVehicle.ask))
+    run = guard(vehicle, until_s=35.0)
+    assert run.checks == 2
+    assert vehicle.results() == [ACCEPTED]
+
+
+def test_an_empty_battery_is_no_go_once_it_is_told() -> None:
+    def drain(vehicle: GuardedVehicle) -> None:
+        vehicle.battery_remaining = 21
+
+    vehicle = guarded(script=at(20.0, drain) + at(30.0, GuardedVehicle.ask))
+    guard(vehicle, until_s=35.0)
+    assert vehicle.results() == [DENIED]
+
+
+def test_a_vehicle_that_does_not_tell_its_charge_is_never_a_go() -> None:
+    vehicle = guarded(script=at(30.0, GuardedVehicle.ask), battery_remaining=-1)
+    guard(vehicle, until_s=35.0)
+    assert vehicle.results() == [FOR_NOW]
+
+
+def test_a_vehicle_without_home_and_place_is_never_a_go() -> None:
+    vehicle = guarded(script=at(30.0, GuardedVehicle.ask), home=None, place=(0, 0, 0))
+    guard(vehicle, until_s=35.0)
+    assert vehicle.results() == [FOR_NOW]
+
+
+def test_a_request_before_everything_was_read_is_rejected_for_the_moment() -> None:
+    vehicle = guarded(script=at(1.5, GuardedVehicle.ask))
+    guard(vehicle, until_s=10.0)
+    assert all(result != ACCEPTED for result in vehicle.results()[:1])
+
+
+def test_after_a_silence_the_vehicle_is_read_again_before_a_go() -> None:
+    def fall_silent(vehicle: GuardedVehicle) -> None:
+        vehicle.is_silent = True
+
+    def come_back(vehicle: GuardedVehicle) -> None:
+        vehicle.is_silent = False
+        vehicle.lists[MissionKind.MISSION] = FAR
+        vehicle.ask()
+
+    vehicle = guarded(script=at(20.0, fall_silent) + at(32.0, come_back))
+    vehicle.script += at(60.0, GuardedVehicle.ask)  # type: ignore[arg-type] # what happens
+    run = guard(vehicle, until_s=65.0)
+    assert ACCEPTED not in vehicle.results()
+    assert vehicle.results()[-1] == DENIED
+    assert run.decided("link")
+
+
+def test_a_vehicle_that_stays_silent_is_lost() -> None:
+    vehicle = guarded()
+    vehicle.script += at(20.0, lambda one: setattr(one, "is_silent", True))  # type: ignore[arg-type] # what happens
+    line = VirtualLine(vehicle)
+    link = PymavlinkLink(line, name="virtual", purpose=Purpose.GUARD)
+    session = GuardSession(
+        link,
+        GuardSettings(),
+        LinkSettings(),
+        judge=lambda snapshot: judge_vehicle(snapshot, CHECK),
+        on_decision=lambda _: None,
+        on_status=lambda _: None,
+        lost_after_s=30.0,
+    )
+    with pytest.raises(LinkError, match=r"not heard for 3\d s on virtual"):
+        session.run()
+    assert line.time_s < 60.0
+
+
+def test_a_vehicle_that_does_not_ask_is_told_the_verdict() -> None:
+    parameters = {name: value for name, value in ASKING.items() if "AUTH" not in name}
+    vehicle = guarded(parameters=parameters)
+    vehicle.script += at(  # type: ignore[arg-type] # what happens
+        40.0,
+        lambda one: one.lists.update({MissionKind.MISSION: FAR}),
+        lambda one: setattr(one, "sequence", 0),
+    )
+    run = guard(vehicle, until_s=150.0)
+    texts = [(severity, text) for _, severity, text in vehicle.texts]
+    assert [severity for severity, _ in texts] == [5, 3]
+    assert texts[0][1].startswith("mavjoule: GO, ")
+    assert texts[1][1].startswith("mavjoule: NO-GO E101")
+    assert "does not ask" in run.decided("arming")[0].text
+
+
+def test_an_ardupilot_vehicle_is_told_the_verdict() -> None:
+    home_row = wire_item(frame=0, x=500_000_000, y=200_000_000, z=200.0)
+    vehicle = guarded(autopilot=ARDUPILOT, parameters={"WPNAV_SPEED": (700.0, 9)})
+    vehicle.lists[MissionKind.MISSION] = (home_row, *OUT_AND_BACK)
+    guard(vehicle, until_s=60.0)
+    assert [text.startswith("mavjoule: GO") for _, _, text in vehicle.texts] == [True]
+
+
+def test_a_vehicle_that_asks_another_system_is_told_what_to_set() -> None:
+    parameters = {**ASKING, "COM_ARM_AUTH_ID": (10.0, 6)}
+    run = guard(guarded(parameters=parameters), until_s=15.0)
+    (told,) = run.decided("arming")
+    assert "asks system 10" in told.text
+    assert "COM_ARM_AUTH_ID 245" in told.text
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_with_a_fifth_lost_both_ways_a_vehicle_that_asks_again_gets_its_answer(seed: int) -> None:
+    vehicle = guarded()
+    for turn in range(12):
+        vehicle.script += at(60.0 + 3.0 * turn, GuardedVehicle.ask)  # type: ignore[arg-type] # what happens
+    guard(vehicle, until_s=100.0, loss=0.2, seed=seed)
+    assert ACCEPTED in vehicle.results()
+    assert DENIED not in vehicle.results()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_with_a_fifth_lost_both_ways_a_no_go_is_never_accepted(seed: int) -> None:
+    vehicle = guarded()
+    vehicle.script += at(40.0, lambda one: one.lists.update({MissionKind.MISSION: FAR}))  # type: ignore[arg-type] # what happens
+    for turn in range(30):
+        vehicle.script += at(40.0 + turn, GuardedVehicle.ask)  # type: ignore[arg-type] # what happens
+    guard(vehicle, until_s=75.0, loss=0.2, seed=seed)
+    assert ACCEPTED not in vehicle.results()
+    assert DENIED in vehicle.results()
+
+
+def test_nothing_goes_out_but_requests_answers_and_texts() -> None:
+    vehicle = guarded(script=at(20.0, GuardedVehicle.ask) + at(40.0, GuardedVehicle.ask))
+    run = guard(vehicle, until_s=60.0)
+    names = {one.name for one in vehicle.received}
+    assert names <= {
+        "COMMAND_ACK",
+        "COMMAND_LONG",
+        "MISSION_ACK",
+        "MISSION_REQUEST_INT",
+        "MISSION_REQUEST_LIST",
+        "PARAM_REQUEST_LIST",
+        "PARAM_REQUEST_READ",
+        "STATUSTEXT",
+    }
+    commands = {one["command"] for one in vehicle.received if one.name == "COMMAND_LONG"}
+    assert commands <= {511, 512}  # SET_MESSAGE_INTERVAL, REQUEST_MESSAGE
+    assert {one["command"] for one in vehicle.received if one.name == "COMMAND_ACK"} == {3001}
+    assert len(run.line.sent) > 20
+
+
+def test_parameters_are_read_once_where_the_vehicle_has_a_hash_of_them() -> None:
+    vehicle = guarded(script=at(20.0, GuardedVehicle.ask) + at(40.0, GuardedVehicle.ask))
+    guard(vehicle, until_s=100.0)
+    names = [one.name for one in vehicle.received]
+    assert names.count("PARAM_REQUEST_LIST") == 1
+    assert any(one.fields.get("param_id") == HASH for one in vehicle.received)
+    assert vehicle.results() == [ACCEPTED, ACCEPTED]
+
+
+def test_in_flight_the_pilot_is_warned_before_the_way_home_eats_the_reserve() -> None:
+    vehicle = guarded(energy_consumed_hj=0, script=at(20.0, GuardedVehicle.ask))
+    vehicle.lists[MissionKind.MISSION] = (
+        OUT_AND_BACK[0],
+        wire_item(x=500_150_000, y=200_000_000, z=100.0),
+        OUT_AND_BACK[2],
+    )
+
+    def fly(one: GuardedVehicle, time_s: float) -> None:
+        # 1.67 km north at 7 m/s, taking far more than the model has it
+        one.is_armed = True
+        metres = min(7.0 * time_s, 1600.0)
+        one.place = (500_000_000 + round(metres / 111.2e3 * 1e7), 200_000_000, 100_000)
+        one.sequence = 1
+        one.energy_consumed_hj = round(0.25 * time_s * 36.0)  # 0.25 Wh a second, 900 W
+        one.battery_remaining = max(95 - round(0.25 * time_s / 0.77), 0)
+
+    for second in range(1, 230):
+        vehicle.script.append((30.0 + second, lambda one, s=second: fly(one, float(s))))  # type: ignore[misc] # bound now
+    run = guard(vehicle, until_s=255.0)
+    warned = [one.details["concern"] for one in run.decided("energy")]
+    assert warned.index("return-soon") < warned.index("no-return")
+    assert sorted(set(warned)) == sorted(warned)
+    flying = [status for status in run.statuses if status.is_flying]
+    assert flying[-1].energy is not None
+    assert flying[-1].energy.ratio is not None
+    assert flying[-1].energy.ratio > 1.5
+    texts = [text for _, severity, text in vehicle.texts if severity <= 3]
+    assert any("no return in" in text for text in texts)
+    assert not run.decided("withdrawn")
