@@ -65,7 +65,7 @@ class ArmAnswer:
     """How long an acceptance holds. [s]"""
     reason: DenialReason = DenialReason.GENERIC
     extra_info: int = 0
-    """Item of an invalid waypoint, else the number of the finding's code."""
+    """Item of an invalid waypoint; with a generic reason or the weather the number of the code."""
 
     @property
     def is_accepted(self) -> bool:

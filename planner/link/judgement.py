@@ -40,7 +40,7 @@ class Judgement:
     """The same for the pilot's ground station, at most 50 characters."""
     reason: DenialReason = DenialReason.GENERIC
     extra_info: int = 0
-    """Item of an invalid waypoint, else the number of the finding's code."""
+    """Item of an invalid waypoint; with a generic reason or the weather the number of the code."""
     code: str = ""
     """Of the worst finding of a no-go."""
     item: int | None = None
@@ -83,7 +83,7 @@ def no_go_judgement(findings: Sequence[Finding], *, fail_on: Severity) -> Judgem
     elif family in _OF_ITEMS and worst.item is not None:
         reason, extra = DenialReason.INVALID_WAYPOINT, worst.item
     elif family == "F":
-        reason, extra = DenialReason.AIRSPACE_IN_USE, number
+        reason, extra = DenialReason.AIRSPACE_IN_USE, 0  # it would be a waypoint
     else:
         reason, extra = DenialReason.GENERIC, number
     where = "" if worst.item is None else f" item {worst.item}"

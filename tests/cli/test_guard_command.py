@@ -103,7 +103,7 @@ def test_with_keep_a_lost_vehicle_is_waited_for(
     other = guarded(script=[(20.0, GuardedVehicle.ask), (25.0, interrupt)])
     lines = [VirtualLine(vehicle), VirtualLine(other)]
     monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
-    monkeypatch.setattr(live_guard.time, "sleep", lambda _: None)
+    monkeypatch.setattr(live_guard, "_REOPEN_S", 0.0)
     assert main(["guard", URL, *CHECK, "--lost-after", "5s", "--keep"]) == 130
     assert other.results() == [0]
     assert "waiting for it" in capsys.readouterr().err

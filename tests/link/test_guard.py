@@ -482,7 +482,7 @@ def test_the_world_of_the_property_accepts_at_all() -> None:
         ("M105", 7, DenialReason.INVALID_WAYPOINT, 7),
         ("F101", 3, DenialReason.INVALID_WAYPOINT, 3),
         ("A102", 4, DenialReason.INVALID_WAYPOINT, 4),
-        ("F104", None, DenialReason.AIRSPACE_IN_USE, 104),
+        ("F104", None, DenialReason.AIRSPACE_IN_USE, 0),
         ("W101", 5, DenialReason.BAD_WEATHER, 101),
         ("E102", 9, DenialReason.GENERIC, 102),
         ("M116", None, DenialReason.GENERIC, 116),

@@ -295,7 +295,7 @@ def test_in_flight_the_pilot_is_warned_before_the_way_home_eats_the_reserve() ->
     for second in range(1, 230):
         vehicle.script.append((30.0 + second, lambda one, s=second: fly(one, float(s))))  # type: ignore[misc] # bound now
     run = guard(vehicle, until_s=255.0)
-    warned = [one.details["concern"] for one in run.decided("energy")]
+    warned = [str(one.details["concern"]) for one in run.decided("energy")]
     assert warned.index("return-soon") < warned.index("no-return")
     assert sorted(set(warned)) == sorted(warned)
     flying = [status for status in run.statuses if status.is_flying]
