@@ -1,16 +1,15 @@
-"""The use cases, called alike by the command line, the terminal UI and scripts."""
+"""The main job: predict a mission and judge it."""
 
 from __future__ import annotations
 
-from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot, Target
-from planner.catalogue.tool import FILE_UNREADABLE
 from planner.checks.case import Case
 from planner.checks.registry import check_case, check_unflown
 from planner.checks.selection import Selection
-from planner.errors import MissionFileError, OtherVehicleError, UsageError
+from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.budget import (
     NOTHING_FLOWN,
@@ -29,131 +28,23 @@ from planner.flight.reserve import Reserve, hover_power_w
 from planner.flight.return_search import ReturnSearch
 from planner.flight.spread import divided
 from planner.flight.trace import sample_trace
-from planner.frozen import frozen
-from planner.mission.files import read_mission, write_mission
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
-from planner.vehicle.library import load_vehicle
+from planner.service.result import CheckResult
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from pathlib import Path
-
     from planner.checks.site_profile import SiteProfile
     from planner.findings import Finding
-    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.prediction import Flight
-    from planner.flight.segment import ItemArrival, Segment
+    from planner.flight.segment import ItemArrival
     from planner.flight.spread import Spread
-    from planner.flight.trace import Trace
     from planner.geo.terrain import TerrainGrid
-    from planner.identify.outcome import Identification
-    from planner.identify.settings import IdentificationSettings
-    from planner.identify.verification import KnownConditions, Verification
-    from planner.logs.csv_mapping import CsvMapping
-    from planner.logs.record import FlightRecord
     from planner.mission.items import Mission
+    from planner.service.result import Verdict
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
-    from planner.vehicle.parameters import FlightParameters
-
-Verdict = Literal["go", "no-go"]
-
-DEFAULT_VEHICLE = "falkowski-2023-quadrotor"
-"""The article's quadrotor, which flies where no vehicle is named."""
-
-
-@frozen
-class CheckRequest:
-    """What a mission file is checked against."""
-
-    vehicle: str = DEFAULT_VEHICLE
-    """Name of a shipped model, or path of a model file."""
-    autopilot: Autopilot | None = None
-    """``None``: the model's own way of commanding."""
-    parameters: Path | None = None
-    """Autopilot parameter file."""
-    target: Target | None = None
-    """Version of the firmware whose rules count; ``None``: of the parameter file, else any."""
-    terrain: tuple[Path, ...] = ()
-    """Grids of ground heights; none: the ground is level with home."""
-    clearance_m: float = 0.0
-    """Height over the terrain that has to be kept. [m]"""
-    profile: Path | None = None
-    """What a site asks for."""
-    battery: Battery | None = None
-    """``None``: the model's own."""
-    charge: float | Spread = 1.0
-    """State of charge at the start, 0 to 1. [-]"""
-    reserve: float | Reserve = 0.2
-    """What stays in the battery; a number is a share of the capacity. [-]"""
-    risk: float = 0.05
-    """Chance of landing below the reserve above which it is told, 0 to 1. [-]"""
-    conditions: Conditions = field(default_factory=Conditions)
-    selection: Selection = field(default_factory=Selection)
-    """Which findings are reported."""
-    baseline: Path | None = None
-    """File of the findings that are known already."""
-    fail_on: Severity = Severity.ERROR
-    """From which severity on a finding makes the mission a no-go."""
-    with_trace: bool = False
-    """Whether the result holds the flight sampled over time."""
-
-
-@frozen
-class CheckResult:
-    """Everything the check of one mission has to say."""
-
-    file: str
-    verdict: Verdict
-    vehicle_name: str
-    vehicle_source: str
-    conditions: Conditions
-    totals: Totals
-    battery: BatteryBudget | None
-    way_home: ReturnBudget | None
-    segments: Sequence[Segment]
-    items: tuple[ItemArrival, ...]
-    findings: tuple[Finding, ...]
-    """Worst first, then by item."""
-    suppressed: tuple[Finding, ...] = ()
-    """Findings kept out of the report and of the verdict, each with the reason."""
-    fail_on: Severity = Severity.ERROR
-    """From which severity on a finding made the mission a no-go."""
-    parameters: FlightParameters | None = None
-    """What the autopilot was taken to fly with, each value with its origin."""
-    trace: Trace | None = None
-    """The flight sampled over time, where it was asked for and something is flown."""
-    case: Case | None = None
-    """Everything the rules looked at, for pictures; ``None`` where nothing is flown."""
-
-
-@frozen
-class UnreadableMission:
-    """A mission file about which nothing can be said but why; never a go."""
-
-    file: str
-    findings: tuple[Finding, ...]
-    """X901 file-unreadable."""
-    verdict: Literal["no-go"] = "no-go"
-    suppressed: tuple[Finding, ...] = ()
-    """Nothing ever is: that a file cannot be read is always told."""
-
-
-@frozen
-class ConversionResult:
-    """A mission written to another file."""
-
-    file: str
-    target: str
-    items: int
-    """How many items were written, home not counted."""
-    findings: tuple[Finding, ...]
-    """What reading the mission brought to light."""
-    losses: tuple[Finding, ...]
-    """What the target does not hold, and what reading it brings to light."""
 
 
 def check(
@@ -458,225 +349,6 @@ def _noise_findings(vehicle: VehicleModel, flown_by: Autopilot) -> list[Finding]
             "PX4 slows down for it"
         )
     ]
-
-
-def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:
-    """Read a mission and check it; one that cannot be read is a result too.
-
-    Raises
-    ------
-    InputError, UsageError
-        If the vehicle or the request is unusable: no mission could be checked with it.
-    """
-    return check_read(lambda: read_mission(path), request, file=str(path))
-
-
-def check_read(
-    read: Callable[[], Mission],
-    request: CheckRequest,
-    *,
-    file: str,
-    parameters: ParameterSet | None = None,
-) -> CheckResult | UnreadableMission:
-    """Check a mission wherever it comes from; one that cannot be read is a result too.
-
-    Parameters
-    ----------
-    read : callable
-        Returns the mission, or raises ``MissionFileError``.
-    request : CheckRequest
-        What it is checked against.
-    file : str
-        What the result calls the mission, where it cannot be read.
-    parameters : ParameterSet, optional
-        The vehicle's own, where the request names no file of them.
-
-    Raises
-    ------
-    InputError, UsageError
-        If the vehicle or the request is unusable: no mission could be checked with it.
-    """
-    vehicle = load_vehicle(request.vehicle)
-    if request.parameters is not None:
-        from planner.vehicle.parameter_file import read_parameters
-
-        parameters = read_parameters(request.parameters)
-    terrain = None
-    if request.terrain:
-        from planner.geo.terrain import read_terrain
-
-        terrain = read_terrain(*request.terrain)
-    profile = None
-    if request.profile is not None:
-        from planner.checks.site_profile import read_profile
-
-        profile = read_profile(request.profile)
-    selection = request.selection
-    if request.baseline is not None:
-        from planner.checks.baseline import read_baseline
-
-        selection = replace(selection, baseline=read_baseline(request.baseline))
-    try:
-        mission = read()
-        return check(
-            mission,
-            vehicle,
-            battery=request.battery,
-            charge=request.charge,
-            reserve=request.reserve,
-            risk=request.risk,
-            wind=request.conditions.wind,
-            payload_kg=request.conditions.payload_spread_kg,
-            temperature_c=request.conditions.temperature_spread_c,
-            position_noise_m=request.conditions.position_noise_m,
-            battery_health=request.conditions.battery_health,
-            battery_resistance_factor=request.conditions.battery_resistance_factor,
-            battery_temperature_c=request.conditions.battery_temperature_c,
-            reaction_time_s=request.conditions.reaction_time_s,
-            position_error_m=request.conditions.position_error_m,
-            home_amsl_m=request.conditions.home_amsl_m,
-            autopilot=request.autopilot,
-            parameters=parameters,
-            terrain=terrain,
-            clearance_m=request.clearance_m,
-            target=request.target,
-            profile=profile,
-            selection=selection,
-            fail_on=request.fail_on,
-            with_trace=request.with_trace,
-        )
-    except MissionFileError as error:
-        fix = "give a multicopter's mission" if isinstance(error, OtherVehicleError) else None
-        finding = FILE_UNREADABLE.finding(str(error), place=error.place, fix=fix)
-        return UnreadableMission(file=file, findings=(finding,))
-
-
-def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
-    """Read a mission and write it in the format that the target's suffix names.
-
-    Raises
-    ------
-    MissionFileError
-        If the mission cannot be read.
-    UsageError
-        If the suffix names no format.
-    OutputError
-        If the format cannot hold the mission, or the file cannot be written.
-    """
-    mission = read_mission(source)
-    return ConversionResult(
-        file=mission.source,
-        target=str(target),
-        items=len(mission.items),
-        findings=mission.findings,
-        losses=write_mission(mission, target),
-    )
-
-
-def identify_logs(
-    paths: Sequence[Path | str],
-    settings: IdentificationSettings,
-    *,
-    mapping: CsvMapping | None = None,
-    output: Path | None = None,
-    on_log: Callable[[str], None] = lambda _: None,
-) -> Identification:
-    """Identify a vehicle from its flight logs and write the model file.
-
-    Parameters
-    ----------
-    paths : sequence of Path or str
-        Flight logs.
-    settings : IdentificationSettings
-        What no log tells.
-    mapping : CsvMapping, optional
-        For logs in CSV of no known kind.
-    output : Path, optional
-        The model file; left out, none is written.
-    on_log : callable
-        Told what is done next: a log is read, the model is fitted.
-
-    Returns
-    -------
-    Identification
-        The model, what was found about each state, and what has to be known.
-
-    Raises
-    ------
-    LogFileError
-        If a log cannot be read.
-    IdentificationError
-        If the flights do not tell enough for any model.
-    UsageError
-        If the base model answers another reference.
-    OutputError
-        If the model file cannot be written.
-    """
-    from planner.identify.identification import identify_vehicle
-    from planner.logs.files import read_log
-
-    records: list[FlightRecord] = []
-    for path in paths:
-        on_log(f"reading {path}")
-        records += read_log(path, mapping)
-    on_log(f"identifying {settings.name} from {len(records)} flights")
-    identification = identify_vehicle(records, settings)
-    if output is not None:
-        from planner.vehicle.writer import write_vehicle
-
-        write_vehicle(output, identification.model, remarks=identification.remarks)
-    return identification
-
-
-def verify_logs(
-    vehicle: VehicleModel,
-    paths: Iterable[Path | str],
-    known: KnownConditions,
-    *,
-    mapping: CsvMapping | None = None,
-    left_out: IdentificationSettings | None = None,
-) -> Iterator[Verification]:
-    """Predict the flights in logs from their missions alone, and compare with what was flown.
-
-    Parameters
-    ----------
-    vehicle : VehicleModel
-        The model to verify.
-    paths : iterable of path
-        Flight logs.
-    known : KnownConditions
-        What the logs do not tell, or tell wrongly.
-    mapping : CsvMapping, optional
-        For logs in CSV of no known kind.
-    left_out : IdentificationSettings, optional
-        Identify a model from all logs but one with these, and verify it on that one, for each in turn,
-        instead of the model given.
-
-    Yields
-    ------
-    Verification
-        One for every flight, in the order of the logs.
-
-    Raises
-    ------
-    LogFileError
-        If a log cannot be read, or holds no mission and none is given.
-    MissionFileError
-        If a mission cannot be predicted.
-    UsageError
-        If the model cannot be flown as the logs were.
-    """
-    from planner.identify.verification import verify_flight
-    from planner.logs.files import read_log
-
-    if left_out is not None:
-        from planner.identify.left_out import verify_left_out
-
-        yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known)
-        return
-    for path in paths:
-        for record in read_log(path, mapping):
-            yield verify_flight(record, vehicle, known)
 
 
 def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:

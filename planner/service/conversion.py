@@ -1,0 +1,49 @@
+"""Missions written in another file format."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
+from planner.mission.files import read_mission, write_mission
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.findings import Finding
+
+
+@frozen
+class ConversionResult:
+    """A mission written to another file."""
+
+    file: str
+    target: str
+    items: int
+    """How many items were written, home not counted."""
+    findings: tuple[Finding, ...]
+    """What reading the mission brought to light."""
+    losses: tuple[Finding, ...]
+    """What the target does not hold, and what reading it brings to light."""
+
+
+def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
+    """Read a mission and write it in the format that the target's suffix names.
+
+    Raises
+    ------
+    MissionFileError
+        If the mission cannot be read.
+    UsageError
+        If the suffix names no format.
+    OutputError
+        If the format cannot hold the mission, or the file cannot be written.
+    """
+    mission = read_mission(source)
+    return ConversionResult(
+        file=mission.source,
+        target=str(target),
+        items=len(mission.items),
+        findings=mission.findings,
+        losses=write_mission(mission, target),
+    )

@@ -1,0 +1,69 @@
+"""Vehicles identified from flight logs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from planner.identify.outcome import Identification
+    from planner.identify.settings import IdentificationSettings
+    from planner.logs.csv_mapping import CsvMapping
+    from planner.logs.record import FlightRecord
+
+
+def identify_logs(
+    paths: Sequence[Path | str],
+    settings: IdentificationSettings,
+    *,
+    mapping: CsvMapping | None = None,
+    output: Path | None = None,
+    on_log: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """Identify a vehicle from its flight logs and write the model file.
+
+    Parameters
+    ----------
+    paths : sequence of Path or str
+        Flight logs.
+    settings : IdentificationSettings
+        What no log tells.
+    mapping : CsvMapping, optional
+        For logs in CSV of no known kind.
+    output : Path, optional
+        The model file; left out, none is written.
+    on_log : callable
+        Told what is done next: a log is read, the model is fitted.
+
+    Returns
+    -------
+    Identification
+        The model, what was found about each state, and what has to be known.
+
+    Raises
+    ------
+    LogFileError
+        If a log cannot be read.
+    IdentificationError
+        If the flights do not tell enough for any model.
+    UsageError
+        If the base model answers another reference.
+    OutputError
+        If the model file cannot be written.
+    """
+    from planner.identify.identification import identify_vehicle
+    from planner.logs.files import read_log
+
+    records: list[FlightRecord] = []
+    for path in paths:
+        on_log(f"reading {path}")
+        records += read_log(path, mapping)
+    on_log(f"identifying {settings.name} from {len(records)} flights")
+    identification = identify_vehicle(records, settings)
+    if output is not None:
+        from planner.vehicle.writer import write_vehicle
+
+        write_vehicle(output, identification.model, remarks=identification.remarks)
+    return identification

@@ -1,0 +1,62 @@
+"""What the check of a mission has to say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from planner.findings import Severity
+from planner.frozen import frozen
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.conditions import Conditions
+    from planner.flight.segment import ItemArrival, Segment
+    from planner.flight.trace import Trace
+    from planner.vehicle.parameters import FlightParameters
+
+
+Verdict = Literal["go", "no-go"]
+
+
+@frozen
+class CheckResult:
+    """Everything the check of one mission has to say."""
+
+    file: str
+    verdict: Verdict
+    vehicle_name: str
+    vehicle_source: str
+    conditions: Conditions
+    totals: Totals
+    battery: BatteryBudget | None
+    way_home: ReturnBudget | None
+    segments: Sequence[Segment]
+    items: tuple[ItemArrival, ...]
+    findings: tuple[Finding, ...]
+    """Worst first, then by item."""
+    suppressed: tuple[Finding, ...] = ()
+    """Findings kept out of the report and of the verdict, each with the reason."""
+    fail_on: Severity = Severity.ERROR
+    """From which severity on a finding made the mission a no-go."""
+    parameters: FlightParameters | None = None
+    """What the autopilot was taken to fly with, each value with its origin."""
+    trace: Trace | None = None
+    """The flight sampled over time, where it was asked for and something is flown."""
+    case: Case | None = None
+    """Everything the rules looked at, for pictures; ``None`` where nothing is flown."""
+
+
+@frozen
+class UnreadableMission:
+    """A mission file about which nothing can be said but why; never a go."""
+
+    file: str
+    findings: tuple[Finding, ...]
+    """X901 file-unreadable."""
+    verdict: Literal["no-go"] = "no-go"
+    suppressed: tuple[Finding, ...] = ()
+    """Nothing ever is: that a file cannot be read is always told."""

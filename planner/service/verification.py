@@ -1,0 +1,65 @@
+"""Predictions compared with what was flown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from planner.identify.settings import IdentificationSettings
+    from planner.identify.verification import KnownConditions, Verification
+    from planner.logs.csv_mapping import CsvMapping
+    from planner.vehicle.model import VehicleModel
+
+
+def verify_logs(
+    vehicle: VehicleModel,
+    paths: Iterable[Path | str],
+    known: KnownConditions,
+    *,
+    mapping: CsvMapping | None = None,
+    left_out: IdentificationSettings | None = None,
+) -> Iterator[Verification]:
+    """Predict the flights in logs from their missions alone, and compare with what was flown.
+
+    Parameters
+    ----------
+    vehicle : VehicleModel
+        The model to verify.
+    paths : iterable of path
+        Flight logs.
+    known : KnownConditions
+        What the logs do not tell, or tell wrongly.
+    mapping : CsvMapping, optional
+        For logs in CSV of no known kind.
+    left_out : IdentificationSettings, optional
+        Identify a model from all logs but one with these, and verify it on that one, for each in turn,
+        instead of the model given.
+
+    Yields
+    ------
+    Verification
+        One for every flight, in the order of the logs.
+
+    Raises
+    ------
+    LogFileError
+        If a log cannot be read, or holds no mission and none is given.
+    MissionFileError
+        If a mission cannot be predicted.
+    UsageError
+        If the model cannot be flown as the logs were.
+    """
+    from planner.identify.verification import verify_flight
+    from planner.logs.files import read_log
+
+    if left_out is not None:
+        from planner.identify.left_out import verify_left_out
+
+        yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known)
+        return
+    for path in paths:
+        for record in read_log(path, mapping):
+            yield verify_flight(record, vehicle, known)
