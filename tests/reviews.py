@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from textual.widgets import Input, Static
 
 from planner.cli.configuration import mission_settings
 from planner.tui.app import ReviewApp
+from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.what_if import WhatIf
 from planner.tui.widgets.row_list import RowList
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from textual.pilot import Pilot
+    from textual.screen import Screen
 
 TOO_FAR = "crossing-too-far.plan"
 
@@ -52,12 +54,22 @@ async def typed(pilot: Pilot[None], key: str, text: str) -> ReviewScreen:
     return await settled(pilot)
 
 
-def text_of(screen: ReviewScreen, selector: str) -> str:
+def text_of(screen: Screen[Any], selector: str) -> str:
     """Return the text that is shown."""
     return str(screen.query_one(selector, Static).content)
 
 
-def rows_of(screen: ReviewScreen, selector: str) -> list[tuple[str, ...]]:
+def rows_of(screen: Screen[Any], selector: str) -> list[tuple[str, ...]]:
     """Return all rows of a list."""
     rows = screen.query_one(selector, RowList).rows
     return [rows.cells(index) for index in range(len(rows))]
+
+
+async def missions_shown(pilot: Pilot[None]) -> MissionsScreen:
+    """Wait until every mission of the list is checked; return the list."""
+    await pilot.pause()
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+    screen = pilot.app.screen
+    assert isinstance(screen, MissionsScreen)
+    return screen

@@ -7,6 +7,8 @@ table          holds
                every mission must have
 ``expect``     ``params``: values of the vehicle's parameters, in their own units: a
                number, ``[lowest, highest]``, or ``{value = …, tolerance = …}``
+``manual``     what a person has to look at before take-off, texts by section:
+               ``Airframe = ["Propellers tight", "Battery strapped"]``
 =============  ==================================================================
 """
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MOST_BYTES = 1 << 20
+_TABLES = ("site", "expect", "manual")
 _SINGLE_PRECISION = 1e-6
 """Vehicles hold 7 digits of a number."""
 
@@ -92,6 +95,14 @@ class ExpectedValue:
 
 
 @frozen
+class ManualItem:
+    """One thing a person has to look at."""
+
+    section: str
+    prompt: str
+
+
+@frozen
 class SiteProfile:
     """What a profile asks for; ``None`` and empty where it does not ask."""
 
@@ -103,6 +114,7 @@ class SiteProfile:
     required_items: tuple[str, ...] = ()
     """Names of commands, without ``MAV_CMD_``."""
     expected: tuple[ExpectedValue, ...] = ()
+    manual: tuple[ManualItem, ...] = ()
 
 
 def read_profile(path: Path) -> SiteProfile:
@@ -116,9 +128,9 @@ def read_profile(path: Path) -> SiteProfile:
     source = str(path)
     document = _document(path, source)
     problems = [
-        f"{name} is no table of a profile{nearest_hint(name, ('site', 'expect'))}"
+        f"{name} is no table of a profile{nearest_hint(name, _TABLES)}"
         for name in document
-        if name not in {"site", "expect"}
+        if name not in _TABLES
     ]
     site, expect = document.get("site", {}), document.get("expect", {})
     if not isinstance(site, dict) or not isinstance(expect, dict):
@@ -142,11 +154,13 @@ def read_profile(path: Path) -> SiteProfile:
             )
         else:
             expected.append(ExpectedValue(name=name, low=interval[0], high=interval[1]))
+    manual, manual_problems = _manual(document.get("manual", {}))
+    problems += manual_problems
     if problems:
         raise ProfileFileError("; ".join(problems[:5]), source=source)
     values = _SITE.cleaned(site)
     values["required_items"] = _commands(values.get("required_items", ()), source)
-    return SiteProfile(source=source, expected=tuple(expected), **values)
+    return SiteProfile(source=source, expected=tuple(expected), manual=manual, **values)
 
 
 def _document(path: Path, source: str) -> Mapping[str, Any]:
@@ -166,6 +180,19 @@ def _document(path: Path, source: str) -> Mapping[str, Any]:
     except (ValueError, RecursionError) as error:
         msg = f"is no profile in TOML: {error}"
         raise ProfileFileError(msg, source=source) from error
+
+
+def _manual(raw: Any) -> tuple[tuple[ManualItem, ...], list[str]]:  # noqa: ANN401 - whatever TOML holds
+    """Return what a person has to look at, and what is wrong with how it is written."""
+    if not isinstance(raw, dict):
+        return (), [f"manual must be a table of sections, got {described(raw)}"]
+    items, problems = [], []
+    for section, prompts in raw.items():
+        if isinstance(prompts, list) and all(isinstance(one, str) and one for one in prompts):
+            items += [ManualItem(section=section, prompt=prompt) for prompt in prompts]
+        else:
+            problems.append(f"manual.{section} must be a list of texts, got {described(prompts)}")
+    return tuple(items), problems
 
 
 def _interval(raw: Any) -> tuple[float, float] | None:  # noqa: ANN401 - whatever TOML holds

@@ -6,6 +6,7 @@ import os
 import shlex
 import shutil
 import sys
+from pathlib import Path
 
 import click
 
@@ -41,7 +42,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     def what_if_of(mission: str) -> WhatIf:
         return WhatIf(settings=mission_settings(mission, given), given=given, changes={})
 
-    for mission in missions:
+    for mission in (mission for mission in missions if not Path(mission).is_dir()):
         what_if_of(mission)  # a broken configuration is told before anything is shown
     app = ReviewApp(missions or (".",), what_if_of)
     app.run()

@@ -119,11 +119,12 @@ def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int
 
 def _left(battery: BatteryBudget) -> str:
     if battery.reserve is None or battery.reserve.hover_s is None:
-        return _against(battery.margin_wh, f"the {reserve_name(battery)} reserve")
-    return _against(battery.margin_wh, f"the reserve of {reserve_name(battery)}")
+        return against(battery.margin_wh, f"the {reserve_name(battery)} reserve")
+    return against(battery.margin_wh, f"the reserve of {reserve_name(battery)}")
 
 
-def _against(margin_wh: float, reserve: str) -> str:
+def against(margin_wh: float, reserve: str) -> str:
+    """Return a margin in words: ``4.20 Wh above the 20 % reserve``, ``1.30 Wh short of …``."""
     if margin_wh < 0.0:
         return f"{numbers.energy(-margin_wh)} short of {reserve}"
     return f"{numbers.energy(margin_wh)} above {reserve}"
@@ -191,7 +192,7 @@ def _way_home(way_home: ReturnBudget) -> str:
         text += f" in {numbers.duration(way_home.time_home_s)}"
     if way_home.margin_wh is None:
         return text
-    text = f"{text}, {_against(way_home.margin_wh, 'the reserve')}"
+    text = f"{text}, {against(way_home.margin_wh, 'the reserve')}"
     chance = way_home.below_reserve_probability
     return text if chance is None else f"{text}; {_chance(chance)} to get home below it"
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 
+from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.themes import HIGH_CONTRAST, THEMES
 
@@ -42,11 +44,22 @@ class ReviewApp(App[None]):
     def on_mount(self) -> None:
         """Open the mission, or the list of them."""
         self.register_theme(HIGH_CONTRAST)
-        self.review(self.missions[0])
+        [first, *others] = self.missions
+        if others or Path(first).is_dir():
+            self.push_screen(MissionsScreen(self.missions, self.what_if_of))
+        else:
+            self.push_screen(ReviewScreen(first, self.what_if_of(first)))
 
-    def review(self, file: str) -> None:
-        """Open the review of a mission."""
-        self.push_screen(ReviewScreen(file, self.what_if_of(file)))
+    def action_missions(self) -> None:
+        """Go from a review to the list of missions, of its folder where none was given."""
+        review = self.screen
+        if not isinstance(review, ReviewScreen):
+            return
+        if any(isinstance(screen, MissionsScreen) for screen in self.screen_stack):
+            self.pop_screen()
+        else:
+            folder = str(Path(review.file).parent)
+            self.switch_screen(MissionsScreen((folder,), self.what_if_of))
 
     def action_turn_theme(self) -> None:
         """Take the next of the themes."""

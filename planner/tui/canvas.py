@@ -77,9 +77,13 @@ class Canvas:
         self._dots[down, across] = True
         self._inks[down // DOTS_DOWN, across // DOTS_ACROSS] = ink
 
-    def write(self, column: int, row: int, text: str, ink: str) -> None:
-        """Write characters from a cell on; what lies outside is left out."""
+    def write(
+        self, column: int, row: int, text: str, ink: str, *, only_blank: bool = False
+    ) -> None:
+        """Write characters from a cell on, if asked where none is; what lies outside is left out."""
         for at, character in enumerate(text, start=column):
+            if only_blank and self._characters.get((row, at), " ") != " ":
+                continue
             if 0 <= at < self.columns and 0 <= row < self.rows:
                 self._characters[row, at] = character
                 self._inks[row, at] = ink

@@ -6,15 +6,17 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import numbers
+from planner.checks.energy import destination_name, place_along
 from planner.frozen import frozen
 from planner.report.finding_text import closing_line
 from planner.report.plain_text import printable
-from planner.report.text import caveat, figure_texts, headline
+from planner.report.text import against, caveat, headline
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from planner.flight.budget import ReturnBudget
     from planner.service import UnreadableMission
 
 
@@ -36,16 +38,24 @@ class Summary:
 
 def summary(result: CheckResult | UnreadableMission) -> Summary:
     """Return the verdict and the figures of a flight in words."""
-    figures = dict(figure_texts(result)) if isinstance(result, CheckResult) else {}
-    way = figures.get("Way home", "")
+    way = result.way_home if isinstance(result, CheckResult) else None
     return Summary(
         verdict=result.verdict.upper(),
         is_go=result.verdict == "go",
         file=printable(result.file) + caveat([result]),
         headline=headline(result),
-        way_home=f"Way home: {way}" if way else "",
+        way_home="" if way is None else _tightest(way),
         closing=closing_line(result.findings, suppressed=result.suppressed),
     )
+
+
+def _tightest(way: ReturnBudget) -> str:
+    where = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
+    text = (
+        f"Tightest return: {where}, {numbers.energy(way.energy_home_wh)} to get "
+        f"{destination_name(way.destination)}"
+    )
+    return text if way.margin_wh is None else f"{text}, {against(way.margin_wh, 'the reserve')}"
 
 
 def differences(

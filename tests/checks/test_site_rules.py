@@ -155,3 +155,23 @@ def test_a_profile_that_is_none_is_refused_in_a_sentence(
 def test_a_profile_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ProfileFileError, match="cannot be read"):
         read_profile(tmp_path / "none.toml")
+
+
+def test_manual_items_are_read_by_section_in_the_order_written(tmp_path: Path) -> None:
+    path = tmp_path / "site.toml"
+    path.write_text(
+        '[manual]\nAirframe = ["Props", "Strap"]\nSite = ["Notice"]\n', encoding="utf-8"
+    )
+    items = [(one.section, one.prompt) for one in read_profile(path).manual]
+    assert items == [("Airframe", "Props"), ("Airframe", "Strap"), ("Site", "Notice")]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("manual = 3", "table of sections"), ('[manual]\nA = "one"', "manual.A must be a list")],
+)
+def test_manual_items_of_another_shape_are_refused(tmp_path: Path, text: str, told: str) -> None:
+    path = tmp_path / "site.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ProfileFileError, match=told):
+        read_profile(path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
@@ -14,10 +13,11 @@ from textual.screen import Screen
 from textual.widgets import Footer
 from textual.worker import get_current_worker
 
+from planner import numbers
 from planner.errors import MavjouleError
 from planner.service import CheckResult, UnreadableMission
 from planner.tui import details, pointer
-from planner.tui.checked import checked
+from planner.tui.checked import checked, file_stamp
 from planner.tui.rows import finding_rows, item_rows, segment_rows
 from planner.tui.suggestions import suggestions
 from planner.tui.verdict import differences, summary
@@ -68,8 +68,11 @@ class ReviewScreen(Screen[None]):
             for number, (pane, name) in enumerate(PANES.items(), start=1)
         ),
         Binding("w", "show_pane('what-if')", "What if"),
-        Binding("p", "turn_picture", "Quantity"),
+        Binding("p", "turn_picture", "Next quantity", show=False),
         Binding("y", "copy_command", "Command"),
+        Binding("s", "save", "Save"),
+        Binding("c", "checklist", "Checklist"),
+        Binding("m", "missions", "Missions"),
         Binding("f", "whole_flight", "Flight figures", show=False),
         Binding("r", "recheck", "Check again", show=False),
         Binding("escape", "leave_field", "Leave the field", show=False),
@@ -109,7 +112,7 @@ class ReviewScreen(Screen[None]):
         """With what is changed."""
         self._asked = 0
         self._pane = "findings"
-        self._stamp = _stamp(file)
+        self._stamp = file_stamp(file)
         self._note = ""
 
     # What is shown
@@ -129,7 +132,7 @@ class ReviewScreen(Screen[None]):
                 segment_rows(_NOTHING), empty="Nothing is flown.", id="segments", classes="pane"
             )
             yield RowList(item_rows(_NOTHING), empty="No items.", id="items", classes="pane")
-        yield Footer()
+        yield Footer(show_command_palette=False)
 
     def on_mount(self) -> None:
         """Name the panes and ask for the first check."""
@@ -172,12 +175,11 @@ class ReviewScreen(Screen[None]):
             else:
                 self.action_whole_flight()
 
-    def _show_verdict(self, under_way: str = "") -> None:
+    def _show_verdict(self, *notes: str) -> None:
         if self.now is None:
             return
-        note = under_way or self._note
-        if self.what_if.changes and not under_way:
-            note = "with your changes" + (f"; {note}" if note else "")
+        changed = "with your changes" if self.now is not self.base else ""
+        note = "; ".join(text for text in (changed, self._note, *notes) if text)
         self.query_one("#verdict", VerdictStrip).show(summary(self.now.result), note=note)
 
     # Checks
@@ -232,6 +234,10 @@ class ReviewScreen(Screen[None]):
     def _offer(self, event: ReviewScreen.Suggested) -> None:
         if event.number == self._asked:
             self.query_one(WhatIfForm).show_suggestions(event.found)
+            if self.now is not None and self.now.result.verdict == "no-go":
+                going = sum(suggestion.is_go for suggestion in event.found)
+                made = numbers.count(going, "change")
+                self._show_verdict(f"{made} would make it go: w" if going else "")
 
     @on(WhatIfForm.Changed)
     def _change(self, event: WhatIfForm.Changed) -> None:
@@ -249,7 +255,7 @@ class ReviewScreen(Screen[None]):
 
     def watch_file(self) -> None:
         """Check again where the file was written since."""
-        stamp = _stamp(self.file)
+        stamp = file_stamp(self.file)
         if stamp != self._stamp:
             self._stamp, self.base = stamp, None
             self._note = "the file changed and was checked again"
@@ -368,11 +374,20 @@ class ReviewScreen(Screen[None]):
         self.app.copy_to_clipboard(command)
         self.app.push_screen(CommandLineScreen(command))
 
+    def action_save(self) -> None:
+        """Save the report, the figures or the mission."""
+        from planner.tui.screens.save import SaveScreen
 
-def _stamp(file: str) -> tuple[int, int] | None:
-    """Return when a file was written and how long it is; ``None`` where it is not there."""
-    try:
-        found = Path(file).stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size
+        if self.now is not None:
+            self.app.push_screen(SaveScreen(self.now))
+
+    def action_checklist(self) -> None:
+        """Go through what is to be looked at before take-off."""
+        from planner.tui.screens.checklist import ChecklistScreen
+
+        if self.now is not None:
+            self.app.push_screen(ChecklistScreen(self.now))
+
+    def action_missions(self) -> None:
+        """Go to the list of missions."""
+        self.app.call_later(self.app.run_action, "missions")

@@ -151,10 +151,13 @@ class ProfilePlot(Drawing):
             return
         across = self._across(canvas.columns)
         if self._span_s is not None:
-            first, last = (
-                _LABELS + round(time_s / end_s * (across - 1)) for time_s in self._span_s
-            )
-            canvas.write(first, canvas.rows - 1, "▔" * max(last - first + 1, 1), "stretch")
+            line, span_s = picture.lines[0], self._span_s
+            inside = (line.time_s >= span_s[0]) & (line.time_s <= span_s[1])
+            x = _LABELS * DOTS_ACROSS + line.time_s[inside] / end_s * (across * DOTS_ACROSS - 1)
+            canvas.line(x, self._y(canvas, line.value[inside]), "stretch")
+            first, last = (_LABELS + round(time_s / end_s * (across - 1)) for time_s in span_s)
+            for column in range(first, last + 1):
+                canvas.write(column, canvas.rows - 1, "▔", "stretch", only_blank=True)
         column = _LABELS + round(self._cursor_s / end_s * (across - 1))
         for row in range(_HEADS, canvas.rows - _FEET):
             canvas.write(column, row, "┊", "cursor")
@@ -162,4 +165,5 @@ class ProfilePlot(Drawing):
         row = int(self._y(canvas, np.array([value]))[0]) // DOTS_DOWN
         canvas.write(column, min(max(row, _HEADS), canvas.rows - _FEET - 1), "◆", "cursor")
         text = f"{picture.name}: {picture.shown(value)} at {numbers.duration(self._cursor_s)}"
+        text += "  (p: next)" if len(self._pictures) > 1 else ""
         canvas.write(1, 0, text, "cursor")

@@ -32,7 +32,7 @@ class WhatIfForm(VerticalScroll):
         background: $surface;
         scrollbar-size-vertical: 1;
         & Horizontal { height: 1; }
-        & Label { width: 11; padding: 0 0 0 1; }
+        & Label { width: 12; padding: 0 0 0 1; }
         & Input { width: 1fr; background: $boost; }
         & Input:focus { background: $panel-lighten-2; }
         & Input.-wrong { color: $text-error; text-style: underline; }

@@ -1,0 +1,196 @@
+"""The checklist: what the tool found beside what a person has to look at; and its sign-off."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner import __version__, catalogue
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.frozen import frozen
+from planner.output_file import write_output_file
+from planner.report.finding_text import tally
+from planner.report.json_document import envelope, json_text
+from planner.report.plain_text import printable
+from planner.service import CheckResult
+from planner.tui.checked import file_sha256
+from planner.tui.rows import MARKS, Column, finding_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from datetime import datetime
+
+    from planner.checks.site_profile import ManualItem
+    from planner.findings import Finding
+    from planner.tui.checked import Checked
+
+AUTOMATIC_FAMILIES = "EFAWMTPX"
+"""Families of rules a mission is judged by, those that ground it most often first."""
+
+
+@frozen
+class Line:
+    """One line of the checklist."""
+
+    sign: str
+    text: str
+    tone: str = ""
+    manual: int | None = None
+    """Which manual item; ``None`` where none."""
+    family: str = ""
+    """Which family of rules opens and closes here."""
+
+
+@frozen(eq=False)
+class ChecklistRows:
+    """Lines as rows of a table."""
+
+    lines: tuple[Line, ...]
+    columns: tuple[Column, ...] = (
+        Column(head="", width=3, is_right=False),
+        Column(head="before take-off", width=0, is_right=False),
+    )
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return sign and text."""
+        return self.lines[index].sign, self.lines[index].text
+
+    def tone(self, index: int) -> str:
+        """Return the severity."""
+        return self.lines[index].tone
+
+
+def manual_items(checked: Checked) -> tuple[ManualItem, ...]:
+    """Return what the profile asks a person to look at."""
+    profile = None if checked.case is None else checked.case.profile
+    return () if profile is None else profile.manual
+
+
+def checklist_rows(
+    checked: Checked, *, done: frozenset[int], opened: frozenset[str]
+) -> ChecklistRows:
+    """Return the checklist: only what failed is spread out.
+
+    Parameters
+    ----------
+    checked : Checked
+        The mission as it was checked.
+    done : frozenset of int
+        Manual items that are ticked off, by position.
+    opened : frozenset of str
+        Families that the user opened, or closed where they failed.
+    """
+    return ChecklistRows(lines=(*_manual_lines(checked, done), *_automatic_lines(checked, opened)))
+
+
+def _manual_lines(checked: Checked, done: frozenset[int]) -> Iterator[Line]:
+    items = manual_items(checked)
+    if not items:
+        yield Line(
+            sign="",
+            text="No manual items: --profile site.toml with [manual] adds them.",
+            tone="info",
+        )
+    for position, item in enumerate(items):
+        yield Line(
+            sign="[x]" if position in done else "[ ]",
+            text=f"{printable(item.section)}: {printable(item.prompt)}",
+            tone="" if position in done else "warning",
+            manual=position,
+        )
+
+
+def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Line]:
+    findings = checked.result.findings
+    counts = Counter(finding.code[0] for finding in findings)
+    for family in (*AUTOMATIC_FAMILIES, *sorted(set(counts) - set(AUTOMATIC_FAMILIES))):
+        own = [finding for finding in findings if finding.code[0] == family]
+        worst = max((finding.severity for finding in own), default=Severity.INFO)
+        has_failed = worst > Severity.INFO
+        sign = f" {MARKS[worst]}" if has_failed else " ✔"
+        said = tally(own) if own else "nothing found"
+        name = catalogue.FAMILIES.get(family, family)
+        yield Line(
+            sign=sign, text=f"{name}: {said}", tone=worst.label if has_failed else "", family=family
+        )
+        if has_failed is not (family in opened):
+            yield from (
+                Line(sign="", text=f"  {finding_line(one)}", tone=one.severity.label, family=family)
+                for one in own
+            )
+
+
+def sign_off_path(file: str) -> Path:
+    """Return where the sign-off of a mission goes: beside it."""
+    return Path(f"{file}.signoff.json")
+
+
+def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> Path:
+    """Write that a person has gone through the checklist of a mission.
+
+    Parameters
+    ----------
+    checked : Checked
+        The mission as it was checked.
+    done : frozenset of int
+        Manual items that are ticked off, by position.
+    who : str
+        Name of the person.
+    at : datetime
+        With its time zone.
+
+    Returns
+    -------
+    Path
+        The file, beside the mission.
+
+    Raises
+    ------
+    UsageError
+        If the name is missing, manual items are open, or the file is no longer the one checked.
+    OutputError
+        If it cannot be written.
+    """
+    items = manual_items(checked)
+    open_items = [item for position, item in enumerate(items) if position not in done]
+    if not who.strip():
+        msg = "who signs? give a name"
+        raise UsageError(msg)
+    if open_items:
+        msg = f"still open: {open_items[0].section}: {open_items[0].prompt}"
+        raise UsageError(msg)
+    if checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
+        msg = "the mission file is not the one that was checked: check it again first"
+        raise UsageError(msg)
+    result = checked.result
+    document = {
+        "mission": checked.file,
+        "mission_sha256": checked.sha256,
+        "verdict": result.verdict,
+        "signed_by": who.strip(),
+        "signed_at": at.isoformat(timespec="seconds"),
+        "command": checked.what_if.command_line(checked.file),
+        "vehicle": result.vehicle_name if isinstance(result, CheckResult) else None,
+        "manual": [
+            {"section": item.section, "prompt": item.prompt, "done": True} for item in items
+        ],
+        "findings": [_said(finding) for finding in result.findings],
+        "suppressed": [_said(finding) for finding in result.suppressed],
+    }
+    path = sign_off_path(checked.file)
+    write_output_file(path, json_text(envelope(__version__) | document, indent=2))
+    return path
+
+
+def _said(finding: Finding) -> dict[str, object]:
+    return {
+        "code": finding.code,
+        "severity": finding.severity.label,
+        "item": finding.item,
+        "message": finding.message,
+    }

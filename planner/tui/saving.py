@@ -1,0 +1,85 @@
+"""What can be saved of a review, by the suffix of the file's name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from planner import __version__, service
+from planner.errors import UsageError
+from planner.output_file import write_output_file
+from planner.report.json_report import check_json
+from planner.report.medium import Medium
+from planner.report.text import check_text
+
+if TYPE_CHECKING:
+    from planner.tui.checked import Checked
+
+MISSION_SUFFIXES = frozenset({".plan", ".waypoints"})
+
+
+def default_name(file: str) -> str:
+    """Return the name that is offered for the report of a mission: beside it."""
+    return str(Path(file).with_suffix(".report.txt"))
+
+
+def save(checked: Checked, name: str, *, replace: bool = False) -> str:
+    """Save a review: the report as ``.txt`` or ``.json``, the mission as ``.plan`` or ``.waypoints``.
+
+    Parameters
+    ----------
+    checked : Checked
+        What is reviewed.
+    name : str
+        The file to write; its suffix says what.
+    replace : bool
+        Whether to write over a file that is there; the mission itself is never written over.
+
+    Returns
+    -------
+    str
+        What was done, in a sentence.
+
+    Raises
+    ------
+    UsageError
+        If the suffix says nothing, the file is there, or it is one that was read.
+    MavjouleError
+        If it cannot be written.
+    """
+    path = Path(name.strip()).expanduser()
+    suffix = path.suffix.lower()
+    if suffix not in {".txt", ".json", *MISSION_SUFFIXES}:
+        msg = "end the name in .txt or .json for the report, .plan or .waypoints for the mission"
+        raise UsageError(msg)
+    if path.exists():
+        if _is_read(checked, path):
+            msg = f"{path} is what this review reads: give another name"
+            raise UsageError(msg)
+        if not replace:
+            msg = f"{path} is there: Enter again writes over it"
+            raise FileThereError(msg)
+    if suffix in MISSION_SUFFIXES:
+        done = service.convert_file(checked.file, path)
+        lost = f"; {len(done.losses)} things are not the same in it" if done.losses else ""
+        return f"{path}: the mission, {done.items} items{lost}"
+    results = [checked.result]
+    if suffix == ".json":
+        write_output_file(path, check_json(results, version=__version__))
+    else:
+        command = checked.what_if.command_line(checked.file)
+        write_output_file(path, f"{check_text(results, medium=Medium())}\n$ {command}\n")
+    return f"{path}: the report"
+
+
+class FileThereError(UsageError):
+    """A file is there that would be written over; asked again, it is."""
+
+
+def _is_read(checked: Checked, path: Path) -> bool:
+    settings = checked.what_if.values()
+    read = [
+        checked.file,
+        *(str(settings[key]) for key in ("vehicle", "params", "profile") if key in settings),
+    ]
+    return any(Path(one).exists() and path.samefile(one) for one in read)

@@ -1,0 +1,61 @@
+"""``mavjoule review`` where no terminal UI can be shown: a sentence, and what to run instead."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from typing import TYPE_CHECKING
+
+from planner.cli.main import main
+
+if TYPE_CHECKING:
+    import pytest
+
+
+def on_a_terminal(monkeypatch: pytest.MonkeyPatch, *, columns: int = 80, rows: int = 24) -> None:
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(shutil, "get_terminal_size", lambda: os.terminal_size((columns, rows)))
+
+
+def test_no_terminal_is_told_with_what_to_run_instead(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["review", mission]) == 2
+    told = capsys.readouterr().err
+    assert f"needs a terminal; run instead: mavjoule check {mission}" in told
+
+
+def test_a_dumb_terminal_is_told(
+    mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    on_a_terminal(monkeypatch)
+    monkeypatch.setenv("TERM", "dumb")
+    assert main(["review", mission]) == 2
+    assert "TERM=dumb; run instead: mavjoule check" in capsys.readouterr().err
+
+
+def test_too_small_a_terminal_is_told(
+    mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    on_a_terminal(monkeypatch, columns=40, rows=10)
+    assert main(["review", mission]) == 2
+    assert "40 × 10 characters" in capsys.readouterr().err
+
+
+def test_a_missing_textual_is_told(
+    mission: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    on_a_terminal(monkeypatch)
+    for name in [name for name in sys.modules if name.startswith(("textual", "planner.tui"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "textual", None)
+    assert main(["review", mission]) == 2
+    assert "needs textual" in capsys.readouterr().err
+
+
+def test_standard_input_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["review", "-"]) == 2
+    assert "standard input" in capsys.readouterr().err

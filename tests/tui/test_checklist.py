@@ -1,0 +1,104 @@
+"""The checklist and its sign-off."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from reviews import TOO_FAR, review_app, rows_of, settled, text_of, what_if_of
+
+from planner.errors import UsageError
+from planner.tui.checked import checked
+from planner.tui.checklist import checklist_rows, write_sign_off
+from planner.tui.screens.review import ReviewScreen
+
+PROFILE = '[manual]\nAirframe = ["Propellers tight", "Battery strapped"]\nSite = ["Notices read"]\n'
+GOOD = "survey-vineyard.plan"
+AT = datetime(2026, 5, 4, 3, 2, 1, tzinfo=UTC)
+ALL = frozenset({0, 1, 2})
+
+
+@pytest.fixture
+def profile() -> dict[str, object]:
+    Path("site.toml").write_text(PROFILE, encoding="utf-8")
+    return {"profile": Path("site.toml")}
+
+
+def test_only_what_failed_is_spread_out() -> None:
+    rows = checklist_rows(
+        checked(TOO_FAR, what_if_of(TOO_FAR)), done=frozenset(), opened=frozenset()
+    )
+    texts = [line.text for line in rows.lines]
+    assert any("E101" in text for text in texts)  # energy failed
+    assert not any("M109" in text for text in texts)  # structure has assumptions only
+
+
+def test_a_family_is_opened_and_closed() -> None:
+    one = checked(TOO_FAR, what_if_of(TOO_FAR))
+    texts = [
+        line.text for line in checklist_rows(one, done=frozenset(), opened=frozenset("EM")).lines
+    ]
+    assert not any("E101" in text for text in texts)
+    assert any("M109" in text for text in texts)
+
+
+def test_a_sign_off_says_who_when_what_and_the_verdict(profile: dict[str, object]) -> None:
+    one = checked(GOOD, what_if_of(GOOD, profile))
+    path = write_sign_off(one, done=ALL, who=" Ada ", at=AT)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    assert document["mission_sha256"] == hashlib.sha256(Path(GOOD).read_bytes()).hexdigest()
+    assert document["verdict"] == "go"
+    assert document["signed_by"] == "Ada"
+    assert document["signed_at"] == "2026-05-04T03:02:01+00:00"
+    assert [item["prompt"] for item in document["manual"]] == [
+        "Propellers tight",
+        "Battery strapped",
+        "Notices read",
+    ]
+    assert document["command"] == f"mavjoule check {GOOD} --profile site.toml"
+
+
+def test_a_no_go_is_signed_as_a_no_go() -> None:
+    path = write_sign_off(checked(TOO_FAR, what_if_of(TOO_FAR)), done=frozenset(), who="Ada", at=AT)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    assert document["verdict"] == "no-go"
+    assert {"E101", "E102"} <= {finding["code"] for finding in document["findings"]}
+
+
+def test_nothing_is_signed_while_an_item_is_open(profile: dict[str, object]) -> None:
+    one = checked(GOOD, what_if_of(GOOD, profile))
+    with pytest.raises(UsageError, match="Battery strapped"):
+        write_sign_off(one, done=frozenset({0, 2}), who="Ada", at=AT)
+    assert not list(Path().glob("*.signoff.json"))
+
+
+def test_nothing_is_signed_by_nobody() -> None:
+    with pytest.raises(UsageError, match="who"):
+        write_sign_off(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who=" ", at=AT)
+
+
+def test_another_file_than_the_one_checked_is_not_signed() -> None:
+    one = checked(GOOD, what_if_of(GOOD))
+    Path(GOOD).write_bytes(Path(TOO_FAR).read_bytes())
+    with pytest.raises(UsageError, match="check it again"):
+        write_sign_off(one, done=frozenset(), who="Ada", at=AT)
+
+
+@pytest.mark.asyncio
+async def test_a_pilot_ticks_off_and_signs(profile: dict[str, object]) -> None:
+    async with review_app(GOOD, given=profile).run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        await pilot.press("c")
+        await pilot.pause()
+        screen = pilot.app.screen
+        assert [cells[0] for cells in rows_of(screen, "#checklist")][:3] == ["[ ]"] * 3
+        await pilot.press("n", *"Ada", "enter")
+        await pilot.pause()
+        assert "still open" in text_of(screen, "#problem")
+        await pilot.press("escape", "space", "down", "space", "down", "enter", "n", "enter")
+        await pilot.pause()
+        assert isinstance(pilot.app.screen, ReviewScreen)
+    assert json.loads(Path(f"{GOOD}.signoff.json").read_text(encoding="utf-8"))["verdict"] == "go"
