@@ -125,6 +125,13 @@ def test_px4_asks_in_the_newer_way_once_it_was_answered_so() -> None:
     assert asked.name == "MISSION_REQUEST_INT"
 
 
+def test_px4_asks_in_the_newer_way_once_it_was_told_that_the_older_is_not_known() -> None:
+    bench = Bench(PX4)
+    bench.send("MISSION_COUNT", count=2, mission_type=0)
+    refusal = {"type": int(MissionResult.UNSUPPORTED), "mission_type": 0}
+    assert _one(bench.send("MISSION_ACK", **refusal)).name == "MISSION_REQUEST_INT"
+
+
 def test_ardupilot_always_asks_in_the_older_way() -> None:
     bench = Bench(ARDUPILOT)
     assert _one(bench.send("MISSION_COUNT", count=2, mission_type=0)).name == "MISSION_REQUEST"

@@ -103,7 +103,7 @@ class MissionServer:
             "MISSION_ITEM_INT": self._take_item,
             "MISSION_ITEM": self._take_item,
             "MISSION_CLEAR_ALL": self._clear,
-            "MISSION_ACK": self._end_download,
+            "MISSION_ACK": self._take_ack,
             "MISSION_SET_CURRENT": self._set_current,
         }.get(received.name)
         return () if handler is None else handler(received, now_s)
@@ -164,11 +164,21 @@ class MissionServer:
         values |= {"seq": number, "mission_type": int(kind), "current": int(is_current)}
         return (answer(received, name, **values),)
 
-    def _end_download(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
-        kind = self._kind(received)
-        if kind is not None:
-            self._sends.pop(kind, None)
-        return ()
+    def _take_ack(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """End a download; or change the way to ask, for a sender that does not know this one."""
+        kind, upload = self._kind(received), self._upload
+        if kind is None:
+            return ()
+        self._sends.pop(kind, None)
+        if (
+            upload is None
+            or not self._is_px4
+            or (kind, received.system) != (upload.kind, upload.partner.system)
+            or received["type"] != MissionResult.UNSUPPORTED
+        ):
+            return ()
+        self._asks_for_int = not self._asks_for_int
+        return (self._request(now_s),)
 
     def _begin_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
         kind, count = self._kind(received), received["count"]

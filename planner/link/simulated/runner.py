@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from planner.errors import LinkError
 from planner.link.address import LinkKind
 from planner.link.line import open_line
+from planner.link.simulated.tcp_server import TcpServerLine
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -49,12 +50,11 @@ class SimulationRunner:
         file_server: FileServer | None = None,
     ) -> None:
         self._wire = wire
-        self._address = address
         self._file_server = file_server
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         try:
-            self._line: Line = open_line(address)
+            self._line = _open(address)
         except BaseException:
             if file_server is not None:
                 file_server.close()
@@ -80,15 +80,15 @@ class SimulationRunner:
         return self._line.now_s()
 
     def run(self) -> None:
-        """Speak until `close` is called, or the program is interrupted."""
+        """Speak until `close` is called, or the program is interrupted.
+
+        Raises
+        ------
+        LinkError
+            If the line breaks, other than by ground stations that come and go.
+        """
         while not self._stop.is_set():
-            try:
-                self._turn()
-            except LinkError:  # a ground station that hung up may come again
-                if self._address.kind is not LinkKind.TCP_LISTEN:
-                    raise
-                self._line.close()
-                self._line = open_line(self._address)
+            self._turn()
 
     def close(self) -> None:
         """Stop speaking and close the line; once is enough."""
@@ -110,3 +110,14 @@ class SimulationRunner:
         wait_s = min(max(self._wire.deadline_s - now_s, 0.0), longest_s)
         for peer, data in self._line.receive(wait_s):
             self._wire.receive(data, self._line.now_s(), peer)
+
+
+def _open(address: LinkAddress) -> Line:
+    """Return the open line of a vehicle."""
+    if address.kind is not LinkKind.TCP_LISTEN:
+        return open_line(address)
+    try:
+        return TcpServerLine(address)
+    except OSError as error:
+        msg = f"{address.text} cannot be opened: {error.strerror or error}; listen on another port"
+        raise LinkError(msg) from error

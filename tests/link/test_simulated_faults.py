@@ -1,0 +1,214 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from simulated_vehicles import memory_line, request, vehicle, wire
+
+from planner.autopilot import Autopilot
+from planner.errors import LinkError, UsageError
+from planner.link.codec import Codec
+from planner.link.message import Message, message
+from planner.link.mission_kind import MissionKind
+from planner.link.pymavlink_link import PymavlinkLink
+from planner.link.simulated.fault_text import read_faults
+from planner.link.simulated.faults import Direction, DirectionFaults
+from planner.link.simulated.memory_line import MemoryLine
+from planner.link.simulated.wire import Passed, is_transfer
+from planner.simulation import make_simulated_wire
+
+PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
+BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+REQUEST_LIST = message("MISSION_REQUEST_LIST", target_system=1, target_component=1)
+
+
+def _heard(line: MemoryLine, duration_s: float) -> list[tuple[float, bytes]]:
+    """Return the frames that arrive in a time, and when."""
+    until_s = line.now_s() + duration_s
+    frames: list[tuple[float, bytes]] = []
+    while line.now_s() < until_s:
+        came = line.receive(until_s - line.now_s())
+        frames += [(line.now_s(), data) for _, data in came]
+    return frames
+
+
+def _decoded(frames: list[tuple[float, bytes]]) -> list[Message]:
+    codec = Codec(0, 0)
+    return [one for _, data in frames for one in codec.decode(data)]
+
+
+@pytest.mark.parametrize(
+    "faults", ["loss=0.3", "duplication=0.3,reordering=0.3", "garbage=0.3,delay=0.1"]
+)
+def test_the_same_seed_gives_the_same_faults_and_another_gives_others(faults: str) -> None:
+    runs = [_heard(memory_line(PX4, f"{faults},seed={seed}"), 30.0) for seed in (5, 5, 6)]
+    assert runs[0] == runs[1]
+    assert runs[0] != runs[2]
+
+
+@given(
+    st.builds(
+        DirectionFaults,
+        loss=st.floats(0.0, 1.0),
+        duplication=st.floats(0.0, 1.0),
+        reordering=st.floats(0.0, 1.0),
+        delay_s=st.floats(0.0, 10.0),
+    ),
+    st.integers(0, 2**32),
+)
+@settings(deadline=None, max_examples=50)
+def test_nothing_arrives_before_it_was_sent_or_more_than_twice(
+    faults: DirectionFaults, seed: int
+) -> None:
+    direction = Direction(faults, seed)
+    for sent_s in range(20):
+        arrivals_s = list(direction.arrivals_s(float(sent_s)))
+        assert len(arrivals_s) <= 2
+        assert all(sent_s + faults.delay_s <= arrival_s for arrival_s in arrivals_s)
+
+
+def test_the_shares_are_what_is_asked_for() -> None:
+    direction = Direction(DirectionFaults(loss=0.2, duplication=0.1), 1)
+    counts = [len(list(direction.arrivals_s(0.0))) for _ in range(10_000)]
+    # Three standard deviations of a share p of 10,000 are 3 sqrt(p (1 - p) / 10,000).
+    assert counts.count(0) / 10_000 == pytest.approx(0.2, abs=0.012)
+    assert counts.count(2) / 8_000 == pytest.approx(0.1, abs=0.011)
+
+
+def test_a_delay_is_how_long_every_message_is_on_its_way() -> None:
+    line = memory_line(PX4, "delay=0.5")
+    line.send(Codec(245, 190).encode(REQUEST_LIST), None)
+    codec = Codec(0, 0)
+    counted_s = [
+        at_s
+        for at_s, data in _heard(line, 3.0)
+        for one in codec.decode(data)
+        if one.name == "MISSION_COUNT"
+    ]
+    assert counted_s == [pytest.approx(1.0)]  # half a second there, half back
+
+
+def test_reordering_lets_later_frames_overtake() -> None:
+    times_ms = [
+        one["time_boot_ms"]
+        for one in _decoded(_heard(memory_line(PX4, "reordering=0.5"), 60.0))
+        if one.name in {"ATTITUDE", "GLOBAL_POSITION_INT"}
+    ]
+    assert times_ms != sorted(times_ms)
+    assert len(times_ms) >= 470  # none is lost
+
+
+@given(st.integers(0, 1000))
+@settings(deadline=None, max_examples=10)
+def test_garbage_costs_at_most_the_frames_it_stands_before(seed: int) -> None:
+    clean = _decoded(_heard(memory_line(PX4), 10.0))
+    spoilt = _decoded(_heard(memory_line(PX4, f"garbage=0.3,seed={seed}"), 10.0))
+    assert len(spoilt) <= len(clean)
+    assert {one.name for one in spoilt} <= {one.name for one in clean}
+    assert len(spoilt) > 0.3 * len(clean)
+
+
+@BOTH
+def test_items_that_are_cut_short_are_asked_for_again(autopilot: Autopilot) -> None:
+    line = memory_line(autopilot, "truncation=0.4")
+    items = PymavlinkLink(line, name="simulated").fetch_items(MissionKind.MISSION)
+    assert items is not None
+    assert [item.command for item in items][-4:] == [22, 16, 16, 20]
+
+
+@BOTH
+@pytest.mark.parametrize("seed", range(3))
+def test_everything_is_fetched_over_a_bad_line(autopilot: Autopilot, seed: int) -> None:
+    faults = f"loss=20%,duplication=5%,reordering=10%,delay=0.1,garbage=2%,seed={seed}"
+    line = memory_line(autopilot, faults)
+    link = PymavlinkLink(line, name="simulated")
+    expected = vehicle(autopilot)
+    for kind in MissionKind:
+        items = link.fetch_items(kind)
+        held = expected.missions.lists[kind]
+        assert items is not None
+        assert [(i.command, i.x, i.y, i.z) for i in items] == [
+            (i.command, i.x, i.y, i.z) for i in held
+        ]
+    assert len(link.fetch_parameters()) == len(expected.setup.parameters)
+
+
+@pytest.mark.parametrize("after", range(10))
+def test_after_so_many_messages_of_transfers_nothing_passes(after: int) -> None:
+    # A mission of 4 items is 1 request, 1 count, and 4 times a request and an item.
+    made = wire(PX4, f"silence={after}")
+    passed: list[Passed] = []
+    made.on_message = passed.append
+    line = MemoryLine(made)
+    link = PymavlinkLink(line, name="simulated")
+    with pytest.raises(LinkError):
+        link.fetch_items(MissionKind.MISSION)
+    answered = [one for one in passed if is_transfer(one.message) and not one.is_to_vehicle]
+    assert len(answered) == (after + 1) // 2  # each comes after a request, the last is lost
+    assert _heard(line, 10.0) == []
+
+
+def test_a_silence_may_end() -> None:
+    line = memory_line(PX4, "silence=3:5")
+    items = PymavlinkLink(line, name="simulated").fetch_items(MissionKind.MISSION)
+    assert items is not None
+    assert len(items) == 4
+    assert line.now_s() > 5.0
+
+
+def test_a_twin_has_the_same_system_id_and_another_number() -> None:
+    line = memory_line(PX4, "twin")
+    ask = message("COMMAND_LONG", target_system=1, target_component=1, command=512, param1=148.0)
+    line.send(Codec(245, 190).encode(ask), None)
+    versions = [one for one in _decoded(_heard(line, 1.0)) if one.name == "AUTOPILOT_VERSION"]
+    assert {one.system for one in versions} == {1}
+    assert len({tuple(one["uid2"]) for one in versions}) == 2
+
+
+def test_a_client_of_ours_notices_the_wrong_count() -> None:
+    link = PymavlinkLink(memory_line(ARDUPILOT, "count=+2"), name="simulated")
+    with pytest.raises(LinkError):
+        link.fetch_items(MissionKind.MISSION)
+
+
+def test_nothing_that_a_fetch_sends_would_do_anything() -> None:
+    made = vehicle(PX4)
+    link = PymavlinkLink(MemoryLine(make_simulated_wire(made, request(PX4))), name="simulated")
+    link.fetch_items(MissionKind.MISSION)
+    link.fetch_parameters()
+    link.fetch_state()
+    assert not made.acts
+
+
+@given(st.binary(max_size=400))
+@settings(deadline=None, max_examples=50)
+def test_bytes_that_are_no_message_change_nothing(data: bytes) -> None:
+    line = memory_line(PX4)
+    line.send(data, None)
+    assert _heard(line, 1.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "loss",
+        "loss=2",
+        "loss=-1%",
+        "delay=-1",
+        "garbage-in=0.1",
+        "nonsense=1",
+        "silence=x",
+        "count=",
+    ],
+)
+def test_a_fault_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(UsageError):
+        read_faults(text)
+
+
+def test_faults_are_of_both_ways_unless_one_is_named() -> None:
+    faults = read_faults("loss=20%, delay-in=0.5, duplication-out=0.1, twin, count=-1, seed=7").line
+    assert (faults.to_vehicle.loss, faults.from_vehicle.loss) == (0.2, 0.2)
+    assert (faults.to_vehicle.delay_s, faults.from_vehicle.delay_s) == (0.5, 0.0)
+    assert (faults.to_vehicle.duplication, faults.from_vehicle.duplication) == (0.0, 0.1)
+    assert faults.seed == 7
