@@ -97,12 +97,13 @@ def altitude_panel(tables: FlightTables) -> Chart:
 def speed_panel(tables: FlightTables) -> Chart:
     """Return the ground speed over time."""
     alt = load_altair()
+    top_m_s = max(round(1.1 * max(row["speed_m_s"] for row in tables.flight), 2), 1.0)
     line = (
         alt.Chart(alt.NamedData("flight"))
         .mark_line(color=GREEN, strokeWidth=1.5)
         .encode(
             x=_time_axis(tables),
-            y=alt.Y("speed_m_s:Q").title("Ground speed [m/s]"),
+            y=alt.Y("speed_m_s:Q").title("Ground speed [m/s]").scale(domain=[0.0, top_m_s]),
         )
     )
     return _panel(alt.layer(line), "Ground speed over time")
@@ -150,6 +151,9 @@ def energy_panel(tables: FlightTables) -> Chart:
     alt = load_altair()
     x = _time_axis(tables)
     legend = alt.Legend(labelLimit=400, columns=1)
+    battery = tables.result.battery
+    highest_wh = [row["needed_wh"] for row in tables.returns] + [tables.result.totals.energy_wh]
+    top_wh = round(1.1 * max([*highest_wh, 0.0 if battery is None else battery.usable_wh]), 3)
     domain = [_USED, _NEEDED]
     colour = alt.Color("curve:N", legend=legend).title("Energy")
     dash = alt.StrokeDash("curve:N", legend=legend).title("Energy")
@@ -161,7 +165,7 @@ def energy_panel(tables: FlightTables) -> Chart:
             .mark_line(strokeWidth=1.8)
             .encode(
                 x=x,
-                y=alt.Y(f"{column}:Q").title("Energy [Wh]"),
+                y=alt.Y(f"{column}:Q").title("Energy [Wh]").scale(domain=[0.0, top_wh]),
                 color=colour.scale(domain=domain, range=[ORANGE, BLUE]),
                 strokeDash=dash.scale(domain=domain, range=[[1, 0], [6, 3]]),
             )
@@ -179,8 +183,8 @@ def energy_panel(tables: FlightTables) -> Chart:
             point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
             point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
         ]
-    if tables.result.battery is not None:
-        for row, dashes in zip(limit_rows(tables.result.battery), ([1, 0], [2, 3]), strict=True):
+    if battery is not None:
+        for row, dashes in zip(limit_rows(battery), ([1, 0], [2, 3]), strict=True):
             limit = alt.Chart(alt.InlineData(values=[row])).encode(y="energy_wh:Q")
             layers += [
                 limit.mark_rule(strokeWidth=1.2, strokeDash=dashes),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Protocol
 
 from planner.plots.library import Chart, load_altair
 from planner.plots.theme import BLUE, ORANGE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Mapping
 
 WIDTH, HEIGHT = 720, 200
 """Of a panel. [px]"""
@@ -18,20 +19,27 @@ class SpeedTable(Protocol):
     """Energy and time of a mission over its cruise speed, as columns of one length."""
 
     @property
-    def speed_m_s(self) -> Sequence[float]:
+    def speed_m_s(self) -> Iterable[float]:
         """Cruise speeds, rising. [m s⁻¹]"""
 
     @property
-    def energy_wh(self) -> Sequence[float]:
-        """Energy of the whole flight at each. [Wh]"""
+    def energy_wh(self) -> Iterable[float]:
+        """Energy of the whole flight at each, NaN where it is not known. [Wh]"""
 
     @property
-    def time_s(self) -> Sequence[float]:
+    def time_s(self) -> Iterable[float]:
         """Time of the whole flight at each. [s]"""
 
 
-def speed_figure(table: SpeedTable) -> Chart:
-    """Return energy and time of a mission over its cruise speed; the lowest energy is marked.
+def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) -> Chart:
+    """Return energy and time of a mission over its cruise speed.
+
+    Parameters
+    ----------
+    table : SpeedTable
+        Such as `planner.fixes.speed` makes.
+    marks : mapping of str to float, optional
+        Speeds worth knowing, by what they are called. [m s⁻¹]
 
     Raises
     ------
@@ -40,25 +48,45 @@ def speed_figure(table: SpeedTable) -> Chart:
     """
     alt = load_altair()
     rows = [
-        {"speed_m_s": float(speed), "energy_wh": float(energy), "time_min": float(time) / 60.0}
-        for speed, energy, time in zip(table.speed_m_s, table.energy_wh, table.time_s, strict=True)
-    ]
-    least = min(rows, key=lambda row: row["energy_wh"])
-    x = alt.X("speed_m_s:Q").title("Cruise speed [m/s]").scale(zero=False, nice=False)
-
-    def panel(column: str, title: str, colour: str) -> Chart:
-        line = alt.Chart(alt.InlineData(values=rows, name="speeds"))
-        return line.mark_line(color=colour, strokeWidth=1.8).encode(
-            x=x, y=alt.Y(f"{column}:Q").title(title).scale(zero=False)
+        {
+            "speed_m_s": float(speed_m_s),
+            "energy_wh": float(energy_wh) if math.isfinite(energy_wh) else None,
+            "time_min": float(time_s) / 60.0,
+        }
+        for speed_m_s, energy_wh, time_s in zip(
+            table.speed_m_s, table.energy_wh, table.time_s, strict=True
         )
-
-    best = alt.Chart(alt.InlineData(values=[least])).encode(x=x, y="energy_wh:Q")
-    energy = alt.layer(
-        panel("energy_wh", "Energy [Wh]", ORANGE),
-        best.mark_point(shape="diamond", filled=True, size=70, color=ORANGE, opacity=1.0),
-        best.mark_text(dy=-12).encode(text=alt.value("least energy")),
-    )
+    ]
+    x = alt.X("speed_m_s:Q").title("Cruise speed [m/s]").scale(zero=False, nice=False)
+    panels = (("energy_wh", "Energy [Wh]", ORANGE), ("time_min", "Time [min]", BLUE))
+    known = any(row["energy_wh"] is not None for row in rows)
     return alt.vconcat(
-        energy.properties(width=WIDTH, height=HEIGHT),
-        panel("time_min", "Time [min]", BLUE).properties(width=WIDTH, height=HEIGHT),
+        *(
+            alt.layer(
+                alt.Chart(alt.InlineData(values=rows))
+                .mark_line(color=colour, strokeWidth=1.8)
+                .encode(x=x, y=alt.Y(f"{column}:Q").title(title).scale(zero=False)),
+                *_mark_layers(marks or {}),
+            ).properties(width=WIDTH, height=HEIGHT)
+            for column, title, colour in panels
+            if known or column != "energy_wh"
+        )
     ).properties(description="Energy and time of the mission over its cruise speed")
+
+
+def _mark_layers(marks: Mapping[str, float]) -> list[Chart]:
+    """Return a line with a name for each speed, names of equal speeds joined."""
+    alt = load_altair()
+    names: dict[float, list[str]] = {}
+    for name, speed_m_s in marks.items():
+        names.setdefault(round(speed_m_s, 3), []).append(name)
+    layers: list[Chart] = []
+    for number, (speed_m_s, several) in enumerate(sorted(names.items())):
+        rule = alt.Chart(alt.InlineData(values=[{"speed_m_s": speed_m_s}])).encode(x="speed_m_s:Q")
+        layers += [
+            rule.mark_rule(strokeDash=[2, 3]),
+            rule.mark_text(align="left", baseline="top", dx=3).encode(
+                y=alt.value(4 + 14 * number), text=alt.value(", ".join(several))
+            ),
+        ]
+    return layers

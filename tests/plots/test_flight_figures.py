@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from fenced_missions import at, box, degrees
-from made_missions import item, mission, rtl, takeoff
+from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, rtl, takeoff
 
 from planner import plots
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.geo.fence import Fence
+from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
 from planner.plots.flight import limit_rows, tightest_row
 from planner.plots.tables import MOST_ROWS, make_tables
@@ -236,3 +239,31 @@ def test_a_map_has_room_where_nothing_moves_sideways(autopilot: Autopilot) -> No
     west_m, east_m = chart["layer"][0]["encoding"]["x"]["scale"]["domain"]
     assert west_m < 0.0 < east_m
     assert east_m - west_m >= 20.0
+
+
+def test_the_ground_is_drawn_where_it_is_known_and_only_there() -> None:
+    """Level ground at 390 m, in a grid that ends some 160 m north of home."""
+    half_deg, cells = 0.0015, 4
+    cell_deg = 2.0 * half_deg / cells
+    south, west = HOME.latitude_deg - half_deg, HOME.longitude_deg - half_deg
+    tile = TerrainTile(
+        source="made.tif",
+        heights_amsl_m=np.full((cells, cells), 390.0, np.float32),
+        transform=(cell_deg, 0.0, west, 0.0, -cell_deg, south + 2.0 * half_deg),
+        projection_wkt=None,
+        bounds_deg=(south, west, south + 2.0 * half_deg, west + 2.0 * half_deg),
+        cell_m=cell_deg * METRES_PER_DEGREE_NORTH,
+    )
+    result = check(
+        mission(takeoff(20), at(0, 300), rtl()),
+        load_vehicle("falkowski-2023-quadrotor"),
+        battery=Battery(capacity_wh=77.0),
+        terrain=TerrainGrid(tiles=(tile,)),
+    )
+    for row in make_tables(result).flight:
+        if row["north_m"] < 100.0:
+            assert row["ground_amsl_m"] == 390.0
+        elif row["north_m"] > 200.0:
+            assert row["ground_amsl_m"] is None
+    chart = json.dumps(plots.profile_figure(result).to_dict())
+    assert "ground_amsl_m" in chart

@@ -66,6 +66,8 @@ def test_the_wheel_holds_every_model_and_mission_and_no_test(wheel: Path) -> Non
     assert shipped
     assert set(shipped) <= names
     assert "planner/py.typed" in names
+    page = (ROOT / "planner/report/html").glob("page.*")
+    assert {path.relative_to(ROOT).as_posix() for path in page} <= names
     assert not [name for name in names if name.startswith("tests/")]
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from axe_core_python.base import AXE_FILE_PATH  # type: ignore[import-untyped]  # has no types
 
 from planner import numbers
 from planner.flight.conditions import Conditions
@@ -49,7 +48,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chrome]:
-    from selenium import webdriver
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     from selenium.webdriver.chrome.service import Service
 
     options = webdriver.ChromeOptions()
@@ -331,10 +330,12 @@ def test_the_map_can_be_zoomed_with_the_keyboard_and_back(browser: Chrome, addre
 
 @pytest.mark.parametrize(("scheme", "width"), [("light", 0), ("dark", 0), ("light", PHONE_PX)])
 def test_axe_finds_nothing_serious(browser: Chrome, address: str, scheme: str, width: int) -> None:
+    reason = "axe-core-python is not installed"
+    axe = Path(pytest.importorskip("axe_core_python.base", reason=reason).AXE_FILE_PATH)
     opened(browser, address, scheme=scheme, width=width)
     for summary in browser.find_elements("css selector", "summary"):
         browser.execute_script("arguments[0].parentElement.open = true", summary)
-    browser.execute_script(Path(AXE_FILE_PATH).read_text(encoding="utf-8"))
+    browser.execute_script(axe.read_text(encoding="utf-8"))
     found = browser.execute_async_script(
         "const done = arguments[arguments.length - 1];"
         "axe.run({resultTypes: ['violations']}).then(result => done(result.violations))"

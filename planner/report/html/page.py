@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 from planner.errors import UsageError
 from planner.plots.library import load_altair, load_converter
 from planner.plots.theme import chart_config
-from planner.report.html.mission import badness, mission_view, tally_text
+from planner.report.html.mission import MissionView, badness, mission_view, tally_text
 from planner.report.html.quantities import FIGURES, Quantity, shown_number
 from planner.report.json_report import mission_document
-from planner.report.plain_text import printable, well_formed
-from planner.report.text import headline, tally
+from planner.report.plain_text import well_formed
+from planner.report.text import tally
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -85,13 +85,14 @@ def check_html(
         mission_view(result, number=number, sha256=hashes.get(result.file, ""), most_rows=rows)
         for number, result in enumerate(results)
     ]
+    order = sorted(missions, key=lambda view: badness(results[view.number]))
     style, script = (_text(name) for name in ("page.css", "page.js"))
     scripts = [plotting_bundle(), script] if any(view.charts for view in missions) else [script]
     text = template("page.html.j2").render(
         title=tally(results) if len(results) != 1 else missions[0].file,
         tally=tally(results),
-        missions=missions,
-        overview=_overview(results),
+        missions=order,
+        overview=_overview([results[view.number] for view in order], order),
         sections=sections,
         style=style,
         scripts=scripts,
@@ -122,27 +123,24 @@ def template(name: str) -> Any:  # noqa: ANN401 - jinja2 is loaded late
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["printable"] = printable
     return environment.get_template(name)
 
 
-def _overview(results: Results) -> list[dict[str, object]]:
-    """Return a row for each mission, worst first; none for a page of one mission."""
+def _overview(results: Results, views: Sequence[MissionView]) -> list[dict[str, object]]:
+    """Return a row for each mission, in the order given; none for a page of one mission."""
     if len(results) < 2:
         return []
     quantities = {one.path: one for _, members in FIGURES for one in members}
-    order = sorted(range(len(results)), key=lambda number: badness(results[number]))
     return [
         {
             "rank": rank,
-            "number": number,
-            "file": results[number].file,
-            "verdict": results[number].verdict,
-            "headline": headline(results[number]),
-            "numbers": [(path, _shown(results[number], quantities[path])) for path in _OVERVIEW],
-            "findings": tally_text(results[number]),
+            "number": view.number,
+            "file": view.file,
+            "verdict": view.verdict,
+            "numbers": [_shown(result, quantities[path]) for path in _OVERVIEW],
+            "findings": tally_text(result),
         }
-        for rank, number in enumerate(order, start=1)
+        for rank, (result, view) in enumerate(zip(results, views, strict=True), start=1)
     ]
 
 

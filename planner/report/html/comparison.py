@@ -1,0 +1,117 @@
+"""Two missions, vehicles or conditions side by side, as a section of the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from planner.report.html.page import template
+from planner.report.html.quantities import FIGURES, Quantity, number_at
+from planner.report.json_report import mission_document
+from planner.report.phases import flight_phases
+from planner.report.plain_text import printable
+from planner.report.text import headline
+from planner.service import CheckResult
+
+if TYPE_CHECKING:
+    from planner.report.json_document import Document
+    from planner.service import UnreadableMission
+
+    Result = CheckResult | UnreadableMission
+
+_COMPARED = ("Flight", "Energy", "Battery", "Way home")
+_WITHOUT_DIFFERENCE = ("item", "destination", "latitude_deg", "longitude_deg")
+
+
+class ComparedRow(NamedTuple):
+    """A number of both, as text, and how much more it is in the second."""
+
+    label: str
+    first: str
+    second: str
+    difference: str
+    value: float | None
+    """Of the difference."""
+
+
+def comparison_section(
+    first: Result, second: Result, *, names: tuple[str, str] = ("A", "B"), title: str = "Compared"
+) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
+    """Return a section that sets two results side by side, for `check_html`.
+
+    Parameters
+    ----------
+    first, second : CheckResult or UnreadableMission
+        The results; the difference is the second less the first.
+    names : tuple of str
+        What they are called in the heads of the table.
+    title : str
+        Heading of the section.
+
+    Returns
+    -------
+    markupsafe.Markup
+        One ``section`` element, all text escaped.
+    """
+    tables = compared_tables(first, second)
+    made = template("comparison.html.j2").module
+    return made.comparison(
+        title,
+        [
+            {
+                "name": name,
+                "verdict": result.verdict,
+                "file": printable(result.file),
+                "headline": headline(result),
+            }
+            for name, result in zip(names, (first, second), strict=True)
+        ],
+        tables,
+    )
+
+
+def compared_tables(
+    first: Result, second: Result
+) -> tuple[tuple[str, tuple[ComparedRow, ...]], ...]:
+    """Return what two results say, table by table; rows of which neither knows anything left out."""
+    documents = mission_document(first), mission_document(second)
+    tables = [
+        (title, _rows(documents[0], documents[1], members))
+        for title, members in FIGURES
+        if title in _COMPARED
+    ]
+    tables.append(("Energy by state", _state_rows(first, second)))
+    return tuple((title, rows) for title, rows in tables if rows)
+
+
+def _rows(
+    first: Document, second: Document, members: tuple[Quantity, ...]
+) -> tuple[ComparedRow, ...]:
+    rows = []
+    for quantity in members:
+        a, b = number_at(first, quantity.path), number_at(second, quantity.path)
+        if a is not None or b is not None:
+            rows.append(_row(quantity, a, b))
+    return tuple(rows)
+
+
+def _row(quantity: Quantity, a: float | None, b: float | None) -> ComparedRow:
+    is_place = quantity.path.endswith(_WITHOUT_DIFFERENCE)
+    difference = None if a is None or b is None or is_place else b - a
+    sign = "+" if difference is not None and difference > 0.0 else ""
+    text = "" if difference is None else f"{sign}{quantity.text(difference)}"
+    return ComparedRow(quantity.label, quantity.text(a), quantity.text(b), text, difference)
+
+
+def _state_rows(first: Result, second: Result) -> tuple[ComparedRow, ...]:
+    energies = [
+        {phase.state: phase.energy_wh for phase in flight_phases(result)}
+        if isinstance(result, CheckResult)
+        else {}
+        for result in (first, second)
+    ]
+    energy = next(one for _, members in FIGURES for one in members if one.label == "Energy")
+    states = {**energies[0], **energies[1]}
+    return tuple(
+        _row(energy._replace(label=state), *(found.get(state) for found in energies))
+        for state in sorted(states, key=lambda state: (state == "total", list(states).index(state)))
+    )

@@ -1,0 +1,154 @@
+"""Pictures beside those of a flight: the speed curve, verifications, identifications."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from planner import plots
+from planner.identify.manoeuvre import Manoeuvre
+from planner.identify.outcome import ResponseEvidence
+from planner.identify.steady import SteadyPower
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner.plots.library import Chart
+
+CURVE = SimpleNamespace(
+    speed_m_s=np.array([2.0, 4.0, 6.0]),
+    energy_wh=np.array([30.0, 20.0, 25.0]),
+    time_s=np.array([1200.0, 600.0, 420.0]),
+)
+
+
+def rows_of(figure: Chart, panel: int, layer: int) -> list[dict[str, Any]]:
+    """Return the rows behind a layer of a panel of a chart."""
+    chart = figure.to_dict()
+    one = chart["vconcat"][panel] if "vconcat" in chart else chart
+    one = one["layer"][layer] if "layer" in one else one
+    data = one.get("data", chart.get("data"))
+    rows: list[dict[str, Any]] = data.get("values") or chart["datasets"][data["name"]]
+    return rows
+
+
+def texts(figure: Chart, path: Path) -> str:
+    plots.write_figure(figure, path)
+    return path.read_text(encoding="utf-8")
+
+
+def test_a_speed_curve_shows_energy_and_time_with_their_units(tmp_path: Path) -> None:
+    figure = plots.speed_figure(CURVE, {"best range": 4.0, "as planned": 4.0})
+    svg = texts(figure, tmp_path / "speed.svg")
+    for text in ("Cruise speed [m/s]", "Energy [Wh]", "Time [min]", "best range, as planned"):
+        assert text in svg
+    energy = rows_of(figure, 0, 0)
+    assert [row["energy_wh"] for row in energy] == [30.0, 20.0, 25.0]
+    assert [row["time_min"] for row in energy] == [20.0, 10.0, 7.0]
+
+
+def test_a_speed_curve_without_known_energy_shows_the_time_alone() -> None:
+    unknown = SimpleNamespace(**{**vars(CURVE), "energy_wh": np.full(3, np.nan)})
+    [panel] = plots.speed_figure(unknown).to_dict()["vconcat"]
+    assert "Time [min]" in json.dumps(panel)
+
+
+def test_a_flight_and_its_prediction_are_drawn_over_each_other(tmp_path: Path) -> None:
+    time_s = np.arange(10_000) * 0.1
+    flown, foreseen = (
+        SimpleNamespace(
+            time_s=time_s,
+            power_w=np.full(10_000, power_w),
+            height_above_home_m=np.full(10_000, np.nan),
+            ground_speed_m_s=time_s,
+        )
+        for power_w in (120.0, 125.0)
+    )
+    figure = plots.verification_figure(
+        SimpleNamespace(flown=flown, foreseen=foreseen),  # type: ignore[arg-type]  # all it looks at
+        title="log, energy +4.2 %",
+    )
+    rows = rows_of(figure, 0, 0)
+    assert len(rows) <= 2 * 2_000
+    assert {(row["flight"], row["power_w"]) for row in rows} == {
+        ("flown", 120.0),
+        ("predicted", 125.0),
+    }
+    assert {row["height_above_home_m"] for row in rows} == {None}
+    assert max(row["time_s"] for row in rows) == 999.9
+    svg = texts(figure, tmp_path / "flight.svg")
+    titles = ("Power [W]", "Height above home [m]", "Ground speed [m/s]", "Time [s]", "+4.2 %")
+    for text in titles:
+        assert text in svg
+
+
+@pytest.fixture(scope="module")
+def found() -> SimpleNamespace:
+    """What an identification of the article's vehicle might have found."""
+    vehicle = load_vehicle("falkowski-2023-quadrotor")
+    response = vehicle.responses.altitude
+    assert response is not None
+    time_s = np.linspace(0.0, 59.9, 600)
+    step = Manoeuvre(
+        time_s=time_s,
+        reference=np.where(time_s < 5.0, 200.0, 300.0),
+        answer=np.where(time_s < 20.0, 150.0, 250.0),
+    )
+    hovers = [
+        SteadyPower(
+            power_w=120.0 + height, error_w=2.0, duration_s=30.0, height_above_home_m=height
+        )
+        for height in (100.0, 200.0)
+    ]
+    battery = SimpleNamespace(ocv_soc=(0.0, 1.0), ocv_v=(13.2, 16.8), ocv_error_v=(0.1, 0.1))
+    evidence = SimpleNamespace(
+        responses=(
+            ResponseEvidence(
+                name="altitude",
+                manoeuvres=(step,),
+                transfer_function=response.transfer_function,
+                window_s=30.0,
+            ),
+        ),
+        steady=(),
+        hovers=hovers,
+        battery=battery,
+    )
+    return SimpleNamespace(model=vehicle, evidence=evidence)
+
+
+def drawn(found: SimpleNamespace) -> dict[str, Chart]:
+    return plots.identification_figures(found)  # type: ignore[arg-type]  # all it looks at
+
+
+def test_a_manoeuvre_is_drawn_from_its_command_beside_the_answer_of_the_model(
+    found: SimpleNamespace, tmp_path: Path
+) -> None:
+    figure = drawn(found)["altitude"]
+    rows = rows_of(figure, 0, 0)
+    flown = {row["time_s"]: row["answer"] for row in rows if row["what"] == "flown"}
+    model = {row["time_s"]: row["answer"] for row in rows if row["what"] == "model"}
+    assert flown[-5.0] == 0.0
+    assert flown[20.0] == 100.0  # 150 m before, 250 m from 15 s after the command on
+    # The article's G1 answers a step of 100 m with 100 m: its steady gain is 1.
+    assert model[50.0] == pytest.approx(100.0, rel=0.02)
+    svg = texts(figure, tmp_path / "altitude.svg")
+    for text in ("Time after the command [s]", "Altitude above rest [m]", "end of the window"):
+        assert text in svg
+
+
+def test_hovers_are_drawn_with_their_errors_on_the_law(
+    found: SimpleNamespace, tmp_path: Path
+) -> None:
+    figures = drawn(found)
+    assert set(figures) == {"altitude", "hover", "battery"}
+    points = rows_of(figures["hover"], 0, 0)
+    assert [(row["x"], row["y"]) for row in points] == [(100.0, 220.0), (200.0, 320.0)]
+    assert points[0]["high"] == pytest.approx(220.0 + 1.96 * 2.0)
+    assert "Height above home [m]" in texts(figures["hover"], tmp_path / "hover.svg")
+    assert "Open-circuit voltage [V]" in texts(figures["battery"], tmp_path / "battery.svg")

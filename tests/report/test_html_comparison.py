@@ -1,0 +1,65 @@
+"""Two results side by side on the page."""
+
+from __future__ import annotations
+
+import dataclasses
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import pytest
+
+from planner.report.html.comparison import compared_tables, comparison_section
+from planner.report.html.page import check_html
+
+if TYPE_CHECKING:
+    from planner.service import CheckResult, UnreadableMission
+
+
+@pytest.fixture
+def longer(flown: CheckResult) -> CheckResult:
+    """The same flight, a minute longer and 2 Wh more."""
+    totals = dataclasses.replace(
+        flown.totals,
+        time_s=flown.totals.time_s + 60.0,
+        energy_wh=flown.totals.energy_wh + 2.0,
+    )
+    return dataclasses.replace(flown, file="<b>longer.plan", totals=totals)
+
+
+def test_differences_are_the_second_less_the_first(flown: CheckResult, longer: CheckResult) -> None:
+    tables = {
+        title: {row.label: row for row in rows} for title, rows in compared_tables(flown, longer)
+    }
+    time, energy = tables["Flight"]["Time"], tables["Energy"]["Energy"]
+    assert (time.first, time.second, time.difference) == (
+        "11 min 32 s",
+        "12 min 32 s",
+        "+1 min 00 s",
+    )
+    assert (energy.first, energy.second, energy.difference) == ("24.1 Wh", "26.1 Wh", "+2.00 Wh")
+    assert tables["Flight"]["Distance"].difference == "0 m"
+    assert list(tables["Energy by state"]) == ["takeoff", "cruise", "land", "total"]
+
+
+def test_an_item_has_no_difference(flown: CheckResult, longer: CheckResult) -> None:
+    tables = dict(compared_tables(flown, longer))
+    [tightest] = [row for row in tables["Way home"] if row.label == "Tightest from"]
+    assert (tightest.first, tightest.difference, tightest.value) == ("item 2", "", None)
+
+
+def test_a_section_stands_on_the_page_with_its_text_escaped(
+    flown: CheckResult, longer: CheckResult
+) -> None:
+    section = comparison_section(flown, longer, names=("before", "after"))
+    made_at = datetime(2026, 1, 2, tzinfo=UTC)
+    page = check_html([flown, longer], version="1", made_at=made_at, sections=[section])
+    assert "after less before" in page
+    assert "<b>longer" not in page
+    assert page.index('id="overview"') < page.index("after less before")
+
+
+def test_what_cannot_be_read_has_nothing_to_compare(
+    flown: CheckResult, unreadable: UnreadableMission
+) -> None:
+    tables = dict(compared_tables(flown, unreadable))
+    assert all(row.second == "—" and not row.difference for row in tables["Flight"])
