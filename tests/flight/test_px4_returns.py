@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 
+from planner.flight.conditions import Conditions
 from planner.flight.motion.px4.flight import fly_px4, px4_ways_home
 from planner.flight.motion.px4.returns import return_heights_m
+from planner.flight.pilot import make_pilot
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.px4_parameters import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -137,3 +140,13 @@ def test_many_ways_home_are_each_flown_alone() -> None:
 def test_a_way_home_from_home_is_a_landing() -> None:
     motion = px4_ways_home(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
     assert [STATES[state] for state in motion.segments.state] == ["land"]
+
+
+def test_a_way_home_begun_at_speed_begins_with_a_stop() -> None:
+    # 3 m/s², 4 m/s³: from 12 m/s PX4 holds 12 (12/6 + 0.6) = 31.2 m on, and no return turns round in
+    # less than 12/3 + 3/4 = 4.75 s and 6 · 4.75 = 28.5 m; braking evenly 31.2 m take 62.4/12 = 5.2 s.
+    parameters = replace(PX4, acceleration_m_s2=3.0, jerk_m_s3=4.0)
+    pilot = make_pilot(load_vehicle("px4-sih-quad"), parameters, Conditions())
+    way_m, stop_s = pilot.stop(np.array([0.0, 12.0]))
+    assert way_m == pytest.approx([0.0, 31.2])
+    assert stop_s == pytest.approx([0.0, 5.2])
