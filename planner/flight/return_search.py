@@ -133,7 +133,7 @@ class ReturnSearch:
             (np.flatnonzero(self._ends_run | lone), self._likely(last), _spread(last))
         )
         starts = np.flatnonzero(begins)
-        segment = np.concatenate((starts, np.unique(first)))
+        segment = np.concatenate((starts, _each_once(first)))
         self.nodes: ReturnNodes | None = None
         if len(segment):
             share = np.where(np.arange(len(segment)) < len(starts), 0.0, 1.0)
@@ -164,7 +164,9 @@ class ReturnSearch:
         tenth of a second, on.
         """
         for _ in range(_MOST_ROUNDS):
-            left = np.unique(np.concatenate([self._open_below(limit_wh) for limit_wh in limits_wh]))
+            left = _each_once(
+                np.concatenate([self._open_below(limit_wh) for limit_wh in limits_wh])
+            )
             if not len(left):
                 break
             self._divide(left, max(_POINTS_AT_ONCE // len(left), _PARTS))
@@ -330,11 +332,17 @@ class ReturnSearch:
                 segments += [first] * len(inside)
                 shares += inside.tolist()
             else:
-                ends = np.unique(np.linspace(first, last - 1, parts).astype(np.intp))
+                ends = _each_once(np.linspace(first, last - 1, parts).astype(np.intp))
                 segments += ends.tolist()
                 shares += [1.0] * len(ends)
         more = self._evaluated(np.array(segments, dtype=np.intp), np.array(shares))
         self.nodes = nodes.joined(more)
+
+
+def _each_once(numbers: IntArray) -> IntArray:
+    """Return different numbers, rising; `numpy.unique` would load masked arrays for it."""
+    ordered = np.sort(numbers)
+    return ordered[np.diff(ordered, prepend=-1) != 0]
 
 
 def _spread(last: IntArray) -> IntArray:
