@@ -342,7 +342,8 @@ class ReturnSearch:
 def _each_once(numbers: IntArray) -> IntArray:
     """Return different numbers, rising; `numpy.unique` would load masked arrays for it."""
     ordered = np.sort(numbers)
-    return ordered[np.diff(ordered, prepend=-1) != 0]
+    different: IntArray = ordered[np.diff(ordered, prepend=-1) != 0]
+    return different
 
 
 def _spread(last: IntArray) -> IntArray:
