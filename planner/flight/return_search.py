@@ -42,9 +42,9 @@ _PARTS = 5
 """Parts a stretch is divided into."""
 _MOST_DIVIDED = 24
 """Stretches divided in one round, those with the highest bounds."""
-_MOST_FIRST = 24
+_MOST_FIRST = 48
 """Stretches divided in one round where only the first that matters is looked for."""
-_POINTS_AT_ONCE = 100
+_POINTS_AT_ONCE = 60
 """Points looked at in such a round: so many cost about twice what one does."""
 _MOST_ROUNDS = 60
 """Far more than any flight takes: a stretch of 100 km is divided to 1 m in eight."""
