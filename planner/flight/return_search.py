@@ -45,7 +45,7 @@ _MOST_DIVIDED = 24
 _MOST_FIRST = 48
 """Stretches divided in one round where only the first that matters is looked for."""
 _POINTS_AT_ONCE = 60
-"""Points looked at in such a round: so many cost about twice what one does."""
+"""Points looked at in such a round: so many cost a third more than one."""
 _MOST_ROUNDS = 60
 """Far more than any flight takes: a stretch of 100 km is divided to 1 m in eight."""
 _LIPSCHITZ_MARGIN = 1.05
