@@ -57,9 +57,10 @@ def check_ground(case: Case) -> Iterator[Finding]:
     unknown = np.isnan(way.clearance_m)
     if unknown.any():
         item = int(way.item[unknown.argmax()])
+        some = f"{numbers.distance(float(way.step_m[unknown].sum()))} of the flight lie"
         yield NO_TERRAIN_DATA.finding(
-            f"{numbers.distance(float(way.step_m[unknown].sum()))} of the flight lie outside of the "
-            "terrain grid: heights over ground are not checked there",
+            f"{'the whole flight lies' if unknown.all() else some} outside of the terrain grid: "
+            f"heights over ground are not checked{'' if unknown.all() else ' there'}",
             item=item,
             place=case.mission.items[item - 1].place,
             severity=Severity.WARNING,

@@ -26,24 +26,22 @@ The draws are always the same: what differs between two predictions is never cha
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from planner.flight.discharge import predict_discharge
+from planner.flight.draws import make_draws
 from planner.flight.homeward import make_homeward
 from planner.flight.prediction import make_flight, segment_energies_j
 from planner.flight.return_search import ReturnSearch
 from planner.flight.state import STATE_INDEX, STATES, FlightState
+from planner.flight.weather import ChebyshevAxis, Weather
 from planner.frozen import frozen
 from planner.units import j_from_wh, wh_from_j
-from planner.vehicle.cruise_law import CruisePower
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator
 
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
@@ -52,40 +50,14 @@ if TYPE_CHECKING:
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.transients import Transients
-    from planner.physics.wind import Wind
     from planner.vehicle.battery import Battery
     from planner.vehicle.model_spread import ModelSpread
 
-DRAWS = 10_000
-_SEED = 1908
-_LEAST_WIND_POINTS, _MOST_WIND_POINTS = 5, 17
-"""On each component of the wind: one for each m/s of half its range, and the most for a table of
-powers, which has corners.  Against direct evaluation of draws of surveys in winds of up to 10 ± 3 m/s
-from anywhere: within 0.1 % for momentum theory, 1.2 % (standard deviation 0.5 %) for a table."""
-_AIR_AND_MASS_POINTS = 3
-"""On payload and temperature, over which the power bends little."""
 _CHARGE_POINTS = 5
-_ROWS_AT_ONCE = 1000
 _TIGHTEST = 8
 """Points whose way home is looked at besides those tightest at the corners of the conditions."""
 _LOW, _HIGH = 0.1, 0.9
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
-
-
-@frozen(eq=False)
-class Draws:
-    """What is drawn for each scenario; all (draws,), but the errors of the states."""
-
-    wind_east_m_s: FloatArray
-    wind_north_m_s: FloatArray
-    payload_kg: FloatArray
-    temperature_c: FloatArray
-    charge: FloatArray
-    time_error: FloatArray
-    energy_error: FloatArray
-    state_error: FloatArray
-    """(draws, states)"""
-    stopping_error: FloatArray
 
 
 @frozen(eq=False)
@@ -144,58 +116,6 @@ class Scenarios:
     def _way_home(self, way_home: ReturnBudget) -> ReturnBudget:
         """Return a way home with the share of the flights in which some way home is too long."""
         return replace(way_home, below_reserve_probability=_share_below(self.return_margin_wh))
-
-
-def make_draws(
-    spread: ModelSpread, conditions: Conditions, power: SteadyPower, *, charge: tuple[float, float]
-) -> Draws:
-    """Draw conditions and errors of the model, always the same ones.
-
-    Parameters
-    ----------
-    spread : ModelSpread
-        Errors of the model.
-    conditions : Conditions
-        Mean conditions and their standard deviations.
-    power : SteadyPower
-        Whose temperature holds where the conditions give none.
-    charge : tuple of float
-        Mean and standard deviation of the state of charge at the start. [-]
-
-    Returns
-    -------
-    Draws
-        A wind drawn below zero blows the other way; a payload is not below zero, a charge not above
-        all.  The draws of one quantity do not depend on the spread of another.
-    """
-    normal, student = _standard_draws(spread.n_flights)
-    wind = conditions.wind
-    speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
-    from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
-    charge_mean, charge_sd = charge
-    of_states = dict(spread.energy_state_fraction)
-    return Draws(
-        wind_east_m_s=-speed_m_s * np.sin(from_rad),
-        wind_north_m_s=-speed_m_s * np.cos(from_rad),
-        payload_kg=np.maximum(conditions.payload_kg + conditions.payload_sd_kg * normal[2], 0.0),
-        temperature_c=power.home_temperature_c + conditions.temperature_sd_c * normal[3],
-        charge=np.clip(charge_mean + charge_sd * normal[4], 0.0, 1.0),
-        time_error=(spread.time_fraction or 0.0) * student[0],
-        energy_error=(spread.energy_fraction or 0.0) * student[1],
-        stopping_error=(spread.stopping_distance_fraction or 0.0) * student[2],
-        state_error=np.array([of_states.get(state, 0.0) for state in STATES]) * student[3:].T,
-    )
-
-
-@lru_cache(maxsize=2)
-def _standard_draws(n_flights: int) -> tuple[FloatArray, FloatArray]:
-    """Return draws of the normal and of Student's distribution, made once: they are always the same."""
-    random = np.random.default_rng(_SEED)
-    normal = random.standard_normal((5, DRAWS))
-    student = random.standard_t(n_flights, (3 + len(STATES), DRAWS))
-    normal.setflags(write=False)
-    student.setflags(write=False)
-    return normal, student
 
 
 def predict_scenarios(
@@ -262,114 +182,6 @@ def predict_scenarios(
         drawn,
         margin_wh=above_wh - energy_wh[:, 0],
         return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if points else None,
-    )
-
-
-class Weather:
-    """The drawn conditions that the power depends on, and the points it is evaluated at."""
-
-    def __init__(self, draws: Draws, power: SteadyPower) -> None:
-        vehicle, mass_kg = power.vehicle, power.vehicle.mass_kg
-        self._power = power
-        self._axes: dict[str, _Axis] = {}
-        if vehicle.knows_airspeed:
-            bent = isinstance(vehicle.cruise, CruisePower)
-            least = _MOST_WIND_POINTS if bent else _LEAST_WIND_POINTS
-            self._axes["east_m_s"] = _wind_axis(draws.wind_east_m_s, least)
-            self._axes["north_m_s"] = _wind_axis(draws.wind_north_m_s, least)
-        if vehicle.knows_mass and mass_kg is not None:
-            self._axes["mass_kg"] = _Axis(mass_kg + draws.payload_kg, _AIR_AND_MASS_POINTS)
-        if vehicle.knows_air_density:
-            self._axes["home_temperature_c"] = _Axis(draws.temperature_c, _AIR_AND_MASS_POINTS)
-
-    def powers(self) -> Iterator[SteadyPower]:
-        """Yield the power in the conditions of each point of the interpolation."""
-        return self._powers({name: axis.points for name, axis in self._axes.items()})
-
-    def corners(self) -> Iterator[SteadyPower]:
-        """Yield the power in the most different conditions drawn; nothing where all are the same."""
-        if all(len(axis.ends) == 1 for axis in self._axes.values()):
-            return iter(())
-        return self._powers({name: axis.ends for name, axis in self._axes.items()})
-
-    def with_errors(self, at_points_j: FloatArray, draws: Draws) -> FloatArray:
-        """Return the energies of all draws, errors of the model included.
-
-        Parameters
-        ----------
-        at_points_j : ndarray
-            Energies by state of k flights at the points of the interpolation.
-            (points, k, states) [J]
-        draws : Draws
-            Errors of the model.
-
-        Returns
-        -------
-        ndarray
-            Not negative. (draws, k) [J]
-        """
-        count, states = at_points_j.shape[1:]
-        flat_j = at_points_j.reshape(len(at_points_j), -1)
-        energy_j = np.empty((DRAWS, count))
-        for first in range(0, DRAWS, _ROWS_AT_ONCE):
-            rows = slice(first, first + _ROWS_AT_ONCE)
-            factor = 1.0 + draws.state_error[rows]
-            if len(at_points_j) == 1:
-                energy_j[rows] = factor @ at_points_j[0].T
-            else:
-                by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
-                energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
-            energy_j[rows] *= 1.0 + draws.energy_error[rows, None]
-        return np.maximum(energy_j, 0.0)
-
-    def _weights(self, rows: slice) -> FloatArray:
-        """Return the weight of each point for some draws. (rows, points)"""
-        weights = np.ones((len(range(DRAWS)[rows]), 1))
-        for axis in self._axes.values():
-            weights = (weights[:, :, None] * axis.weights[rows, None, :]).reshape(len(weights), -1)
-        return weights
-
-    def _powers(self, values: Mapping[str, FloatArray]) -> Iterator[SteadyPower]:
-        for point in product(*values.values()):
-            at, power = dict(zip(values, map(float, point), strict=True)), self._power
-            if "east_m_s" in at:
-                power = replace(power, wind=_wind(power.wind, at["east_m_s"], at["north_m_s"]))
-            yield replace(
-                power,
-                mass_kg=at.get("mass_kg", power.mass_kg),
-                home_temperature_c=at.get("home_temperature_c", power.home_temperature_c),
-            )
-
-
-class _Axis:
-    """One drawn quantity: Chebyshev points over its range, and their weights for each draw."""
-
-    def __init__(self, drawn: FloatArray, count: int) -> None:
-        low, high = float(drawn.min()), float(drawn.max())
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        if half <= 1e-12 * max(abs(middle), 1.0):  # known exactly, but for rounding
-            self.points = self.ends = np.array([middle])
-            self.weights = np.ones((drawn.size, 1))
-            return
-        unit = chebpts1(count)
-        self.points = middle + half * unit
-        self.ends = np.array([low, high])
-        self.weights = chebvander((drawn - middle) / half, count - 1) @ np.linalg.inv(
-            chebvander(unit, count - 1)
-        )
-
-
-def _wind_axis(drawn_m_s: FloatArray, least: int) -> _Axis:
-    wanted = 2 * int(0.25 * np.ptp(drawn_m_s)) + 3
-    return _Axis(drawn_m_s, min(max(wanted, least), _MOST_WIND_POINTS))
-
-
-def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
-    """Return a wind of these components, with the profile of another."""
-    return replace(
-        like,
-        speed_m_s=float(np.hypot(east_m_s, north_m_s)),
-        from_deg=float(np.degrees(np.arctan2(-east_m_s, -north_m_s))),
     )
 
 
@@ -450,7 +262,7 @@ def _usable_wh(
     conditions: Conditions,
 ) -> FloatArray | float:
     """Return the energy in the battery at the start for drawn states of charge. (draws,) [Wh]"""
-    axis = _Axis(drawn, _CHARGE_POINTS)
+    axis = ChebyshevAxis(drawn, _CHARGE_POINTS)
     if len(axis.points) == 1:
         return budget.usable_wh
     temperature_c = conditions.battery_temperature_c

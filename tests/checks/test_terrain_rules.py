@@ -148,6 +148,13 @@ def test_a_way_that_leaves_the_grid_is_warned_of() -> None:
     assert of("X902", findings(LOW, ground(0.0))) == []
 
 
+def test_a_flight_all_outside_of_the_grid_is_said_to_be() -> None:
+    # 20 rows of 10 m from 1 km south of home end 800 m south of it.
+    [finding] = of("X902", findings(LOW, ground(0.0, at_m=-900.0, rows=20)))
+    assert finding.severity is Severity.WARNING
+    assert finding.message.startswith("the whole flight lies outside")
+
+
 @pytest.mark.parametrize(
     ("autopilot", "parameters", "ridge_m", "fires"),
     [

@@ -12,13 +12,14 @@ from made_missions import HOME, item, mission, north, rtl, takeoff
 from scipy.stats import binom, t
 
 from planner.autopilot import Autopilot
-from planner.flight import scenarios
+from planner.flight import weather
 from planner.flight.conditions import Conditions
 from planner.flight.destination import make_destinations
+from planner.flight.draws import DRAWS, Draws, make_draws
 from planner.flight.homeward import Homeward, make_homeward
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight, segment_energy_j
-from planner.flight.scenarios import DRAWS, Draws, make_draws, predict_scenarios
+from planner.flight.scenarios import predict_scenarios
 from planner.flight.spread import Spread
 from planner.flight.state import STATES
 from planner.mission.route import make_route
@@ -318,7 +319,7 @@ def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
     spread = replace(EXACT, energy_fraction=0.05)
     first = checked(SURVEYOR, spread=spread, wind=WINDY)
     assert checked(SURVEYOR, spread=spread, wind=WINDY).totals == first.totals
-    monkeypatch.setattr(scenarios, "_ROWS_AT_ONCE", 37)
+    monkeypatch.setattr(weather, "_ROWS_AT_ONCE", 37)
     again = checked(SURVEYOR, spread=spread, wind=WINDY)
     # sums of products in another order
     assert again.totals.energy_wh_p90 == pytest.approx(first.totals.energy_wh_p90, rel=1e-12)
