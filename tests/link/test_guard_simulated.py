@@ -1,0 +1,167 @@
+"""A guard against the simulated vehicle, in virtual time: PX4 that asks, Copter that does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import pytest
+from simulated_vehicles import BATTERY, WIND, memory_line
+
+from planner.autopilot import Autopilot
+from planner.errors import LinkError
+from planner.flight.conditions import Conditions
+from planner.link.guard_session import GuardSession, GuardStatus
+from planner.link.guarding import Decision, GuardSettings
+from planner.link.outgoing import Purpose
+from planner.link.pymavlink_link import PymavlinkLink
+from planner.link.settings import LinkSettings
+from planner.link.simulated.arming import ArmingState
+from planner.live_guard import judge_vehicle
+from planner.service import CheckRequest
+
+if TYPE_CHECKING:
+    from planner.link.simulated.memory_line import MemoryLine
+    from planner.link.simulated.vehicle import SimulatedVehicle
+    from planner.link.simulated.wire import Passed
+
+CHECK = CheckRequest(
+    vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND)
+)
+STRICT = CheckRequest(
+    vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND), reserve=0.95
+)
+
+
+class OverError(Exception):
+    """The time of a test is up."""
+
+
+@dataclass
+class Run:
+    line: MemoryLine
+    vehicle: SimulatedVehicle
+    passed: list[Passed] = field(default_factory=list)
+    decisions: list[Decision] = field(default_factory=list)
+    statuses: list[GuardStatus] = field(default_factory=list)
+
+    def decided(self, kind: str) -> list[Decision]:
+        return [one for one in self.decisions if one.kind == kind]
+
+    def sent(self, name: str) -> list[Passed]:
+        return [one for one in self.passed if one.is_to_vehicle and one.message.name == name]
+
+
+def guard(
+    autopilot: Autopilot,
+    faults: str = "",
+    *,
+    until_s: float,
+    arm_at_s: tuple[float, ...] = (),
+    check: CheckRequest = CHECK,
+    speed_up: float = 1.0,
+) -> Run:
+    """Guard a simulated vehicle that tries to arm at times."""
+    authoriser = 245 if autopilot is Autopilot.PX4 else None
+    line = memory_line(autopilot, faults, authoriser=authoriser, speed_up=speed_up)
+    vehicle = line._wire.vehicle
+    run = Run(line, vehicle)
+    line._wire.on_message = run.passed.append
+    left = list(arm_at_s)
+
+    def on_status(status: GuardStatus) -> None:
+        run.statuses.append(status)
+        if left and line.now_s() >= left[0] - 2.0 and not vehicle.is_flying:
+            vehicle.arm_at(left.pop(0))
+        if line.now_s() >= until_s:
+            raise OverError
+
+    settings = LinkSettings()
+    link = PymavlinkLink(line, name="simulated", settings=settings, purpose=Purpose.GUARD)
+    session = GuardSession(
+        link,
+        GuardSettings(),
+        settings,
+        judge=lambda snapshot: judge_vehicle(snapshot, check),
+        on_decision=run.decisions.append,
+        on_status=on_status,
+    )
+    with pytest.raises(OverError):
+        session.run()
+    return run
+
+
+def test_px4_flies_once_it_is_let_and_its_energy_is_followed_to_the_end() -> None:
+    run = guard(Autopilot.PX4, until_s=120.0, arm_at_s=(20.0,), speed_up=6.0)
+    assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
+    assert run.vehicle.arming.authorised_s == 10.0
+    flying = [status for status in run.statuses if status.is_flying]
+    assert flying
+    ratios = [s.energy.ratio for s in flying if s.energy is not None and s.energy.ratio is not None]
+    # it flies, and its battery falls, as the same model predicts; percent are whole ones
+    assert ratios[-1] == pytest.approx(1.0, abs=0.1)
+    assert not run.decided("energy")
+    assert not run.decided("withdrawn")
+    assert not run.vehicle.acts
+
+
+def test_px4_that_is_no_go_is_denied_and_stays_on_the_ground() -> None:
+    run = guard(Autopilot.PX4, until_s=40.0, arm_at_s=(20.0, 30.0), check=STRICT)
+    assert [one.details["result"] for one in run.decided("answer")] == ["denied", "denied"]
+    assert run.vehicle.arming.state is ArmingState.DENIED
+    assert run.vehicle.arming.denial == (0, 101)  # generic, E101
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_a_fifth_lost_both_ways_px4_gets_off_the_ground_at_last(seed: int) -> None:
+    tries = tuple(40.0 + 6.0 * turn for turn in range(12))
+    run = guard(Autopilot.PX4, f"loss=20%,seed={seed}", until_s=115.0, arm_at_s=tries)
+    results = {one.details["result"] for one in run.decided("answer")}
+    assert "accepted" in results
+    assert results <= {"accepted", "temporarily_rejected"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_a_fifth_lost_both_ways_a_no_go_stays_on_the_ground(seed: int) -> None:
+    tries = tuple(30.0 + 3.0 * turn for turn in range(12))
+    faults = f"loss=20%,duplication=10%,reordering=10%,seed={seed}"
+    run = guard(Autopilot.PX4, faults, until_s=70.0, arm_at_s=tries, check=STRICT)
+    results = {one.details["result"] for one in run.decided("answer")}
+    assert "accepted" not in results
+    assert not run.vehicle.is_flying
+
+
+@pytest.mark.parametrize("faults", ["garbage=20%", "truncation=20%", "count=+2", "silence=9:20"])
+def test_a_vehicle_that_talks_nonsense_is_no_go_or_read_rightly(faults: str) -> None:
+    run = guard(Autopilot.PX4, faults, until_s=60.0, arm_at_s=(30.0, 50.0), check=STRICT)
+    assert "accepted" not in {one.details["result"] for one in run.decided("answer")}
+    assert not run.vehicle.is_flying
+
+
+def test_two_vehicles_with_one_system_id_are_no_ground_for_a_verdict() -> None:
+    with pytest.raises(LinkError, match="answer"):
+        guard(Autopilot.PX4, "twin", until_s=60.0, arm_at_s=(30.0,))
+
+
+def test_copter_does_not_ask_and_is_told() -> None:
+    run = guard(Autopilot.ARDUPILOT, until_s=60.0)
+    texts = [one.message["text"] for one in run.sent("STATUSTEXT")]
+    assert len(texts) == 1
+    assert texts[0].startswith("mavjoule: GO, ")
+    assert not run.sent("COMMAND_ACK")
+
+
+def test_nothing_that_a_guard_sends_would_move_set_or_arm_a_vehicle() -> None:
+    run = guard(Autopilot.PX4, "loss=10%", until_s=60.0, arm_at_s=(20.0, 40.0))
+    assert not run.vehicle.acts
+    assert {one.message.name for one in run.passed if one.is_to_vehicle} <= {
+        "HEARTBEAT",
+        "COMMAND_ACK",
+        "COMMAND_LONG",
+        "MISSION_ACK",
+        "MISSION_REQUEST_INT",
+        "MISSION_REQUEST_LIST",
+        "PARAM_REQUEST_LIST",
+        "PARAM_REQUEST_READ",
+        "STATUSTEXT",
+    }
