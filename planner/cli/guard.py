@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 _DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min)?", re.IGNORECASE)
 _LONGEST_S = 86_400.0
+_PLAIN_EVERY_S = 10
+"""So often the energy in flight is told where there is no terminal. [s]"""
 
 
 class DurationType(click.ParamType[float]):
@@ -215,12 +217,17 @@ class GuardDisplay:
 
     def __init__(self) -> None:
         self._is_terminal = sys.stderr is not None and sys.stderr.isatty()
+        self._in_flight_s = 0
 
     def status(self, status: GuardStatus) -> None:
-        """Show what is held now."""
+        """Show what is held now, told every second."""
         if self._is_terminal:
             width = max(os.get_terminal_size(sys.stderr.fileno()).columns - 1, 20)
             self._write(f"\r\x1b[K{printable(status_line(status))[:width]}")
+            return
+        if status.is_flying and self._in_flight_s % _PLAIN_EVERY_S == 0:
+            narrate(status_line(status))
+        self._in_flight_s = self._in_flight_s + 1 if status.is_flying else 0
 
     def decision(self, decision: Decision) -> None:
         """Tell a decision."""

@@ -43,6 +43,12 @@ class EnergyLeft:
     step_wh: float
     """What the trusted one cannot tell apart. [Wh]"""
 
+    @property
+    def spread_wh(self) -> float:
+        """How far the measurements are apart [Wh]."""
+        left_wh = [one for _, one in self.by_source]
+        return max(left_wh) - min(left_wh)
+
 
 class BatteryMeter:
     """Turns readings into energies, from a charge at the start.
@@ -84,7 +90,7 @@ class BatteryMeter:
         Counts of energy and of charge, and the vehicle's own percentage, are compared, and the least
         is taken.  The voltage says little on a flat curve: it is asked only where there is no other.
         """
-        step_wh = self._at(min(self._charge, _STEP))
+        step_wh = self._usable_wh - self._at(self._charge - _STEP)
         found: list[tuple[str, float, float]] = []
         start = self._start
         if reading.consumed_wh is not None and start.consumed_wh is not None:

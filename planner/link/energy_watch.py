@@ -21,6 +21,8 @@ _LEAST_USED = 0.1
 """Share of the energy of the flight from which on what was measured is held against the model. [-]"""
 _STEPS_USED = 8.0
 """So many of the steps of the measurement have to be used by then. [-]"""
+_DIFFERENCE = 0.1
+"""Measurements that leave energies so different are not of the battery that was checked. [-]"""
 _CALM_FACTOR = 1.5
 """A warning is over when so many times the lead is there again. [-]"""
 
@@ -34,6 +36,8 @@ class Concern(StrEnum):
     """The way home eats into the reserve."""
     NO_FINISH = "no-finish"
     """The mission cannot be finished above the reserve."""
+    MEASURES_DIFFER = "measures-differ"
+    """The measurements of the battery contradict each other."""
 
 
 @frozen(eq=False)
@@ -186,11 +190,13 @@ class EnergyWatch:
             Concern.NO_RETURN: is_short and not finishes,
             Concern.RETURN_SOON: lead_s <= self._warn_before_s and not is_short and not finishes,
             Concern.NO_FINISH: not finishes and is_on_mission,
+            Concern.MEASURES_DIFFER: state.left.spread_wh > _DIFFERENCE * self._usable_wh,
         }
         over = {
             Concern.NO_RETURN: not present[Concern.NO_RETURN],
             Concern.RETURN_SOON: finishes or lead_s > _CALM_FACTOR * self._warn_before_s,
             Concern.NO_FINISH: state.finish_margin_wh > 0.1 * self._reserve_wh,
+            Concern.MEASURES_DIFFER: False,
         }
         new = [concern for concern in Concern if present[concern] and concern not in self._raised]
         self._raised |= set(new)
@@ -229,5 +235,16 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
                 concern=concern,
                 severity=4,
                 headline=f"mavjoule: mission short by {short}",
+                text=text,
+            )
+        case Concern.MEASURES_DIFFER:
+            said = ", ".join(
+                f"{numbers.energy(left_wh)} by {source}" for source, left_wh in state.left.by_source
+            )
+            text = f"the measurements of the battery differ, is it the one that was checked: {said}"
+            return EnergyWarning(
+                concern=concern,
+                severity=4,
+                headline="mavjoule: battery is not the one checked?",
                 text=text,
             )

@@ -162,7 +162,8 @@ class Guard:
             return _unknown(f"the vehicle was not heard for {silent_s:.0f} s", key="silent")
         unread = self._readings.objection(now_s)
         if unread is not None:
-            return _unknown(unread.text, key=unread, may_pass=unread.may_pass)
+            key = "reading" if unread.may_pass else unread.text
+            return _unknown(unread.text, key=key, may_pass=unread.may_pass)
         if self._judged is None or self._judged.fingerprints != self._readings.fingerprints():
             return _unknown("the vehicle is being checked", key="checking", may_pass=True)
         judgement = self._judged.judgement
@@ -220,14 +221,15 @@ class Guard:
         self, request: ArmRequest, answer: ArmAnswer, obstacle: _Obstacle | None, now_s: float
     ) -> list[Action]:
         verdict = Verdict.GO if obstacle is None else obstacle.verdict
-        details = {
+        details: dict[str, object] = {
             "result": answer.result.name.lower(),
-            "valid_for_s": answer.valid_for_s,
-            "reason": answer.reason.name.lower(),
-            "extra_info": answer.extra_info,
             "system": request.system,
             "component": request.component,
         }
+        if answer.is_accepted:
+            details["valid_for_s"] = answer.valid_for_s
+        else:
+            details |= {"reason": answer.reason.name.lower(), "extra_info": answer.extra_info}
         actions: list[Action] = [
             Answer(request=request, answer=answer),
             Decision(kind="answer", verdict=verdict, text=answer.text, details=details),

@@ -65,6 +65,46 @@ def test_the_last_charge_of_a_battery_holds_less_energy_than_the_first() -> None
     assert left.energy_wh == pytest.approx(65.0)
 
 
+def test_a_percentage_tells_no_more_than_a_whole_one() -> None:
+    one = BatteryMeter(
+        Battery(capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0)),
+        charge=1.0,
+        usable_wh=120.0,
+        temperature_c=15.0,
+        start=BatteryReading(),
+    )
+    left = one.energy_left(BatteryReading(remaining_fraction=0.5))
+    assert left is not None
+    assert left.step_wh == pytest.approx(10.0 * 0.01 * 15.98)  # the mean voltage of the first one
+
+
+def test_measurements_that_contradict_each_other_are_told_once() -> None:
+    case = checked().case
+    assert case is not None
+    prediction = Prediction(
+        homeward=case.homeward,
+        battery=Battery(capacity_wh=200.0),
+        charge=1.0,
+        usable_wh=200.0,
+        reserve_wh=RESERVE_WH,
+        temperature_c=15.0,
+    )
+    watch = EnergyWatch(prediction, start=BatteryReading(consumed_wh=0.0))
+    place = MeasuredPlace(
+        item=2,
+        latitude_deg=north(500.0),
+        longitude_deg=HOME.longitude_deg,
+        height_above_home_m=50.0,
+    )
+    reading = BatteryReading(consumed_wh=20.0, remaining_fraction=0.7)  # 180 and 140 Wh left
+    _, warnings = watch.take(place, reading, 60.0)
+    assert Concern.MEASURES_DIFFER in {one.concern for one in warnings}
+    assert "180 Wh by energy count, 140 Wh by the vehicle's percentage" in warnings[-1].text
+    assert len(warnings[-1].headline) <= 50
+    _, warnings = watch.take(place, reading, 61.0)
+    assert not warnings
+
+
 def test_voltage_is_asked_only_where_nothing_counts() -> None:
     battery = Battery(
         capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0), internal_resistance_ohm=0.1
