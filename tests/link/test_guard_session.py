@@ -225,7 +225,7 @@ def test_a_vehicle_that_asks_another_system_is_told_what_to_set() -> None:
     assert "COM_ARM_AUTH_ID 245" in told.text
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_with_a_fifth_lost_both_ways_a_vehicle_that_asks_again_gets_its_answer(seed: int) -> None:
     vehicle = guarded()
     for turn in range(12):
@@ -235,7 +235,7 @@ def test_with_a_fifth_lost_both_ways_a_vehicle_that_asks_again_gets_its_answer(s
     assert DENIED not in vehicle.results()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_with_a_fifth_lost_both_ways_a_no_go_is_never_accepted(seed: int) -> None:
     vehicle = guarded()
     vehicle.script += at(40.0, lambda one: one.lists.update({MissionKind.MISSION: FAR}))  # type: ignore[arg-type] # what happens

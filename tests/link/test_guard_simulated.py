@@ -112,7 +112,7 @@ def test_px4_that_is_no_go_is_denied_and_stays_on_the_ground() -> None:
     assert run.vehicle.arming.denial == (0, 101)  # generic, E101
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_with_a_fifth_lost_both_ways_px4_gets_off_the_ground_at_last(seed: int) -> None:
     tries = tuple(40.0 + 6.0 * turn for turn in range(12))
     run = guard(Autopilot.PX4, f"loss=20%,seed={seed}", until_s=115.0, arm_at_s=tries)
@@ -121,7 +121,7 @@ def test_with_a_fifth_lost_both_ways_px4_gets_off_the_ground_at_last(seed: int) 
     assert results <= {"accepted", "temporarily_rejected"}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_with_a_fifth_lost_both_ways_a_no_go_stays_on_the_ground(seed: int) -> None:
     tries = tuple(30.0 + 3.0 * turn for turn in range(12))
     faults = f"loss=20%,duplication=10%,reordering=10%,seed={seed}"
