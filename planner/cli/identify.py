@@ -10,7 +10,13 @@ import click
 from planner import __version__, service
 from planner.autopilot import Autopilot
 from planner.cli.format_option import format_option
-from planner.cli.output import narrate, refuse_overwriting, standard_medium, write_data
+from planner.cli.output import (
+    narrate,
+    narrate_seldom,
+    refuse_overwriting,
+    standard_medium,
+    write_data,
+)
 from planner.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -113,7 +119,7 @@ def command(
     refuse_overwriting(output, logs)
     settings = _settings(output, options)
     found = service.identify_logs(
-        logs, settings, mapping=csv_mapping, output=output, on_log=narrate
+        logs, settings, mapping=csv_mapping, output=output, on_log=narrate, on_step=narrate_seldom()
     )
     if file_format == "json":
         from planner.report.identification_json import identification_json

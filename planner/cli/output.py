@@ -14,9 +14,11 @@ from planner.report.medium import Medium
 from planner.report.plain_text import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from contextlib import AbstractContextManager
 
+_SILENCE_S = 2.0
+"""Nobody has to be told what takes less."""
 One = TypeVar("One")
 
 STANDARD_OUTPUT = Path("-")
@@ -86,6 +88,21 @@ def narrate(text: str) -> None:
     """Say something on standard error, on one line, as long as someone listens."""
     with suppress(OSError):
         print(f"mavjoule: {printable(text)}", file=sys.stderr)  # noqa: T201 - the only print
+
+
+def narrate_seldom() -> Callable[[str], None]:
+    """Return what says a thing if nothing was said for seconds: steps of which there are many."""
+    from time import monotonic
+
+    said_s = monotonic()
+
+    def narrate_step(text: str) -> None:
+        nonlocal said_s
+        if monotonic() - said_s >= _SILENCE_S:
+            narrate(text)
+            said_s = monotonic()
+
+    return narrate_step
 
 
 def _silence_standard_output() -> None:

@@ -29,7 +29,7 @@ from planner.identify.validity import flown_box
 from planner.vehicle.model import Responses, VehicleModel
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from planner.findings import Finding
     from planner.identify.outcome import StateOutcome
@@ -74,7 +74,11 @@ class _Power:
 
 
 def assemble_model(
-    records: Sequence[FlightRecord], settings: IdentificationSettings, parts: Parts
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    parts: Parts,
+    *,
+    on_step: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """Put the model together, with what the base model gives, and say what is missing.
 
@@ -86,6 +90,8 @@ def assemble_model(
         What no log tells; its reference is known.
     parts : Parts
         What was found.
+    on_step : callable
+        Told what is done next.
 
     Returns
     -------
@@ -102,6 +108,7 @@ def assemble_model(
     power, outcomes = _power(parts, base)
     responses = _responses(parts, power, base, outcomes)
     ramps = _ramps(parts, base, outcomes)
+    on_step("fitting the battery")
     pack = identify_battery(records, settings.pack)
     battery, of_battery = pack.battery, pack.outcome
     if battery is None and base is not None and base.battery is not None:
@@ -147,6 +154,7 @@ def assemble_model(
         provenance=made_provenance(records, settings, outcomes, readings),
     )
     spread: ModelSpread | None = None
+    on_step("predicting each flight by the others")
     if reference is not Autopilot.STEP:
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:

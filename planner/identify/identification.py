@@ -39,10 +39,11 @@ from planner.vehicle.hover_law import AltitudeLaw, hover_power_w
 from planner.vehicle.model import Loads
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.identify.commands import Cut
     from planner.identify.outcome import Identification
+    from planner.identify.response_states import ResponseIdentification
     from planner.identify.settings import IdentificationSettings
     from planner.identify.steady import SteadyPower, SteadyStretch
     from planner.logs.record import FlightRecord
@@ -52,7 +53,10 @@ _RINGING_S = 20.0
 
 
 def identify_vehicle(
-    records: Sequence[FlightRecord], settings: IdentificationSettings
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    *,
+    on_step: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """Identify a vehicle from its flights.
 
@@ -62,6 +66,8 @@ def identify_vehicle(
         Flights of one vehicle, one at least.
     settings : IdentificationSettings
         What no log tells.
+    on_step : callable
+        Told what is done next: a flight is cut, a response is fitted.
 
     Returns
     -------
@@ -91,7 +97,7 @@ def identify_vehicle(
         is_told = any(has_references(record) for record in records)
         identify = _identify_stepped if is_told else _identify_unreferenced
     settings = replace(settings, reference=reference)
-    return assemble_model(records, settings, identify(records, settings))
+    return assemble_model(records, settings, identify(records, settings, on_step), on_step=on_step)
 
 
 def _reference_of(records: Sequence[FlightRecord]) -> Autopilot:
@@ -103,12 +109,17 @@ def _reference_of(records: Sequence[FlightRecord]) -> Autopilot:
     return autopilots.pop() or Autopilot.STEP
 
 
-def _identify_shaped(records: Sequence[FlightRecord], settings: IdentificationSettings) -> Parts:
+def _identify_shaped(
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    on_step: Callable[[str], None],
+) -> Parts:
     mass_kg = _flown_mass_kg(settings)
     steady: list[SteadyPower] = []
     refusals: list[SegmentUse] = []
     cuts: list[Cut] = []
     for record in records:
+        on_step(_flight_step(record))
         density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
         steady += steady_flight(record, air_density_kg_m3=density, mass_kg=mass_kg)
         refusals += _power_refusals(record)
@@ -118,19 +129,23 @@ def _identify_shaped(records: Sequence[FlightRecord], settings: IdentificationSe
         power=identify_power(
             steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
         ),
-        responses=tuple(
-            identify_response(answer, cuts, use_arx=use_arx, is_shaped=True)
-            for answer in (Answer.ALTITUDE, Answer.SPEED)
+        responses=_responses(
+            (Answer.ALTITUDE, Answer.SPEED), cuts, on_step, use_arx=use_arx, is_shaped=True
         ),
         steady=tuple(steady),
         loads=_loads(records),
     )
 
 
-def _identify_stepped(records: Sequence[FlightRecord], settings: IdentificationSettings) -> Parts:
+def _identify_stepped(
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    on_step: Callable[[str], None],
+) -> Parts:
     stretches: list[SteadyStretch] = []
     refusals: list[SegmentUse] = []
     for record in records:
+        on_step(_flight_step(record))
         own = steady_stretches(record, find_states(record), settling_s=_RINGING_S)
         refusals += _power_refusals(record) or _stretch_refusals(record, own)
         stretches += own
@@ -151,20 +166,23 @@ def _identify_stepped(records: Sequence[FlightRecord], settings: IdentificationS
     use_arx = settings.method is Method.ARX
     return Parts(
         power=power,
-        responses=tuple(identify_response(answer, cuts, use_arx=use_arx) for answer in Answer),
+        responses=_responses(tuple(Answer), cuts, on_step, use_arx=use_arx, is_shaped=False),
         steady=(*hovers, *cruises),
         hovers=tuple(hovers),
     )
 
 
 def _identify_unreferenced(
-    records: Sequence[FlightRecord], settings: IdentificationSettings
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    on_step: Callable[[str], None],
 ) -> Parts:
     """Identify a vehicle that logs no references: ramps by durations, power by manoeuvres."""
     mass_kg = _flown_mass_kg(settings)
     powers: list[tuple[SteadyPower, ...]] = []
     refusals: list[SegmentUse] = []
     for record in records:
+        on_step(_flight_step(record))
         density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
         powers.append(manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=mass_kg))
         refusals += _power_refusals(record)
@@ -181,6 +199,26 @@ def _identify_unreferenced(
         steady=means,
         loads=_loads(records),
     )
+
+
+def _flight_step(record: FlightRecord) -> str:
+    return f"cutting flight {record.number} of {record.source}, {record.duration_s / 60.0:.0f} min"
+
+
+def _responses(
+    answers: Sequence[Answer],
+    cuts: Sequence[Cut],
+    on_step: Callable[[str], None],
+    *,
+    use_arx: bool,
+    is_shaped: bool,
+) -> tuple[ResponseIdentification, ...]:
+    found = []
+    for answer in answers:
+        count = sum(cut.answer is answer for cut in cuts)
+        on_step(f"fitting {answer.value} to {count} manoeuvres")
+        found.append(identify_response(answer, cuts, use_arx=use_arx, is_shaped=is_shaped))
+    return tuple(found)
 
 
 def _stepped_power(

@@ -351,6 +351,231 @@ def _noise_findings(vehicle: VehicleModel, flown_by: Autopilot) -> list[Finding]
     ]
 
 
+<<<<<<< HEAD:planner/service/judgement.py
+=======
+def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:
+    """Read a mission and check it; one that cannot be read is a result too.
+
+    Raises
+    ------
+    InputError, UsageError
+        If the vehicle or the request is unusable: no mission could be checked with it.
+    """
+    return check_read(lambda: read_mission(path), request, file=str(path))
+
+
+def check_read(
+    read: Callable[[], Mission],
+    request: CheckRequest,
+    *,
+    file: str,
+    parameters: ParameterSet | None = None,
+) -> CheckResult | UnreadableMission:
+    """Check a mission wherever it comes from; one that cannot be read is a result too.
+
+    Parameters
+    ----------
+    read : callable
+        Returns the mission, or raises ``MissionFileError``.
+    request : CheckRequest
+        What it is checked against.
+    file : str
+        What the result calls the mission, where it cannot be read.
+    parameters : ParameterSet, optional
+        The vehicle's own, where the request names no file of them.
+
+    Raises
+    ------
+    InputError, UsageError
+        If the vehicle or the request is unusable: no mission could be checked with it.
+    """
+    vehicle = load_vehicle(request.vehicle)
+    if request.parameters is not None:
+        from planner.vehicle.parameter_file import read_parameters
+
+        parameters = read_parameters(request.parameters)
+    terrain = None
+    if request.terrain:
+        from planner.geo.terrain import read_terrain
+
+        terrain = read_terrain(*request.terrain)
+    profile = None
+    if request.profile is not None:
+        from planner.checks.site_profile import read_profile
+
+        profile = read_profile(request.profile)
+    selection = request.selection
+    if request.baseline is not None:
+        from planner.checks.baseline import read_baseline
+
+        selection = replace(selection, baseline=read_baseline(request.baseline))
+    try:
+        mission = read()
+        return check(
+            mission,
+            vehicle,
+            battery=request.battery,
+            charge=request.charge,
+            reserve=request.reserve,
+            risk=request.risk,
+            wind=request.conditions.wind,
+            payload_kg=request.conditions.payload_spread_kg,
+            temperature_c=request.conditions.temperature_spread_c,
+            position_noise_m=request.conditions.position_noise_m,
+            battery_health=request.conditions.battery_health,
+            battery_resistance_factor=request.conditions.battery_resistance_factor,
+            battery_temperature_c=request.conditions.battery_temperature_c,
+            reaction_time_s=request.conditions.reaction_time_s,
+            position_error_m=request.conditions.position_error_m,
+            home_amsl_m=request.conditions.home_amsl_m,
+            autopilot=request.autopilot,
+            parameters=parameters,
+            terrain=terrain,
+            clearance_m=request.clearance_m,
+            target=request.target,
+            profile=profile,
+            selection=selection,
+            fail_on=request.fail_on,
+            with_trace=request.with_trace,
+        )
+    except MissionFileError as error:
+        fix = "give a multicopter's mission" if isinstance(error, OtherVehicleError) else None
+        finding = FILE_UNREADABLE.finding(str(error), place=error.place, fix=fix)
+        return UnreadableMission(file=file, findings=(finding,))
+
+
+def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
+    """Read a mission and write it in the format that the target's suffix names.
+
+    Raises
+    ------
+    MissionFileError
+        If the mission cannot be read.
+    UsageError
+        If the suffix names no format.
+    OutputError
+        If the format cannot hold the mission, or the file cannot be written.
+    """
+    mission = read_mission(source)
+    return ConversionResult(
+        file=mission.source,
+        target=str(target),
+        items=len(mission.items),
+        findings=mission.findings,
+        losses=write_mission(mission, target),
+    )
+
+
+def identify_logs(
+    paths: Sequence[Path | str],
+    settings: IdentificationSettings,
+    *,
+    mapping: CsvMapping | None = None,
+    output: Path | None = None,
+    on_log: Callable[[str], None] = lambda _: None,
+    on_step: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """Identify a vehicle from its flight logs and write the model file.
+
+    Parameters
+    ----------
+    paths : sequence of Path or str
+        Flight logs.
+    settings : IdentificationSettings
+        What no log tells.
+    mapping : CsvMapping, optional
+        For logs in CSV of no known kind.
+    output : Path, optional
+        The model file; left out, none is written.
+    on_log : callable
+        Told what is done next: a log is read, the model is fitted.
+    on_step : callable
+        Told the steps of it, of which there are many: a flight is cut, a response is fitted.
+
+    Returns
+    -------
+    Identification
+        The model, what was found about each state, and what has to be known.
+
+    Raises
+    ------
+    LogFileError
+        If a log cannot be read.
+    IdentificationError
+        If the flights do not tell enough for any model.
+    UsageError
+        If the base model answers another reference.
+    OutputError
+        If the model file cannot be written.
+    """
+    from planner.identify.identification import identify_vehicle
+    from planner.logs.files import read_log
+
+    records: list[FlightRecord] = []
+    for path in paths:
+        on_log(f"reading {path}")
+        records += read_log(path, mapping)
+    on_log(f"identifying {settings.name} from {len(records)} flights")
+    identification = identify_vehicle(records, settings, on_step=on_step)
+    if output is not None:
+        from planner.vehicle.writer import write_vehicle
+
+        write_vehicle(output, identification.model, remarks=identification.remarks)
+    return identification
+
+
+def verify_logs(
+    vehicle: VehicleModel,
+    paths: Iterable[Path | str],
+    known: KnownConditions,
+    *,
+    mapping: CsvMapping | None = None,
+    left_out: IdentificationSettings | None = None,
+) -> Iterator[Verification]:
+    """Predict the flights in logs from their missions alone, and compare with what was flown.
+
+    Parameters
+    ----------
+    vehicle : VehicleModel
+        The model to verify.
+    paths : iterable of path
+        Flight logs.
+    known : KnownConditions
+        What the logs do not tell, or tell wrongly.
+    mapping : CsvMapping, optional
+        For logs in CSV of no known kind.
+    left_out : IdentificationSettings, optional
+        Identify a model from all logs but one with these, and verify it on that one, for each in turn,
+        instead of the model given.
+
+    Yields
+    ------
+    Verification
+        One for every flight, in the order of the logs.
+
+    Raises
+    ------
+    LogFileError
+        If a log cannot be read, or holds no mission and none is given.
+    MissionFileError
+        If a mission cannot be predicted.
+    UsageError
+        If the model cannot be flown as the logs were.
+    """
+    from planner.identify.verification import verify_flight
+    from planner.logs.files import read_log
+
+    if left_out is not None:
+        from planner.identify.left_out import verify_left_out
+
+        yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known)
+        return
+    for path in paths:
+        for record in read_log(path, mapping):
+            yield verify_flight(record, vehicle, known)
+
+
+>>>>>>> ebdbf95 (Tell the steps of a long identification: a line for each log says nothing for minutes):planner/service.py
 def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:
     """Return no-go where a finding is as bad as ``fail_on``, or worse."""
     return "no-go" if any(finding.severity >= fail_on for finding in findings) else "go"

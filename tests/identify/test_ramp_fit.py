@@ -211,3 +211,10 @@ def test_power_grows_with_the_speed_where_flights_left_out_say_so(
     at_11_m_s = found.cruise.power_above_hover_w[-1]
     # 60 W at 11 m/s: told to 5 W / sqrt(6) and as much of the hover
     assert at_11_m_s == (0.0 if is_flat else pytest.approx(60.5, abs=10.0))
+
+
+def test_each_step_is_told_before_it_is_done(records: list[FlightRecord]) -> None:
+    steps: list[str] = []
+    hashed = [replace(r, sha256="0" * 64) for r in records]
+    identify_vehicle(hashed, SETTINGS, on_step=steps.append)
+    assert [step.split()[0] for step in steps] == ["cutting"] * 5 + ["fitting", "predicting"]
