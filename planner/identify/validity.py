@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.autopilot import Autopilot
+from planner.errors import IdentificationError
 from planner.identify.commands import Answer
 from planner.vehicle.keys import Interval
 from planner.vehicle.model import ValidFor
@@ -48,6 +49,11 @@ def flown_box(
         Payload and reference.
     mass_kg : float or None
         Mass without payload; ``None`` where the power does not depend on it. [kg]
+
+    Raises
+    ------
+    IdentificationError
+        If neither a speed nor a height is known.
     """
     flown = [~r.is_landed for r in records]
     heights = _known([r.height_above_home_m for r in records], flown)
@@ -72,6 +78,9 @@ def flown_box(
         if heights.size
         else None
     )
+    if speed is None and height is None:
+        msg = "the flights tell neither speed nor height: nothing is known of where a model would hold"
+        raise IdentificationError(msg)
     is_mapped = parts.power.steady_map is not None or parts.power.vertical is not None
     densities = [f.air_density_kg_m3 for f in steady if f.air_density_kg_m3 is not None]
     hovers = [h.height_above_home_m for h in parts.hovers]

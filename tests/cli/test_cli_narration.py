@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
+from typing import TYPE_CHECKING
 
 from planner.cli.output import narrate_seldom
+
+if TYPE_CHECKING:
+    import pytest
 
 
 def test_steps_are_said_only_to_whoever_waits(

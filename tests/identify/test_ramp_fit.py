@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from made_record import make_record
 
+from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
 from planner.flight.motion.ramps import fly_ramps
 from planner.flight.motion.step_legs import Legs
@@ -218,3 +219,10 @@ def test_each_step_is_told_before_it_is_done(records: list[FlightRecord]) -> Non
     hashed = [replace(r, sha256="0" * 64) for r in records]
     identify_vehicle(hashed, SETTINGS, on_step=steps.append)
     assert [step.split()[0] for step in steps] == ["cutting"] * 5 + ["fitting", "predicting"]
+
+
+def test_flights_that_tell_neither_speed_nor_height_make_no_model() -> None:
+    landed = np.arange(600) < 50
+    blind = replace(make_record(is_landed=landed), autopilot=Autopilot.ARDUPILOT)
+    with pytest.raises(IdentificationError, match="neither speed nor height"):
+        identify_vehicle([blind], SETTINGS)
