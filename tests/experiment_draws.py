@@ -62,7 +62,7 @@ def identified(job: tuple[int, int]) -> dict[tuple[str, str], Figures]:
     seed, flights = job
     found: dict[tuple[str, str], Figures] = {}
     for name, steps in manoeuvres(seed, noise=flights**-0.5).items():
-        fit = select_response(steps, STRUCTURES[name])
+        fit = select_response(steps if flights == 1 else [joined(steps)], STRUCTURES[name])
         found[name, "refined"] = {
             figure: (fit.estimate(figure).value, fit.estimate(figure).error)
             for figure in FIGURES[name]

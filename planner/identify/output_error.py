@@ -157,28 +157,36 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
     fastest = 0.5 / max(m.step_s for m in residuals.manoeuvres)
     frequencies = np.geomspace(1.0 / span_s, max(fastest, 2.0 / span_s), _GRID_FREQUENCIES)
     delays = np.linspace(0.0, 0.6 * longest_delay_s, _GRID_DELAYS)
+    target = _centred([m.answer for m in residuals.manoeuvres])
     found: list[tuple[float, FloatArray]] = []
     for frequency in frequencies:
         for damping in _GRID_DAMPINGS:
             factors = _start_factors(structure, frequency, damping)
-            denominators = structure.denominator(factors)[None]
+            denominator = structure.denominator(factors)
             basis = basis_answers(
-                denominators, structure.numerator_size, delays, residuals.manoeuvres
+                denominator[None], structure.numerator_size, delays, residuals.manoeuvres
             )
-            for i, delay_s in enumerate(delays):
-                design = np.concatenate(
-                    [(b[i] - b[i].mean(axis=-1, keepdims=True)).T for b in basis]
-                )
-                target = np.concatenate([m.answer - m.answer.mean() for m in residuals.manoeuvres])
-                if structure.steady_gain is not None:
-                    known = structure.steady_gain * denominators[0, -1]
-                    target = target - known * design[:, -1]
-                    design = design[:, :-1]
-                numerator = np.linalg.lstsq(design, target)[0]
-                cost = float(np.sum((target - design @ numerator) ** 2))
-                found.append((cost, np.concatenate([numerator, factors, [delay_s]])))
+            design = _centred(basis)
+            left = np.broadcast_to(target, (delays.size, target.size))
+            if structure.steady_gain is not None:
+                left = target - structure.steady_gain * denominator[-1] * design[:, -1]
+                design = design[:, :-1]
+            # normal equations, of one or two unknowns: a start need not be exact
+            told = np.einsum("dmn,dn->dm", design, left)
+            normal = design @ np.swapaxes(design, -1, -2)
+            numerators = np.einsum("dij,dj->di", np.linalg.pinv(normal, hermitian=True), told)
+            costs = np.einsum("dn,dn->d", left, left) - np.einsum("dm,dm->d", told, numerators)
+            found += [
+                (float(cost), np.concatenate([numerator, factors, [delay_s]]))
+                for cost, numerator, delay_s in zip(costs, numerators, delays, strict=True)
+            ]
     found.sort(key=lambda pair: pair[0])
     return [parameters for _, parameters in found[:_STARTS]]
+
+
+def _centred(parts: Sequence[FloatArray]) -> FloatArray:
+    """Join what is given of each manoeuvre, (…, n) each, without its mean."""
+    return np.concatenate([w - w.mean(axis=-1, keepdims=True) for w in parts], axis=-1)
 
 
 def _start_factors(structure: Structure, frequency: float, damping: float) -> FloatArray:

@@ -2,7 +2,8 @@
 
 Climb and descent are told by the motion, and so is horizontal flight, unless the record has the
 speed reference that an autopilot shaped: that tells accelerating, cruising and braking apart without
-noise.  Thresholds have a hysteresis; what is shorter than a second belongs to what was before it.
+noise.  Thresholds have a hysteresis, those of climbs grow with the wobble of the height; what is shorter
+than a second belongs to what was before it.
 """
 
 from __future__ import annotations
@@ -27,6 +28,12 @@ _VERTICAL_M_S = (0.15, 0.3)
 _HORIZONTAL_M_S = (0.5, 1.0)
 _ACCELERATION_M_S2 = (0.15, 0.3)
 """Where a motion ends, and where it begins: the hysteresis."""
+_LEVEL_M_S = 1.0
+"""Climb rates below it are wobble for the most part."""
+_QUIET_M_S = 0.1
+"""Wobble of the climb rate, a standard deviation, from which on its limits grow in proportion."""
+_WIDEST = 3.0
+"""Most that they grow: landings are as slow as 1 m/s. [-]"""
 _SLOPE_S = 3.0
 """Window of a slope: noise of 0.3 m at 10 Hz leaves 0.06 m/s."""
 _SHORTEST_S = 1.0
@@ -86,11 +93,21 @@ def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
     moving = flying & (horizontal | (speed > _HORIZONTAL_M_S[0]))
     states[moving & gaining] = STATE_INDEX[FlightState.ACCELERATE]
     states[moving & losing] = STATE_INDEX[FlightState.BRAKE]
-    states[flying & _with_hysteresis(climb, _VERTICAL_M_S)] = STATE_INDEX[FlightState.CLIMB]
-    states[flying & _with_hysteresis(-climb, _VERTICAL_M_S)] = STATE_INDEX[FlightState.DESCEND]
+    limits = _vertical_limits_m_s(climb[flying])
+    states[flying & _with_hysteresis(climb, limits)] = STATE_INDEX[FlightState.CLIMB]
+    states[flying & _with_hysteresis(-climb, limits)] = STATE_INDEX[FlightState.DESCEND]
     states = _without_short_runs(states, round(_SHORTEST_S / step_s))
     _join_ground_contact(states, record.is_landed, step_s)
     return _segments(record, states, step_s)
+
+
+def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
+    """Return where a climb ends and begins: beyond what the height wobbles by in this flight."""
+    level = np.abs(climb_m_s)[np.abs(climb_m_s) < _LEVEL_M_S]
+    # the median absolute deviation of normal wobble is 0.6745 of its standard deviation
+    wobble = float(np.median(level)) / 0.6745 if level.size else 0.0
+    scale = min(max(wobble / _QUIET_M_S, 1.0), _WIDEST)
+    return scale * _VERTICAL_M_S[0], scale * _VERTICAL_M_S[1]
 
 
 def _motion(record: FlightRecord, step_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -23,7 +23,6 @@ from planner.identify.hover import fit_altitude_law
 
 pytestmark = pytest.mark.bench
 
-DRAWS = 200
 WORKERS = 2
 HALF = 0.015
 """A standard error of 1.5 % brings 19 of 20 estimates within 3 %. [-]"""
@@ -31,6 +30,8 @@ NEAR_ZERO = 1e-3
 """A truth this small has no percentages: G3 ends at -0.00025 W/m, G5 is not damped."""
 FLIGHTS = 1100
 """At which the bound of every figure that has percentages is below 1.5 %: G2's delay needs most."""
+DRAWS = {1: 200, FLIGHTS: 100}
+"""By the number of flights of each kind."""
 
 
 def test_bound_of_one_experiment() -> None:
@@ -61,9 +62,11 @@ def test_refined_models_beside_arx(flights: int, monkeypatch: pytest.MonkeyPatch
         monkeypatch.setitem(os.environ, f"{library}_NUM_THREADS", "1")
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as workers:
         draws = list(
-            workers.map(identified, [(seed, flights) for seed in range(DRAWS)], chunksize=10)
+            workers.map(
+                identified, [(seed, flights) for seed in range(DRAWS[flights])], chunksize=10
+            )
         )
-    print(f"\n{DRAWS} draws of {flights} vertical and {flights} horizontal flights")
+    print(f"\n{DRAWS[flights]} draws of {flights} vertical and {flights} horizontal flights")
     print(f"{'bias % ± spread %, coverage':29}{'truth':>9}{'bound':>7}", end="")
     print("".join(f" | {way:^24}" for way in WAYS))
     for name, figures in FIGURES.items():
@@ -96,7 +99,7 @@ def _cell(rows: list[tuple[float, float]], truth: float, scale: float) -> str:
 
 def test_hover_law() -> None:
     rows = []
-    for seed in range(DRAWS):
+    for seed in range(DRAWS[1]):
         fit = fit_altitude_law(hovers(fly_vertically(np.random.default_rng(seed))))
         coefficient, exponent = fit.estimates
         rows.append(
@@ -111,7 +114,9 @@ def test_hover_law() -> None:
         )
     values = np.array(rows)
     near = float(np.mean(np.abs(values[:, 1] - HOVER_EXPONENT) <= 0.002))
-    print(f"\nhover law, {DRAWS} draws: K {values[:, 0].mean():.2f} ± {values[:, 0].std():.2f} W,")
+    print(
+        f"\nhover law, {DRAWS[1]} draws: K {values[:, 0].mean():.2f} ± {values[:, 0].std():.2f} W,"
+    )
     print(f"z {values[:, 1].mean():.5f} ± {values[:, 1].std():.5f}, within 0.002: {near:.1%}")
     print(f"95 % intervals hold K {values[:, 2].mean():.1%}, z {values[:, 3].mean():.1%}")
     assert near >= 0.95

@@ -90,6 +90,23 @@ def test_a_shaped_speed_reference_tells_the_states_without_noise() -> None:
     assert [s.duration_s for s in segments] == pytest.approx([10.2, 3.9, 20.0, 3.8, 22.1], abs=0.5)
 
 
+def test_a_height_that_wobbles_in_level_flight_is_no_climb() -> None:
+    # up 20 m at 2 m/s amid level flight at 5 m/s; the height wobbles by ±1 m in 15 s, at up to 0.4 m/s
+    time_s = np.arange(0.0, 240.0, STEP_S)
+    height = 50.0 + np.interp(time_s, [100.0, 110.0], [0.0, 20.0])
+    wobble = np.sin(2.0 * np.pi * time_s / 15.0)
+    for size in (0.0, 1.0):
+        record = make_record(
+            is_landed=np.zeros(time_s.size, dtype=np.bool_),
+            height_above_home_m=height + size * wobble,
+            ground_speed_m_s=np.full(time_s.size, 5.0),
+        )
+        found = find_states(record)
+        assert [s.state for s in found] == [S.CRUISE, S.CLIMB, S.CRUISE]
+        # the slope over 3 s blurs both ends, the wobble moves them
+        assert found[1].duration_s == pytest.approx(10.0, abs=3.5)
+
+
 def test_time_at_which_nothing_is_known_has_no_state() -> None:
     speed = np.zeros(600)
     speed[200:230] = np.nan
