@@ -105,7 +105,11 @@ def _model_without(
 def _whole_flight(
     record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
 ) -> FlownAndPredicted | None:
-    known = KnownConditions(payload_kg=settings.payload_kg, temperature_c=settings.temperature_c)
+    known = KnownConditions(
+        payload_kg=settings.payload_kg,
+        temperature_c=settings.temperature_c,
+        position_noise_m=settings.position_noise_m,  # whoever plans a flight knows no other
+    )
     try:
         found = verify_flight(record, model, known)
     except MavjouleError:  # what cannot be predicted tells nothing about predictions

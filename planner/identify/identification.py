@@ -22,7 +22,7 @@ from planner.identify.manoeuvre_power import (
     identify_manoeuvre_power,
     manoeuvre_powers,
 )
-from planner.identify.outcome import SegmentUse
+from planner.identify.outcome import SegmentUse, Status
 from planner.identify.power_states import (
     PowerIdentification,
     identify_cruise,
@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from planner.identify.steady import SteadyPower, SteadyStretch
     from planner.logs.record import FlightRecord
 
+_SAME_POWER = 0.05
+"""Share of hover power by which that of cruise may differ for a stop to be counted from hover. [-]"""
 _RINGING_S = 20.0
 """After a step the power of an identified response may ring for tens of seconds. [s]"""
 
@@ -166,7 +168,10 @@ def _identify_stepped(
     use_arx = settings.method is Method.ARX
     return Parts(
         power=power,
-        responses=_responses(tuple(Answer), cuts, on_step, use_arx=use_arx, is_shaped=False),
+        responses=tuple(
+            _counted_from_hover(found, cuts, hovers)
+            for found in _responses(tuple(Answer), cuts, on_step, use_arx=use_arx, is_shaped=False)
+        ),
         steady=(*hovers, *cruises),
         hovers=tuple(hovers),
     )
@@ -219,6 +224,45 @@ def _responses(
         on_step(f"fitting {answer.value} to {count} manoeuvres")
         found.append(identify_response(answer, cuts, use_arx=use_arx, is_shaped=is_shaped))
     return tuple(found)
+
+
+def _counted_from_hover(
+    found: ResponseIdentification, cuts: Sequence[Cut], hovers: Sequence[SteadyPower]
+) -> ResponseIdentification:
+    """Return a brake response only where the power before it is that of hover, as in the article.
+
+    A response is added to hover power.  Where cruise takes c watts more, one that is counted from the
+    cruise ends c below hover, and the energy of every stop is short by c times its window: the cruise
+    power, followed down with the speed, is nearer.
+    """
+    if found.response is None or found.outcome.name != Answer.BRAKE_POWER.value or not hovers:
+        return found
+    before_w = float(
+        np.median(
+            [
+                cut.manoeuvre.answer_before
+                for cut in cuts
+                if cut.answer is Answer.BRAKE_POWER and cut.manoeuvre is not None
+            ]
+        )
+    )
+    hover_w = float(np.mean([hover.power_w for hover in hovers]))
+    if abs(before_w) <= _SAME_POWER * hover_w:
+        return found
+    said = (
+        f"the cruise before the stop takes {before_w:+.0f} W beside hover: braking is predicted by "
+        "the cruise power at its speed, an answer from hover would lose that"
+    )
+    outcome = replace(
+        found.outcome,
+        status=Status.LEFT_OUT,
+        said=said,
+        estimates=(),
+        fit_percent=None,
+        rms=None,
+        whiteness=None,
+    )
+    return replace(found, response=None, outcome=outcome)
 
 
 def _stepped_power(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import json
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,7 @@ from simulated_experiment import (
 from planner.cli.main import main
 from planner.identify.identification import identify_vehicle
 from planner.identify.settings import IdentificationSettings, Method
+from planner.vehicle.cruise_law import CruisePower
 from planner.vehicle.hover_law import AltitudeLaw
 from planner.vehicle.reader import read_vehicle
 
@@ -209,6 +211,25 @@ def test_the_way_of_the_article_is_warned_of_and_errs_more() -> None:
     # the steady gain is not biased; the frequency is, and no error is claimed for either
     assert response.numerator[-1] / response.denominator[-1] == pytest.approx(1.0, abs=0.05)
     assert all(math.isnan(estimate.error) for estimate in found.state("altitude").estimates)
+
+
+def test_a_stop_from_a_cruise_dearer_than_hover_keeps_its_energy() -> None:
+    # 3 W for each m/s on top of hover: from 10 m/s on the power falls with the speed, to hover
+    generator = np.random.default_rng(6)
+    up_down = record_of(fly_vertically(generator), is_vertical=True)
+    out_back = record_of(fly_horizontally(generator), is_vertical=False)
+    random = np.random.default_rng(7)
+    power_w = (
+        132.85 + 3.0 * out_back.ground_speed_m_s + random.normal(0.0, 5.0, out_back.time_s.size)
+    )
+    settings = IdentificationSettings(name="dear", date=dt.date(2026, 1, 1), version="0")
+    found = identify_vehicle([up_down, replace(out_back, power_w=power_w)], settings)
+    assert found.model.responses.brake_power is None
+    assert "+30 W beside hover" in found.state("brake_power").said
+    assert isinstance(found.model.cruise, CruisePower)
+    # at half of the speed half of it: the stop costs 3 W/(m/s) times its length, as it was flown
+    above_w = found.model.cruise.above_hover_w(np.array([10.0]))
+    assert float(above_w[0]) == pytest.approx(30.0, abs=2.0)  # 5 W over 400 samples, hover alike
 
 
 def test_every_state_is_drawn(identified: tuple[Path, dict[str, dict[str, object]]]) -> None:
