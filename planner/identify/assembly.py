@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from planner.vehicle.model import Loads, ManoeuvreResponse, Ramps
     from planner.vehicle.model_spread import ModelSpread
 
+_LEAST_DAMPING = 0.3
+"""Of a response to a reference that was shaped to be followed. [-]"""
 _MOTIONS = (Answer.ALTITUDE.value, Answer.SPEED.value)
 
 
@@ -145,8 +147,7 @@ def assemble_model(
         vertical=power.vertical,
         loads=power.loads,
         battery=battery,
-        # predictions shape the reference themselves: how closely it is followed is reported only
-        responses=Responses(**responses) if reference is Autopilot.STEP else Responses(),
+        responses=Responses(**_applied(responses, reference)),
         ramps=ramps,
         default_speed_m_s=_default_speed_m_s(parts, responses, base, reference),
         parameters=parameters,
@@ -204,6 +205,28 @@ def _responses(
         responses[outcome.name] = None if is_of_power and not power.is_known else response
         outcomes.append(outcome)
     return responses
+
+
+def _applied(
+    responses: Mapping[str, ManoeuvreResponse | None], reference: Autopilot
+) -> Mapping[str, ManoeuvreResponse | None]:
+    """Return the responses that predictions use; how the others follow is reported only.
+
+    Stops and stations of ArduPilot follow them; PX4 is taken to fly its references without lag.  A
+    vehicle that follows a shaped reference does not swing: what swings was found in its noise.
+    """
+    if reference is Autopilot.STEP:
+        return responses
+    if reference is Autopilot.PX4:
+        return {}
+    return {
+        name: response
+        for name, response in responses.items()
+        if response is not None
+        and all(
+            -pole.real >= _LEAST_DAMPING * abs(pole) for pole in response.transfer_function.poles
+        )
+    }
 
 
 def _ramps(parts: Parts, base: VehicleModel | None, outcomes: list[StateOutcome]) -> Ramps | None:

@@ -21,6 +21,7 @@ def identify_logs(
     mapping: CsvMapping | None = None,
     output: Path | None = None,
     on_log: Callable[[str], None] = lambda _: None,
+    on_step: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """Identify a vehicle from its flight logs and write the model file.
 
@@ -36,6 +37,8 @@ def identify_logs(
         The model file; left out, none is written.
     on_log : callable
         Told what is done next: a log is read, the model is fitted.
+    on_step : callable
+        Told the steps of it, of which there are many: a flight is cut, a response is fitted.
 
     Returns
     -------
@@ -61,7 +64,7 @@ def identify_logs(
         on_log(f"reading {path}")
         records += read_log(path, mapping)
     on_log(f"identifying {settings.name} from {len(records)} flights")
-    identification = identify_vehicle(records, settings)
+    identification = identify_vehicle(records, settings, on_step=on_step)
     if output is not None:
         from planner.vehicle.writer import write_vehicle
 
