@@ -82,10 +82,12 @@ def flight_parameters(
     given: ParameterSet | None,
     *,
     version: Version | None = None,
+    has_rally: bool = True,
 ) -> tuple[FlightParameters | None, list[Finding]]:
     """Return the parameters an autopilot flies with, none for reference steps, and their findings.
 
-    ``version`` is that of the firmware they are for; by default what they say themselves.
+    ``version`` is that of the firmware they are for; by default what they say themselves.  Without
+    rally points nothing is told of parameters about them.
 
     Raises
     ------
@@ -101,7 +103,9 @@ def flight_parameters(
     if flown_by is not Autopilot.STEP:
         from planner.vehicle.parameters import resolve_parameters
 
-        resolved = resolve_parameters(flown_by, file=given, model=vehicle, version=version)
+        resolved = resolve_parameters(
+            flown_by, file=given, model=vehicle, version=version, has_rally=has_rally
+        )
         return resolved.values, list(resolved.findings)
     if given is None:
         return None, []

@@ -167,7 +167,11 @@ def check(
         raise UsageError(msg)
     judged_by = _target(flown_by, target, mission, parameters)
     flown_with, findings = flight_parameters(
-        vehicle, flown_by, parameters, version=None if target is None else target.version
+        vehicle,
+        flown_by,
+        parameters,
+        version=None if target is None else target.version,
+        has_rally=bool(mission.rally),
     )
     if position_noise_m is None:
         position_noise_m = vehicle.position_noise_m

@@ -64,12 +64,16 @@ class ResolvedParameters:
     findings: tuple[Finding, ...]
 
 
+_OF_RALLY_POINTS = frozenset({"rally_limit_m", "rally_includes_home"})
+
+
 def resolve_parameters(
     autopilot: Autopilot,
     *,
     file: ParameterSet | None = None,
     model: VehicleModel | None = None,
     version: Version | None = None,
+    has_rally: bool = True,
 ) -> ResolvedParameters:
     """Return the value of every parameter a flight depends on, and where it comes from.
 
@@ -83,6 +87,8 @@ def resolve_parameters(
         Its ``[parameters]`` come second, if it was identified under this autopilot.
     version : tuple of int, optional
         Version of the firmware the parameters are for; default what the file says.
+    has_rally : bool
+        Whether there are rally points; without any, defaults of parameters about them are not told.
 
     Returns
     -------
@@ -108,7 +114,8 @@ def resolve_parameters(
         resolution.take(
             ParameterSet(source=model.source, values=values, stack=autopilot), OriginKind.MODEL
         )
-    return resolution.resolved(() if file is None else file.findings)
+    untold = frozenset() if has_rally else _OF_RALLY_POINTS
+    return resolution.resolved(() if file is None else file.findings, untold)
 
 
 def parameter_problems(
@@ -234,10 +241,14 @@ class _Resolution:
         )
         return chosen
 
-    def resolved(self, file_findings: tuple[Finding, ...]) -> ResolvedParameters:
-        """Return the parameters, with the defaults of what was found nowhere."""
+    def resolved(
+        self, file_findings: tuple[Finding, ...], untold: frozenset[str]
+    ) -> ResolvedParameters:
+        """Return the parameters, with the defaults of what was found nowhere, told but for some."""
         assumed = [
-            row.now.name for quantity, row in self.table.items() if quantity not in self.origins
+            row.now.name
+            for quantity, row in self.table.items()
+            if quantity not in self.origins and quantity not in untold
         ]
         origins = dict(self.origins)
         for quantity, row in self.table.items():

@@ -78,6 +78,22 @@ def test_assumed_defaults_are_one_finding_that_counts_them() -> None:
     assert f"WP_SPD, WP_SPD_UP, WP_SPD_DN and {count - 3} more parameters" in message
 
 
+def test_defaults_about_rally_points_are_told_where_there_are_some() -> None:
+    rows = parameter_table(ArduPilotParameters).values()
+    text = "\n".join(
+        f"{row.now.name},{row.default}" for row in rows if not row.now.name.startswith("RALLY_")
+    )
+    given = parameters_from_text(text.encode(), source="vehicle.param")
+    [(_, message)] = messages(resolve_parameters(Autopilot.ARDUPILOT, file=given), "P101")
+    assert "RALLY_LIMIT_KM, RALLY_INCL_HOME" in message
+    without = resolve_parameters(Autopilot.ARDUPILOT, file=given, has_rally=False)
+    assert without.findings == ()
+    assert {q for q in without.values.origins if q.startswith("rally_")} == {
+        "rally_limit_m",
+        "rally_includes_home",
+    }
+
+
 def test_a_complete_file_leaves_nothing_to_say() -> None:
     for autopilot, parameters in (
         (Autopilot.PX4, Px4Parameters),
