@@ -24,6 +24,7 @@ from planner.vehicle.library import load_vehicle
 from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import FloatArray
     from planner.mission.items import Mission
     from planner.vehicle.parameters import FlightParameters
 
@@ -46,11 +47,8 @@ def homeward(
     return make_homeward(route, flight, pilot, make_destinations(flown, route, parameters))
 
 
-def densest(home: Homeward, per_segment: int = 40) -> float:
-    """Return the highest sum of used energy and way home over many even points."""
-    search = ReturnSearch(home)
-    nodes = search.nodes
-    assert nodes is not None
+def dense_points(home: Homeward, per_segment: int = 40) -> tuple[FloatArray, FloatArray]:
+    """Return times and sums of used energy and way home over many even points. [s], [Wh]"""
     stages = home.route.stages
     judged = [
         s
@@ -62,7 +60,7 @@ def densest(home: Homeward, per_segment: int = 40) -> float:
     share = np.tile(np.linspace(0.0, 1.0, per_segment + 1), len(judged))
     points = home.points(segment, share)
     _, way_wh = home.way(points.stop_m, points.stage, home.chosen(points))
-    return float((points.used_wh + points.stop_wh + way_wh).max())
+    return points.time_s, points.used_wh + points.stop_wh + way_wh
 
 
 def rally(north_m: float, height_m: float = 0.0) -> RallyPoint:
@@ -101,7 +99,35 @@ def test_no_point_of_a_flight_is_tighter_than_the_one_found(
     assert tightest is not None
     assert search.nodes is not None
     # 0.1 %: what the search leaves open.
-    assert search.nodes.sum_wh[tightest] >= densest(home) * (1.0 - 1e-3)
+    assert search.nodes.sum_wh[tightest] >= dense_points(home)[1].max() * (1.0 - 1e-3)
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+@pytest.mark.parametrize(
+    "parameters", [None, ARDUPILOT, Px4Parameters()], ids=["steps", "ardupilot", "px4"]
+)
+def test_the_last_point_below_an_energy_comes_before_all_that_exceed_it(
+    name: str, parameters: FlightParameters | None
+) -> None:
+    home = homeward(MISSIONS[name], parameters)
+    time_s, sum_wh = dense_points(home)
+    limits_wh = (0.75 * sum_wh.max(), 0.9 * sum_wh.max())
+    search = ReturnSearch(home)
+    rows = search.last_below(*limits_wh)
+    nodes = search.nodes
+    assert nodes is not None
+    found = home.points(nodes.segment, nodes.share)
+    for limit_wh, row in zip(limits_wh, rows, strict=True):
+        assert row is not None
+        # 0.3 %: what the search leaves open.
+        assert sum_wh[time_s < found.time_s[row]].max(initial=0.0) <= limit_wh * (1.0 + 3e-3)
+        assert nodes.sum_wh[row + 1] > limit_wh
+        if nodes.sum_wh[0] <= limit_wh:
+            assert nodes.sum_wh[row] <= limit_wh
+
+
+def test_no_point_is_the_last_below_an_energy_that_nothing_exceeds() -> None:
+    assert ReturnSearch(homeward(MISSIONS["out and back"])).last_below(1e6) == (None,)
 
 
 def test_between_home_and_a_rally_point_the_middle_is_tightest_for_the_way() -> None:
