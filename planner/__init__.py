@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from planner.checks.site_profile import read_profile
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
+    from planner.fixes.comparison import Comparison, compare_results
+    from planner.fixes.speed import SpeedCurve, predict_speed_curve
+    from planner.fixes.split import Split, split_mission, write_split
     from planner.flight.conditions import Conditions
     from planner.flight.reserve import Reserve
     from planner.flight.spread import Spread
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from planner.logs.record import FlightRecord
     from planner.mission.files import read_mission, write_mission
     from planner.mission.items import Mission
+    from planner.mission.one_speed import mission_at_speed
     from planner.physics.wind import Wind
     from planner.service import CheckResult, check
     from planner.vehicle.battery import Battery
@@ -33,6 +37,7 @@ __all__ = [
     "Autopilot",
     "Battery",
     "CheckResult",
+    "Comparison",
     "Conditions",
     "CsvMapping",
     "Finding",
@@ -43,24 +48,32 @@ __all__ = [
     "Reserve",
     "Selection",
     "Severity",
+    "SpeedCurve",
+    "Split",
     "Spread",
     "Target",
     "VehicleModel",
     "Wind",
     "__version__",
     "check",
+    "compare_results",
     "load_vehicle",
+    "mission_at_speed",
+    "predict_speed_curve",
     "read_csv_mapping",
     "read_log",
     "read_mission",
     "read_profile",
+    "split_mission",
     "write_mission",
+    "write_split",
 ]
 
 _HOMES = {
     "Autopilot": "planner.autopilot",
     "Battery": "planner.vehicle.battery",
     "CheckResult": "planner.service",
+    "Comparison": "planner.fixes.comparison",
     "Conditions": "planner.flight.conditions",
     "CsvMapping": "planner.logs.csv_mapping",
     "Finding": "planner.findings",
@@ -71,17 +84,24 @@ _HOMES = {
     "Reserve": "planner.flight.reserve",
     "Selection": "planner.checks.selection",
     "Severity": "planner.findings",
+    "SpeedCurve": "planner.fixes.speed",
+    "Split": "planner.fixes.split",
     "Spread": "planner.flight.spread",
     "Target": "planner.autopilot",
     "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",
+    "compare_results": "planner.fixes.comparison",
     "check": "planner.service",
     "load_vehicle": "planner.vehicle.library",
+    "mission_at_speed": "planner.mission.one_speed",
+    "predict_speed_curve": "planner.fixes.speed",
     "read_csv_mapping": "planner.logs.csv_mapping",
     "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
     "read_profile": "planner.checks.site_profile",
+    "split_mission": "planner.fixes.split",
     "write_mission": "planner.mission.files",
+    "write_split": "planner.fixes.split",
 }
 
 

@@ -15,6 +15,7 @@
     ├── UsageError               2   options that make no sense together
     ├── ConfigurationError       2   mavjoule.toml or [tool.mavjoule]
     ├── OutputError              2   a report that cannot be written
+    ├── SplitError           1   a mission that no split makes a go
     ├── IdentificationError      2   flights that do not tell what a model needs
     └── LinkError                3   the vehicle on the line
 """
@@ -128,6 +129,12 @@ class ConfigurationError(MavjouleError):
 
 class OutputError(MavjouleError):
     """A report that cannot be written."""
+
+
+class SplitError(MavjouleError):
+    """A mission that cannot be split into flights that are each a go."""
+
+    exit_code: ClassVar[ExitCode] = ExitCode.NO_GO
 
 
 class IdentificationError(MavjouleError):

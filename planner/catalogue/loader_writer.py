@@ -110,3 +110,53 @@ JUMP_NOT_WRITTEN = Rule(
     example="the DO_JUMP of item 9 names item 40, which is not there",
     fix="give the jump the number of an item",
 )
+
+LOOPS_WRITTEN_OUT = Rule(
+    code="L209",
+    name="loops-written-out",
+    severity=Severity.INFO,
+    summary="The parts of a split mission hold the items of its loops one after the other.",
+    why="A part begins or ends inside a loop, where a jump would lead to what it does not hold.",
+    how="DO_JUMP and DO_JUMP_TAG are followed in flown order and left out.",
+    example="jumps are written out: 24 items are flown of 9 in the file",
+    fix="nothing: the flight is the same",
+)
+
+PART_FLOWN_TWICE = Rule(
+    code="L210",
+    name="part-flown-twice",
+    severity=Severity.INFO,
+    summary="Parts of a split mission begin before the one before ended, so that no photo is missing.",
+    why=(
+        "A trigger by distance begins to count anew where a flight is taken up, and a waypoint counts as "
+        "reached some metres before it."
+    ),
+    how="The way between two photos and 10 m, wherever a camera is triggered at the cut.",
+    example="3 parts begin up to 30 m before the one before ended: no photo is missing",
+    fix="nothing, or leave out the photos that are there twice",
+)
+
+RETURN_ADDED = Rule(
+    code="L211",
+    name="return-added",
+    severity=Severity.WARNING,
+    summary="The last part of a split mission ends with a return that the mission does not have.",
+    why="A part is a go only where it is known how it ends on the ground.",
+    how="NAV_RETURN_TO_LAUNCH is added where the mission ends in the air.",
+    example="the mission ends in the air: its last part returns home and lands",
+    fix="end the mission with a return or a landing of your own",
+)
+
+OUTPUTS_SET_AGAIN = Rule(
+    code="L212",
+    name="outputs-set-again",
+    severity=Severity.WARNING,
+    summary="Servos, relays and the like are set again where a part of a split mission begins.",
+    why=(
+        "What hangs on an output is not in the file: a pump has to run again, but a hook that let a load "
+        "go would let go the next one too."
+    ),
+    how="The last setting of each output before the place where a part is taken up is sent there again.",
+    example="2 outputs of servos, relays or the like keep their state on the way home, and are set again",
+    fix="look at the outputs of each part, and take out what must not be done again",
+)

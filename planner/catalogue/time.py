@@ -130,3 +130,14 @@ SPEED_CLAMPED = Rule(
     example="15.0 m/s is commanded, MPC_XY_VEL_MAX allows 12.0 m/s: 12.0 m/s is flown",
     fix="command a speed within the limit, or raise the limit on the vehicle",
 )
+
+SPEED_REPLACED = Rule(
+    code="T111",
+    name="speed-replaced",
+    severity=Severity.WARNING,
+    summary="The flight is predicted at another speed than the mission commands.",
+    why="The verdict is that of a mission which is not in the file: flown as it is, it may be another.",
+    how="A speed is given that some leg of the mission is not flown at.",
+    example="every level leg is flown at 6.0 m/s as asked: the file does not command that",
+    fix="write the mission with this speed (mavjoule convert --speed) and check that file",
+)

@@ -32,6 +32,8 @@ _GIVE_OR_TAKE = re.compile(r"±|\+/?-")
 _WIND_SPEED = re.compile(rf"{_NUMBER}\s*(?:m/s)?", re.IGNORECASE)
 _BEARING = re.compile(rf"{_NUMBER}\s*°?")
 
+_FASTEST_M_S = 100.0
+"""No multicopter is faster."""
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would be told 'go'."""
 
@@ -165,6 +167,15 @@ def home_amsl_m(text: str) -> float:
     altitude_amsl_m = _number(text, unit="m")
     Conditions(home_amsl_m=altitude_amsl_m)  # refuses what is no place on Earth
     return altitude_amsl_m
+
+
+def speed_m_s(text: str) -> float:
+    """Return the speed of ``8`` or ``8m/s``."""
+    metres_per_second = _number(text, unit="m/s")
+    if not 0.0 < metres_per_second <= _FASTEST_M_S:
+        msg = f"{text!r} is out of range: above 0 and at most {_FASTEST_M_S:g} m/s"
+        raise ValueError(msg)
+    return metres_per_second
 
 
 def clearance_m(text: str) -> float:

@@ -139,6 +139,14 @@ FLIGHT_SETTINGS = (
         choices=lambda: TARGETS,
     ),
     Setting(
+        key="speed_m_s",
+        option="--speed",
+        metavar="M_S",
+        meaning="ground speed of every level leg [default: as the mission commands]",
+        read=quantities.speed_m_s,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
         key="payload_kg",
         option="--payload",
         metavar="KG",
@@ -436,6 +444,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
         key: values[key]
         for key in (
             "vehicle",
+            "speed_m_s",
             "target",
             "clearance_m",
             "profile",

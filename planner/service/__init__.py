@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from planner.service.conversion import ConversionResult, convert_file
     from planner.service.identification import identify_logs
     from planner.service.judgement import check, verdict
-    from planner.service.mission_file import check_file, check_read
+    from planner.service.mission_file import check_file, check_read, read_request
     from planner.service.request import DEFAULT_VEHICLE, CheckRequest
     from planner.service.result import CheckResult, UnreadableMission, Verdict
     from planner.service.verification import verify_logs
@@ -28,6 +28,7 @@ __all__ = [
     "check_read",
     "convert_file",
     "identify_logs",
+    "read_request",
     "verdict",
     "verify_logs",
 ]
@@ -44,6 +45,7 @@ _HOMES = {
     "check_read": "mission_file",
     "convert_file": "conversion",
     "identify_logs": "identification",
+    "read_request": "mission_file",
     "verdict": "judgement",
     "verify_logs": "verification",
 }

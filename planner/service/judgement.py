@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from planner.flight.spread import Spread
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
+    from planner.mission.stage import Route
     from planner.service.result import Verdict
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -65,6 +66,7 @@ def check(
     reaction_time_s: float = 1.0,
     position_error_m: float = 2.5,
     home_amsl_m: float | None = None,
+    speed_m_s: float | None = None,
     autopilot: Autopilot | None = None,
     parameters: ParameterSet | None = None,
     terrain: TerrainGrid | None = None,
@@ -112,6 +114,8 @@ def check(
         How far the vehicle may be from where it takes itself to be, in the same. [m]
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
+    speed_m_s : float, optional
+        Ground speed of every level leg, in place of what the mission commands. [m s⁻¹]
     autopilot : Autopilot, optional
         Who shapes the references; default the model's own way.
     parameters : ParameterSet, optional
@@ -176,11 +180,8 @@ def check(
     if position_noise_m is None:
         position_noise_m = vehicle.position_noise_m
         findings += _noise_findings(vehicle, flown_by)
-    route = make_route(
-        mission,
-        meaning=None if judged_by is None else judged_by.autopilot,
-        home_amsl_m=home_amsl_m,
-        terrain=terrain,
+    route, replaced = _route(
+        mission, judged_by, home_amsl_m=home_amsl_m, terrain=terrain, speed_m_s=speed_m_s
     )
     conditions = replace(given, home_amsl_m=route.home_amsl_m)
     selection = selection or Selection()
@@ -191,7 +192,7 @@ def check(
     case: Case | None = None
     totals, budget, home = NOTHING_FLOWN, None, None
     items: tuple[ItemArrival, ...] = ()
-    findings += [*mission.findings, *route.findings]
+    findings += [*mission.findings, *route.findings, *replaced]
     if route.stages:
         pilot = make_pilot(vehicle, flown_with, conditions)
         flight = predict_flight(route, vehicle, conditions, pilot)
@@ -293,6 +294,37 @@ def check(
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
         case=case,
     )
+
+
+def _route(
+    mission: Mission,
+    judged_by: Target | None,
+    *,
+    home_amsl_m: float | None,
+    terrain: TerrainGrid | None,
+    speed_m_s: float | None,
+) -> tuple[Route, list[Finding]]:
+    """Return the route of a mission, and that it asks for another speed than the one given."""
+    route = make_route(
+        mission,
+        meaning=None if judged_by is None else judged_by.autopilot,
+        home_amsl_m=home_amsl_m,
+        terrain=terrain,
+    )
+    if speed_m_s is None:
+        return route, []
+    from planner import numbers
+    from planner.catalogue.time import SPEED_REPLACED
+    from planner.mission.one_speed import route_at_speed
+
+    changed = route_at_speed(route, speed_m_s)
+    if changed.stages == route.stages:
+        return route, []
+    message = (
+        f"every level leg is flown at {numbers.speed(speed_m_s)} as asked: "
+        "the file does not command that"
+    )
+    return changed, [SPEED_REPLACED.finding(message)]
 
 
 def _refuse_shares(**shares: float) -> None:

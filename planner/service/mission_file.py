@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.errors import MissionFileError, OtherVehicleError
@@ -19,7 +19,73 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.service.request import CheckRequest
     from planner.service.result import CheckResult
+    from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
+
+
+def read_request(
+    request: CheckRequest, *, parameters: ParameterSet | None = None
+) -> tuple[VehicleModel, dict[str, Any]]:
+    """Return the vehicle of a request and what it asks for, as `planner.check` takes it.
+
+    Parameters
+    ----------
+    request : CheckRequest
+        What missions are checked against.
+    parameters : ParameterSet, optional
+        The vehicle's own, where the request names no file of them.
+
+    Raises
+    ------
+    InputError, UsageError
+        If a file it names is unusable.
+    """
+    vehicle = load_vehicle(request.vehicle)
+    if request.parameters is not None:
+        from planner.vehicle.parameter_file import read_parameters
+
+        parameters = read_parameters(request.parameters)
+    terrain = None
+    if request.terrain:
+        from planner.geo.terrain import read_terrain
+
+        terrain = read_terrain(*request.terrain)
+    profile = None
+    if request.profile is not None:
+        from planner.checks.site_profile import read_profile
+
+        profile = read_profile(request.profile)
+    selection = request.selection
+    if request.baseline is not None:
+        from planner.checks.baseline import read_baseline
+
+        selection = replace(selection, baseline=read_baseline(request.baseline))
+    return vehicle, {
+        "battery": request.battery,
+        "charge": request.charge,
+        "reserve": request.reserve,
+        "risk": request.risk,
+        "wind": request.conditions.wind,
+        "payload_kg": request.conditions.payload_spread_kg,
+        "temperature_c": request.conditions.temperature_spread_c,
+        "position_noise_m": request.conditions.position_noise_m,
+        "battery_health": request.conditions.battery_health,
+        "battery_resistance_factor": request.conditions.battery_resistance_factor,
+        "battery_temperature_c": request.conditions.battery_temperature_c,
+        "reaction_time_s": request.conditions.reaction_time_s,
+        "position_error_m": request.conditions.position_error_m,
+        "home_amsl_m": request.conditions.home_amsl_m,
+        "speed_m_s": request.speed_m_s,
+        "autopilot": request.autopilot,
+        "parameters": parameters,
+        "terrain": terrain,
+        "clearance_m": request.clearance_m,
+        "target": request.target,
+        "profile": profile,
+        "selection": selection,
+        "fail_on": request.fail_on,
+        "with_trace": request.with_trace,
+    }
 
 
 def check_file(path: Path | str, request: CheckRequest) -> CheckResult | UnreadableMission:
@@ -58,55 +124,9 @@ def check_read(
     InputError, UsageError
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
-    vehicle = load_vehicle(request.vehicle)
-    if request.parameters is not None:
-        from planner.vehicle.parameter_file import read_parameters
-
-        parameters = read_parameters(request.parameters)
-    terrain = None
-    if request.terrain:
-        from planner.geo.terrain import read_terrain
-
-        terrain = read_terrain(*request.terrain)
-    profile = None
-    if request.profile is not None:
-        from planner.checks.site_profile import read_profile
-
-        profile = read_profile(request.profile)
-    selection = request.selection
-    if request.baseline is not None:
-        from planner.checks.baseline import read_baseline
-
-        selection = replace(selection, baseline=read_baseline(request.baseline))
+    vehicle, options = read_request(request, parameters=parameters)
     try:
-        mission = read()
-        return check(
-            mission,
-            vehicle,
-            battery=request.battery,
-            charge=request.charge,
-            reserve=request.reserve,
-            risk=request.risk,
-            wind=request.conditions.wind,
-            payload_kg=request.conditions.payload_spread_kg,
-            temperature_c=request.conditions.temperature_spread_c,
-            position_noise_m=request.conditions.position_noise_m,
-            battery_health=request.conditions.battery_health,
-            battery_resistance_factor=request.conditions.battery_resistance_factor,
-            battery_temperature_c=request.conditions.battery_temperature_c,
-            reaction_time_s=request.conditions.reaction_time_s,
-            position_error_m=request.conditions.position_error_m,
-            home_amsl_m=request.conditions.home_amsl_m,
-            autopilot=request.autopilot,
-            parameters=parameters,
-            terrain=terrain,
-            clearance_m=request.clearance_m,
-            target=request.target,
-            profile=profile,
-            selection=selection,
-            fail_on=request.fail_on,
-            with_trace=request.with_trace,
-        )
+        return check(read(), vehicle, **options)
     except MissionFileError as error:
         fix = "give a multicopter's mission" if isinstance(error, OtherVehicleError) else None
         finding = FILE_UNREADABLE.finding(str(error), place=error.place, fix=fix)

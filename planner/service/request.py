@@ -33,6 +33,8 @@ class CheckRequest:
     """``None``: the model's own way of commanding."""
     parameters: Path | None = None
     """Autopilot parameter file."""
+    speed_m_s: float | None = None
+    """Ground speed of every level leg; ``None``: as the mission commands. [m s⁻¹]"""
     target: Target | None = None
     """Version of the firmware whose rules count; ``None``: of the parameter file, else any."""
     terrain: tuple[Path, ...] = ()

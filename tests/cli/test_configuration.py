@@ -64,6 +64,7 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         charge = "95%"
         reserve = 0.25
         risk = "10%"
+        speed_m_s = 6.5
         payload_kg = 0.5
         wind = "5@270"
         wind_profile = "power:0.2@10"

@@ -1,0 +1,101 @@
+"""``mavjoule compare``: two checks side by side."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import click
+
+from planner import __version__
+from planner.cli.configuration import mission_settings
+from planner.cli.format_option import format_option
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.output import refuse_overwriting, standard_medium, write_data
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.errors import ExitCode, UsageError
+from planner.fixes.comparison import compare_files
+
+_SETTINGS = (*FLIGHT_SETTINGS, *BUDGET_SETTINGS)
+
+
+@click.command("compare")
+@click.argument("mission_a", metavar="A", type=MISSION_PATH)
+@click.argument("mission_b", metavar="[B]", required=False, type=MISSION_PATH)
+@click.option(
+    "--b",
+    "options_b",
+    metavar="OPTIONS",
+    default="",
+    help="options for B alone, as one text: --b '--wind 8@270 --payload 0.3'",
+)
+@setting_options(_SETTINGS)
+@format_option("text", "json")
+@click.option(
+    "--output",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="write to a file instead of standard output",
+)
+def command(
+    mission_a: str,
+    mission_b: str | None,
+    *,
+    options_b: str,
+    file_format: str,
+    output: Path | None,
+    **options: object,
+) -> ExitCode:
+    """Show two checks side by side: two missions, or one with two vehicles or in two winds.
+
+    The options hold for both; those in --b for B alone, over the others.  Without B the mission is A
+    again.
+
+    Nothing is judged: the exit code is 0 for missions that can be read, and 2 otherwise.
+    """
+    if mission_b is None and not options_b.strip():
+        msg = "a mission is compared with another one, or with itself and other options: give B or --b"
+        raise UsageError(msg)
+    other = mission_a if mission_b is None else mission_b
+    if mission_a == other == "-":
+        msg = "standard input can be read once: give a file"
+        raise UsageError(msg)
+    refuse_overwriting(output, (mission_a, other))
+    given = given_settings(options)
+    comparison = compare_files(
+        mission_a,
+        check_request(mission_settings(mission_a, given)),
+        other,
+        check_request(mission_settings(other, given | _own_settings(options_b))),
+    )
+    from planner.report.comparison import comparison_json, comparison_text
+
+    own = ("", options_b.strip())
+    if file_format == "json":
+        text = comparison_json(comparison, options=own, version=__version__)
+    else:
+        text = comparison_text(comparison, options=own, medium=standard_medium(output))
+    write_data(text, output=output)
+    return ExitCode.GO
+
+
+def _own_settings(text: str) -> dict[str, object]:
+    """Return the settings in the options of B, read as any others."""
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        msg = f"--b: {error}: {text}"
+        raise UsageError(msg) from error
+    found: dict[str, object] = {}
+
+    @click.command("--b", add_help_option=False)
+    @setting_options(_SETTINGS)
+    def own(**options: object) -> None:
+        found.update(given_settings(options))
+
+    try:
+        own.main(args=words, prog_name="--b", standalone_mode=False)
+    except click.ClickException as error:
+        msg = f"--b: {error.format_message()}"
+        raise UsageError(msg) from error
+    return found

@@ -1,0 +1,57 @@
+"""``mavjoule split``: a mission as flights that fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from planner import __version__
+from planner.cli.configuration import mission_settings
+from planner.cli.format_option import format_option
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.output import narrate, standard_medium, write_data
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.errors import ExitCode
+from planner.fixes.split import split_file, write_split
+
+
+@click.command("split")
+@click.argument("mission", type=MISSION_PATH)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="where the parts are written [default: the mission's name, with -parts]",
+)
+@click.option("--force", is_flag=True, help="write over parts that are there already")
+@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@format_option("text", "json")
+def command(
+    mission: str, *, folder: Path | None, force: bool, file_format: str, **options: object
+) -> ExitCode:
+    """Split a mission into the fewest flights that each fit the battery.
+
+    Writes part-01.plan and so on: take-off, way to where the part before ended, its legs, return.
+    Speed, camera, gimbal, place to look at and outputs are set again there; triggers and video are
+    stopped before the way home.  Long legs are cut where that saves a flight, with an overlap where a
+    camera is triggered.  Every part is checked as it is written; all are written, or none.
+
+    Exit codes: 0 every part is a go, 1 it cannot be split, 2 unusable input, usage or configuration.
+    """
+    settings = mission_settings(mission, given_settings(options))
+    if folder is None:
+        folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
+    split = split_file(mission, check_request(settings), folder=folder)
+    write_split(split, folder, force=force)
+    from planner.report import split as report
+
+    if file_format == "json":
+        text = report.split_json(split, version=__version__)
+    else:
+        text = report.split_text(split, medium=standard_medium())
+    write_data(text)
+    narrate(f"{len(split.parts)} parts are written to {folder}")
+    return ExitCode.GO

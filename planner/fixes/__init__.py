@@ -1,0 +1,1 @@
+"""What turns a no-go into a go, and shows what a change is worth."""

@@ -1,0 +1,402 @@
+"""The speed curve: energy and time of a mission over the speed of its level legs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner import service
+from planner.autopilot import Autopilot
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.flight.prediction import predict_flight
+from planner.frozen import frozen
+from planner.mission.files import read_mission
+from planner.mission.one_speed import level_speeds, route_at_speed
+from planner.units import wh_from_j
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy.typing as npt
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+    from planner.service import CheckResult
+    from planner.vehicle.keys import Interval
+    from planner.vehicle.model import VehicleModel
+
+    FloatArray = npt.NDArray[np.float64]
+
+FINEST_M_S = 0.01
+"""Speeds are found to this: no vehicle keeps one better. [m s⁻¹]"""
+_SLOWEST_M_S = 1.0
+"""Where the range begins; slower, missions are flown by other means. [m s⁻¹]"""
+_FASTEST_UNKNOWN_M_S = 20.0
+"""Where it ends where nothing about the vehicle says so. [m s⁻¹]"""
+_ROWS = 15
+"""Speeds in a table, about."""
+_MOST_ROWS = 500
+_SCAN_M_S = 0.1
+"""Steps of the search before it is refined."""
+_MOST_SCANNED = 400
+_METRES_PER_KILOMETRE = 1000.0
+_SAME = 1e-9
+"""Relative difference of energies, or powers, that are the same: legs too short for a speed."""
+_MOST_BRACKETS = 3
+
+
+@frozen
+class FlownSpeed:
+    """A mission flown at one speed; everything but time is ``None`` where the power is not known."""
+
+    speed_m_s: float | None
+    """Over ground, on every level leg; ``None``: legs have several, as the file commands. [m s⁻¹]"""
+    time_s: float
+    energy_wh: float | None
+    mean_power_w: float | None
+    energy_wh_per_km: float | None
+    """Over the distance flown. [Wh km⁻¹]"""
+    margin_wh: float | None
+    """Above the reserve at landing; ``None`` with no battery. [Wh]"""
+    return_margin_wh: float | None
+    """Above the reserve at home, from the point whose way home is tightest. [Wh]"""
+    fits: bool | None
+    """Whether the battery does for it: no finding of energy makes it a no-go; ``None``: not known."""
+    verdict: str
+    against: tuple[str, ...]
+    """Codes of the findings that make it a no-go, and of those about the fence."""
+
+
+@frozen
+class SpeedCurve:
+    """Energy and time of a mission over the speed of its level legs, and the speeds worth knowing."""
+
+    file: str
+    vehicle_name: str
+    vehicle_source: str
+    points: tuple[FlownSpeed, ...]
+    """Rising speeds, evenly over the range."""
+    present: FlownSpeed
+    """As the file commands it."""
+    best_endurance: FlownSpeed | None
+    """Least mean power; this and the next are ``None`` where the model knows no power over speed."""
+    best_range: FlownSpeed | None
+    """Least energy, and so least energy per distance in this wind."""
+    fastest_fitting: FlownSpeed | None
+    """Fastest the battery does for, above the reserve and on every way home; ``None``: none."""
+    fastest_clear: FlownSpeed | None
+    """Fastest that is a go with room to the fence, too: no finding of it; ``None``: none."""
+    identified_m_s: Interval | None
+    """Airspeeds the model was identified at. [m s⁻¹]"""
+    is_power_over_speed_known: bool
+    """Whether the model knows how its power changes with the airspeed."""
+    findings: tuple[Finding, ...]
+    """Of the mission as the file commands it."""
+
+    @property
+    def speed_m_s(self) -> FloatArray:
+        """Speeds of the points. (n,) [m s⁻¹]"""
+        return _column(self.points, "speed_m_s")
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time of the mission at each. (n,) [s]"""
+        return _column(self.points, "time_s")
+
+    @property
+    def energy_wh(self) -> FloatArray:
+        """Energy of the mission at each, NaN where it is not known. (n,) [Wh]"""
+        return _column(self.points, "energy_wh")
+
+    @property
+    def mean_power_w(self) -> FloatArray:
+        """Mean power at each, NaN where it is not known. (n,) [W]"""
+        return _column(self.points, "mean_power_w")
+
+    @property
+    def margin_wh(self) -> FloatArray:
+        """Energy above the reserve at each, NaN where no battery is known. (n,) [Wh]"""
+        return _column(self.points, "margin_wh")
+
+    def marks(self) -> tuple[tuple[str, FlownSpeed], ...]:
+        """Return the speeds worth knowing by name, those there are."""
+        named = (
+            ("present", self.present),
+            ("best endurance", self.best_endurance),
+            ("best range", self.best_range),
+            ("fastest that fits", self.fastest_fitting),
+            ("fastest clear of all", self.fastest_clear),
+        )
+        return tuple((name, flown) for name, flown in named if flown is not None)
+
+
+def predict_speed_curve(
+    mission: Mission,
+    vehicle: VehicleModel,
+    *,
+    from_m_s: float | None = None,
+    to_m_s: float | None = None,
+    step_m_s: float | None = None,
+    **options: Any,  # noqa: ANN401 - those of `planner.check`
+) -> SpeedCurve:
+    """Return energy and time of a mission over the speed of its level legs.
+
+    Parameters
+    ----------
+    mission : Mission
+        As `planner.read_mission` returns it.
+    vehicle : VehicleModel
+        As `planner.load_vehicle` returns it.
+    from_m_s, to_m_s : float, optional
+        Slowest and fastest speed over ground; default 1 m/s, and the fastest the model was identified
+        at or the vehicle can fly, whichever is less. [m s⁻¹]
+    step_m_s : float, optional
+        Between two points; default about a fifteenth of the range. [m s⁻¹]
+    **options
+        Battery, conditions and the rest, as `planner.check` takes them.
+
+    Returns
+    -------
+    SpeedCurve
+        Each point is what `planner.check` says with ``speed_m_s``; the marked speeds are found to
+        0.01 m/s among all of the range, however the curve bends.
+
+    Raises
+    ------
+    UsageError
+        If nothing is flown, or the range or a value is unusable.
+    MissionFileError
+        If an item holds a number no vehicle can fly.
+
+    Notes
+    -----
+    The search looks at every 0.1 m/s, then at every 0.01 m/s about the lowest valleys: the curve of a
+    mission has kinks where legs become too short for a speed, and plateaus beyond.  Of speeds that are
+    equally good, the slowest counts.
+    """
+    if options.get("speed_m_s") is not None:
+        msg = "the speed is what is looked for: give a range instead of one"
+        raise UsageError(msg)
+    at_all_speeds = _Missions(mission, vehicle, options)
+    present = service.check(mission, vehicle, **options)
+    if present.case is None:
+        msg = f"{mission.source}: nothing is flown, at any speed"
+        raise UsageError(msg)
+    case = present.case
+    speeds = _range(case, from_m_s, to_m_s, step_m_s)
+    points = tuple(at_all_speeds.flown(speed) for speed in speeds)
+    is_known = vehicle.is_power_known and vehicle.knows_airspeed
+    endurance = best = None
+    if is_known:
+        grid = _grid(speeds[0], speeds[-1])
+        flights = {speed: _cost(case, speed) for speed in grid}
+
+        def cost(speed_m_s: float) -> tuple[float, float]:
+            if speed_m_s not in flights:
+                flights[speed_m_s] = _cost(case, speed_m_s)
+            return flights[speed_m_s]
+
+        best = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0]))
+        endurance = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0] / cost(speed)[1]))
+    sure = [*points, *(one for one in (best, endurance) if one is not None)]
+    commanded = level_speeds(case.route)
+    own_m_s = _own_speed_m_s(case)
+    commanded_m_s = {own_m_s if speed is None else speed for speed in commanded}
+    return SpeedCurve(
+        file=mission.source,
+        vehicle_name=vehicle.name,
+        vehicle_source=vehicle.source,
+        points=points,
+        present=_flown(present, commanded_m_s.pop() if len(commanded_m_s) == 1 else None),
+        best_endurance=endurance,
+        best_range=best,
+        fastest_fitting=at_all_speeds.fastest(sure, lambda flown: bool(flown.fits)),
+        fastest_clear=at_all_speeds.fastest(
+            sure, lambda flown: flown.verdict == "go" and not flown.against
+        ),
+        identified_m_s=vehicle.valid_for.speed_m_s,
+        is_power_over_speed_known=is_known,
+        findings=present.findings,
+    )
+
+
+def _column(points: tuple[FlownSpeed, ...], name: str) -> FloatArray:
+    values = [getattr(point, name) for point in points]
+    return np.array([math.nan if value is None else value for value in values], dtype=np.float64)
+
+
+class _Missions:
+    """One mission at many speeds, each checked once."""
+
+    def __init__(self, mission: Mission, vehicle: VehicleModel, options: dict[str, Any]) -> None:
+        self._mission = mission
+        self._vehicle = vehicle
+        self._options = options
+        self._known: dict[float, FlownSpeed] = {}
+
+    def flown(self, speed_m_s: float) -> FlownSpeed:
+        """Return the mission at a speed, by the same check as every other."""
+        speed_m_s = round(speed_m_s, 6)
+        if speed_m_s not in self._known:
+            options = self._options | {"speed_m_s": speed_m_s, "with_trace": False}
+            result = service.check(self._mission, self._vehicle, **options)
+            self._known[speed_m_s] = _flown(result, speed_m_s)
+        return self._known[speed_m_s]
+
+    def fastest(
+        self, sure: list[FlownSpeed], is_good: Callable[[FlownSpeed], bool]
+    ) -> FlownSpeed | None:
+        """Return the fastest that is good: beyond a good one, halved towards the next that is not."""
+        rising = sorted(sure, key=lambda flown: flown.speed_m_s or 0.0)
+        good = [number for number, flown in enumerate(rising) if is_good(flown)]
+        if not good:
+            return None
+        low = rising[good[-1]]
+        if good[-1] + 1 == len(rising):
+            return low
+        high = rising[good[-1] + 1]
+        while (between := _between(low, high)) is not None:
+            middle = self.flown(between)
+            low, high = (middle, high) if is_good(middle) else (low, middle)
+        return low
+
+
+def _between(low: FlownSpeed, high: FlownSpeed) -> float | None:
+    """Return a speed in the middle, ``None`` where there is none to 0.01 m/s."""
+    slow, fast = low.speed_m_s or 0.0, high.speed_m_s or 0.0
+    middle = round(0.5 * (slow + fast), 2)
+    return middle if slow < middle < fast else None
+
+
+def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
+    totals, battery, way_home = result.totals, result.battery, result.way_home
+    is_known = math.isfinite(totals.energy_wh)
+    against = [
+        finding.code
+        for finding in result.findings
+        if finding.severity >= result.fail_on
+        or (finding.code.startswith("F") and finding.severity >= Severity.WARNING)
+    ]
+    lacking = any(
+        finding.code.startswith("E") and finding.severity is Severity.ERROR
+        for finding in result.findings
+    )
+    margins_wh = (
+        math.nan if battery is None else battery.margin_wh,
+        0.0 if way_home is None or way_home.margin_wh is None else way_home.margin_wh,
+    )
+    distance_km = totals.distance_m / _METRES_PER_KILOMETRE
+    return FlownSpeed(
+        speed_m_s=speed_m_s,
+        time_s=totals.time_s,
+        energy_wh=totals.energy_wh if is_known else None,
+        mean_power_w=totals.mean_power_w if is_known else None,
+        energy_wh_per_km=totals.energy_wh / distance_km if is_known and distance_km > 0.0 else None,
+        margin_wh=battery.margin_wh if battery is not None and is_known else None,
+        return_margin_wh=None if way_home is None else way_home.margin_wh,
+        fits=None if battery is None or not is_known else not lacking and min(margins_wh) >= 0.0,
+        verdict=result.verdict,
+        against=tuple(dict.fromkeys(against)),
+    )
+
+
+def _range(
+    case: Case, from_m_s: float | None, to_m_s: float | None, step_m_s: float | None
+) -> list[float]:
+    """Return the speeds of the points."""
+    low = _SLOWEST_M_S if from_m_s is None else from_m_s
+    high = max(_highest_m_s(case), low) if to_m_s is None else to_m_s
+    if not (0.0 < low <= high and math.isfinite(high)):
+        msg = f"a range of speeds rises from above 0, got {low:g} to {high:g} m/s"
+        raise UsageError(msg)
+    step = _even_step((high - low) / _ROWS) if step_m_s is None else step_m_s
+    if not (math.isfinite(step) and step >= FINEST_M_S) or (high - low) / step > _MOST_ROWS:
+        msg = (
+            f"steps of {step:g} m/s from {low:g} to {high:g} m/s: give {FINEST_M_S:g} m/s or more, "
+            f"and no more than {_MOST_ROWS} of them"
+        )
+        raise UsageError(msg)
+    count = math.floor((high - low) / step + 1e-9) + 1
+    speeds = [round(low + number * step, 6) for number in range(count)]
+    return speeds if high - speeds[-1] < 1e-6 else [*speeds, round(high, 6)]
+
+
+def _even_step(least_m_s: float) -> float:
+    """Return the next of 0.1, 0.2, 0.5, 1, 2, 5, 10 m/s."""
+    return next(step for step in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf) if step >= least_m_s)
+
+
+def _highest_m_s(case: Case) -> float:
+    """Return the fastest the model was identified at or the vehicle can fly, whichever is less."""
+    vehicle, parameters = case.vehicle, case.parameters
+    limits = [vehicle.airspeed_limit_m_s, getattr(parameters, "speed_max_m_s", None)]
+    if vehicle.valid_for.speed_m_s is not None:
+        limits.append(vehicle.valid_for.speed_m_s.high)
+    return min((limit for limit in limits if limit is not None), default=_FASTEST_UNKNOWN_M_S)
+
+
+def _own_speed_m_s(case: Case) -> float | None:
+    """Return the speed of legs for which a mission commands none."""
+    if case.autopilot is Autopilot.STEP:
+        return case.vehicle.default_speed_m_s
+    return None if case.parameters is None else case.parameters.cruise_speed_m_s
+
+
+def _grid(low_m_s: float, high_m_s: float) -> list[float]:
+    """Return the speeds the search looks at first: multiples of 0.01 m/s, the ends among them."""
+    step = max(_SCAN_M_S, (high_m_s - low_m_s) / _MOST_SCANNED)
+    count = math.ceil((high_m_s - low_m_s) / step)
+    inside = (round(low_m_s + number * step, 2) for number in range(1, count))
+    return [low_m_s, *(speed for speed in inside if low_m_s < speed < high_m_s), high_m_s]
+
+
+def _cost(case: Case, speed_m_s: float) -> tuple[float, float]:
+    """Return energy and time of the mission at a speed. [Wh], [s]"""
+    route = route_at_speed(case.route, speed_m_s)
+    flight = predict_flight(route, case.vehicle, case.conditions, case.homeward.pilot)
+    return wh_from_j(flight.energy_j), flight.time_s
+
+
+def _least(grid: list[float], cost: Callable[[float], float]) -> float:
+    """Return the slowest speed of least cost, to 0.01 m/s."""
+    costs = [cost(speed) for speed in grid]
+    valleys = [
+        number
+        for number, here in enumerate(costs)
+        if (number == 0 or here <= costs[number - 1])
+        and (number + 1 == len(costs) or here <= costs[number + 1])
+    ]
+    valleys.sort(key=costs.__getitem__)
+    candidates = list(grid)
+    for number in valleys[:_MOST_BRACKETS]:
+        low, high = grid[max(number - 1, 0)], grid[min(number + 1, len(grid) - 1)]
+        count = round((high - low) / FINEST_M_S)
+        inside = (round(low + step * FINEST_M_S, 2) for step in range(1, count))
+        candidates += [speed for speed in inside if low < speed < high]
+    least = min(map(cost, candidates))
+    return min(speed for speed in candidates if cost(speed) <= least * (1.0 + _SAME))
+
+
+def predict_file_speed_curve(
+    path: str,
+    request: service.CheckRequest,
+    *,
+    from_m_s: float | None = None,
+    to_m_s: float | None = None,
+    step_m_s: float | None = None,
+) -> SpeedCurve:
+    """Read a mission and return its speed curve; see `predict_speed_curve`.
+
+    Raises
+    ------
+    InputError, UsageError
+        If the mission, the vehicle or the request is unusable.
+    """
+    vehicle, options = service.read_request(request)
+    return predict_speed_curve(
+        read_mission(path), vehicle, from_m_s=from_m_s, to_m_s=to_m_s, step_m_s=step_m_s, **options
+    )

@@ -1,0 +1,404 @@
+"""Parts of a mission: where it can be broken off and taken up again, and the items of each part."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from planner.errors import SplitError
+from planner.frozen import frozen
+from planner.mission.carried_state import (
+    CarriedState,
+    carried_state,
+    is_output,
+    is_repeatable,
+)
+from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
+from planner.mission.items import Mission, MissionFormat, MissionItem
+from planner.mission.jump_numbers import numbered_in_order
+from planner.mission.plan import PlanDocument
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from planner.autopilot import Autopilot
+    from planner.mission.stage import Route, Stage
+
+OVERLAP_M = 10.0
+"""Flown twice besides the way between two photos: autopilots count a waypoint as reached up to so far
+before it, PX4's NAV_ACC_RAD. [m]"""
+_STEP_M = 10.0
+"""Between two places of a leg at which it may be cut. [m]"""
+_MOST_CUTS_A_LEG = 2000
+_SPEED_UNKNOWN_M_S = 15.0
+"""Of legs flown at the vehicle's own speed, for photos by time: faster than surveys are. [m s⁻¹]"""
+_SAME_HEIGHT_M = 1.0
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
+_DELAYING = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE})
+_STRAIGHT_COMMANDS = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME})
+_UNCUT_BEFORE = frozenset({StageKind.SPLINE, StageKind.TAKEOFF, StageKind.RETURN})
+_UNCUT_BEHIND = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.TAKEOFF})
+_ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
+
+
+@frozen
+class Cut:
+    """A point of a mission: everything before a step is done, and a share of the leg to it."""
+
+    step: int
+    """Position among the steps."""
+    share: float = 0.0
+    """Of the leg to that step. [-]"""
+
+
+@frozen
+class Steps:
+    """A mission in flown order, jumps written out, each step with the stage that it makes."""
+
+    mission: Mission
+    route: Route
+    meaning: Autopilot | None
+    items: tuple[MissionItem, ...]
+    numbers: tuple[int, ...]
+    """The item of the mission each step is, from 1."""
+    stages: tuple[int | None, ...]
+    """Position in the route's stages; ``None``: no flight."""
+    states: tuple[CarriedState, ...]
+    """What is set before each step, and behind the last."""
+    first: int
+    """The first step behind the take-off."""
+    flying: tuple[int, ...]
+    """The steps behind the take-off that fly."""
+    has_jumps: bool
+
+    @property
+    def ends(self) -> bool:
+        """Whether the mission ends on the ground."""
+        return self.route.stages[-1].kind in _ENDS
+
+    def stage(self, step: int) -> Stage:
+        """Return the stage of a step that flies."""
+        number = self.stages[step]
+        assert number is not None
+        return self.route.stages[number]
+
+    def stage_before(self, step: int) -> Stage:
+        """Return the stage before that of a step that flies."""
+        number = self.stages[step]
+        assert number is not None
+        return self.route.stages[number - 1]
+
+    def length_m(self, step: int) -> float:
+        """Return the length over ground of the leg to a step. [m]"""
+        here, there = self.stage_before(step), self.stage(step)
+        return math.hypot(there.east_m - here.east_m, there.north_m - here.north_m)
+
+
+def make_steps(mission: Mission, route: Route, meaning: Autopilot | None) -> Steps:
+    """Return a mission in flown order.
+
+    Parameters
+    ----------
+    mission : Mission
+        It has a home.
+    route : Route
+        What the mission asks for.
+    meaning : Autopilot, optional
+        Whose reading of the items counts.
+
+    Raises
+    ------
+    SplitError
+        If it has no end, or parts of it would not mean what they do in it.
+    """
+    _refuse_unsuitable(mission, route)
+    at = 1 if _is_takeoff_assumed(route) else 0
+    items: list[MissionItem] = []
+    numbers: list[int] = []
+    stages: list[int | None] = []
+    states = [CarriedState()]
+    for number in route.reached:
+        item = mission.items[number - 1]
+        flies = at < len(route.stages) and route.stages[at].item == number
+        if item.command not in _JUMPS:
+            items.append(item)
+            numbers.append(number)
+            stages.append(at if flies else None)
+            before = states[-1]
+            states.append(before if flies else carried_state((*before.items, item), meaning))
+        at += flies
+    first = next(step for step, stage in enumerate(stages) if stage is not None)
+    if not _is_takeoff_assumed(route):
+        first += 1
+    return Steps(
+        mission=mission,
+        route=route,
+        meaning=meaning,
+        items=tuple(items),
+        numbers=tuple(numbers),
+        stages=tuple(stages),
+        states=tuple(states),
+        first=first,
+        flying=tuple(step for step in range(first, len(items)) if stages[step] is not None),
+        has_jumps=any(
+            item.command in {Command.DO_JUMP, Command.DO_JUMP_TAG} for item in mission.items
+        ),
+    )
+
+
+def _is_takeoff_assumed(route: Route) -> bool:
+    stages = route.stages
+    return len(stages) > 1 and stages[0].item == stages[1].item
+
+
+def _refuse_unsuitable(mission: Mission, route: Route) -> None:
+    why = None
+    if mission.home is None:
+        why = "where home is must be known, for every part comes back to it: set the planned home"
+    elif route.lap is not None:
+        why = f"item {route.lap.item} jumps back for ever: give the jump a count"
+    elif route.moved_homes:
+        why = (
+            "DO_SET_HOME moves home: heights and returns of the parts would count from another "
+            "place; take it out of the mission"
+        )
+    elif len(route.stages) < 2:
+        why = "there is no leg to divide"
+    else:
+        for stage in route.stages:
+            command = mission.items[stage.item - 1].command
+            if command == Command.NAV_LOITER_UNLIM:
+                why = f"item {stage.item} {command_name(command)} never ends: give it a time"
+    if why is not None:
+        msg = f"{mission.source}: cannot be split: {why}"
+        raise SplitError(msg)
+
+
+def possible_cuts(steps: Steps, *, inside_legs: bool) -> list[Cut]:
+    """Return where a mission may be cut, in flown order.
+
+    Parameters
+    ----------
+    steps : Steps
+        The mission.
+    inside_legs : bool
+        Whether straight legs may be cut too, every 10 m.
+    """
+    flying = steps.flying
+    cuts: list[Cut] = []
+    for previous, step in pairwise(flying):
+        if not _may_cut(steps, previous, step):
+            continue
+        if resumption(steps, Cut(step=step)) is not None:
+            cuts.append(Cut(step=step))
+        if inside_legs and _is_straight(steps, step):
+            length_m = steps.length_m(step)
+            count = min(int(length_m / _STEP_M), _MOST_CUTS_A_LEG)
+            inside = (Cut(step=step, share=number / count) for number in range(1, count))
+            cuts += [cut for cut in inside if resumption(steps, cut) is not None]
+    return cuts
+
+
+def _may_cut(steps: Steps, previous: int, step: int) -> bool:
+    """Return whether the flight may be broken off between two steps that fly."""
+    between = steps.items[previous + 1 : step]
+    return (
+        steps.stage(step).kind not in _UNCUT_BEFORE
+        and steps.stage(previous).kind not in _UNCUT_BEHIND
+        and not any(item.command in _DELAYING for item in between)
+    )
+
+
+def _is_straight(steps: Steps, step: int) -> bool:
+    """Return whether the leg to a step is a straight line that can be cut anywhere."""
+    here, there = steps.stage_before(step), steps.stage(step)
+    item = steps.items[step]
+    before = steps.mission.items[here.item - 1]
+    is_terrain = item.frame in TERRAIN_FRAMES
+    return (
+        there.kind in {StageKind.GO, StageKind.LOITER}
+        and here.kind not in _UNCUT_BEHIND
+        and item.command in _STRAIGHT_COMMANDS
+        and is_terrain is (before.frame in TERRAIN_FRAMES)
+        and not (is_terrain and not (item.altitude_m and before.altitude_m))
+    )
+
+
+def resumption(steps: Steps, cut: Cut) -> Cut | None:
+    """Return where the flight is taken up again after a cut; ``None`` where that is impossible.
+
+    Where a camera is triggered on the way, it is so much before the cut that no photo is missing: the
+    way between two photos, and `OVERLAP_M`.
+    """
+    flying = steps.flying
+    step, share = cut.step, cut.share
+    overlap_m = _spacing_m(steps, step)
+    if overlap_m == 0.0:
+        return cut
+    overlap_m += OVERLAP_M
+    while True:
+        length_m = steps.length_m(step)
+        room_m = share * length_m
+        if room_m >= overlap_m:
+            return Cut(step=step, share=share - overlap_m / length_m)
+        at = flying.index(step)
+        if at == 0:
+            return None
+        previous = flying[at - 1]
+        if _spacing_m(steps, previous) == 0.0:
+            return Cut(step=step)
+        repeated = steps.items[previous + 1 : step]
+        if (
+            at == 1
+            or not _is_straight(steps, previous)
+            or not _may_cut(steps, flying[at - 2], previous)
+            or not all(map(is_repeatable, repeated))
+            or steps.items[previous].param1  # a hold
+        ):
+            return None
+        overlap_m -= room_m
+        step, share = previous, 1.0
+
+
+def _spacing_m(steps: Steps, step: int) -> float:
+    """Return the way between two photos on the leg to a step; 0 where none is taken. [m]"""
+    speed_m_s = steps.stage(step).speed_m_s or _SPEED_UNKNOWN_M_S
+    return steps.states[step].trigger_spacing_m(speed_m_s)
+
+
+def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> Mission:
+    """Return the mission of one part: take-off, way to where it begins, its steps, way home.
+
+    Parameters
+    ----------
+    steps : Steps
+        The whole.
+    start : Cut or None
+        Where it is taken up, as `resumption` says; ``None``: at the beginning.
+    end : Cut or None
+        Where it is broken off; ``None``: at the end.
+    name : str
+        Its file.
+    """
+    if start is None:
+        begin, items = steps.first, list(steps.items[: steps.first])
+        if _is_takeoff_assumed(steps.route):
+            items.append(_takeoff(steps, 0.0))
+    else:
+        begin, items = start.step, _way_out(steps, start)
+    items += steps.items[begin : len(steps.items) if end is None else end.step]
+    if end is not None:
+        if end.share > 0.0:
+            items.append(_waypoint(steps, end, steps.items[end.step]))
+        items += steps.states[end.step].stopping_items()
+    if end is not None or not steps.ends:
+        items.append(_return())
+    document = steps.mission.document
+    return replace(
+        steps.mission,
+        source=name,
+        file_format=MissionFormat.PLAN,
+        items=numbered_in_order([replace(item, jump_id=None) for item in items]),
+        findings=(),
+        document=document if isinstance(document, PlanDocument) else None,
+    )
+
+
+def _way_out(steps: Steps, start: Cut) -> list[MissionItem]:
+    """Return what leads from home to where a part is taken up, and sets there what was set.
+
+    The way is level: at the height of the take-off or of that place, whichever is higher.
+    """
+    before = steps.items[: start.step]
+    state = steps.states[start.step]
+    place = _waypoint(steps, start, steps.items[_previous(steps, start.step)])
+    rise_m = _height_m(steps, start) - steps.route.stages[0].height_m
+    items = [
+        item
+        for item, stage in zip(before[: steps.first], steps.stages, strict=False)
+        if stage is None
+        and item.command not in {Command.NAV_DELAY, *_DELAYING}
+        and not (is_repeatable(item) or is_output(item))
+    ]
+    items.append(_takeoff(steps, max(rise_m, 0.0)))
+    items += state.speeds()
+    if rise_m < -_SAME_HEIGHT_M:
+        items.append(replace(place, altitude_m=(place.altitude_m or 0.0) - rise_m))
+    return [*items, place, *state.settings()]
+
+
+def _takeoff(steps: Steps, higher_m: float) -> MissionItem:
+    """Return the take-off of a part, from home, so much higher than that of the mission."""
+    home = steps.mission.home
+    assert home is not None  # else the mission is refused
+    if _is_takeoff_assumed(steps.route):
+        own = replace(
+            _return(),
+            command=int(Command.NAV_TAKEOFF),
+            frame=int(Frame.GLOBAL_RELATIVE_ALT),
+            param4=None,
+            altitude_m=steps.route.stages[0].height_m,
+        )
+    else:
+        own = steps.items[steps.first - 1]
+    return replace(
+        own,
+        latitude_deg=home.latitude_deg,
+        longitude_deg=home.longitude_deg,
+        altitude_m=None if own.altitude_m is None else own.altitude_m + higher_m,
+    )
+
+
+def _previous(steps: Steps, step: int) -> int:
+    """Return the flying step before one."""
+    return max(one for one in range(step) if steps.stages[one] is not None)
+
+
+def _height_m(steps: Steps, cut: Cut) -> float:
+    here, there = steps.stage_before(cut.step), steps.stage(cut.step)
+    return here.height_m + cut.share * (there.height_m - here.height_m)
+
+
+def _waypoint(steps: Steps, cut: Cut, like: MissionItem) -> MissionItem:
+    """Return a waypoint at a cut, in the altitude reference and with the heading of an item."""
+    here, there = steps.stage_before(cut.step), steps.stage(cut.step)
+    before = steps.items[_previous(steps, cut.step)]
+    latitude_deg, longitude_deg = steps.route.frame.latitude_longitude_deg(
+        here.east_m + cut.share * (there.east_m - here.east_m),
+        here.north_m + cut.share * (there.north_m - here.north_m),
+    )
+    place = (float(latitude_deg), float(longitude_deg))
+    if cut.share == 0.0 and before.latitude_deg and before.longitude_deg:
+        place = (before.latitude_deg, before.longitude_deg)  # as the file says, to the last digit
+    frame, altitude_m = int(Frame.GLOBAL_RELATIVE_ALT), _height_m(steps, cut)
+    if before.frame in AMSL_FRAMES:
+        frame, altitude_m = before.frame, altitude_m + steps.route.home_amsl_m
+    elif before.frame in TERRAIN_FRAMES and before.altitude_m:
+        above_m = steps.items[cut.step].altitude_m if cut.share > 0.0 else before.altitude_m
+        frame = before.frame
+        altitude_m = before.altitude_m + cut.share * ((above_m or 0.0) - before.altitude_m)
+    return replace(
+        _return(),
+        command=int(Command.NAV_WAYPOINT),
+        frame=frame,
+        param4=like.param4 if like.command in _STRAIGHT_COMMANDS else None,
+        latitude_deg=place[0],
+        longitude_deg=place[1],
+        altitude_m=altitude_m,
+    )
+
+
+def _return() -> MissionItem:
+    """Return the item that leads home and lands."""
+    return MissionItem(
+        command=int(Command.NAV_RETURN_TO_LAUNCH),
+        frame=int(Frame.MISSION),
+        param1=0.0,
+        param2=0.0,
+        param3=0.0,
+        param4=0.0,
+        latitude_deg=0.0,
+        longitude_deg=0.0,
+        altitude_m=0.0,
+    )

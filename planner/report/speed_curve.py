@@ -1,0 +1,128 @@
+"""Energy and time of a mission over its speed, as text, JSON and CSV."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.report.columns_csv import columns_csv
+from planner.report.json_document import envelope, json_text, value, values
+from planner.report.json_report import finding_document
+from planner.report.plain_text import printable
+from planner.report.table import table_lines
+
+if TYPE_CHECKING:
+    from planner.fixes.speed import FlownSpeed, SpeedCurve
+
+_KEYS = (
+    "speed_m_s",
+    "time_s",
+    "energy_wh",
+    "mean_power_w",
+    "energy_wh_per_km",
+    "margin_wh",
+    "return_margin_wh",
+    "fits",
+    "verdict",
+)
+_MARKS = ("present", "best_endurance", "best_range", "fastest_fitting", "fastest_clear")
+_HEADS = (
+    ("speed", "time", "energy", "per km", "mean", "above reserve", "verdict"),
+    ("m/s", "", "Wh", "Wh", "W", "Wh", ""),
+)
+_WORTH_TELLING = 0.01
+_ALIGNMENT = ">>>>>><"
+
+
+def speed_curve_text(curve: SpeedCurve) -> str:
+    """Return the curve as a table and the speeds worth knowing as another."""
+    vehicle = f"{printable(curve.vehicle_name)} ({printable(curve.vehicle_source)})"
+    lines = [f"{printable(curve.file)} over the speed of its level legs, flown by {vehicle}", ""]
+    lines += table_lines([*_HEADS, *map(_row, curve.points)], alignment=_ALIGNMENT)
+    marks = [(name, *_row(flown, digits=2)) for name, flown in curve.marks()]
+    heads = (("", *head) for head in _HEADS)
+    lines += ["", *table_lines([*heads, *marks], alignment=f"<{_ALIGNMENT}")]
+    lines += ["", *(f"{line}." for line in _remarks(curve))]
+    return "\n".join(lines) + "\n"
+
+
+def speed_curve_json(curve: SpeedCurve, *, version: str) -> str:
+    """Return the curve as a JSON document."""
+    identified = curve.identified_m_s
+    return json_text(
+        envelope(version)
+        | {
+            "file": value(curve, "file"),
+            "vehicle": {
+                "name": value(curve, "vehicle_name"),
+                "source": value(curve, "vehicle_source"),
+            },
+            "identified_m_s": None if identified is None else [identified.low, identified.high],
+            "is_power_over_speed_known": curve.is_power_over_speed_known,
+            "points": [_document(flown) for flown in curve.points],
+            "marks": {
+                name: None if (flown := getattr(curve, name)) is None else _document(flown)
+                for name in _MARKS
+            },
+            "findings": [finding_document(finding) for finding in curve.findings],
+        },
+        indent=2,
+    )
+
+
+def speed_curve_csv(curve: SpeedCurve) -> str:
+    """Return the points of the curve as CSV, with the keys of the JSON as heads."""
+    columns = {key: [getattr(flown, key) for flown in curve.points] for key in _KEYS}
+    return columns_csv(columns | {"against": [" ".join(flown.against) for flown in curve.points]})
+
+
+def _document(flown: FlownSpeed) -> dict[str, object]:
+    return values(flown, _KEYS) | {"against": list(flown.against)}
+
+
+def _row(flown: FlownSpeed, *, digits: int = 1) -> tuple[str, ...]:
+    return (
+        "several" if flown.speed_m_s is None else numbers.decimals(flown.speed_m_s, digits),
+        numbers.duration(flown.time_s),
+        numbers.decimals(flown.energy_wh, 2),
+        numbers.decimals(flown.energy_wh_per_km, 2),
+        numbers.decimals(flown.mean_power_w, 0),
+        numbers.decimals(flown.margin_wh, 1),
+        " ".join((flown.verdict, *flown.against)),
+    )
+
+
+def _remarks(curve: SpeedCurve) -> list[str]:
+    """Return what has to be known to read the tables."""
+    remarks: list[str] = []
+    if not curve.is_power_over_speed_known:
+        remarks.append(
+            f"{curve.vehicle_name} knows no power over airspeed: only time changes here, "
+            "and neither the best endurance nor the best range can be told"
+        )
+    elif (saved := _saved(curve)) is not None and curve.best_range is not None:
+        speed = f"{numbers.decimals(curve.best_range.speed_m_s, 2)} m/s"
+        share = numbers.percent(saved) if saved >= _WORTH_TELLING else "less than 1 %"
+        remarks.append(f"At {speed} the mission takes {share} less energy than as it stands")
+    if curve.present.fits is None:
+        remarks.append("No battery is known: whether it does at a speed cannot be told")
+    elif curve.fastest_fitting is None:
+        remarks.append("At none of these speeds does the battery do")
+    elif curve.fastest_clear is None:
+        remarks.append("At none of these speeds is the mission a go with room to the fence")
+    if (identified := curve.identified_m_s) is not None:
+        remarks.append(
+            f"The model was identified from {numbers.decimals(identified.low, 1)} to "
+            f"{numbers.speed(identified.high)} through the air; beyond, a speed is a no-go (E105)"
+        )
+    else:
+        remarks.append("The model does not say which speeds it was identified at")
+    return remarks
+
+
+def _saved(curve: SpeedCurve) -> float | None:
+    """Return the share of its energy that the mission would save at its best speed."""
+    best, present = curve.best_range, curve.present
+    if best is None or best.energy_wh is None or not present.energy_wh:
+        return None
+    return 1.0 - best.energy_wh / present.energy_wh

@@ -1,0 +1,82 @@
+"""A mission split into flights that fit, as text and JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.report.finding_text import finding_lines
+from planner.report.json_document import envelope, json_text, value, values
+from planner.report.json_report import figures, finding_document
+from planner.report.plain_text import printable
+from planner.report.table import table_lines
+
+if TYPE_CHECKING:
+    from planner.fixes.split import Split, SplitPart
+    from planner.report.medium import Medium
+
+_PART_KEYS = ("file", "first_item", "last_item", "begins_m", "ends_m", "flown_twice_m")
+
+
+def split_text(split: Split, *, medium: Medium) -> str:
+    """Return a line for each part, and what is other than in the mission."""
+    whole = split.whole.totals
+    flights = numbers.count(len(split.parts), "flight")
+    one = numbers.energy(whole.energy_wh)
+    lines = [f"{printable(split.file)}: {flights} instead of one of {one}", ""]
+    heads = ("", "file", "flies", "time", "energy", "above reserve", "on the way home")
+    rows = [_row(part) for part in split.parts]
+    lines += table_lines([heads, *rows], alignment="<<<>>>>")
+    time_s = sum(part.result.totals.time_s for part in split.parts)
+    energy_wh = sum(part.result.totals.energy_wh for part in split.parts)
+    lines += ["", f"together {numbers.duration(time_s)} and {numbers.energy(energy_wh)}"]
+    if split.findings:
+        lines.append("")
+    for finding in split.findings:
+        lines += finding_lines(finding, file=split.file, medium=medium)
+    return "\n".join(lines) + "\n"
+
+
+def split_json(split: Split, *, version: str) -> str:
+    """Return the parts as a JSON document."""
+    return json_text(
+        envelope(version)
+        | {
+            "file": value(split, "file"),
+            "whole": {"verdict": split.whole.verdict, **figures(split.whole)},
+            "parts": [
+                values(part, _PART_KEYS)
+                | {
+                    "verdict": part.result.verdict,
+                    **figures(part.result),
+                    "findings": [finding_document(finding) for finding in part.result.findings],
+                }
+                for part in split.parts
+            ],
+            "findings": [finding_document(finding) for finding in split.findings],
+        },
+        indent=2,
+    )
+
+
+def _row(part: SplitPart) -> tuple[str, ...]:
+    result = part.result
+    battery, way_home = result.battery, result.way_home
+    return (
+        result.verdict.upper(),
+        printable(part.file),
+        _flown(part),
+        numbers.duration(result.totals.time_s),
+        numbers.energy(result.totals.energy_wh),
+        numbers.energy(None if battery is None else battery.margin_wh),
+        numbers.energy(None if way_home is None else way_home.margin_wh),
+    )
+
+
+def _flown(part: SplitPart) -> str:
+    """Return which items of the mission a part flies: ``items 7 (from 120 m) to 9``."""
+    begins = "" if part.begins_m is None else f" (from {numbers.distance(part.begins_m)})"
+    ends = "" if part.ends_m is None else f" (up to {numbers.distance(part.ends_m)})"
+    if part.first_item == part.last_item:
+        return f"item {part.first_item}{begins}{ends}"
+    return f"items {part.first_item}{begins} to {part.last_item}{ends}"

@@ -1,0 +1,56 @@
+"""``mavjoule compare``."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from planner.cli.main import main
+
+
+def test_the_options_of_b_are_over_those_of_both(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    both = ["--vehicle", "arducopter-sitl-quad", "--wind", "2@0", "--format", "json"]
+    assert main(["compare", mission, *both, "--b", "--wind 8@0 --reserve 30%"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["a"]["battery"]["reserve_fraction"] == 0.2
+    assert document["b"]["battery"]["reserve_fraction"] == 0.3
+    assert document["b"]["vehicle"]["name"] == "arducopter-sitl-quad"
+    assert document["difference"]["energy_wh"] == pytest.approx(
+        document["b"]["totals"]["energy_wh"] - document["a"]["totals"]["energy_wh"]
+    )
+    assert document["difference"]["energy_wh"] > 0.0
+    assert document["b"]["options"] == "--wind 8@0 --reserve 30%"
+
+
+def test_two_vehicles_side_by_side(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        main(["compare", mission, "--battery", "77Wh", "--b", "--vehicle arducopter-sitl-quad"])
+        == 0
+    )
+    said = capsys.readouterr()
+    assert f"B  {mission} --vehicle arducopter-sitl-quad\n" in said.out
+    for name in ("verdict", "time", "energy", "above the reserve", "cruise", "Only in A"):
+        assert f"\n{name} " in said.out or f"\n{name}\n" in said.out
+    assert said.err == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "give B or --b"),
+        (["--b", "--wind fast"], "'fast' is no wind"),
+        (["--b", "--wind '8@270"], "--b: No closing quotation"),
+        (["--b", "--nothing 3"], "--b: No such option"),
+        (["no-such.plan"], "no-such.plan: there is no such file"),
+    ],
+)
+def test_what_cannot_be_compared_is_a_sentence(
+    arguments: list[str], said: str, mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", mission, *arguments]) == 2
+    shown = capsys.readouterr()
+    assert said in shown.err
+    assert shown.out == ""

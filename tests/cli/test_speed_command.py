@@ -1,0 +1,86 @@
+"""``mavjoule speed`` and ``--speed``."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from planner.cli.main import main
+
+
+def test_the_table_marks_the_present_and_the_best_speeds(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["speed", mission, "--vehicle", "arducopter-sitl-quad", "--step", "5"]) == 0
+    said = capsys.readouterr()
+    for name in ("present", "best endurance", "best range", "fastest that fits"):
+        assert f"\n{name} " in said.out
+    assert said.err == ""
+
+
+def test_json_and_csv_hold_the_same_points(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["speed", mission, "--battery", "77Wh", "--from", "4", "--to", "6", "--step", "1"]
+    assert main([*arguments, "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [point["speed_m_s"] for point in document["points"]] == [4.0, 5.0, 6.0]
+    assert document["marks"]["best_range"] is None
+    assert document["is_power_over_speed_known"] is False
+    assert main([*arguments, "--format", "csv"]) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    assert [float(row["energy_wh"]) for row in rows] == [
+        point["energy_wh"] for point in document["points"]
+    ]
+
+
+@pytest.mark.parametrize("wrong", [["--from", "0"], ["--to", "fast"], ["--step", "-1"]])
+def test_a_wrong_speed_is_a_sentence(
+    wrong: list[str], mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["speed", mission, *wrong]) == 2
+    said = capsys.readouterr()
+    assert wrong[1] in said.err
+    assert said.out == ""
+
+
+def test_a_broken_mission_is_unusable(broken: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["speed", broken]) == 2
+    assert capsys.readouterr().err.startswith("mavjoule: broken.plan:1:")
+
+
+def test_a_check_at_another_speed_says_that_the_file_flies_otherwise(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["check", mission, "--battery", "77Wh", "--format", "json"]
+    assert main(arguments) == 0
+    before = json.loads(capsys.readouterr().out)["missions"][0]
+    assert main([*arguments, "--speed", "5"]) == 0
+    after = json.loads(capsys.readouterr().out)["missions"][0]
+    assert after["totals"]["time_s"] > before["totals"]["time_s"]
+    assert "T111" in {finding["code"] for finding in after["findings"]}
+    assert "T111" not in {finding["code"] for finding in before["findings"]}
+
+
+def test_the_speed_can_stand_in_the_configuration_and_the_range_is_looked_at_anyway(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mavjoule.toml").write_text("speed_m_s = 5\n", encoding="utf-8")
+    assert main(["check", mission, "--battery", "77Wh"]) == 0
+    assert "T111" in capsys.readouterr().out
+    assert main(["speed", mission, "--battery", "77Wh"]) == 0
+    assert "\n  9.0  " in capsys.readouterr().out
+
+
+def test_the_curve_is_drawn_where_the_energy_is_known(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["speed", mission, "--step", "5", "--plots", "drawn", "--vehicle"]
+    assert main([*arguments, "arducopter-sitl-quad"]) == 0
+    assert {path.name for path in Path("drawn").iterdir()} == {"speed.svg", "speed.png"}
+    assert main([*arguments, "px4-sih-quad"]) == 0
+    assert "nothing is drawn into drawn" in capsys.readouterr().err

@@ -1,0 +1,80 @@
+"""``mavjoule split``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import planner
+from planner.cli.main import main
+
+ACROSS = """QGC WPL 110
+0\t1\t0\t16\t0\t0\t0\t0\t50.0\t20.0\t200\t1
+1\t0\t3\t22\t0\t0\t0\t0\t50.0\t20.0\t100\t1
+2\t0\t3\t16\t0\t0\t0\t0\t50.01\t20.0\t100\t1
+3\t0\t3\t16\t0\t0\t0\t0\t49.99\t20.0\t100\t1
+4\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1
+"""
+"""1.1 km north, 2.2 km south over home, back."""
+FITS = ["--battery", "15Wh"]
+
+
+@pytest.fixture
+def across() -> str:
+    Path("across.waypoints").write_text(ACROSS, encoding="utf-8")
+    return "across.waypoints"
+
+
+def test_parts_are_written_and_each_is_a_go(
+    across: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", across, *FITS]) == 1
+    assert main(["split", across, *FITS, "-o", "parts", "--format", "json"]) == 0
+    said = capsys.readouterr().out
+    document = json.loads(said[said.index("{") :])
+    names = [part["file"] for part in document["parts"]]
+    assert names == [str(Path("parts", f"part-0{n}.plan")) for n in range(1, len(names) + 1)]
+    assert len(names) > 1
+    assert main(["check", *names, *FITS]) == 0
+    assert all(len(planner.read_mission(name).items) > 2 for name in names)
+
+
+def test_the_table_says_what_each_part_flies(
+    across: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["split", across, *FITS]) == 0
+    said = capsys.readouterr()
+    assert "GO    part" not in said.out
+    assert f"GO  {Path('across-parts', 'part-01.plan')}  item" in said.out
+    assert "parts are written to across-parts" in said.err
+
+
+def test_a_mission_no_leg_of_which_fits_ends_in_1_and_writes_nothing(
+    across: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["split", across, "--battery", "3Wh"]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "not even the shortest flight to item 2 is a go" in said.err
+    assert not Path("across-parts").exists()
+
+
+def test_parts_that_are_there_are_kept(across: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["split", across, *FITS]) == 0
+    assert main(["split", across, *FITS]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert main(["split", across, *FITS, "--force"]) == 0
+
+
+def test_a_broken_mission_is_unusable(broken: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["split", broken]) == 2
+    assert capsys.readouterr().err.startswith("mavjoule: broken.plan:1:")
+
+
+def test_a_speed_is_written_into_the_parts(across: str) -> None:
+    assert main(["split", across, "--battery", "17Wh", "--speed", "8"]) == 0
+    for name in Path("across-parts").iterdir():
+        commanded = [one.param2 for one in planner.read_mission(name).items if one.command == 178]
+        assert commanded == [8.0]
