@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from planner.link.simulated.wire import Passed
 
 _AUTOPILOTS = {"px4": Autopilot.PX4, "arducopter": Autopilot.ARDUPILOT}
+_RETRY_S = 10.0
+"""A pilot who may not arm tries again after this. [s]"""
 _NO_SETTINGS = frozenset(
     {"autopilot", "clearance_m", "profile", "reserve", "reaction_time_s", "position_error_m"}
     | {"risk", "select", "extend_select", "ignore", "baseline", "fail_on"}
@@ -59,7 +61,8 @@ _SETTINGS = tuple(
     "--arm-after",
     type=click.FloatRange(min=0.0),
     metavar="S",
-    help="fly the mission after so many seconds, if it may [default: it stays on the ground]",
+    help="fly the mission after so many seconds, and try again as long as it may not [default: it "
+    "stays on the ground]",
 )
 @click.option(
     "--authoriser",
@@ -135,7 +138,7 @@ def command(
         wire.on_message = _tell
         _introduce(vehicle, mission, address)
         if arm_after is not None:
-            vehicle.arm_at(time.monotonic() + arm_after)
+            vehicle.arm_at(time.monotonic() + arm_after, retry_s=max(arm_after, _RETRY_S))
         runner.run()
     finally:
         runner.close()

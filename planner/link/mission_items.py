@@ -32,7 +32,7 @@ _SCALE = 1e7
 """Degrees in MISSION_ITEM_INT."""
 _NO_PLACE = frozenset({2**31 - 1, -(2**31)})
 """What a value that is not a number becomes as a 32-bit one."""
-_UNSET_YAW = frozenset(
+UNSET_YAW = frozenset(
     {
         *(Command.NAV_WAYPOINT, Command.NAV_LOITER_UNLIM, Command.NAV_LAND, Command.NAV_TAKEOFF),
         *(Command.NAV_ARC_WAYPOINT, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND),
@@ -188,7 +188,7 @@ def wire_item(
     param1 = item.param1
     if item.command == Command.DO_JUMP and param1 is not None and not identity.has_home_slot:
         param1 -= 1.0
-    unset_yaw = math.nan if not is_ardupilot or item.command in _UNSET_YAW else 0.0
+    unset_yaw = math.nan if not is_ardupilot or item.command in UNSET_YAW else 0.0
     unset = 0.0 if is_ardupilot else math.nan
     is_scaled = _is_scaled(item.command, item.frame)
     place: list[int] = []

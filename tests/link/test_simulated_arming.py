@@ -101,3 +101,13 @@ def test_without_a_mission_it_does_not_arm() -> None:
     bench.vehicle.arm_at(bench.now_s)
     assert "Arming denied: no mission that can be flown" in texts(bench.wait(0.1))
     assert not bench.vehicle.is_flying
+
+
+def test_it_tries_again_until_it_may_and_then_no_more() -> None:
+    bench = Bench(Autopilot.PX4, authoriser=AUTHORISER)
+    bench.vehicle.arm_at(bench.now_s, retry_s=5.0)
+    # Asked at 0, 5 and 10 s; each time nobody answers for 2 s.
+    assert len(named("COMMAND_LONG", bench.wait(10.0))) == 3
+    _answer(bench, ACCEPTED)
+    assert bench.vehicle.is_flying
+    assert named("COMMAND_LONG", bench.wait(20.0)) == []

@@ -299,3 +299,26 @@ def test_a_count_may_be_wrong() -> None:
     right = _one(Bench(PX4).send("MISSION_REQUEST_LIST", mission_type=0))["count"]
     wrong = _one(Bench(PX4, "count=+3").send("MISSION_REQUEST_LIST", mission_type=0))["count"]
     assert wrong == right + 3
+
+
+def test_a_long_objection_comes_in_chunks_of_one_text() -> None:
+    objection = "Mission rejected: " + "much too far away from home; " * 4
+    chunks = named("STATUSTEXT", _upload(Bench(PX4, f"reject={objection}"), [TAKEOFF, ITEM]))
+    assert len(chunks) == 3  # 134 bytes, 50 in each
+    assert "".join(chunk["text"] for chunk in chunks) == objection.strip()
+    assert [chunk["chunk_seq"] for chunk in chunks] == [0, 1, 2]
+    assert len({chunk["id"] for chunk in chunks} | {0}) == 2
+
+
+@pytest.mark.parametrize("place", [float("nan"), float("inf"), 1e30])
+def test_a_place_that_is_none_is_refused(place: float) -> None:
+    bench = Bench(PX4)
+    before = _held(bench)
+    ack = _upload(bench, [{**TAKEOFF, "x": place, "y": 8.0}], name="MISSION_ITEM")[-1]
+    assert ack["type"] == MissionResult.INVALID_PARAM5_X
+    assert _held(bench) == before
+
+
+def test_ardupilot_refuses_a_value_that_is_no_number() -> None:
+    ack = _upload(Bench(ARDUPILOT), [ITEM, {**ITEM, "param2": float("nan")}])[-1]
+    assert ack["type"] == MissionResult.INVALID_PARAM2

@@ -179,11 +179,10 @@ def test_mavsdk_authorises_arming_or_does_not(*, is_accepted: bool, text: str) -
         server.destroy()
 
 
-@BOTH
-def test_a_ground_station_hangs_up_and_comes_again_over_tcp(autopilot: Autopilot) -> None:
+def test_a_ground_station_hangs_up_and_comes_again_over_tcp() -> None:
     port, address = _tcp()
     here = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
-    with _simulated(autopilot, address) as made:
+    with _simulated(PX4, address) as made:
         for _ in range(2):
             link = open_vehicle(here)
             items = link.fetch_items(MissionKind.MISSION)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
@@ -10,6 +10,8 @@ from planner.link.message import message
 from planner.link.simulated.server import NEVER_S
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.link.message import Message
     from planner.link.simulated.setup import VehicleSetup
 
@@ -31,29 +33,26 @@ class LogServer:
     def __init__(self, setup: VehicleSetup) -> None:
         self._logs = setup.logs
         self._first_id = int(setup.autopilot is Autopilot.ARDUPILOT)
-        self._waiting: deque[Message] = deque()
+        self._waiting: Iterator[Message] = iter(())
         self.deadline_s = NEVER_S
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of any kind, and return the answers."""
         match received.name:
             case "LOG_REQUEST_LIST":
-                self._waiting = deque(self._entries(received["start"], received["end"]))
+                self._waiting = iter(self._entries(received["start"], received["end"]))
             case "LOG_REQUEST_DATA":
-                self._waiting = deque(
-                    self._pieces(received["id"], received["ofs"], received["count"])
-                )
+                self._waiting = self._pieces(received["id"], received["ofs"], received["count"])
             case "LOG_REQUEST_END":
-                self._waiting.clear()
+                self._waiting = iter(())
             case _:
                 return ()
         return self.expire(now_s)
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
         """Send the next few."""
-        count = min(_AT_ONCE, len(self._waiting))
-        sent = tuple(self._waiting.popleft() for _ in range(count))
-        self.deadline_s = now_s + _PAUSE_S if self._waiting else NEVER_S
+        sent = tuple(islice(self._waiting, _AT_ONCE))
+        self.deadline_s = now_s + _PAUSE_S if len(sent) == _AT_ONCE else NEVER_S
         return sent
 
     def _entries(self, start: int, end: int) -> list[Message]:
@@ -74,19 +73,19 @@ class LogServer:
             if start <= first + index <= end
         ]
 
-    def _pieces(self, number: int, offset: int, count: int) -> list[Message]:
+    def _pieces(self, number: int, offset: int, count: int) -> Iterator[Message]:
         index = number - self._first_id
         if not 0 <= index < len(self._logs):
-            return []
+            return
         content = self._logs[index].content
         end = min(offset + count, len(content))
-        pieces = []
+        last = _CHUNK
         for start in range(offset, end, _CHUNK):
             data = content[start : min(start + _CHUNK, end)]
-            pieces.append(_data(number, start, data))
-        if offset + count > len(content) and not (pieces and len(content) % _CHUNK):
-            pieces.append(_data(number, max(offset, len(content)), b""))  # that is the end
-        return pieces
+            last = len(data)
+            yield _data(number, start, data)
+        if offset + count > len(content) and last == _CHUNK:
+            yield _data(number, max(offset, len(content)), b"")  # that is the end
 
 
 def _data(number: int, offset: int, data: bytes) -> Message:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _EVERY_KIND = 255
 _ITEM_FIELDS = tuple(each.name for each in fields(WireItem))
 _SCALE = 1e7
+_LARGEST_INT = 2**31 - 1
 
 
 @frozen
@@ -233,17 +234,26 @@ class MissionServer:
                 return ()  # it was asked for again, or will be
             return (self._ack(received, MissionResult.INVALID_SEQUENCE, kind),)
         item = _wire_item(received)
-        setup = self._setup
-        is_home = not self._is_px4 and kind is MissionKind.MISSION and upload.next == 0
-        refused = None if is_home else refusal(item, kind, setup.autopilot, setup.version[:2])
-        if refused is not None:
+        is_home = self._is_written_at_once(kind) and upload.next == 0
+        refused = self._refusal(item, kind, is_home=is_home)
+        if item is None or refused is not MissionResult.ACCEPTED:
             self._upload = None
             self.deadline_s = NEVER_S
             return (self._ack(received, refused, kind),)
         upload.last_item_s = now_s
-        self._keep(upload, stored_item(item, kind, setup.autopilot), is_home=is_home)
+        self._keep(upload, stored_item(item, kind, self._setup.autopilot), is_home=is_home)
         upload.next += 1
         return (self._request(now_s),) if upload.next < upload.end else self._end_upload(received)
+
+    def _refusal(self, item: WireItem | None, kind: MissionKind, *, is_home: bool) -> MissionResult:
+        """Return what is said of an item; what ArduPilot is sent as its home, it does not use."""
+        setup = self._setup
+        if item is None:
+            return MissionResult.INVALID_PARAM5_X
+        if is_home:
+            return MissionResult.ACCEPTED
+        found = refusal(item, kind, setup.autopilot, setup.version[:2])
+        return MissionResult.ACCEPTED if found is None else found
 
     def _end_upload(self, received: Message) -> tuple[Message, ...]:
         """Put the list that has come in its place."""
@@ -313,10 +323,14 @@ def _is_scaled(item: WireItem) -> bool:
     return item.frame != Frame.MISSION and has_location(item.command)
 
 
-def _wire_item(received: Message) -> WireItem:
+def _wire_item(received: Message) -> WireItem | None:
+    """Return the item of a message; ``None`` where its place is none."""
     values = {name: received[name] for name in _ITEM_FIELDS}
     item = WireItem(**values)
     if received.name == "MISSION_ITEM_INT":
         return item
     scale = _SCALE if _is_scaled(item) else 1.0
-    return replace(item, x=round(item.x * scale), y=round(item.y * scale))
+    scaled = (item.x * scale, item.y * scale)
+    if not all(abs(value) < _LARGEST_INT for value in scaled):  # nor is NaN
+        return None
+    return replace(item, x=round(scaled[0]), y=round(scaled[1]))

@@ -103,9 +103,22 @@ class VehicleSetup:
         return identity_of(self.autopilot, self.system, self.version)
 
     def text(self, severity: int, text: str) -> Message:
-        """Return a STATUSTEXT; more than 50 bytes are cut, as the message has no room for them."""
-        assert len(text.encode()) <= _LONGEST_TEXT, text
-        return message("STATUSTEXT", severity=severity, text=text)
+        """Return a STATUSTEXT of at most 50 bytes, which is all that one has room for."""
+        return self.texts(severity, text)[0]
+
+    def texts(self, severity: int, text: str) -> tuple[Message, ...]:
+        """Return a text of any length, in as many chunks as it takes."""
+        content = text.encode("ascii", errors="replace").decode()
+        chunks = [
+            content[start : start + _LONGEST_TEXT]
+            for start in range(0, max(len(content), 1), _LONGEST_TEXT)
+        ]
+        # The same number makes one text of several chunks; 0 says that there is only one.
+        number = 0 if len(chunks) == 1 else zlib.crc32(text.encode()) % 65_535 + 1
+        return tuple(
+            message("STATUSTEXT", severity=severity, text=chunk, id=number, chunk_seq=sequence)
+            for sequence, chunk in enumerate(chunks)
+        )
 
 
 def identity_of(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
+from planner.link.mission_items import UNSET_YAW
 from planner.link.mission_kind import MissionKind, MissionResult
 from planner.mission.ardupilot_storage import stored_hold_s, stored_radius_m, stored_turns
 from planner.mission.command_support import Support, support
@@ -42,6 +44,8 @@ def refusal(
     item: WireItem, kind: MissionKind, autopilot: Autopilot, version: Version
 ) -> MissionResult | None:
     """Return with what an autopilot refuses an item at upload; ``None`` if it takes it."""
+    if autopilot is Autopilot.ARDUPILOT and (wrong := _no_number(item)) is not None:
+        return wrong
     if kind is MissionKind.FENCE:
         return None if item.command in FENCE_COMMANDS else MissionResult.UNSUPPORTED
     if kind is MissionKind.RALLY:
@@ -51,6 +55,18 @@ def refusal(
         return MissionResult.UNSUPPORTED_FRAME
     known = support(item.command, autopilot, frame=item.frame, version=version)
     return MissionResult.UNSUPPORTED if known is Support.REFUSED else None
+
+
+def _no_number(item: WireItem) -> MissionResult | None:
+    """Return which value of an item is no number, as ArduPilot minds (sanity_check_params)."""
+    values = {
+        MissionResult.INVALID_PARAM1: item.param1,
+        MissionResult.INVALID_PARAM2: item.param2,
+        MissionResult.INVALID_PARAM3: item.param3,
+        MissionResult.INVALID_PARAM4: 0.0 if item.command in UNSET_YAW else item.param4,
+        MissionResult.INVALID_PARAM7: item.z,
+    }
+    return next((wrong for wrong, value in values.items() if not math.isfinite(value)), None)
 
 
 def stored_item(item: WireItem, kind: MissionKind, autopilot: Autopilot) -> WireItem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import TYPE_CHECKING
 
@@ -109,7 +110,7 @@ class TelemetryServer:
             case command if command == REQUEST_AUTOPILOT_CAPABILITIES:
                 sent = make_telemetry("AUTOPILOT_VERSION", self._situation(now_s))
             case command if command == REQUEST_MESSAGE:
-                name = _NAMES.get(round(received["param1"]), "")
+                name = _asked_name(received)
                 sent = make_telemetry(name, self._situation(now_s))
                 result = _UNSUPPORTED if sent is None else _ACCEPTED
             case command if command == SET_MESSAGE_INTERVAL:
@@ -120,10 +121,12 @@ class TelemetryServer:
         return (ack,) if sent is None else (ack, sent)
 
     def _set_interval(self, received: Message, now_s: float) -> int:
-        name = _NAMES.get(round(received["param1"]), "")
+        name = _asked_name(received)
         if not name:
             return _UNSUPPORTED
         interval_us = received["param2"]
+        if not math.isfinite(interval_us):
+            return _DENIED
         self._intervals_s.pop(name, None)
         self._due_s.pop(name, None)
         if interval_us == 0:
@@ -132,3 +135,9 @@ class TelemetryServer:
             self._intervals_s[name] = max(interval_us / 1e6, _FASTEST_S)
             self._due_s[name] = now_s
         return _ACCEPTED
+
+
+def _asked_name(received: Message) -> str:
+    """Return the name of the message whose number is the first parameter; empty for none."""
+    number = received["param1"]
+    return _NAMES.get(round(number), "") if math.isfinite(number) else ""

@@ -63,6 +63,7 @@ class SimulatedVehicle:
         self._took_off_s: float | None = None
         self._is_complete = False
         self._arm_at_s = NEVER_S
+        self._retry_s: float | None = None
         self._partners: set[int] = set()
         self._item = 0
         self.setup = setup
@@ -99,9 +100,18 @@ class SimulatedVehicle:
             lists, self.setup.identity, home=self.setup.home, source="simulated vehicle"
         )
 
-    def arm_at(self, time_s: float) -> None:
-        """Have it try to arm at a time of the clock, and fly its mission if it may. [s]"""
+    def arm_at(self, time_s: float, *, retry_s: float | None = None) -> None:
+        """Have it try to arm, and fly its mission if it may.
+
+        Parameters
+        ----------
+        time_s : float
+            When, by the clock. [s]
+        retry_s : float, optional
+            After what time it tries again, as long as it did not arm; default never. [s]
+        """
         self._arm_at_s = time_s
+        self._retry_s = retry_s
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message, and return what is sent for it."""
@@ -129,7 +139,7 @@ class SimulatedVehicle:
             self._began_s = now_s
             sent.append(self.setup.text(_WARNING, INTRODUCTION))
         if self._arm_at_s <= now_s:
-            self._arm_at_s = NEVER_S
+            self._arm_at_s = NEVER_S if self._retry_s is None else now_s + self._retry_s
             sent += self._try_to_arm(now_s)
         for server in self._servers:
             if server.deadline_s <= now_s:
@@ -161,7 +171,7 @@ class SimulatedVehicle:
     def _objections(self) -> tuple[Message, ...]:
         items = self.missions.lists[MissionKind.MISSION][self.setup.first_item :]
         why = rejection(items, self.setup) if items else ""
-        return (self.setup.text(_CRITICAL, why),) if why else ()
+        return self.setup.texts(_CRITICAL, why) if why else ()
 
     def _prediction(self) -> FlownMission | None:
         """Return the flight of the mission it holds, predicted once."""
@@ -186,6 +196,7 @@ class SimulatedVehicle:
         if self.arming.state is not ArmingState.ARMED:
             return ()
         if self._took_off_s is None:
+            self._arm_at_s = NEVER_S
             self._took_off_s = now_s
             self._is_complete = False
             self._item = 0
