@@ -48,6 +48,8 @@ class Connection:
         What may be sent.
     system : int, optional
         System id of the vehicle; default the only one on the line.
+    own_system : int
+        System id of this program.
     """
 
     def __init__(
@@ -58,10 +60,12 @@ class Connection:
         settings: LinkSettings,
         purpose: Purpose = Purpose.READ,
         system: int | None = None,
+        own_system: int = OWN_SYSTEM,
     ) -> None:
         self._line = line
         self._settings = settings
-        self._encoder = Codec(OWN_SYSTEM, OWN_COMPONENT)
+        self.own_system = own_system
+        self._encoder = Codec(own_system, OWN_COMPONENT)
         self._decoders: dict[Hashable, Codec] = {}
         self._next_heartbeat_s = line.now_s()
         self._watch = HeartbeatWatch(system)
@@ -191,7 +195,7 @@ class Connection:
             if self.on_frame is not None:
                 self.on_frame(data)
             if peer not in self._decoders:  # frames of two senders may be interleaved
-                self._decoders[peer] = Codec(OWN_SYSTEM, OWN_COMPONENT)
+                self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT)
             for received in self._decoders[peer].decode(data):
                 self._watch.take(received, peer, self.now_s)
                 if self._is_ours(received):
@@ -214,7 +218,7 @@ class Connection:
             self._vehicle.component,
         ):
             return False
-        return received.fields.get("target_system", 0) in {0, OWN_SYSTEM}
+        return received.fields.get("target_system", 0) in {0, self.own_system}
 
     def _send_heartbeat(self) -> None:
         self.send(

@@ -7,11 +7,10 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from planner.errors import LinkError
+from planner.errors import LinkError, MavjouleError
 from planner.flight.progress import MeasuredPlace
 from planner.frozen import frozen
 from planner.link.authorisation import acknowledgement_fields, arming_settings
-from planner.link.connection import OWN_SYSTEM
 from planner.link.energy_left import BatteryReading
 from planner.link.energy_watch import EnergyWatch
 from planner.link.guard import Guard
@@ -29,7 +28,7 @@ from planner.link.guarding import (
     Status,
     Unread,
 )
-from planner.link.judgement import Verdict
+from planner.link.judgement import Verdict, unknown_judgement
 from planner.link.message import message
 from planner.link.message_request import REQUEST_MESSAGE
 from planner.link.mission_items import mission_of_lists
@@ -157,7 +156,7 @@ class GuardSession:
         self._checking: _Checking | None = None
         self._lost_after_s = lost_after_s
         self._warn_before_s = warn_before_s
-        self._watch = VehicleWatch(link.identity.system, own_system=OWN_SYSTEM)
+        self._watch = VehicleWatch(link.identity, own_system=self._connection.own_system)
         now_s = self._connection.now_s
         self._guard = Guard(settings, now_s=now_s)
         self._work: deque[ReadParts | CheckVehicle] = deque()
@@ -222,7 +221,7 @@ class GuardSession:
             case "HOME_POSITION" | "GLOBAL_POSITION_INT":
                 return self._watch.take_home(state)
             case "BATTERY_STATUS" | "SYS_STATUS":
-                return self._watch.take_charge(state)
+                return self._watch.take_charge(received)
         return ()
 
     def _take_turn(self) -> None:
@@ -291,7 +290,7 @@ class GuardSession:
     def _set_arming(self) -> None:
         is_bytewise = self._link.identity.is_bytewise
         numbers = {one.name: one.number(is_bytewise=is_bytewise) for one in self._watch.parameters}
-        arming = arming_settings(numbers, authoriser=OWN_SYSTEM)
+        arming = arming_settings(numbers, authoriser=self._connection.own_system)
         if arming != self._arming:
             self._arming = arming
             view = self._guard.view(self._connection.now_s)
@@ -316,13 +315,18 @@ class GuardSession:
             for part, fingerprint in watch.fingerprints.items()
             if part in self._settings.needed
         }
+        try:
+            mission = mission_of_lists(
+                watch.lists, identity, home=watch.home, source=self._connection.name
+            )
+        except MavjouleError as error:
+            self._take_judgement(checked, unknown_judgement(str(error)), None)
+            return
         snapshot = VehicleSnapshot(
             address=self._connection.name,
             identity=identity,
             state=_with_charge(state, watch),
-            mission=mission_of_lists(
-                watch.lists, identity, home=watch.home, source=self._connection.name
-            ),
+            mission=mission,
             parameters=watch.parameters,
         )
         if self._executor is None:

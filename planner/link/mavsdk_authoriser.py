@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import LinkError, UsageError
 from planner.link.authorisation import ArmRequest
-from planner.link.connection import OWN_COMPONENT, OWN_SYSTEM
+from planner.link.connection import OWN_COMPONENT
 
 if TYPE_CHECKING:
     from planner.link.authorisation import ArmAnswer
@@ -44,7 +44,11 @@ class MavsdkAuthoriser:
         self._plugin: Any = plugin.arm_authorizer_server
         self._asked: queue.SimpleQueue[int] = queue.SimpleQueue()
         self._number = 0
-        configuration = mavsdk.Configuration.create_manual(OWN_SYSTEM, OWN_COMPONENT, False)  # noqa: FBT003 - MAVSDK's own
+        configuration = mavsdk.Configuration.create_manual(
+            connection.own_system,
+            OWN_COMPONENT,
+            False,  # noqa: FBT003 - MAVSDK's own; heartbeats are the connection's
+        )
         self._mavsdk = mavsdk.Mavsdk(configuration)
         self._mavsdk.add_any_connection("raw://")
         self._mavsdk.subscribe_raw_bytes_to_be_sent(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.link.connection import Connection
+from planner.link.connection import OWN_SYSTEM, Connection
 from planner.link.heartbeats import uid_text
 from planner.link.line import open_line
 from planner.link.message_request import MessageRequest
@@ -55,6 +55,8 @@ class PymavlinkLink:
         What may be sent.
     system : int, optional
         System id of the vehicle; default the only one on the line.
+    own_system : int
+        System id of this program.
     on_progress : callable
         Told what is being exchanged, how much of it is done, and of how much.
 
@@ -72,12 +74,18 @@ class PymavlinkLink:
         settings: LinkSettings | None = None,
         purpose: Purpose = Purpose.READ,
         system: int | None = None,
+        own_system: int = OWN_SYSTEM,
         on_progress: OnProgress = lambda *_: None,
     ) -> None:
         self._settings = settings or LinkSettings()
         self._on_progress = on_progress
         self.connection = Connection(
-            line, name=name, settings=self._settings, purpose=purpose, system=system
+            line,
+            name=name,
+            settings=self._settings,
+            purpose=purpose,
+            system=system,
+            own_system=own_system,
         )
         try:
             self.connection.wait_for_vehicle()
@@ -194,6 +202,7 @@ def open_vehicle(
     settings: LinkSettings | None = None,
     purpose: Purpose = Purpose.READ,
     system: int | None = None,
+    own_system: int = OWN_SYSTEM,
     on_progress: OnProgress = lambda *_: None,
 ) -> PymavlinkLink:
     """Return the vehicle at an address, once it was heard.
@@ -211,5 +220,6 @@ def open_vehicle(
         settings=settings,
         purpose=purpose,
         system=system,
+        own_system=own_system,
         on_progress=on_progress,
     )

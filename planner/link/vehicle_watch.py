@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.link.message import Message
     from planner.link.mission_transfer import WireItem
     from planner.link.parameter_transfer import WireParameter
-    from planner.link.vehicle import VehicleState
+    from planner.link.vehicle import VehicleIdentity, VehicleState
 
 KINDS = {
     Part.MISSION: MissionKind.MISSION,
@@ -25,8 +25,6 @@ KINDS = {
 }
 _PARTS = {kind: part for part, kind in KINDS.items()}
 _ACCEPTED = 0
-_NOT_TOLD = 65_535
-"""Number of items of a vehicle that does not tell it."""
 _COUNTERS = ("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK", "BARO")
 """Beginnings of parameters that autopilots set themselves, in which no flight differs."""
 _METRES_PER_DEGREE = 111_320.0
@@ -41,16 +39,19 @@ class VehicleWatch:
 
     Parameters
     ----------
-    system : int
-        System id of the vehicle.
+    identity : VehicleIdentity
+        Whose messages.
     own_system : int
         Of this program.
     """
 
-    def __init__(self, system: int, *, own_system: int) -> None:
-        self._system = system
+    def __init__(self, identity: VehicleIdentity, *, own_system: int) -> None:
+        self._identity = identity
+        self._system = identity.system
         self._own_system = own_system
         self._requests = 0
+        self._total: int | None = None
+        self._charges: dict[str, float] = {}
         self.lists: dict[MissionKind, tuple[WireItem, ...] | None] = {}
         self.parameters: tuple[WireParameter, ...] = ()
         self._content_of: dict[str, bytes] = {}
@@ -64,6 +65,8 @@ class VehicleWatch:
     def take_list(self, kind: MissionKind, items: tuple[WireItem, ...] | None) -> Read:
         """Keep a list that was read."""
         self.lists[kind] = items
+        if kind is MissionKind.MISSION and self._identity.has_home_slot and items:
+            items = items[1:]  # home is a part of its own, and moves
         return self._read(_PARTS[kind], repr(items))
 
     def take_parameters(self, parameters: tuple[WireParameter, ...]) -> Read:
@@ -86,14 +89,15 @@ class VehicleWatch:
             self.home = home
         return (self._read(Part.HOME, repr(self.home)),)
 
-    def take_charge(self, state: VehicleState) -> tuple[Event, ...]:
-        """Keep the charge that the vehicle tells now."""
-        told = None if state.battery is None else state.battery.remaining_fraction
-        if told is None:
+    def take_charge(self, received: Message) -> tuple[Event, ...]:
+        """Keep the charge that a SYS_STATUS or the first battery's BATTERY_STATUS tells."""
+        percent = received["battery_remaining"]
+        if received.fields.get("id", 0) != 0 or not 0 <= percent <= 100:
             return ()
+        self._charges[received.name] = percent / 100.0
         # In the air the charge at the start is what the check is about.
-        if self.charge is None or not state.is_armed:
-            self.charge = told
+        if self.charge is None or not self.is_armed:
+            self.charge = min(self._charges.values())
         return (self._read(Part.BATTERY, repr(self.charge)),)
 
     def events(self, received: Message) -> tuple[Event, ...]:
@@ -138,10 +142,10 @@ class VehicleWatch:
         return ()
 
     def _counted(self, received: Message) -> tuple[Event, ...]:
-        items = self.lists.get(MissionKind.MISSION)
-        total = received.fields.get("total", 0)
-        # 0 stands for a vehicle that does not tell; PX4 counts items, ArduPilot its home not.
-        if not items or not total or total in {len(items), len(items) - 1, _NOT_TOLD}:
+        """Return what another number of items than before means; autopilots count differently."""
+        total, before = received.fields.get("total", 0), self._total
+        self._total = total
+        if before is None or total == before:
             return ()
         return (Changed(part=Part.MISSION, why=f"MISSION_CURRENT tells of {total} items"),)
 

@@ -75,6 +75,7 @@ class FakeConnection:
     """What MAVSDK reads along on."""
 
     def __init__(self) -> None:
+        self.own_system = 245
         self.vehicle = Heard(system=1, component=1, autopilot=12, vehicle_type=2)
         self.on_frame: Callable[[bytes], None] | None = None
         self.gate = Gate(Purpose.GUARD)

@@ -13,6 +13,7 @@ from planner.autopilot import Autopilot
 from planner.errors import LinkError
 from planner.link.guard_session import GuardSession, GuardStatus
 from planner.link.guarding import Decision, GuardSettings
+from planner.link.message import message
 from planner.link.mission_kind import MissionKind
 from planner.link.outgoing import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
@@ -128,6 +129,15 @@ def test_a_parameter_set_just_before_arming_is_what_is_judged() -> None:
     run = guard(vehicle, until_s=35.0)
     assert run.checks == 2
     assert vehicle.results() == [ACCEPTED]
+
+
+def test_the_lower_of_two_charges_counts() -> None:
+    def disagree(vehicle: GuardedVehicle) -> None:
+        vehicle.outbox.append(message("SYS_STATUS", battery_remaining=21))
+
+    vehicle = guarded(script=at(20.0, disagree) + at(22.0, GuardedVehicle.ask))
+    guard(vehicle, until_s=25.0)
+    assert vehicle.results() == [DENIED]
 
 
 def test_an_empty_battery_is_no_go_once_it_is_told() -> None:

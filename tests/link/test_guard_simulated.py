@@ -60,9 +60,10 @@ def guard(
     arm_at_s: tuple[float, ...] = (),
     check: CheckRequest = CHECK,
     speed_up: float = 1.0,
+    own_system: int = 245,
 ) -> Run:
     """Guard a simulated vehicle that tries to arm at times."""
-    authoriser = 245 if autopilot is Autopilot.PX4 else None
+    authoriser = own_system if autopilot is Autopilot.PX4 else None
     line = memory_line(autopilot, faults, authoriser=authoriser, speed_up=speed_up)
     vehicle = line._wire.vehicle
     run = Run(line, vehicle)
@@ -77,7 +78,9 @@ def guard(
             raise OverError
 
     settings = LinkSettings()
-    link = PymavlinkLink(line, name="simulated", settings=settings, purpose=Purpose.GUARD)
+    link = PymavlinkLink(
+        line, name="simulated", settings=settings, purpose=Purpose.GUARD, own_system=own_system
+    )
     session = GuardSession(
         link,
         GuardSettings(),
@@ -103,6 +106,12 @@ def test_px4_flies_once_it_is_let_and_its_energy_is_followed_to_the_end() -> Non
     assert not run.decided("energy")
     assert not run.decided("withdrawn")
     assert not run.vehicle.acts
+
+
+def test_a_guard_may_have_the_system_id_that_the_vehicle_asks() -> None:
+    run = guard(Autopilot.PX4, until_s=30.0, arm_at_s=(20.0,), own_system=10)
+    assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
+    assert {one.message.system for one in run.passed if one.is_to_vehicle} == {10}
 
 
 def test_px4_that_is_no_go_is_denied_and_stays_on_the_ground() -> None:
