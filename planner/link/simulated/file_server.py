@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.errors import UsageError
 from planner.link.codec import Codec
 
 if TYPE_CHECKING:
@@ -35,11 +36,23 @@ class FileServer:
         Whose they are.
     logs : sequence of VehicleLog
         Written to a folder of their own, which goes when this is closed.
+
+    Raises
+    ------
+    UsageError
+        If MAVSDK is not installed.
     """
 
     def __init__(self, system: int, component: int, logs: Sequence[VehicleLog]) -> None:
-        import mavsdk
-        from mavsdk.plugins.ftp_server import FtpServer
+        try:
+            import mavsdk
+            from mavsdk.plugins.ftp_server import FtpServer
+        except ImportError as error:
+            msg = (
+                "MAVSDK 4 is missing, which serves the files of a simulated vehicle: install it with "
+                "pip install 'mavjoule[link]'"
+            )
+            raise UsageError(msg) from error
 
         self._folder = tempfile.TemporaryDirectory(prefix="mavjoule-")
         root = Path(self._folder.name)
