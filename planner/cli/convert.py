@@ -7,7 +7,9 @@ from pathlib import Path
 import click
 
 from planner import service
+from planner.cli.options import SettingType
 from planner.cli.output import narrate, refuse_overwriting
+from planner.cli.settings import SETTINGS
 from planner.errors import UsageError
 from planner.report.finding_text import finding_lines
 from planner.report.medium import Medium
@@ -17,7 +19,14 @@ from planner.report.medium import Medium
 @click.argument("source", metavar="IN")
 @click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="write over OUT where there is such a file already")
-def command(*, source: str, target: Path, force: bool) -> None:
+@click.option(
+    "--speed",
+    "speed_m_s",
+    metavar="M_S",
+    type=SettingType(SETTINGS["speed_m_s"]),
+    help="command this ground speed for every level leg",
+)
+def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) -> None:
     """Write a mission in another file format.
 
     IN is a QGroundControl plan, an older JSON mission or a QGC WPL file, or - for standard input.
@@ -28,7 +37,7 @@ def command(*, source: str, target: Path, force: bool) -> None:
     if target.exists() and not force:
         msg = f"{target} exists already: give another file to write to, or --force"
         raise UsageError(msg)
-    result = service.convert_file(source, target)
+    result = service.convert_file(source, target, speed_m_s=speed_m_s)
     for file, findings in ((result.file, result.findings), (result.target, result.losses)):
         for finding in findings:
             for line in finding_lines(finding, file=file, medium=Medium()):

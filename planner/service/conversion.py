@@ -27,19 +27,27 @@ class ConversionResult:
     """What the target does not hold, and what reading it brings to light."""
 
 
-def convert_file(source: Path | str, target: Path | str) -> ConversionResult:
+def convert_file(
+    source: Path | str, target: Path | str, *, speed_m_s: float | None = None
+) -> ConversionResult:
     """Read a mission and write it in the format that the target's suffix names.
+
+    ``speed_m_s`` is commanded for every level leg; by default the speeds stay as they are. [m s⁻¹]
 
     Raises
     ------
     MissionFileError
         If the mission cannot be read.
     UsageError
-        If the suffix names no format.
+        If the suffix names no format, or nothing flies at the speed.
     OutputError
         If the format cannot hold the mission, or the file cannot be written.
     """
     mission = read_mission(source)
+    if speed_m_s is not None:
+        from planner.mission.one_speed import mission_at_speed
+
+        mission = mission_at_speed(mission, speed_m_s)
     return ConversionResult(
         file=mission.source,
         target=str(target),

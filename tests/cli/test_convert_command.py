@@ -57,3 +57,16 @@ def test_a_file_that_exists_is_written_over_only_by_force(
     assert Path("there.plan").read_text(encoding="utf-8") == "mine"
     assert main(["convert", "--force", mission, "there.plan"]) == 0
     assert len(planner.read_mission("there.plan").items) == 3
+
+
+def test_a_mission_is_written_with_another_speed_and_flies_as_checked_with_it(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["convert", mission, "slow.waypoints", "--speed", "6"]) == 0
+    vehicle = planner.load_vehicle("falkowski-2023-quadrotor")
+    asked = planner.check(planner.read_mission(mission), vehicle, speed_m_s=6.0)
+    written = planner.check(planner.read_mission("slow.waypoints"), vehicle)
+    assert written.totals == asked.totals
+    capsys.readouterr()
+    assert main(["convert", mission, "none.plan", "--speed", "0"]) == 2
+    assert "out of range" in capsys.readouterr().err
