@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 from planner import numbers
 from planner.findings import Severity
 from planner.frozen import frozen
 from planner.report.finding_text import said
 from planner.report.plain_text import printable
 from planner.service import CheckResult
+from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy.typing as npt
+
     from planner.findings import Finding
     from planner.flight.segment import ItemArrival, Segment
     from planner.service import UnreadableMission
+
+    FloatArray = npt.NDArray[np.float64]
 
 MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
 """Signs of severities, so that colour is never needed."""
@@ -81,20 +88,11 @@ class FindingRows:
 
 @frozen(eq=False)
 class SegmentRows:
-    """The segments of a flight; heights are changes, ``stop`` is the distance to stand still."""
+    """The segments of a flight; climbs are changes of height, ``stop`` is to stand still."""
 
     segments: Sequence[Segment]
-    columns: tuple[Column, ...] = (
-        Column(head="item", width=5),
-        Column(head="state", width=10, is_right=False),
-        Column(head="start s", width=8),
-        Column(head="time s", width=7),
-        Column(head="dist m", width=8),
-        Column(head="climb m", width=7),
-        Column(head="m/s", width=5),
-        Column(head="Wh", width=7),
-        Column(head="stop m", width=6),
-    )
+    columns: tuple[Column, ...]
+    """The first are shown where there is no room for all."""
 
     def __len__(self) -> int:
         return len(self.segments)
@@ -109,9 +107,9 @@ class SegmentRows:
             numbers.decimals(segment.start_s, 1),
             numbers.decimals(segment.duration_s, 1),
             numbers.decimals(segment.distance_m, 1),
-            numbers.decimals(segment.climb_m, 1),
-            numbers.decimals(segment.speed_m_s, 1),
             numbers.decimals(segment.energy_wh, 3),
+            numbers.decimals(segment.speed_m_s, 1),
+            numbers.decimals(segment.climb_m, 1),
             "" if stop_m is None else numbers.decimals(stop_m, 1),
         )
 
@@ -162,8 +160,43 @@ def finding_rows(result: CheckResult | UnreadableMission) -> FindingRows:
 
 
 def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
-    """Return the segments; none of a mission that cannot be read."""
-    return SegmentRows(segments=result.segments if isinstance(result, CheckResult) else ())
+    """Return the segments, columns as wide as the numbers; none of a mission not read."""
+    case = result.case if isinstance(result, CheckResult) else None
+    columns: dict[str, tuple[FloatArray | list[float], int]] = {
+        "item": ([], 0),
+        "start s": ([], 1),
+        "time s": ([], 1),
+        "dist m": ([], 1),
+        "Wh": ([], 3),
+        "m/s": ([], 1),
+        "climb m": ([], 1),
+        "stop m": ([], 1),
+    }
+    if case is not None:
+        own = case.flight.motion.segments
+        columns |= {
+            "item": (own.item.astype(float), 0),
+            "start s": (own.end_s, 1),
+            "time s": (own.duration_s, 1),
+            "dist m": (own.distance_m, 1),
+            "Wh": (wh_from_j(case.flight.segment_energy_j), 3),
+            "m/s": (own.speed_m_s, 1),
+            "climb m": (own.climb_m, 1),
+            "stop m": (own.stopping_distance_m, 1),
+        }
+    made = [Column(head=head, width=_width(head, *numbers_)) for head, numbers_ in columns.items()]
+    made.insert(1, Column(head="state", width=10, is_right=False))
+    return SegmentRows(
+        segments=result.segments if isinstance(result, CheckResult) else (),
+        columns=tuple(made),
+    )
+
+
+def _width(head: str, values: FloatArray | list[float], digits: int) -> int:
+    """Return the cells that the widest of some numbers takes, and its head."""
+    known = np.asarray(values)[np.isfinite(values)]
+    ends = (float(known.min()), float(known.max())) if len(known) else ()
+    return max(len(head), *(len(numbers.decimals(value, digits)) for value in ends), 0)
 
 
 def item_rows(result: CheckResult | UnreadableMission) -> ItemRows:

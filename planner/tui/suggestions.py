@@ -122,7 +122,7 @@ def _larger_battery(file: str, what_if: WhatIf, result: CheckResult) -> Iterator
         change = {"battery": setting_text("battery", battery)}
         tried = _outcome(file, what_if, change)
         if tried.verdict == "go":
-            yield _suggestion(f"battery {change['battery']} of the same weight", change, tried)
+            yield _suggestion(f"battery {change['battery']}, no heavier", change, tried)
             return
         if not isinstance(tried, CheckResult):
             return

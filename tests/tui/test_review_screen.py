@@ -75,7 +75,7 @@ async def test_every_number_is_that_of_the_json_report() -> None:
             assert cells[1] == segment["state"]
             assert cells[2] == numbers.decimals(segment["start_s"], 1)
             assert cells[4] == numbers.decimals(segment["distance_m"], 1)
-            assert cells[7] == numbers.decimals(segment["energy_wh"], 3)
+            assert cells[5] == numbers.decimals(segment["energy_wh"], 3)
         for cells, item in zip(rows_of(screen, "#items"), mission["items"], strict=True):
             assert cells[2] == item["command"]
             assert cells[3] == numbers.duration(item["arrival_s"])

@@ -16,7 +16,7 @@ from textual.strip import Strip
 if TYPE_CHECKING:
     from textual import events
 
-    from planner.tui.rows import Rows
+    from planner.tui.rows import Column, Rows
 
 _GAP = 1
 """Blank cells between columns."""
@@ -199,13 +199,19 @@ class RowList(ScrollView, can_focus=True):
 
     def _strip(self, cells: tuple[str, ...], part: str, width: int) -> Strip:
         columns = self._rows.columns
-        fixed = sum(column.width for column in columns) + _GAP * (len(columns) + 1)
-        flexible = max(width - fixed, _LEAST_FLEXIBLE)
+        while len(columns) > 1 and _taken(columns) > width:
+            columns = columns[:-1]  # a column is left out before a number is cut
+        flexible = max(width - _taken(columns) + _LEAST_FLEXIBLE, _LEAST_FLEXIBLE)
         text = ""
-        for column, cell in zip(columns, cells, strict=True):
+        for column, cell in zip(columns, cells, strict=False):
             text += " " * _GAP + fitted(cell, column.width or flexible, is_right=column.is_right)
         style = self.get_component_rich_style(f"row-list--{part}") if part else self.rich_style
         return Strip([Run(set_cell_size(text, width), style)], width)
+
+
+def _taken(columns: tuple[Column, ...]) -> int:
+    """Return the cells that columns need."""
+    return sum((column.width or _LEAST_FLEXIBLE) + _GAP for column in columns)
 
 
 def fitted(text: str, width: int, *, is_right: bool) -> str:

@@ -1,0 +1,53 @@
+"""Snapshots of the screen: what it looked like, not what is true.
+
+Run this file to take them anew after a change that is meant to show.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent / "snapshots"
+SHOTS = {
+    "energy-of-a-no-go": ("crossing-too-far.plan", (80, 24), ("p", "p", "p", "2")),
+    "map-of-a-survey": ("survey-vineyard.plan", (80, 24), ("3",)),
+    "what-if": ("crossing-too-far.plan", (80, 24), ("6",)),
+}
+"""Mission, size of the terminal and keys, by name."""
+
+
+async def screenshot(mission: str, size: tuple[int, int], keys: tuple[str, ...]) -> str:
+    from reviews import review_app, settled
+
+    async with review_app(mission).run_test(size=size) as pilot:
+        await settled(pilot)
+        for key in keys:
+            await pilot.press(key)
+        await settled(pilot)
+        return pilot.app.export_screenshot()
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("name", SHOTS)
+async def test_the_screen_looks_as_it_did(name: str) -> None:
+    taken = (FOLDER / f"{name}.svg").read_text(encoding="utf-8")
+    assert await screenshot(*SHOTS[name]) == taken, f"run {Path(__file__).name} if this is meant"
+
+
+def _take() -> None:
+    root = FOLDER.parents[2]
+    sys.path.insert(0, str(root / "tests"))
+    os.chdir(root / "missions")
+    FOLDER.mkdir(exist_ok=True)
+    for name, shot in SHOTS.items():
+        text = asyncio.run(screenshot(*shot))
+        (FOLDER / f"{name}.svg").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    _take()
