@@ -94,5 +94,7 @@ def test_a_new_user_finds_why_it_fails_and_what_makes_it_go(pane: Pane) -> None:
     pane.keys("Up")  # from the first field around to the suggestions
     pane.keys("Enter")
     pane.wait_for("NO-GO → GO")
-    pane.keys("Escape", "q")
+    pane.keys("Escape")
+    pane.wait_for("what was found")  # Escape and q together would be Alt+q
+    pane.keys("q")
     pane.wait_for("ended with 0")
