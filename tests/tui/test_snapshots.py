@@ -16,7 +16,6 @@ FOLDER = Path(__file__).parent / "snapshots"
 SHOTS = {
     "energy-of-a-no-go": ("crossing-too-far.plan", (80, 24), ("p", "p", "p", "2")),
     "map-of-a-survey": ("survey-vineyard.plan", (80, 24), ("3",)),
-    "what-if": ("crossing-too-far.plan", (80, 24), ("6",)),
 }
 """Mission, size of the terminal and keys, by name."""
 
