@@ -77,6 +77,7 @@
         clearTimeout(waiting);
         waiting = setTimeout(() => this.draw(), this.width ? 150 : 0);
       }).observe(element.querySelector(".charts"));
+      this.draw(); // at once: a page that is printed or photographed unseen gets no resize
     }
 
     async draw() {
