@@ -19,6 +19,7 @@ from planner.link.outgoing import Purpose
 from planner.link.pymavlink_link import open_vehicle
 from planner.live import check_vehicle
 from planner.service import UnreadableMission
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,9 +90,10 @@ def guard_vehicle(
     ------
     LinkError
         If the vehicle is lost, and is not waited for.
-    UsageError
-        If a library is missing.
+    InputError, UsageError
+        If the vehicle model is unusable, or a library is missing.
     """
+    load_vehicle(check.vehicle)  # a model that cannot be read is said at once
     while True:
         try:
             _guard_once(

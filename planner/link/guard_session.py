@@ -8,11 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import LinkError, MavjouleError
-from planner.flight.progress import MeasuredPlace
 from planner.frozen import frozen
 from planner.link.authorisation import acknowledgement_fields, arming_settings
-from planner.link.energy_left import BatteryReading
-from planner.link.energy_watch import EnergyWatch
+from planner.link.flight_follower import FlightFollower
 from planner.link.guard import Guard
 from planner.link.guarding import (
     Announce,
@@ -72,13 +70,6 @@ _STREAMS = {
     "EXTENDED_SYS_STATE": (245, 1.0),
 }
 """Messages that are followed: number and interval [s]."""
-_CENTIWATT_HOURS = 36.0
-"""Hectojoules in a watt hour: BATTERY_STATUS counts energy in them."""
-_FLYING_M = 1.0
-"""Height from which a vehicle that does not tell is in the air. [m]"""
-_PX4_MISSION, _ARDUPILOT_AUTO = (4 << 16) | (4 << 24), 3
-"""Custom mode of a vehicle that flies its mission."""
-_ARDUPILOT = 3
 
 
 class Authoriser(Protocol):
@@ -155,7 +146,6 @@ class GuardSession:
         self._executor = executor
         self._checking: _Checking | None = None
         self._lost_after_s = lost_after_s
-        self._warn_before_s = warn_before_s
         self._watch = VehicleWatch(link.identity, own_system=self._connection.own_system)
         now_s = self._connection.now_s
         self._guard = Guard(settings, now_s=now_s)
@@ -166,10 +156,9 @@ class GuardSession:
         self._arming: ArmingSettings | None = None
         self._hash: bytes | None = None
         self._round_trip_s: float | None = None
-        self._prediction: Prediction | None = None
-        self._start: BatteryReading | None = None
-        self._energy: EnergyWatch | None = None
-        self._energy_state: EnergyState | None = None
+        self._flight = FlightFollower(
+            link.connection.telemetry, link.identity, warn_before_s=warn_before_s
+        )
 
     def run(self) -> None:
         """Guard until something stops it.
@@ -337,9 +326,7 @@ class GuardSession:
     def _take_judgement(
         self, checked: dict[Part, str], judgement: Judgement, prediction: Prediction | None
     ) -> None:
-        self._prediction = prediction
-        if self._energy is not None:
-            self._begin_flight()
+        self._flight.predict(prediction)
         self._feed(Judged(fingerprints=checked, judgement=judgement))
 
     def _take_check(self) -> None:
@@ -351,107 +338,30 @@ class GuardSession:
 
     def _take_arming(self) -> None:
         self._feed_status()
-        if self._watch.is_armed:
-            self._start = self._battery_reading()
-            self._begin_flight()
-        else:
-            self._energy = self._energy_state = None
-
-    def _begin_flight(self) -> None:
-        if self._prediction is not None and self._start is not None:
-            self._energy = EnergyWatch(
-                self._prediction, start=self._start, warn_before_s=self._warn_before_s
-            )
+        self._flight.take_arming(is_armed=self._watch.is_armed)
 
     def _look(self) -> None:
         now_s = self._connection.now_s
         if now_s - self._looked_s < _LOOK_S:
             return
         self._looked_s = now_s
-        state = self._connection.telemetry.state()
-        position = state.position
-        is_flying = state.is_armed and (
-            state.is_landed is False
-            or (
-                state.is_landed is None
-                and position is not None
-                and position.height_above_home_m > _FLYING_M
-            )
-        )
-        self._energy_state = None
-        if is_flying and position is not None:
-            if self._energy is None and self._prediction is not None:  # it was in the air before us
-                self._start = self._battery_reading()
-                self._begin_flight()
-            self._watch_energy(
-                MeasuredPlace(
-                    item=self._present_item(),
-                    latitude_deg=position.latitude_deg,
-                    longitude_deg=position.longitude_deg,
-                    height_above_home_m=position.height_above_home_m,
-                )
+        energy, warnings = self._flight.look(now_s)
+        for warning in warnings:
+            announce = message("STATUSTEXT", severity=warning.severity, text=warning.headline)
+            self._connection.send(announce)
+            details = {"concern": warning.concern.value, **_energy_details(energy)}
+            self._on_decision(
+                Decision(kind="energy", verdict=Verdict.NO_GO, text=warning.text, details=details)
             )
         self._on_status(
             GuardStatus(
                 view=self._guard.view(now_s),
                 arming=self._arming,
                 heard_ago_s=now_s - self._heard_s,
-                is_armed=state.is_armed,
-                is_flying=is_flying,
-                energy=self._energy_state,
+                is_armed=self._watch.is_armed,
+                is_flying=self._flight.is_flying,
+                energy=energy,
             )
-        )
-
-    def _watch_energy(self, place: MeasuredPlace) -> None:
-        if self._energy is None:
-            return
-        self._energy_state, warnings = self._energy.take(
-            place,
-            self._battery_reading(),
-            self._connection.now_s,
-            is_on_mission=self._is_on_mission(),
-        )
-        for warning in warnings:
-            announce = message("STATUSTEXT", severity=warning.severity, text=warning.headline)
-            self._connection.send(announce)
-            self._on_decision(
-                Decision(
-                    kind="energy",
-                    verdict=Verdict.NO_GO,
-                    text=warning.text,
-                    details={
-                        "concern": warning.concern.value,
-                        **_energy_details(self._energy_state),
-                    },
-                )
-            )
-
-    def _present_item(self) -> int:
-        current = self._connection.telemetry.latest("MISSION_CURRENT")
-        number = 1 if current is None else int(current["seq"])
-        return max(number if self._link.identity.has_home_slot else number + 1, 1)
-
-    def _is_on_mission(self) -> bool:
-        beat = self._connection.telemetry.latest("HEARTBEAT")
-        if beat is None:
-            return False
-        wanted = (
-            _ARDUPILOT_AUTO if self._link.identity.autopilot_number == _ARDUPILOT else _PX4_MISSION
-        )
-        return bool(beat["custom_mode"] == wanted)
-
-    def _battery_reading(self) -> BatteryReading:
-        battery = self._connection.telemetry.state().battery
-        if battery is None:
-            return BatteryReading()
-        status = self._connection.telemetry.latest("BATTERY_STATUS")
-        energy_hj = -1 if status is None else status["energy_consumed"]
-        return BatteryReading(
-            remaining_fraction=battery.remaining_fraction,
-            consumed_ah=battery.consumed_ah,
-            consumed_wh=energy_hj / _CENTIWATT_HOURS if energy_hj >= 0 else None,
-            voltage_v=battery.voltage_v,
-            current_a=battery.current_a,
         )
 
     def _ask_for_streams(self) -> None:

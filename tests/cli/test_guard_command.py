@@ -91,6 +91,14 @@ def test_a_log_that_cannot_be_written_is_said_before_anything_else(
     assert not vehicle.received
 
 
+def test_a_model_that_there_is_none_of_is_said_before_anything_else(
+    vehicle: GuardedVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["guard", URL, "--vehicle", "no-such-model"]) == 2
+    assert "no-such-model" in capsys.readouterr().err
+    assert not vehicle.received
+
+
 def test_ctrl_c_ends_in_130(vehicle: GuardedVehicle, capsys: pytest.CaptureFixture[str]) -> None:
     vehicle.script = [(25.0, interrupt)]
     assert main(["guard", URL, *CHECK]) == 130
