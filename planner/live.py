@@ -10,20 +10,29 @@ from planner import numbers
 from planner.catalogue.vehicle import CHARGE_NOT_TOLD, CONDITIONS_FROM_VEHICLE
 from planner.errors import OutputError, UsageError
 from planner.frozen import frozen
+from planner.link.mission_items import mission_of_lists
+from planner.link.mission_kind import MissionKind
+from planner.link.outgoing import Purpose
 from planner.link.pymavlink_link import open_vehicle
 from planner.link.settings import LinkSettings
 from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
+from planner.link.upload import upload_mission
+from planner.mission.comparison import compare_missions
 from planner.mission.conversion import convert_mission
 from planner.mission.items import MissionFormat
 from planner.output_file import write_output_files
 from planner.service import check_read
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from planner.link.address import LinkAddress
     from planner.link.pymavlink_link import OnProgress
+    from planner.link.upload import UploadResult
     from planner.link.vehicle import VehicleSnapshot
+    from planner.mission.difference import Difference
+    from planner.mission.items import Mission
     from planner.service import CheckRequest, CheckResult, UnreadableMission
 
 
@@ -95,9 +104,10 @@ def check_vehicle(
     snapshot: VehicleSnapshot,
     request: CheckRequest,
     *,
+    mission: Mission | None = None,
     is_charge_given: bool = False,
 ) -> CheckResult | UnreadableMission:
-    """Check the mission on a vehicle with its own parameters, charge and home.
+    """Check a mission with a vehicle's own parameters, charge and home.
 
     Parameters
     ----------
@@ -105,6 +115,8 @@ def check_vehicle(
         As `fetch_vehicle` returns it.
     request : CheckRequest
         What it names counts more than what the vehicle says.
+    mission : Mission, optional
+        Default the one on the vehicle.
     is_charge_given : bool
         Whether the charge of the request was meant, and is not its default.
     """
@@ -130,7 +142,125 @@ def check_vehicle(
     if taken:
         message = f"taken from {identity.label}: {', '.join(taken)}"
         findings.append(CONDITIONS_FROM_VEHICLE.finding(message))
-    if request.autopilot is None and identity.autopilot is not None:
-        request = replace(request, autopilot=identity.autopilot)
-    mission = replace(snapshot.mission, findings=(*snapshot.mission.findings, *findings))
-    return check_read(lambda: mission, request, file=snapshot.address, parameters=parameters)
+    own = snapshot.mission if mission is None else mission
+    judged = replace(own, findings=(*own.findings, *findings))
+    if mission is not None and request.conditions.home_amsl_m is None and home is not None:
+        judged = replace(judged, home=home)
+    file = snapshot.address if mission is None else mission.source
+    return check_read(lambda: judged, request, file=file, parameters=parameters)
+
+
+@frozen
+class MissionComparison:
+    """A mission, and another one that ought to be the same."""
+
+    first: str
+    """The file it was meant by."""
+    second: str
+    """The other file, or the vehicle's normalised address."""
+    differences: tuple[Difference, ...]
+
+    @property
+    def is_same(self) -> bool:
+        """Whether the same flight comes of both."""
+        return not any(one.matters for one in self.differences)
+
+
+def compare_with_vehicle(
+    mission: Mission, request: LinkRequest, *, on_progress: OnProgress = _silent
+) -> MissionComparison:
+    """Return what differs between a mission and the one on a vehicle, home left out.
+
+    Raises
+    ------
+    LinkError
+        If no vehicle answers, or a transfer stalls.
+    """
+    link = open_vehicle(
+        request.address,
+        settings=request.settings,
+        system=request.system,
+        on_progress=on_progress,
+    )
+    with closing(link):
+        lists = {kind: link.fetch_items(kind) for kind in MissionKind}
+        name = request.address.text
+        read = mission_of_lists(lists, link.identity, home=mission.home, source=name)
+        return MissionComparison(
+            first=mission.source,
+            second=name,
+            differences=compare_missions(mission, read, autopilot=link.identity.autopilot),
+        )
+
+
+def compare_files(first: Mission, second: Mission) -> MissionComparison:
+    """Return what differs between the missions of two files, home left out."""
+    return MissionComparison(
+        first=first.source,
+        second=second.source,
+        differences=compare_missions(first, second, autopilot=None),
+    )
+
+
+@frozen
+class Upload:
+    """A mission that was checked for a vehicle, and what became of it there."""
+
+    check: CheckResult | UnreadableMission
+    """With the vehicle's own parameters, charge and home."""
+    result: UploadResult | None
+    """``None`` where it was not sent."""
+
+
+def send_mission(
+    mission: Mission,
+    request: LinkRequest,
+    check_request: CheckRequest,
+    *,
+    may_send: Callable[[VehicleSnapshot, CheckResult | UnreadableMission], bool],
+    listen_s: float,
+    is_charge_given: bool = False,
+    on_progress: OnProgress = _silent,
+) -> Upload:
+    """Check a mission with what a vehicle tells, and send it there if it may be.
+
+    Parameters
+    ----------
+    mission : Mission
+        What is to be on the vehicle, with its fence and rally points.
+    request : LinkRequest
+        The vehicle.
+    check_request : CheckRequest
+        What the mission is checked against; what it names counts more than what the vehicle says.
+    may_send : callable
+        Asked once, with the vehicle and the verdict; nothing is sent without its yes.
+    listen_s : float
+        How long the vehicle is listened to afterwards. [s]
+    is_charge_given : bool
+        Whether the charge of the request was meant, and is not its default.
+    on_progress : callable
+        Told how far each transfer is.
+
+    Raises
+    ------
+    LinkError
+        If no vehicle answers, or a transfer breaks; the message says what is on the vehicle then.
+    UsageError
+        If an item cannot be sent.
+    """
+    link = open_vehicle(
+        request.address,
+        settings=request.settings,
+        system=request.system,
+        purpose=Purpose.UPLOAD,
+        on_progress=on_progress,
+    )
+    with closing(link):
+        snapshot = fetch_snapshot(link, address=request.address.text)
+        result = check_vehicle(
+            snapshot, check_request, mission=mission, is_charge_given=is_charge_given
+        )
+        if not may_send(snapshot, result):
+            return Upload(check=result, result=None)
+        sent = upload_mission(link, mission, listen_s=listen_s)
+        return Upload(check=result, result=sent)

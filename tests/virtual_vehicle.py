@@ -248,6 +248,7 @@ class VirtualLine:
         late: float = 0.0,
         seed: int = 1,
         cut_after: int | None = None,
+        cut_s: float = math.inf,
     ) -> None:
         self.time_s = 0.0
         self.vehicles = vehicles
@@ -258,11 +259,15 @@ class VirtualLine:
         self._chances = (loss, repeated, late)
         self._random = random.Random(seed)
         self._cut_after = cut_after
+        self._cut_s = cut_s
+        self._cut_until_s: float | None = None
         self._codecs = [Codec(v.system, v.component) for v in vehicles]
         self._ears = [Codec(0, 0) for _ in vehicles]
         self._events: list[tuple[float, int, int | None, Any]] = []
         self._number = count()
         self._tick_s = 0.0
+        for vehicle in vehicles:
+            vehicle.heartbeat_s = 0.0
 
     def now_s(self) -> float:
         return self.time_s
@@ -304,7 +309,10 @@ class VirtualLine:
         if not is_heartbeat:
             self.exchanged += 1
         if self._cut_after is not None and self.exchanged > self._cut_after:
-            return
+            if self._cut_until_s is None:
+                self._cut_until_s = self.time_s + self._cut_s
+            if self.time_s < self._cut_until_s:
+                return
         loss, repeated, late = self._chances
         if self._random.random() < loss:
             return

@@ -12,6 +12,7 @@ from planner import service
 from planner.cli.attachments import attach_baseline, refuse_attachments, write_attachments
 from planner.cli.configuration import mission_settings
 from planner.cli.formats import refuse_statistics, rendered
+from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, progress, refuse_overwriting, write_data
 from planner.cli.settings import (
@@ -26,7 +27,7 @@ from planner.report.text import caveat, tally
 from planner.service import UnreadableMission
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.service import CheckResult
 
@@ -46,23 +47,28 @@ _READ = ("vehicle", "params", "profile")
     type=click.Path(path_type=Path),
     help="write what is found to a file for --baseline, itself judged without any",
 )
+@link_options
 def command(
     missions: tuple[str, ...], *, write_baseline: Path | None, **options: object
 ) -> ExitCode:
     """Predict missions and judge each: go or no-go.
 
-    MISSION is a QGroundControl plan or a QGC WPL file, or - for standard input.  Defaults come
-    from mavjoule.toml, or [tool.mavjoule] in pyproject.toml, in the nearest folder of the mission
-    upward.
+    MISSION is a QGroundControl plan or a QGC WPL file, or - for standard input, or the address of a
+    vehicle, udpin:0.0.0.0:14550 or /dev/ttyUSB0:57600: what is on it is checked with its own
+    parameters, charge and home.  Defaults come from mavjoule.toml, or [tool.mavjoule] in
+    pyproject.toml, in the nearest folder of the mission upward.
 
     Exit codes: 0 every mission is a go, 1 one is a no-go, 2 unusable input, usage or
-    configuration.
+    configuration, 3 a vehicle did not answer.
     """
+    link = {key: options.pop(key) for key in LINK_KEYS}
     if missions.count("-") > 1:
         msg = "standard input can be read once: give - once"
         raise UsageError(msg)
     given = given_settings(options)
-    settings = [mission_settings(mission, given) for mission in missions]
+    settings = [
+        mission_settings("-" if is_vehicle(mission) else mission, given) for mission in missions
+    ]
     report = report_request(settings)
     refuse_statistics(report)
     refuse_attachments(report, missions=len(missions))
@@ -72,7 +78,7 @@ def command(
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
-        results = [service.check_file(mission, check_request(values)) for mission, values in jobs]
+        results = [_checked(mission, values, link) for mission, values in jobs]
     write_attachments(results, report)
     if write_baseline is not None:
         attach_baseline(results, write_baseline)
@@ -83,6 +89,19 @@ def command(
     if report.output is not None:
         narrate(f"{tally(results)}{caveat(results)}; the report is in {report.output}")
     return exit_code
+
+
+def _checked(
+    mission: str, values: Mapping[str, object], link: Mapping[str, object]
+) -> CheckResult | UnreadableMission:
+    request = check_request(values)
+    if not is_vehicle(mission):
+        return service.check_file(mission, request)
+    from planner import live
+    from planner.cli.link_options import TransferProgress, link_request
+
+    snapshot = live.fetch_vehicle(link_request(mission, link), on_progress=TransferProgress())
+    return live.check_vehicle(snapshot, request, is_charge_given="charge" in values)
 
 
 def _add_summary(results: Results) -> None:

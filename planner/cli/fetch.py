@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from planner import live
+from planner import __version__, live
 from planner.cli.link_options import TransferProgress, link_options, link_request
 from planner.cli.output import narrate, write_data
 from planner.errors import UsageError
@@ -64,7 +64,7 @@ def command(
     if form == "json":
         from planner.report.snapshot_json import snapshot_json
 
-        write_data(snapshot_json(snapshot))
+        write_data(snapshot_json(snapshot, __version__))
     else:
         from planner.report.snapshot_text import snapshot_text
 

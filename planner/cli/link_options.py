@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from planner.cli.output import narrate
-from planner.link.address import read_address
-from planner.link.settings import LinkSettings
-from planner.live import LinkRequest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-_DEFAULTS = LinkSettings()
+    from planner.live import LinkRequest
+
 LINK_OPTIONS = (
     click.option(
         "--baud",
@@ -34,21 +32,21 @@ LINK_OPTIONS = (
         "--heartbeat-timeout",
         metavar="S",
         type=click.FloatRange(min=0.0, min_open=True, max=3600.0),
-        default=_DEFAULTS.heartbeat_timeout_s,
+        default=10.0,
         help="how long to wait for the vehicle [default: 10]",
     ),
     click.option(
         "--reply-timeout",
         metavar="S",
         type=click.FloatRange(min=0.0, min_open=True, max=600.0),
-        default=_DEFAULTS.reply_timeout_s,
+        default=1.5,
         help="longest wait until a request is repeated, longer for slow radios [default: 1.5]",
     ),
     click.option(
         "--retries",
         metavar="N",
         type=click.IntRange(0, 1000),
-        default=_DEFAULTS.retries,
+        default=12,
         help="how often a request is repeated until the transfer counts as stalled [default: 12]",
     ),
 )
@@ -62,6 +60,15 @@ def link_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def is_vehicle(name: str) -> bool:
+    """Return whether an argument names a vehicle on the line, and no file."""
+    if not (":" in name or name.startswith("/dev/") or name.upper().startswith("COM")):
+        return False  # a file's name in nearly every check: nothing of the link is imported
+    from planner.link.address import is_address
+
+    return is_address(name)
+
+
 def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
     """Return the request that the options of the link make; say the normalised address.
 
@@ -70,6 +77,10 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
     UsageError
         If the address is none.
     """
+    from planner.link.address import read_address
+    from planner.link.settings import LinkSettings
+    from planner.live import LinkRequest
+
     address = read_address(url, baud=options["baud"])
     narrate(f"connecting to {address.text}")
     return LinkRequest(
@@ -77,7 +88,7 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
         settings=LinkSettings(
             heartbeat_timeout_s=options["heartbeat_timeout"],
             reply_timeout_s=options["reply_timeout"],
-            shortest_timeout_s=min(options["reply_timeout"], _DEFAULTS.shortest_timeout_s),
+            shortest_timeout_s=min(options["reply_timeout"], 0.1),
             retries=options["retries"],
         ),
         system=options["system_id"],

@@ -29,6 +29,8 @@ COMMANDS = {
     "simulate": "planner.cli.simulate",
     "fetch": "planner.cli.fetch",
     "guard": "planner.cli.guard",
+    "diff": "planner.cli.diff",
+    "upload": "planner.cli.upload",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",
     "explain": "planner.cli.explain",

@@ -131,6 +131,14 @@ class Connection:
         while self.now_s < until_s:
             self._turn(until_s)
 
+    def hears_vehicle(self, timeout_s: float) -> bool:
+        """Return whether another heartbeat of the vehicle comes within a time [s]."""
+        self.telemetry.forget("HEARTBEAT")
+        until_s = self.now_s + timeout_s
+        while self.telemetry.latest("HEARTBEAT") is None and self.now_s < until_s:
+            self._turn(until_s)
+        return self.telemetry.latest("HEARTBEAT") is not None
+
     def run(self, transfer: Transfer, on_progress: Callable[[], None] = lambda: None) -> None:
         """Run a transfer to its end.
 

@@ -155,10 +155,13 @@ class PymavlinkLink:
         return self.connection.telemetry.state()
 
     def listen(self, duration_s: float) -> tuple[StatusText, ...]:
-        """Return the texts that the vehicle sends in a time."""
-        known = len(self.connection.telemetry.texts)
+        """Return the texts that the vehicle sends in a time [s], and those not taken before."""
         self.connection.listen(duration_s)
-        return tuple(self.connection.telemetry.texts[known:])
+        return self.connection.telemetry.take_texts()
+
+    def is_heard(self, timeout_s: float) -> bool:
+        """Return whether the vehicle sends another heartbeat within a time."""
+        return self.connection.hears_vehicle(timeout_s)
 
     def _fetch_identity(self) -> VehicleIdentity:
         heard = self.connection.vehicle

@@ -35,8 +35,7 @@ class Telemetry:
     def __init__(self) -> None:
         self._latest: dict[str, Message] = {}
         self._chunks: dict[int, dict[int, str]] = {}
-        self.texts: list[StatusText] = []
-        """What the vehicle said, in its order."""
+        self._texts: list[StatusText] = []
 
     def take(self, received: Message) -> None:
         """Take a message of the vehicle's autopilot."""
@@ -54,6 +53,12 @@ class Telemetry:
     def forget(self, name: str) -> None:
         """Forget the latest message of a name, so that the next one is known to be new."""
         self._latest.pop(name, None)
+
+    def take_texts(self) -> tuple[StatusText, ...]:
+        """Return what the vehicle said since this was asked, in its order."""
+        texts = tuple(self._texts)
+        self._texts.clear()
+        return texts
 
     def state(self) -> VehicleState:
         """Return what is known now."""
@@ -148,8 +153,8 @@ class Telemetry:
             text = "".join(chunks[key] for key in sorted(chunks))
             del self._chunks[number]
         said = StatusText(severity=received["severity"], text=text)
-        if len(self.texts) < _MOST_TEXTS:
-            self.texts.append(said)
+        if len(self._texts) < _MOST_TEXTS:
+            self._texts.append(said)
 
 
 def _is_place(latitude: int, longitude: int) -> bool:

@@ -170,7 +170,10 @@ class VehicleLink(Protocol):
         """Return what the vehicle says of itself."""
 
     def listen(self, duration_s: float) -> tuple[StatusText, ...]:
-        """Return the texts that the vehicle sends in a time."""
+        """Return the texts that the vehicle sends in a time [s], and those not taken before."""
+
+    def is_heard(self, timeout_s: float) -> bool:
+        """Return whether the vehicle sends another heartbeat within a time."""
 
     def close(self) -> None:
         """Close the line."""

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from planner.report.json_document import json_text
+from planner.report.json_document import envelope, json_text
 
 if TYPE_CHECKING:
     from planner.link.vehicle import VehicleSnapshot
 
 
-def snapshot_json(snapshot: VehicleSnapshot) -> str:
+def snapshot_json(snapshot: VehicleSnapshot, version: str) -> str:
     """Return who a vehicle is and what was read from it; SI, the unit in each key."""
-    return json_text(snapshot_document(snapshot))
-
-
-def snapshot_document(snapshot: VehicleSnapshot) -> dict[str, Any]:
-    """Return the object that `snapshot_json` writes."""
     identity, mission = snapshot.identity, snapshot.mission
-    version = identity.firmware_version
+    firmware = identity.firmware_version
     fence = mission.fence
-    return {
-        "schema": 1,
+    document = {
+        **envelope(version),
         "address": snapshot.address,
         "vehicle": {
             "system": identity.system,
@@ -30,7 +25,7 @@ def snapshot_document(snapshot: VehicleSnapshot) -> dict[str, Any]:
             "autopilot": None if identity.autopilot is None else identity.autopilot.value,
             "mav_autopilot": identity.autopilot_number,
             "mav_type": identity.vehicle_type,
-            "firmware_version": None if version is None else ".".join(map(str, version)),
+            "firmware_version": None if firmware is None else ".".join(map(str, firmware)),
             "firmware_release": identity.firmware_release,
             "uid": identity.uid or None,
         },
@@ -46,3 +41,4 @@ def snapshot_document(snapshot: VehicleSnapshot) -> dict[str, Any]:
             for f in (*snapshot.findings, *mission.findings)
         ],
     }
+    return json_text(document)

@@ -1,0 +1,116 @@
+"""``mavjoule upload``: a mission that passes its check, put on a vehicle."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+from planner import live, numbers
+from planner.cli.configuration import mission_settings
+from planner.cli.formats import rendered
+from planner.cli.link_options import LINK_KEYS, TransferProgress, link_options, link_request
+from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.output import narrate, write_data
+from planner.cli.settings import (
+    BUDGET_SETTINGS,
+    FLIGHT_SETTINGS,
+    check_request,
+    report_request,
+)
+from planner.errors import ExitCode, UsageError
+from planner.mission.files import read_mission
+from planner.report.comparison_text import difference_lines
+
+if TYPE_CHECKING:
+    from planner.link.upload import UploadResult
+    from planner.link.vehicle import VehicleSnapshot
+    from planner.service import CheckResult, UnreadableMission
+
+
+@click.command("upload")
+@click.argument("file", metavar="FILE", type=MISSION_PATH)
+@click.argument("url", metavar="URL")
+@click.option(
+    "--force", is_flag=True, help="send it even where it is a no-go, or the vehicle armed"
+)
+@click.option("--yes", is_flag=True, help="do not ask before it is sent")
+@click.option(
+    "--listen",
+    "listen_s",
+    metavar="S",
+    type=click.FloatRange(0.0, 600.0),
+    default=5.0,
+    help="how long to listen for the vehicle's own rejection [default: 5]",
+)
+@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@link_options
+def command(
+    *, file: str, url: str, force: bool, yes: bool, listen_s: float, **options: object
+) -> ExitCode:
+    """Check a mission for a vehicle and put it there: mission, fence and rally points.
+
+    It is sent only where it is a go with the vehicle's own parameters, charge and home, and after
+    a question.  It is read back and compared, then the vehicle is listened to.  Where the transfer
+    breaks, the old mission is put back, and what is on the vehicle is said.
+
+    Exit codes: 0 the mission is on the vehicle, 1 it is a no-go, the vehicle refuses it or has
+    something else, 2 unusable input or usage, 3 the link failed.
+    """
+    link = {key: options.pop(key) for key in LINK_KEYS}
+    if not (yes or _can_ask()):
+        msg = "nobody can be asked whether to send it: give --yes"
+        raise UsageError(msg)
+    values = mission_settings(file, given_settings(options))
+    mission = read_mission(file)
+
+    def may_send(snapshot: VehicleSnapshot, result: CheckResult | UnreadableMission) -> bool:
+        exit_code = ExitCode.GO if result.verdict == "go" else ExitCode.NO_GO
+        write_data(rendered([result], report_request([{}]), exit_code=exit_code))
+        if snapshot.state.is_armed and not force:
+            msg = f"{snapshot.identity.label} is armed: disarm it, or give --force"
+            raise UsageError(msg)
+        if result.verdict != "go" and not force:
+            narrate("a no-go is not sent: mend the mission, or give --force")
+            return False
+        what = f"{numbers.count(len(mission.items), 'item')} of {file}"
+        old = numbers.count(len(snapshot.mission.items), "item")
+        question = f"send {what} to {snapshot.identity.label}, in place of its {old}?"
+        return yes or click.confirm(question, err=True)
+
+    upload = live.send_mission(
+        mission,
+        link_request(url, link),
+        check_request(values),
+        may_send=may_send,
+        listen_s=listen_s,
+        is_charge_given="charge" in values,
+        on_progress=TransferProgress(),
+    )
+    if upload.result is None:
+        narrate("nothing was sent")
+        return ExitCode.NO_GO
+    _tell(upload.result)
+    return ExitCode.GO if upload.result.is_good else ExitCode.NO_GO
+
+
+def _can_ask() -> bool:
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
+def _tell(result: UploadResult) -> None:
+    for line in difference_lines(result.differences):
+        narrate(line)
+    for said in result.texts:
+        narrate(f"the vehicle says: {said.text}")
+    if result.rejection:
+        narrate(f"rejected: {result.rejection}")
+    if result.is_good:
+        narrate("the mission is on the vehicle, read back and compared")
+    elif result.restored:
+        narrate("the old mission is on the vehicle again, read back and compared")
+    elif result.restored is False:
+        narrate("what is on the vehicle is neither the new nor the old mission: do not arm it")
+    else:
+        narrate("the mission is on the vehicle, which will not fly it")

@@ -1,0 +1,84 @@
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from virtual_vehicle import PX4, VirtualLine, VirtualVehicle, wire_item
+
+from planner.cli.main import main
+from planner.link import pymavlink_link
+from planner.link.mission_kind import MissionKind
+
+URL = "udp:127.0.0.1:14550"
+_SOMEWHERE = {"x": 500_000_000, "y": 200_000_000}
+
+
+@pytest.fixture
+def vehicle(monkeypatch: pytest.MonkeyPatch) -> VirtualVehicle:
+    """A PX4 vehicle with a mission of 556 m there and back, as the file ``mission`` has it."""
+    one = VirtualVehicle(autopilot=PX4, home=(500_000_000, 200_000_000, 200_000))
+    one.lists[MissionKind.MISSION] = (
+        wire_item(command=22, z=100.0, **_SOMEWHERE, param4=math.nan),
+        wire_item(z=100.0, x=500_050_000, y=200_000_000, param4=math.nan),
+        wire_item(command=20, frame=2, x=0, y=0, z=0.0),
+    )
+    one.parameters = {"MPC_XY_CRUISE": (7.0, 9), "MPC_Z_V_AUTO_UP": (3.0, 9)}
+    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: VirtualLine(one))
+    return one
+
+
+def _check(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, dict[str, object]]:
+    ended = main(["check", URL, "--format", "json", "--battery", "77Wh", *options])
+    document = json.loads(capsys.readouterr().out)
+    return ended, document["missions"][0]
+
+
+def test_the_mission_on_the_vehicle_is_checked_with_its_own_charge_home_and_parameters(
+    vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert vehicle.battery_remaining == 80
+    ended, result = _check(capsys)
+    messages = {f["code"]: f["message"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
+    assert messages["V101"] == (
+        "taken from PX4 1.16.2 (system 1): charge 80 %, home 200.0 m AMSL, 2 parameters"
+    )
+    assert result["file"] == "udpin:127.0.0.1:14550"
+    assert result["conditions"]["home_amsl_m"] == 200.0  # type: ignore[index] # an object
+    assert len(result["items"]) == 3  # type: ignore[arg-type] # a list
+    assert ended == (0 if result["verdict"] == "go" else 1)
+
+
+def test_an_empty_battery_on_the_vehicle_is_a_no_go(
+    vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.battery_remaining = 3
+    ended, result = _check(capsys)
+    assert (ended, result["verdict"]) == (1, "no-go")
+    assert "E101" in {f["code"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
+
+
+def test_a_charge_that_is_given_counts_more_than_the_vehicles(
+    vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.battery_remaining = 3
+    _, result = _check(capsys, "--charge", "100%")
+    messages = {f["code"]: f["message"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
+    assert "E101" not in messages
+    assert "charge" not in messages["V101"]
+
+
+def test_a_vehicle_that_does_not_tell_its_charge_is_told(
+    vehicle: VirtualVehicle, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.battery_remaining = -1
+    _, result = _check(capsys)
+    assert "V102" in {f["code"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects
+
+
+def test_a_vehicle_that_does_not_answer_ends_in_exit_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: VirtualLine())
+    assert main(["check", URL]) == 3
+    assert "no heartbeat in 10 s" in capsys.readouterr().err

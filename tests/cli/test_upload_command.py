@@ -1,0 +1,194 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_item
+
+from planner.cli.main import main
+from planner.link import pymavlink_link
+from planner.link.mission_kind import MissionKind
+from planner.link.outgoing import MESSAGES, Purpose
+
+if TYPE_CHECKING:
+    from planner.link.mission_transfer import WireItem
+
+URL = "tcp:127.0.0.1:5760"
+OLD = tuple(wire_item(x=500_000_000 + n * 1000, y=200_000_000, z=50.0) for n in range(4))
+HOME = wire_item(frame=0, x=500_000_000, y=200_000_000, z=200.0)
+SENT = ("upload", "out.waypoints", URL, "--battery", "77Wh", "--yes", "--listen", "2")
+
+
+def _vehicle(autopilot: int = PX4) -> VirtualVehicle:
+    one = VirtualVehicle(autopilot=autopilot, home=(500_000_000, 200_000_000, 200_000))
+    one.lists[MissionKind.MISSION] = (HOME, *OLD) if autopilot == ARDUPILOT else OLD
+    one.parameters = {"BAT1_CAPACITY": (5200.0, 9)}
+    return one
+
+
+@pytest.fixture
+def on_line(monkeypatch: pytest.MonkeyPatch) -> list[VirtualLine]:
+    """What a test puts here is what an address opens."""
+    lines: list[VirtualLine] = []
+    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
+    return lines
+
+
+def _flown(vehicle: VirtualVehicle) -> tuple[WireItem, ...]:
+    skipped = 1 if vehicle.autopilot == ARDUPILOT else 0
+    return vehicle.lists[MissionKind.MISSION][skipped:]
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+@pytest.mark.parametrize("loss", [0.0, 0.2])
+def test_a_go_is_on_the_vehicle_and_the_same_as_the_file(
+    on_line: list[VirtualLine],
+    autopilot: int,
+    loss: float,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    vehicle = _vehicle(autopilot)
+    on_line += [VirtualLine(vehicle, loss=loss), VirtualLine(vehicle)]
+    assert main(list(SENT)) == 0
+    assert [item.command for item in _flown(vehicle)] == [22, 16, 20]
+    assert "read back and compared" in capsys.readouterr().err
+    assert main(["diff", "out.waypoints", URL]) == 0
+    assert "are the same mission" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_no_go_is_not_sent(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle()
+    vehicle.battery_remaining = 21
+    on_line += [VirtualLine(vehicle), VirtualLine(vehicle)]
+    assert main(list(SENT)) == 1
+    assert _flown(vehicle) == OLD
+    assert not {"MISSION_COUNT", "MISSION_ITEM_INT"} & {one.name for one in vehicle.received}
+    assert "a no-go is not sent" in capsys.readouterr().err
+    assert main([*SENT, "--force"]) == 0
+    assert len(_flown(vehicle)) == 3
+
+
+@pytest.mark.usefixtures("mission", "on_line")
+def test_without_a_terminal_and_without_yes_nothing_is_sent(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main([one for one in SENT if one != "--yes"]) == 2
+    assert "give --yes" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+def test_a_refused_item_leaves_the_old_mission(
+    on_line: list[VirtualLine], autopilot: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle(autopilot)
+    vehicle.refused_command = 20
+    on_line.append(VirtualLine(vehicle))
+    assert main(list(SENT)) == 1
+    assert _flown(vehicle) == OLD
+    said = capsys.readouterr().err
+    assert "rejected: the vehicle refuses the mission: UNSUPPORTED to item" in said
+    assert "the old mission is on the vehicle again" in said
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_rejection_that_is_only_said_fails_the_upload(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle()
+    vehicle.rejection_text = "Mission rejected: takeoff altitude too low"
+    on_line.append(VirtualLine(vehicle))
+    assert main(list(SENT)) == 1
+    assert "rejected: Mission rejected: takeoff altitude too low" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+def test_a_line_cut_at_any_message_ends_in_exit_3_and_px4_has_one_mission_whole(
+    on_line: list[VirtualLine], autopilot: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = _vehicle(autopilot)
+    line = VirtualLine(whole)
+    on_line.append(line)
+    assert main(list(SENT)) == 0
+    new = _flown(whole)
+    for position in range(line.exchanged):
+        vehicle = _vehicle(autopilot)
+        cut = VirtualLine(vehicle, cut_after=position)
+        on_line.append(cut)
+        ended = main([*SENT, "--retries", "2"])
+        said = capsys.readouterr().err
+        assert "bug" not in said
+        assert ended in {0, 3}
+        assert cut.time_s < 120.0
+        # Only PX4 changes missions at once; of ArduPilot the message has to say that they may mix.
+        if _flown(vehicle) not in (OLD, new):
+            assert autopilot == ARDUPILOT
+            assert "a mixture" in said
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+def test_a_line_that_comes_back_leaves_the_old_or_the_new_mission_whole(
+    on_line: list[VirtualLine], autopilot: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = _vehicle(autopilot)
+    line = VirtualLine(whole)
+    on_line.append(line)
+    assert main(list(SENT)) == 0
+    new = _flown(whole)
+    for position in range(line.exchanged):
+        vehicle = _vehicle(autopilot)
+        on_line.append(VirtualLine(vehicle, cut_after=position, cut_s=10.0))
+        ended = main([*SENT, "--retries", "2"])
+        said = capsys.readouterr().err
+        assert ended in {0, 3}, (position, said)
+        assert _flown(vehicle) in (OLD, new), (position, said)
+        if "read it back whole" in said or "the old mission is on the vehicle" in said:
+            assert _flown(vehicle) == OLD
+
+
+@pytest.mark.usefixtures("mission")
+def test_nothing_but_the_table_goes_out(on_line: list[VirtualLine]) -> None:
+    line = VirtualLine(_vehicle())
+    on_line.append(line)
+    assert main(list(SENT)) == 0
+    numbers = {int.from_bytes(frame[7:10], "little") for frame in line.sent}
+    assert numbers <= MESSAGES[Purpose.UPLOAD].keys()
+    commands = {
+        int.from_bytes(frame[38:40], "little")
+        for frame in line.sent
+        if int.from_bytes(frame[7:10], "little") == 76
+    }
+    assert commands == {512}  # MAV_CMD_REQUEST_MESSAGE
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_difference_is_told_with_item_and_field(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle()
+    on_line += [VirtualLine(vehicle), VirtualLine(vehicle)]
+    assert main(list(SENT)) == 0
+    items = list(_flown(vehicle))
+    items[1] = replace(items[1], frame=0)
+    vehicle.lists[MissionKind.MISSION] = tuple(items)
+    capsys.readouterr()
+    assert main(["diff", "out.waypoints", URL, "--format", "json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert [(one["number"], one["field"], one["kind"]) for one in told["differences"]] == [
+        (2, "frame", "changed")
+    ]
+
+
+@pytest.mark.usefixtures("mission")
+def test_two_files_are_compared_without_a_vehicle(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", "out.waypoints", "other.plan"]) == 0
+    assert main(["diff", "out.waypoints", "other.plan"]) == 0
+    assert "are the same mission" in capsys.readouterr().out
