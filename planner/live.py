@@ -24,10 +24,11 @@ from planner.output_file import write_output_files
 from planner.service import check_read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from planner.link.address import LinkAddress
+    from planner.link.log_transfer import VehicleLog
     from planner.link.pymavlink_link import OnProgress
     from planner.link.upload import UploadResult
     from planner.link.vehicle import VehicleSnapshot
@@ -264,3 +265,65 @@ def send_mission(
             return Upload(check=result, result=None)
         sent = upload_mission(link, mission, listen_s=listen_s)
         return Upload(check=result, result=sent)
+
+
+@frozen
+class FetchedLogs:
+    """The logs of a vehicle."""
+
+    listed: tuple[VehicleLog, ...]
+    downloaded: tuple[Path, ...]
+
+
+def fetch_logs(
+    request: LinkRequest,
+    *,
+    names: Sequence[str] = (),
+    is_all: bool = False,
+    folder: Path,
+    on_progress: OnProgress = _silent,
+) -> FetchedLogs:
+    """List the logs of a vehicle, and download some or all of them.
+
+    Parameters
+    ----------
+    request : LinkRequest
+        The vehicle.
+    names : sequence of str
+        Those to download, as the list has them.
+    is_all : bool
+        Whether to download every one.
+    folder : Path
+        Where to keep them.
+    on_progress : callable
+        Told how far each transfer is.
+
+    Raises
+    ------
+    LinkError
+        If the vehicle does not answer, or a transfer stalls; what came is kept.
+    UsageError
+        If the vehicle has no log of a name.
+    OutputError
+        If a file cannot be written.
+    """
+    from planner.link.log_files import download_log, fetch_log_list
+
+    link = open_vehicle(
+        request.address,
+        settings=request.settings,
+        system=request.system,
+        on_progress=on_progress,
+    )
+    with closing(link):
+        listed = fetch_log_list(link)
+        known = {log.name for log in listed}
+        for name in names:
+            if name not in known:
+                msg = f"the vehicle has no log {name}: see mavjoule logs {request.address.text}"
+                raise UsageError(msg)
+        wanted = [log for log in listed if is_all or log.name in names]
+        return FetchedLogs(
+            listed=listed,
+            downloaded=tuple(download_log(link, log, folder) for log in wanted),
+        )

@@ -31,6 +31,7 @@ COMMANDS = {
     "guard": "planner.cli.guard",
     "diff": "planner.cli.diff",
     "upload": "planner.cli.upload",
+    "logs": "planner.cli.logs",
     "models": "planner.cli.models",
     "rules": "planner.cli.rules",
     "explain": "planner.cli.explain",

@@ -77,12 +77,12 @@ class PymavlinkLink:
         own_system: int = OWN_SYSTEM,
         on_progress: OnProgress = lambda *_: None,
     ) -> None:
-        self._settings = settings or LinkSettings()
+        self.settings = settings or LinkSettings()
         self._on_progress = on_progress
         self.connection = Connection(
             line,
             name=name,
-            settings=self._settings,
+            settings=self.settings,
             purpose=purpose,
             system=system,
             own_system=own_system,
@@ -111,8 +111,8 @@ class PymavlinkLink:
         LinkError
             If the transfer stalls; the message says at which item.
         """
-        download = MissionDownload(kind, self._settings)
-        self._run(download, kind.label)
+        download = MissionDownload(kind, self.settings)
+        self.run(download, kind.label)
         return download.items if download.is_supported else None
 
     def upload_items(
@@ -130,8 +130,8 @@ class PymavlinkLink:
         LinkError
             If the transfer stalls; the message says at which item.
         """
-        upload = MissionUpload(kind, items, self._settings)
-        self._run(upload, f"{kind.label}, to the vehicle")
+        upload = MissionUpload(kind, items, self.settings)
+        self.run(upload, f"{kind.label}, to the vehicle")
         assert upload.outcome is not None  # a transfer that is done has one
         return upload.outcome, upload.rejection
 
@@ -143,8 +143,8 @@ class PymavlinkLink:
         LinkError
             If the transfer stalls, or more are claimed than can be.
         """
-        download = ParameterDownload(self._settings)
-        self._run(download, "parameters")
+        download = ParameterDownload(self.settings)
+        self.run(download, "parameters")
         return download.parameters
 
     def fetch_state(self) -> VehicleState:
@@ -165,7 +165,7 @@ class PymavlinkLink:
 
     def _fetch_identity(self) -> VehicleIdentity:
         heard = self.connection.vehicle
-        version = self._request(*_IDENTITY, retries=self._settings.retries)
+        version = self._request(*_IDENTITY, retries=self.settings.retries)
         identity = VehicleIdentity(
             system=heard.system,
             component=heard.component,
@@ -191,11 +191,18 @@ class PymavlinkLink:
 
     def _request(self, name: str, number: int, *, retries: int) -> Message | None:
         """Return a message, which the vehicle may not have."""
-        request = MessageRequest(name, number, self._settings, retries=retries)
+        request = MessageRequest(name, number, self.settings, retries=retries)
         self.connection.run(request)
         return request.answer
 
-    def _run(self, transfer: Transfer, what: str) -> None:
+    def run(self, transfer: Transfer, what: str) -> None:
+        """Run a transfer to its end, telling how far it is.
+
+        Raises
+        ------
+        LinkError
+            If it stalls or the line breaks.
+        """
         self.connection.run(transfer, lambda: self._on_progress(what, *transfer.progress))
 
 
