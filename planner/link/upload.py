@@ -104,7 +104,7 @@ def upload_mission(
         if any(one.matters for one in differences):
             restored = _restore(link, before, touched)
             return UploadResult(differences=differences, restored=restored)
-    except LinkError as error:
+    except (LinkError, KeyboardInterrupt) as error:
         sent = {kind: wanted[kind] for kind in touched}
         raise _after_break(link, before, sent, error, restore_timeout_s) from error
     texts = link.listen(listen_s)
@@ -168,21 +168,22 @@ def _after_break(
     link: VehicleLink,
     before: Mapping[MissionKind, tuple[WireItem, ...] | None],
     sent: Mapping[MissionKind, tuple[WireItem, ...]],
-    error: LinkError,
+    error: LinkError | KeyboardInterrupt,
     timeout_s: float,
 ) -> LinkError:
     """Return the error to raise after a break: what is on the vehicle, as far as it is known."""
+    why = str(error) or "interrupted"
     if not sent:
-        return LinkError(f"{error}; nothing was sent, the vehicle has what it had")
+        return LinkError(f"{why}; nothing was sent, the vehicle has what it had")
     try:
         if link.is_heard(timeout_s) and _restore(link, before, tuple(sent)):
-            return LinkError(f"{error}; the old mission is on the vehicle, it was read back whole")
+            return LinkError(f"{why}; the old mission is on the vehicle, it was read back whole")
     except LinkError:
         pass
     lists = ", ".join(kind.label for kind in sent)
     counts = ", ".join(str(len(items)) for items in sent.values())
     return BrokenUploadError(
-        f"{error}; the vehicle does not answer any more: it may have the old {lists}, the new "
+        f"{why}; the vehicle does not answer any more: it may have the old {lists}, the new "
         f"({counts} items) or, if it is no PX4, a mixture: read it back by mavjoule diff before "
         "anyone arms"
     )

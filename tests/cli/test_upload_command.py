@@ -192,3 +192,22 @@ def test_two_files_are_compared_without_a_vehicle(capsys: pytest.CaptureFixture[
     assert main(["convert", "out.waypoints", "other.plan"]) == 0
     assert main(["diff", "out.waypoints", "other.plan"]) == 0
     assert "are the same mission" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("mission")
+def test_an_interruption_puts_the_old_mission_back(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Interrupted(VirtualLine):
+        def send(self, data: bytes, peer: object = None) -> None:
+            items = sum(frame[7] == 73 for frame in self.sent)
+            if data[7] == 73 and items == 2:  # MISSION_ITEM_INT, the third
+                self.sent.append(data)
+                raise KeyboardInterrupt
+            super().send(data, peer)
+
+    vehicle = _vehicle(ARDUPILOT)
+    on_line.append(Interrupted(vehicle))
+    assert main(list(SENT)) == 3
+    assert "interrupted; the old mission is on the vehicle" in capsys.readouterr().err
+    assert _flown(vehicle) == OLD
