@@ -266,8 +266,6 @@ class VirtualLine:
         self._events: list[tuple[float, int, int | None, Any]] = []
         self._number = count()
         self._tick_s = 0.0
-        for vehicle in vehicles:
-            vehicle.heartbeat_s = 0.0
 
     def now_s(self) -> float:
         return self.time_s
@@ -283,6 +281,9 @@ class VirtualLine:
 
     def receive(self, timeout_s: float) -> list[tuple[Any, bytes]]:
         until_s = self.time_s + max(timeout_s, 0.0)
+        if not self._tick_s:  # a vehicle may have been on another line before
+            for vehicle in self.vehicles:
+                vehicle.heartbeat_s = 0.0
         while True:
             next_s = min(self._events[0][0] if self._events else math.inf, self._tick_s)
             if next_s > until_s:
