@@ -46,7 +46,7 @@ class SuggestionRows:
     suggestions: tuple[Suggestion, ...]
     columns: tuple[Column, ...] = (
         Column(head="", width=1),
-        Column(head="worth a try", width=0, is_right=False),
+        Column(head="worth a try (Tab, Enter)", width=0, is_right=False),
     )
 
     def __len__(self) -> int:
