@@ -53,7 +53,7 @@ def write_attachments(results: Results, report: ReportRequest) -> None:
     if report.trace is not None:
         _write_trace(results[0], report.trace)
     if report.report is not None:
-        _write_page(results, report.report)
+        write_page(results, report.report)
     if report.plots is not None:
         _draw(results[0], report.plots)
 
@@ -68,7 +68,14 @@ def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
         write_data(columns_csv(trace.columns()), output=path)
 
 
-def _write_page(results: Results, path: Path) -> None:
+def write_page(results: Results, path: Path, *, sections: Sequence[str] = ()) -> None:
+    """Write results as a page, with more sections after the overview.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
     from datetime import UTC, datetime
 
     from planner import __version__
@@ -76,7 +83,9 @@ def _write_page(results: Results, path: Path) -> None:
 
     made_at = datetime.now(UTC)
     sha256 = {result.file: _sha256(result.file) for result in results}
-    page = check_html(results, version=__version__, made_at=made_at, sha256=sha256)
+    page = check_html(
+        results, version=__version__, made_at=made_at, sha256=sha256, sections=sections
+    )
     write_data(page, output=path)
     narrate(f"the page is in {path}")
 

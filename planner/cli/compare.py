@@ -37,6 +37,12 @@ _SETTINGS = (*FLIGHT_SETTINGS, *BUDGET_SETTINGS)
     type=click.Path(path_type=Path),
     help="write to a file instead of standard output",
 )
+@click.option(
+    "--report",
+    metavar="FILE.html",
+    type=click.Path(path_type=Path),
+    help="write both checks, side by side and each with its pictures, as a page as well",
+)
 def command(
     mission_a: str,
     mission_b: str | None,
@@ -44,6 +50,7 @@ def command(
     options_b: str,
     file_format: str,
     output: Path | None,
+    report: Path | None,
     **options: object,
 ) -> ExitCode:
     """Show two checks side by side: two missions, or one with two vehicles or in two winds.
@@ -61,6 +68,11 @@ def command(
         msg = "standard input can be read once: give a file"
         raise UsageError(msg)
     refuse_overwriting(output, (mission_a, other))
+    if report is not None:
+        from planner.report.html.page import refuse_without_libraries
+
+        refuse_overwriting(report, (mission_a, other))
+        refuse_without_libraries()
     given = given_settings(options)
     comparison = compare_files(
         mission_a,
@@ -76,6 +88,12 @@ def command(
     else:
         text = comparison_text(comparison, options=own, medium=standard_medium(output))
     write_data(text, output=output)
+    if report is not None:
+        from planner.cli.attachments import write_page
+        from planner.report.html.comparison import comparison_section
+
+        section = comparison_section(comparison.a, comparison.b)
+        write_page((comparison.a, comparison.b), report, sections=[section])
     return ExitCode.GO
 
 

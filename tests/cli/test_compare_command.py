@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
+from typing import TYPE_CHECKING
 
 import pytest
 
 from planner.cli.main import main
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def test_the_options_of_b_are_over_those_of_both(
@@ -54,3 +59,23 @@ def test_what_cannot_be_compared_is_a_sentence(
     shown = capsys.readouterr()
     assert said in shown.err
     assert shown.out == ""
+
+
+def test_a_page_sets_both_side_by_side(
+    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "both.html"
+    options = ["--vehicle", "arducopter-sitl-quad", "--b", "--wind 8@0", "--format", "json"]
+    assert main(["compare", mission, *options, "--report", str(page)]) == 0
+    difference = json.loads(capsys.readouterr().out)["difference"]["energy_wh"]
+    text = page.read_text("utf-8")
+    assert ">Compared</h2>" in text
+    values = [float(value) for value in re.findall(r'<data value="([-+0-9.e]+)"', text)]
+    assert any(value == pytest.approx(difference, rel=1e-9) for value in values)
+
+
+def test_a_page_does_not_take_the_place_of_a_mission(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", mission, "--b", "--wind 8@0", "--report", mission]) == 2
+    assert "is read in this call" in capsys.readouterr().err
