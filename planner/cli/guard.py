@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import sys
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -232,7 +233,7 @@ class GuardDisplay:
     def status(self, status: GuardStatus) -> None:
         """Show what is held now, told every second."""
         if self._is_terminal:
-            width = max(os.get_terminal_size(sys.stderr.fileno()).columns - 1, 20)
+            width = shutil.get_terminal_size().columns - 1
             self._write(f"\r\x1b[K{printable(status_line(status))[:width]}")
             return
         if status.is_flying and self._in_flight_s % _PLAIN_EVERY_S == 0:

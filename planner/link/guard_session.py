@@ -7,6 +7,7 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
+from planner.autopilot import Autopilot
 from planner.errors import LinkError, MavjouleError
 from planner.frozen import frozen
 from planner.link.authorisation import acknowledgement_fields, arming_settings
@@ -267,7 +268,8 @@ class GuardSession:
             )
         # The hash comes first: what is set while the parameters are read makes it differ.
         told = ParameterHashRequest(settings, retries=_HASH_RETRIES)
-        if self._hash is not None or not self._watch.parameters:
+        is_px4 = self._link.identity.autopilot is Autopilot.PX4
+        if is_px4 and (self._hash is not None or not self._watch.parameters):
             self._connection.run(told)
         if told.content is None or told.content != self._hash:
             self._watch.take_parameters(self._link.fetch_parameters())

@@ -225,6 +225,7 @@ def test_an_ardupilot_vehicle_is_told_the_verdict() -> None:
     vehicle.lists[MissionKind.MISSION] = (home_row, *OUT_AND_BACK)
     guard(vehicle, until_s=60.0)
     assert [text.startswith("mavjoule: GO") for _, _, text in vehicle.texts] == [True]
+    assert not any(one.fields.get("param_id") == HASH for one in vehicle.received)  # PX4's alone
 
 
 def test_a_vehicle_that_asks_another_system_is_told_what_to_set() -> None:
