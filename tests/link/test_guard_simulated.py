@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -68,6 +68,7 @@ def guard(
     vehicle = line._wire.vehicle
     run = Run(line, vehicle)
     line._wire.on_message = run.passed.append
+    flown_as = replace(check, autopilot=autopilot)
     left = list(arm_at_s)
 
     def on_status(status: GuardStatus) -> None:
@@ -85,7 +86,7 @@ def guard(
         link,
         GuardSettings(),
         settings,
-        judge=lambda snapshot: judge_vehicle(snapshot, check),
+        judge=lambda snapshot: judge_vehicle(snapshot, flown_as),
         on_decision=run.decisions.append,
         on_status=on_status,
     )
