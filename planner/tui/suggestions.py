@@ -25,6 +25,8 @@ _CHARGE_STEP_AH = 0.1
 _ENERGY_STEP_WH = 1.0
 _RESERVE_STEP = 0.01
 _MOST_TRIES = 6
+_MOST_ITEMS = 300
+"""Of a longer mission no speed is looked for: that takes many checks."""
 
 
 @frozen
@@ -78,6 +80,7 @@ def suggestions(checked: Checked) -> Iterator[Suggestion]:
     if any(finding.code.startswith("E") for finding in result.findings):
         yield from _lighter(checked.file, what_if, result)
         yield from _larger_battery(checked.file, what_if, result)
+        yield from _other_speed(checked.file, what_if, result)
 
 
 def _tried(file: str, what_if: WhatIf, text: str, changes: dict[str, str]) -> Suggestion:
@@ -106,6 +109,18 @@ def _lighter(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Sugges
         yield _tried(file, what_if, "no payload", {"payload_kg": "0"})
     if result.case is not None and result.case.charge < 1.0:
         yield _tried(file, what_if, "a full battery", {"charge": "100%"})
+
+
+def _other_speed(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Suggestion]:
+    """Yield the fastest speed of all level legs that the battery does for."""
+    if "speed_m_s" in what_if.values() or len(result.items) > _MOST_ITEMS:
+        return
+    from planner.fixes.speed import predict_file_speed_curve
+
+    fastest = predict_file_speed_curve(file, what_if.request()).fastest_fitting
+    if fastest is not None and fastest.speed_m_s is not None:
+        change = {"speed_m_s": setting_text("speed_m_s", round(fastest.speed_m_s, 6))}
+        yield _tried(file, what_if, f"all level legs at {change['speed_m_s']} m/s", change)
 
 
 def _larger_battery(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Suggestion]:

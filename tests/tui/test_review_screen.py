@@ -240,3 +240,11 @@ async def test_the_command_that_says_the_same_is_shown() -> None:
         command = str(pilot.app.screen.query_one("#command", Static).content)
         assert f"mavjoule check {TOO_FAR} --charge 90% --wind 5@270" in command
         assert pilot.app.clipboard == f"mavjoule check {TOO_FAR} --charge 90% --wind 5@270"
+
+
+async def test_no_speed_is_offered_where_one_is_asked_for() -> None:
+    async with review_app(given={"speed_m_s": 5.0}).run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        texts = [cells[1] for cells in rows_of(screen, "#suggestions")]
+        assert texts
+        assert not any("level legs" in text for text in texts)

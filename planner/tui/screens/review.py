@@ -220,15 +220,16 @@ class ReviewScreen(Screen[None]):
     @work(thread=True, exclusive=True, group="suggest", exit_on_error=False)
     def _suggest(self, now: Checked, number: int) -> None:
         worker = get_current_worker()
-        found = []
+        found: tuple[Suggestion, ...] = ()
+        self.post_message(self.Suggested(number, found))
         try:
             for suggestion in suggestions(now):
-                found.append(suggestion)
                 if worker.is_cancelled:
                     return
+                found = (*found, suggestion)
+                self.post_message(self.Suggested(number, found))
         except (MavjouleError, ValueError):
-            pass  # a suggestion that cannot be tried is none
-        self.post_message(self.Suggested(number, tuple(found)))
+            return  # a suggestion that cannot be tried is none
 
     @on(Suggested)
     def _offer(self, event: ReviewScreen.Suggested) -> None:
