@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import __version__, service
+from planner import __version__, numbers, service
 from planner.errors import UsageError
 from planner.output_file import write_output_file
 from planner.report.json_report import check_json
@@ -24,7 +25,9 @@ def default_name(file: str) -> str:
 
 
 def save(checked: Checked, name: str, *, replace: bool = False) -> str:
-    """Save a review: the report as ``.txt`` or ``.json``, the mission as ``.plan`` or ``.waypoints``.
+    """Save a review: its report, or the mission as it was tried.
+
+    A speed that was tried is commanded in the mission that is saved.
 
     Parameters
     ----------
@@ -49,8 +52,8 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
     """
     path = Path(name.strip()).expanduser()
     suffix = path.suffix.lower()
-    if suffix not in {".txt", ".json", *MISSION_SUFFIXES}:
-        msg = "end the name in .txt or .json for the report, .plan or .waypoints for the mission"
+    if suffix not in {".txt", ".json", ".html", *MISSION_SUFFIXES}:
+        msg = "end the name in .txt, .json or .html for the report, .plan or .waypoints for the mission"
         raise UsageError(msg)
     if path.exists():
         if _is_read(checked, path):
@@ -60,12 +63,20 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
             msg = f"{path} is there: Enter again writes over it"
             raise FileThereError(msg)
     if suffix in MISSION_SUFFIXES:
-        done = service.convert_file(checked.file, path)
+        speed_m_s = checked.what_if.values().get("speed_m_s")
+        done = service.convert_file(checked.file, path, speed_m_s=speed_m_s)
+        flown = "" if speed_m_s is None else f" at {numbers.speed(speed_m_s)}"
         lost = f"; {len(done.losses)} things are not the same in it" if done.losses else ""
-        return f"{path}: the mission, {done.items} items{lost}"
+        return f"{path}: the mission{flown}, {done.items} items{lost}"
     results = [checked.result]
     if suffix == ".json":
         write_output_file(path, check_json(results, version=__version__))
+    elif suffix == ".html":
+        from planner.report.html.page import check_html
+
+        sha256 = {} if checked.sha256 is None else {checked.file: checked.sha256}
+        page = check_html(results, version=__version__, made_at=datetime.now(UTC), sha256=sha256)
+        write_output_file(path, page)
     else:
         command = checked.what_if.command_line(checked.file)
         write_output_file(path, f"{check_text(results, medium=Medium())}\n$ {command}\n")

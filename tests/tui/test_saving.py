@@ -10,6 +10,7 @@ from reviews import TOO_FAR, review_app, settled, what_if_of
 
 from planner.errors import UsageError
 from planner.mission.files import read_mission
+from planner.service import CheckResult
 from planner.tui.checked import checked
 from planner.tui.saving import FileThereError, save
 
@@ -31,6 +32,23 @@ def test_the_figures_are_json() -> None:
 def test_the_mission_is_saved_in_another_format() -> None:
     save(checked(TOO_FAR, what_if_of(TOO_FAR)), "other.waypoints")
     assert len(read_mission("other.waypoints").items) == len(read_mission(TOO_FAR).items)
+
+
+def test_a_speed_that_was_tried_is_in_the_mission_that_is_saved() -> None:
+    what_if = what_if_of(TOO_FAR).changed("speed_m_s", "7.5")
+    tried = checked(TOO_FAR, what_if).result
+    said = save(checked(TOO_FAR, what_if), "slower.plan")
+    saved = checked("slower.plan", what_if_of("slower.plan")).result
+    assert "at 7.5 m/s" in said
+    assert isinstance(tried, CheckResult)
+    assert isinstance(saved, CheckResult)
+    # one flight, from the route and from the file: the same arithmetic
+    assert saved.totals.time_s == pytest.approx(tried.totals.time_s, rel=1e-9)
+
+
+def test_the_report_is_a_page() -> None:
+    save(checked(TOO_FAR, what_if_of(TOO_FAR)), "report.html")
+    assert "NO-GO" in Path("report.html").read_text(encoding="utf-8")
 
 
 def test_a_name_that_says_nothing_is_refused() -> None:

@@ -44,7 +44,9 @@ class SaveScreen(ModalScreen[None]):
         with Vertical():
             yield Static(Content.styled("Save as", "bold"))
             yield Input(default_name(self._checked.file), id="name")
-            yield Static(".txt or .json: the report.  .plan or .waypoints: the mission.")
+            yield Static(
+                ".txt, .json, .html: the report.  .plan or .waypoints: the mission, at the speed tried."
+            )
             yield Static(id="problem")
 
     @on(Input.Submitted)
