@@ -19,7 +19,7 @@ from planner.fixes.comparison import compare_files
 _SETTINGS = (*FLIGHT_SETTINGS, *BUDGET_SETTINGS)
 
 
-@click.command("compare")
+@click.command("compare", short_help="Show two checks side by side.")
 @click.argument("mission_a", metavar="A", type=MISSION_PATH)
 @click.argument("mission_b", metavar="[B]", required=False, type=MISSION_PATH)
 @click.option(

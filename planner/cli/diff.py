@@ -11,7 +11,7 @@ from planner.errors import ExitCode
 from planner.mission.files import read_mission
 
 
-@click.command("diff")
+@click.command("diff", short_help="Compare a mission with a vehicle's, or another file's.")
 @click.argument("first", metavar="FILE")
 @click.argument("second", metavar="URL|FILE")
 @click.option(

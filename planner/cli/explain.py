@@ -25,7 +25,7 @@ def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: st
     return [text for text in known if text.lower().startswith(incomplete.lower())]
 
 
-@click.command("explain")
+@click.command("explain", short_help="Explain a rule, and how to turn it off.")
 @click.argument("code", shell_complete=_offers)
 @format_option("text", "json")
 def command(code: str, *, file_format: str) -> None:

@@ -14,7 +14,7 @@ from planner.report.finding_text import finding_lines
 from planner.report.medium import Medium
 
 
-@click.command("fetch")
+@click.command("fetch", short_help="Read mission, parameters and state from a vehicle.")
 @click.argument("url", metavar="URL")
 @click.option(
     "-o",

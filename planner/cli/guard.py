@@ -62,7 +62,7 @@ class DurationType(click.ParamType[float]):
 _DEFAULTS = GuardSettings()
 
 
-@click.command("guard")
+@click.command("guard", short_help="Watch a vehicle and answer its requests to arm.")
 @click.argument("url", metavar="URL")
 @setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
 @click.option(

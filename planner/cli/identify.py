@@ -28,7 +28,7 @@ _PATH = click.Path(path_type=Path)
 _POSITIVE = click.FloatRange(min=0.0, min_open=True)
 
 
-@click.command("identify")
+@click.command("identify", short_help="Identify a vehicle model from flight logs.")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @click.option("-o", "--output", metavar="MODEL.toml", type=_PATH, help="model file to write")
 @click.option("--list", "is_listed", is_flag=True, help="only say what each log tells, and stop")

@@ -11,7 +11,7 @@ from planner.cli.link_options import TransferProgress, link_options, link_reques
 from planner.cli.output import narrate, write_data
 
 
-@click.command("logs")
+@click.command("logs", short_help="List or download the flight logs of a vehicle.")
 @click.argument("url", metavar="URL")
 @click.argument("names", metavar="[NAME...]", nargs=-1)
 @click.option("--all", "every", is_flag=True, help="download every log")

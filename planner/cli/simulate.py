@@ -35,7 +35,7 @@ _SETTINGS = tuple(
 )
 
 
-@click.command("simulate")
+@click.command("simulate", short_help="Speak as a vehicle that holds a mission and flies it.")
 @click.argument("mission", type=MISSION_PATH)
 @click.option(
     "--as",

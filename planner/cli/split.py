@@ -16,7 +16,7 @@ from planner.errors import ExitCode
 from planner.fixes.split import split_file, write_split
 
 
-@click.command("split")
+@click.command("split", short_help="Split a mission into flights that each fit the battery.")
 @click.argument("mission", type=MISSION_PATH)
 @click.option(
     "-o",

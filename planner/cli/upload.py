@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission
 
 
-@click.command("upload")
+@click.command("upload", short_help="Check a mission for a vehicle and put it there.")
 @click.argument("file", metavar="FILE", type=MISSION_PATH)
 @click.argument("url", metavar="URL")
 @click.option(

@@ -44,7 +44,7 @@ class _Share(click.ParamType[float]):
             self.fail(str(error), param, ctx)
 
 
-@click.command("verify")
+@click.command("verify", short_help="Predict the flights in logs, and compare.")
 @click.argument("model", metavar="MODEL")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=click.Path(readable=False))
 @click.option("--mission", metavar="FILE", type=_FILE, help="mission flown [default: the log's]")
