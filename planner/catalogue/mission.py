@@ -102,7 +102,10 @@ ZERO_POSITION = Rule(
         "To ArduPilot this means 'here'; to PX4 it is a place in the Gulf of Guinea.  The same file "
         "means two flights."
     ),
-    how="Latitude and longitude of an item the vehicle flies to are both zero.",
+    how=(
+        "Latitude and longitude of an item the vehicle flies to are both zero.  For a waypoint that "
+        "PX4 flies this is an error: what is predicted is not its flight."
+    ),
     example="NAV_LAND at 0°, 0°: PX4 would fly there; taken as 'here'",
     fix="give the item the place it should be flown to",
 )

@@ -10,6 +10,7 @@ import click
 from planner import __version__, service
 from planner.autopilot import Autopilot
 from planner.cli.format_option import format_option
+from planner.cli.number_option import FiniteRange
 from planner.cli.output import (
     narrate,
     narrate_seldom,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 _PATH = click.Path(path_type=Path)
-_POSITIVE = click.FloatRange(min=0.0, min_open=True)
+_POSITIVE = FiniteRange(min=0.0, min_open=True)
 
 
 @click.command("identify", short_help="Identify a vehicle model from flight logs.")
@@ -42,22 +43,24 @@ _POSITIVE = click.FloatRange(min=0.0, min_open=True)
 @click.option(
     "--payload",
     metavar="KG",
-    type=click.FloatRange(min=0.0),
+    type=FiniteRange(min=0.0),
     default=0.0,
     help="mass carried beyond it in the flights",
 )
 @click.option(
     "--payload-deviation",
     metavar="KG",
-    type=click.FloatRange(min=0.0),
+    type=FiniteRange(min=0.0),
     default=0.0,
     help="standard deviation of a mass that is not known from flight to flight",
 )
-@click.option("--temperature", metavar="C", type=float, help="air at home in the flights")
+@click.option(
+    "--temperature", metavar="C", type=FiniteRange(-90.0, 60.0), help="air at home in the flights"
+)
 @click.option(
     "--position-noise",
     metavar="M",
-    type=click.FloatRange(min=0.0, max=1.5),
+    type=FiniteRange(min=0.0, max=1.5),
     default=0.0,
     help="error of the position in a hover that the model assumes",
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from planner.cli.number_option import FiniteRange
 from planner.cli.output import narrate
 
 if TYPE_CHECKING:
@@ -31,14 +32,14 @@ LINK_OPTIONS = (
     click.option(
         "--heartbeat-timeout",
         metavar="S",
-        type=click.FloatRange(min=0.0, min_open=True, max=3600.0),
+        type=FiniteRange(min=0.0, min_open=True, max=3600.0),
         default=10.0,
         help="how long to wait for the vehicle [default: 10]",
     ),
     click.option(
         "--reply-timeout",
         metavar="S",
-        type=click.FloatRange(min=0.0, min_open=True, max=600.0),
+        type=FiniteRange(min=0.0, min_open=True, max=600.0),
         default=1.5,
         help="longest wait until a request is repeated, longer for slow radios [default: 1.5]",
     ),

@@ -36,6 +36,10 @@ _FASTEST_M_S = 100.0
 """No multicopter is faster."""
 _MOST_CHARGE_AH = 1000.0
 """No multicopter carries more; whoever writes 5200Ah means mAh, and would be told 'go'."""
+_MOST_ENERGY_WH = 50_000.0
+"""No multicopter carries more, those with a pilot in them included."""
+_HEAVIEST_KG = 1000.0
+"""No multicopter lifts more."""
 
 
 def battery(text: str) -> Battery:
@@ -50,8 +54,12 @@ def battery(text: str) -> Battery:
         _refuse_not_positive(text, charge_ah, voltage_v)
         return Battery(capacity_ah=charge_ah, nominal_voltage_v=voltage_v)
     if found := _ENERGY.fullmatch(text.strip()):
-        _refuse_not_positive(text, float(found[1]))
-        return Battery(capacity_wh=float(found[1]))
+        energy_wh = float(found[1])
+        _refuse_not_positive(text, energy_wh)
+        if energy_wh > _MOST_ENERGY_WH:
+            msg = f"{text!r} is more energy than any multicopter carries: is it mWh?"
+            raise ValueError(msg)
+        return Battery(capacity_wh=energy_wh)
     msg = f"{text!r} is no battery: write charge and voltage, 5.2Ah@14.8V, or energy, 77Wh"
     raise ValueError(msg)
 
@@ -158,7 +166,12 @@ def charge(text: str) -> float | Spread:
 def payload_kg(text: str) -> float | Spread:
     """Return the mass of ``0.5``, ``0.5kg`` or ``0.5±0.1``."""
     mass_kg, sd_kg = _give_or_take(text, unit="kg", read=lambda one: _number(one, unit="kg"))
-    # refuses what no vehicle carries
+    if mass_kg > _HEAVIEST_KG:
+        msg = (
+            f"{text!r} must be at most {_HEAVIEST_KG:g} kg, no multicopter lifts more: is it grams?"
+        )
+        raise ValueError(msg)
+    # refuses what is less than nothing
     return Conditions(payload_kg=mass_kg, payload_sd_kg=sd_kg).payload_spread_kg
 
 

@@ -12,6 +12,7 @@ import click
 from planner import numbers
 from planner.autopilot import Autopilot
 from planner.cli.configuration import mission_settings
+from planner.cli.number_option import FiniteRange
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
@@ -52,14 +53,14 @@ _SETTINGS = tuple(
 )
 @click.option(
     "--speed-up",
-    type=click.FloatRange(min=0.0, min_open=True, max=1000.0),
+    type=FiniteRange(min=0.0, min_open=True, max=1000.0),
     default=1.0,
     metavar="X",
     help="seconds of flight in a second of the clock [default: 1]",
 )
 @click.option(
     "--arm-after",
-    type=click.FloatRange(min=0.0),
+    type=FiniteRange(min=0.0),
     metavar="S",
     help="fly the mission after so many seconds, and try again as long as it may not [default: it "
     "stays on the ground]",

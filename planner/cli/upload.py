@@ -11,6 +11,7 @@ from planner import live, numbers
 from planner.cli.configuration import mission_settings
 from planner.cli.formats import rendered
 from planner.cli.link_options import LINK_KEYS, TransferProgress, link_options, link_request
+from planner.cli.number_option import FiniteRange
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, write_data
 from planner.cli.settings import (
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     "--listen",
     "listen_s",
     metavar="S",
-    type=click.FloatRange(0.0, 600.0),
+    type=FiniteRange(0.0, 600.0),
     default=5.0,
     help="how long to listen for the vehicle's own rejection [default: 5]",
 )

@@ -21,6 +21,7 @@ from planner.catalogue.altitude import (
 )
 from planner.catalogue.mission import ZERO_POSITION
 from planner.errors import MissionFileError
+from planner.findings import Severity
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -33,7 +34,7 @@ from planner.mission.commands import (
 from planner.mission.remarks import Remarks
 
 if TYPE_CHECKING:
-    from planner.findings import Rule, Severity
+    from planner.findings import Rule
     from planner.geo.terrain import TerrainGrid
     from planner.mission.draft import Draft
     from planner.mission.items import MissionItem
@@ -106,13 +107,17 @@ class Whereabouts:
             self.refuse(number, item, f"{latitude:g}°, {longitude:g}° is no place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True
-        if self.meaning is Autopilot.PX4:
+        is_going = item.command in _GOING
+        if self.meaning is Autopilot.PX4 or (is_going and self.meaning is None):
+            # PX4 flies on to a waypoint there, and has no energy for it: the totals are not its flight
+            is_lost = is_going and self.meaning is Autopilot.PX4
             self.remark(
                 ZERO_POSITION,
                 number,
                 item,
                 f"{command_name(item.command)} at 0°, 0°: PX4 takes this for a place; "
                 "taken as 'here'",
+                severity=Severity.ERROR if is_lost else None,
             )
         return False
 

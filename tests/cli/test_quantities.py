@@ -43,6 +43,14 @@ def test_a_charge_in_the_wrong_unit_is_not_believed() -> None:
         quantities.battery("5200Ah@14.8V")
 
 
+def test_energy_and_payload_in_thousandths_are_refused_not_flown() -> None:
+    with pytest.raises(ValueError, match="is it mWh"):
+        quantities.battery("77000Wh")
+    with pytest.raises(ValueError, match="is it grams"):
+        quantities.payload_kg("1500")
+    assert quantities.payload_kg("250") == 250.0
+
+
 @pytest.mark.parametrize(
     ("text", "fraction"),
     [

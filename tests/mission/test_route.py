@@ -119,6 +119,18 @@ def test_zero_latitude_and_longitude_mean_here_and_px4_is_warned_of() -> None:
     assert codes(px4) == ["M110"]
 
 
+def test_a_waypoint_at_zero_zero_is_an_error_where_px4_flies_it() -> None:
+    """PX4 flies to the Gulf of Guinea, 5000 km away, and no energy of that is in the totals."""
+    items = (takeoff(20), item(16, 0.0, 20.0, longitude_deg=0.0), rtl())
+    severities = {
+        meaning: [f.severity for f in route(*items, meaning=meaning).findings if f.code == "M110"]
+        for meaning in (PX4, ARDUPILOT, None)
+    }
+    assert severities[PX4] == [Severity.ERROR]
+    assert severities[ARDUPILOT] == []
+    assert severities[None] == [Severity.WARNING]
+
+
 def test_ardupilot_takes_off_where_it_stands_px4_flies_to_the_takeoffs_place() -> None:
     items = (item(22, north(30), 20.0), waypoint(100, 20), rtl())
     assert route(*items, meaning=ARDUPILOT).stages[0].north_m == pytest.approx(0.0, abs=1e-9)
