@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 
 from planner.cli.configuration import mission_settings
+from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options, link_request
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
@@ -20,14 +21,22 @@ LEAST_COLUMNS, LEAST_ROWS = 60, 16
 
 
 @click.command("review")
-@click.argument("missions", metavar="[MISSION|FOLDER]...", nargs=-1, type=MISSION_PATH)
+@click.argument("missions", metavar="[MISSION|FOLDER|URL]...", nargs=-1, type=MISSION_PATH)
 @setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@link_options
 def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     """Review missions on the terminal: why go or no-go, and what if.
 
     Without a mission, those of the current folder are offered; of several, and of a folder, a list
-    with the verdict of each.  Everything it shows, mavjoule check says too.
+    with the verdict of each.  Everything it shows, mavjoule check says too.  URL is the address of a
+    vehicle, as for fetch: what is on it, its charge and home are followed, and its flight; nothing
+    is ever commanded.
     """
+    link = {key: options.pop(key) for key in LINK_KEYS}
+    is_live = any(is_vehicle(mission) for mission in missions)
+    if is_live and len(missions) > 1:
+        msg = "a vehicle is reviewed by itself: give its address alone"
+        raise UsageError(msg)
     _refuse_terminal(missions)
     try:
         from planner.tui.app import ReviewApp
@@ -40,11 +49,13 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     given = given_settings(options)
 
     def what_if_of(mission: str) -> WhatIf:
-        return WhatIf(settings=mission_settings(mission, given), given=given, changes={})
+        file = "-" if is_live else mission
+        return WhatIf(settings=mission_settings(file, given), given=given, changes={})
 
     for mission in (mission for mission in missions if not Path(mission).is_dir()):
         what_if_of(mission)  # a broken configuration is told before anything is shown
-    app = ReviewApp(missions or (".",), what_if_of)
+    request = link_request(missions[0], link) if is_live else None
+    app = ReviewApp(missions or (".",), what_if_of, link=request)
     app.run()
     return ExitCode(app.return_code or ExitCode.GO)
 

@@ -30,10 +30,10 @@ from planner.link.guarding import (
 from planner.link.judgement import Verdict, unknown_judgement
 from planner.link.message import message
 from planner.link.message_request import REQUEST_MESSAGE
-from planner.link.mission_items import mission_of_lists
 from planner.link.mission_transfer import MissionDownload
 from planner.link.parameter_hash import ParameterHashRequest
-from planner.link.vehicle import BatteryState, VehicleSnapshot
+from planner.link.snapshot import make_snapshot
+from planner.link.vehicle import BatteryState
 from planner.link.vehicle_watch import KINDS, VehicleWatch
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from planner.link.message import Message
     from planner.link.pymavlink_link import PymavlinkLink
     from planner.link.settings import LinkSettings
-    from planner.link.vehicle import VehicleState
+    from planner.link.vehicle import VehicleSnapshot, VehicleState
 
     Judge = Callable[[VehicleSnapshot], tuple[Judgement, Prediction | None]]
     _Checking = tuple[dict[Part, str], Future[tuple[Judgement, Prediction | None]]]
@@ -95,6 +95,8 @@ class GuardStatus:
     is_flying: bool
     energy: EnergyState | None
     """``None`` on the ground, and where nothing is measured."""
+    state: VehicleState
+    """Battery, home and position as the vehicle tells them."""
 
 
 class GuardSession:
@@ -103,7 +105,7 @@ class GuardSession:
     Parameters
     ----------
     link : PymavlinkLink
-        Opened to guard.
+        Opened to guard, or to read for one that only observes.
     settings : GuardSettings
         How it decides.
     link_settings : LinkSettings
@@ -120,6 +122,8 @@ class GuardSession:
         A vehicle that is not heard for so long is lost. [s]
     warn_before_s : float
         How long before the point of no return to warn. [s]
+    is_observing : bool
+        Whether requests stay unanswered and nothing is announced.
     """
 
     def __init__(
@@ -135,6 +139,7 @@ class GuardSession:
         executor: Executor | None = None,
         lost_after_s: float = 30.0,
         warn_before_s: float = 60.0,
+        is_observing: bool = False,
     ) -> None:
         self._link = link
         self._connection = link.connection
@@ -144,6 +149,7 @@ class GuardSession:
         self._on_decision = on_decision
         self._on_status = on_status
         self._authoriser = authoriser
+        self._is_observing = is_observing
         self._executor = executor
         self._checking: _Checking | None = None
         self._lost_after_s = lost_after_s
@@ -181,7 +187,6 @@ class GuardSession:
                 else:
                     connection.listen(_TURN_S)
                 self._take_check()
-                self._look()
                 silent_s = connection.now_s - self._heard_s
                 if silent_s > self._lost_after_s:
                     msg = f"the vehicle was not heard for {silent_s:.0f} s on {connection.name}"
@@ -195,7 +200,8 @@ class GuardSession:
             self._heard_s = self._told_s[received.name] = self._connection.now_s
             events += self._told(received)
         for event in events:
-            if not (isinstance(event, Asked) and self._authoriser is not None):
+            is_left = self._is_observing or self._authoriser is not None
+            if not (isinstance(event, Asked) and is_left):
                 self._feed(event)
 
     def _told(self, received: Message) -> tuple[Event, ...]:
@@ -219,6 +225,7 @@ class GuardSession:
             for request in self._authoriser.requests():
                 self._feed(Asked(request=request))
         self._feed(Passed())
+        self._look()
 
     def _feed(self, event: Event) -> None:
         for action in self._guard.take(event, self._connection.now_s):
@@ -233,7 +240,7 @@ class GuardSession:
                     fields = acknowledgement_fields(request, answer)
                     self._connection.send(message("COMMAND_ACK", **fields))
             case Announce(severity=severity, text=text):
-                self._connection.send(message("STATUSTEXT", severity=severity, text=text))
+                self._announce(severity, text)
             case Decision():
                 self._on_decision(action)
             case _:
@@ -300,26 +307,22 @@ class GuardSession:
     def _check(self) -> None:
         watch = self._watch
         state = self._connection.telemetry.state()
-        identity = self._link.identity
         checked = {
             part: fingerprint
             for part, fingerprint in watch.fingerprints.items()
             if part in self._settings.needed
         }
         try:
-            mission = mission_of_lists(
-                watch.lists, identity, home=watch.home, source=self._connection.name
+            snapshot = make_snapshot(
+                self._link.identity,
+                _with_charge(state, watch),
+                watch.lists,
+                watch.parameters,
+                address=self._connection.name,
             )
         except MavjouleError as error:
             self._take_judgement(checked, unknown_judgement(str(error)), None)
             return
-        snapshot = VehicleSnapshot(
-            address=self._connection.name,
-            identity=identity,
-            state=_with_charge(state, watch),
-            mission=mission,
-            parameters=watch.parameters,
-        )
         if self._executor is None:
             self._take_judgement(checked, *self._judge(snapshot))
         else:
@@ -349,8 +352,7 @@ class GuardSession:
         self._looked_s = now_s
         energy, warnings = self._flight.look(now_s)
         for warning in warnings:
-            announce = message("STATUSTEXT", severity=warning.severity, text=warning.headline)
-            self._connection.send(announce)
+            self._announce(warning.severity, warning.headline)
             details = {"concern": warning.concern.value, **_energy_details(energy)}
             self._on_decision(
                 Decision(kind="energy", verdict=Verdict.NO_GO, text=warning.text, details=details)
@@ -363,8 +365,13 @@ class GuardSession:
                 is_armed=self._watch.is_armed,
                 is_flying=self._flight.is_flying,
                 energy=energy,
+                state=self._connection.telemetry.state(),
             )
         )
+
+    def _announce(self, severity: int, text: str) -> None:
+        if not self._is_observing:
+            self._connection.send(message("STATUSTEXT", severity=severity, text=text))
 
     def _ask_for_streams(self) -> None:
         """Ask the vehicle to send what is followed, where it has not of late."""

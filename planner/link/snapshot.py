@@ -14,9 +14,12 @@ from planner.link.vehicle import VehicleSnapshot
 from planner.vehicle.parameter_file import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.findings import Finding
+    from planner.link.mission_transfer import WireItem
     from planner.link.parameter_transfer import WireParameter
-    from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleLink
+    from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleLink, VehicleState
 
 _CAPACITIES_MAH = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
 _NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
@@ -39,10 +42,37 @@ def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
     LinkError
         If a transfer stalls; the message says where.
     """
-    identity = link.identity
     state = link.fetch_state()
     lists = {kind: link.fetch_items(kind) for kind in MissionKind}
-    fetched = link.fetch_parameters()
+    return make_snapshot(link.identity, state, lists, link.fetch_parameters(), address=address)
+
+
+def make_snapshot(
+    identity: VehicleIdentity,
+    state: VehicleState,
+    lists: Mapping[MissionKind, tuple[WireItem, ...] | None],
+    fetched: tuple[WireParameter, ...],
+    *,
+    address: str,
+) -> VehicleSnapshot:
+    """Return what was read of a vehicle, put together.
+
+    Parameters
+    ----------
+    identity, state : VehicleIdentity and VehicleState
+        Who it is, and what it says of itself.
+    lists : mapping
+        Items by kind, ``None`` where the vehicle keeps no such list.
+    fetched : tuple of WireParameter
+        Its parameters.
+    address : str
+        Its normalised address.
+
+    Raises
+    ------
+    MavjouleError
+        If the items make no mission.
+    """
     parameters = tuple(one for one in fetched if _NAME.fullmatch(one.name))
     mission = mission_of_lists(lists, identity, home=state.home, source=address)
     findings: list[Finding] = [

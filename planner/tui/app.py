@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from textual.screen import Screen
 
+    from planner.live import LinkRequest
     from planner.tui.what_if import WhatIf
 
 
@@ -29,6 +30,8 @@ class ReviewApp(App[None]):
         Mission files, and folders of them.
     what_if_of : callable
         From a mission file to its settings.
+    link : LinkRequest, optional
+        The vehicle that is reviewed instead, named as the only mission.
     """
 
     TITLE = "mavjoule review"
@@ -36,16 +39,27 @@ class ReviewApp(App[None]):
         Binding("t", "turn_theme", "Theme", show=False),
     ]
 
-    def __init__(self, missions: Sequence[str], what_if_of: Callable[[str], WhatIf]) -> None:
+    def __init__(
+        self,
+        missions: Sequence[str],
+        what_if_of: Callable[[str], WhatIf],
+        *,
+        link: LinkRequest | None = None,
+    ) -> None:
         super().__init__()
         self.missions = tuple(missions)
         self.what_if_of = what_if_of
+        self.link = link
 
     def on_mount(self) -> None:
         """Open the mission, or the list of them."""
         self.register_theme(HIGH_CONTRAST)
         [first, *others] = self.missions
-        if others or Path(first).is_dir():
+        if self.link is not None:
+            from planner.tui.screens.live import LiveScreen
+
+            self.push_screen(LiveScreen(self.link, self.what_if_of(first)))
+        elif others or Path(first).is_dir():
             self.push_screen(MissionsScreen(self.missions, self.what_if_of))
         else:
             self.push_screen(ReviewScreen(first, self.what_if_of(first)))

@@ -14,6 +14,7 @@ from planner.tui.ground import ground
 
 if TYPE_CHECKING:
     from planner.checks.case import Case
+    from planner.link.vehicle import VehicleSnapshot
     from planner.service import UnreadableMission
     from planner.tui.curves import Picture
     from planner.tui.ground import Ground
@@ -31,6 +32,8 @@ class Checked:
     result: CheckResult | UnreadableMission
     pictures: tuple[Picture, ...] = ()
     ground: Ground | None = None
+    snapshot: VehicleSnapshot | None = None
+    """The vehicle that it was read from; ``None`` where it was a file."""
 
     @property
     def case(self) -> Case | None:
@@ -59,6 +62,33 @@ def checked(file: str, what_if: WhatIf) -> Checked:
         result=result,
         pictures=pictures(case),
         ground=ground(case),
+    )
+
+
+def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
+    """Check what a vehicle holds, and work out what is drawn of it.
+
+    Raises
+    ------
+    ValueError
+        If a change does not say a value.
+    MavjouleError
+        If the settings are unusable.
+    """
+    from planner.live import check_vehicle
+
+    result = check_vehicle(
+        snapshot, what_if.request(), is_charge_given="charge" in what_if.values()
+    )
+    case = result.case if isinstance(result, CheckResult) else None
+    return Checked(
+        file=snapshot.address,
+        what_if=what_if,
+        sha256=None,
+        result=result,
+        pictures=pictures(case),
+        ground=ground(case),
+        snapshot=snapshot,
     )
 
 

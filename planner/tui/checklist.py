@@ -164,6 +164,9 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
     if open_items:
         msg = f"still open: {open_items[0].section}: {open_items[0].prompt}"
         raise UsageError(msg)
+    if checked.snapshot is not None:
+        msg = "what a vehicle holds may change: save the mission as a file, review and sign that"
+        raise UsageError(msg)
     if checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
         msg = "the mission file is not the one that was checked: check it again first"
         raise UsageError(msg)

@@ -81,6 +81,11 @@ class Ground:
         latitude, longitude = zip(stretch.start_deg, stretch.end_deg, strict=True)
         return self.frame.east_north_m(latitude, longitude)
 
+    def at_m(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
+        """Return where a place is, east and north. [m]"""
+        east_m, north_m = self.frame.east_north_m([latitude_deg], [longitude_deg])
+        return float(east_m[0]), float(north_m[0])
+
     def time_near(self, east_m: float, north_m: float) -> float:
         """Return when the vehicle is nearest to a place. [s]"""
         nearest = np.argmin(np.hypot(self.east_m - east_m, self.north_m - north_m))

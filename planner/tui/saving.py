@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from planner import __version__, numbers, service
 from planner.errors import UsageError
+from planner.mission.files import write_mission
+from planner.mission.one_speed import mission_at_speed
 from planner.output_file import write_output_file
 from planner.report.json_report import check_json
 from planner.report.medium import Medium
@@ -19,9 +21,11 @@ if TYPE_CHECKING:
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints"})
 
 
-def default_name(file: str) -> str:
+def default_name(checked: Checked) -> str:
     """Return the name that is offered for the report of a mission: beside it."""
-    return str(Path(file).with_suffix(".report.txt"))
+    if checked.snapshot is not None:
+        return "vehicle.report.txt"
+    return str(Path(checked.file).with_suffix(".report.txt"))
 
 
 def save(checked: Checked, name: str, *, replace: bool = False) -> str:
@@ -63,11 +67,7 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
             msg = f"{path} is there: Enter again writes over it"
             raise FileThereError(msg)
     if suffix in MISSION_SUFFIXES:
-        speed_m_s = checked.what_if.values().get("speed_m_s")
-        done = service.convert_file(checked.file, path, speed_m_s=speed_m_s)
-        flown = "" if speed_m_s is None else f" at {numbers.speed(speed_m_s)}"
-        lost = f"; {len(done.losses)} things are not the same in it" if done.losses else ""
-        return f"{path}: the mission{flown}, {done.items} items{lost}"
+        return _save_mission(checked, path)
     results = [checked.result]
     if suffix == ".json":
         write_output_file(path, check_json(results, version=__version__))
@@ -81,6 +81,21 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
         command = checked.what_if.command_line(checked.file)
         write_output_file(path, f"{check_text(results, medium=Medium())}\n$ {command}\n")
     return f"{path}: the report"
+
+
+def _save_mission(checked: Checked, path: Path) -> str:
+    speed_m_s = checked.what_if.values().get("speed_m_s")
+    if checked.snapshot is None:
+        done = service.convert_file(checked.file, path, speed_m_s=speed_m_s)
+        items, losses = done.items, done.losses
+    else:
+        mission = checked.snapshot.mission
+        if speed_m_s is not None:
+            mission = mission_at_speed(mission, speed_m_s)
+        items, losses = len(mission.items), write_mission(mission, path)
+    flown = "" if speed_m_s is None else f" at {numbers.speed(speed_m_s)}"
+    lost = f"; {len(losses)} things are not the same in it" if losses else ""
+    return f"{path}: the mission{flown}, {items} items{lost}"
 
 
 class FileThereError(UsageError):

@@ -30,12 +30,15 @@ from planner.tui.widgets.verdict_strip import VerdictStrip
 from planner.tui.widgets.what_if_form import WhatIfForm
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from textual.app import ComposeResult
 
     from planner.checks.case import Case
     from planner.findings import Finding
     from planner.tui.checked import Checked
     from planner.tui.suggestions import Suggestion
+    from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
 
 PANES = {
@@ -180,7 +183,11 @@ class ReviewScreen(Screen[None]):
             return
         changed = "with your changes" if self.now is not self.base else ""
         note = "; ".join(text for text in (changed, self._note, *notes) if text)
-        self.query_one("#verdict", VerdictStrip).show(summary(self.now.result), note=note)
+        self.query_one("#verdict", VerdictStrip).show(self.summary(self.now), note=note)
+
+    def summary(self, now: Checked) -> Summary:
+        """Return what is said at the top."""
+        return summary(now.result)
 
     # Checks
 
@@ -194,12 +201,16 @@ class ReviewScreen(Screen[None]):
     def _check(self, what_if: WhatIf, number: int, base: Checked | None) -> None:
         try:
             if base is None:
-                base = checked(self.file, what_if.with_changes({}))
-            now = checked(self.file, what_if) if what_if.changes else base
+                base = self.checked(what_if.with_changes({}))
+            now = self.checked(what_if) if what_if.changes else base
         except (MavjouleError, ValueError) as error:
             self.post_message(self.Failed(number, str(error)))
         else:
             self.post_message(self.Done(number, base, now))
+
+    def checked(self, what_if: WhatIf) -> Checked:
+        """Return the mission as it is now, checked; called in a thread."""
+        return checked(self.file, what_if)
 
     @on(Done)
     def _take(self, event: ReviewScreen.Done) -> None:
@@ -223,13 +234,17 @@ class ReviewScreen(Screen[None]):
         found: tuple[Suggestion, ...] = ()
         self.post_message(self.Suggested(number, found))
         try:
-            for suggestion in suggestions(now):
+            for suggestion in self.suggestions(now):
                 if worker.is_cancelled:
                     return
                 found = (*found, suggestion)
                 self.post_message(self.Suggested(number, found))
         except (MavjouleError, ValueError):
             return  # a suggestion that cannot be tried is none
+
+    def suggestions(self, now: Checked) -> Iterator[Suggestion]:
+        """Yield the changes worth a try; called in a thread."""
+        return suggestions(now)
 
     @on(Suggested)
     def _offer(self, event: ReviewScreen.Suggested) -> None:

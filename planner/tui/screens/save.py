@@ -43,7 +43,7 @@ class SaveScreen(ModalScreen[None]):
         """Yield the field and what may be written."""
         with Vertical():
             yield Static(Content.styled("Save as", "bold"))
-            yield Input(default_name(self._checked.file), id="name")
+            yield Input(default_name(self._checked), id="name")
             yield Static(
                 ".txt, .json, .html: the report.  .plan or .waypoints: the mission, at the speed tried."
             )

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from planner.tui.canvas import Canvas
 
+VEHICLE = "▲"
+"""Where the vehicle on the line is."""
 INKS = ("curve", "second", "limit", "cursor", "axis", "inclusion", "exclusion", "mark", "stretch")
 
 

@@ -12,7 +12,7 @@ from textual.message import Message
 from planner import numbers
 from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
 from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
-from planner.tui.widgets.drawing import Drawing
+from planner.tui.widgets.drawing import VEHICLE, Drawing
 
 if TYPE_CHECKING:
     from textual import events
@@ -42,6 +42,7 @@ class GroundMap(Drawing):
         self._stretch: FlightStretch | None = None
         self._span_s: tuple[float, float] | None = None
         self._scale: Scale | None = None
+        self._vehicle_m: tuple[float, float] | None = None
 
     def show(self, ground: Ground | None) -> None:
         """Show another flight."""
@@ -52,6 +53,12 @@ class GroundMap(Drawing):
         """Put the cursor on a moment without saying so."""
         if time_s != self._cursor_s:
             self._cursor_s = time_s
+            self.move_cursor()
+
+    def show_vehicle(self, place_m: tuple[float, float] | None) -> None:
+        """Show where the vehicle itself is, east and north of home. [m]"""
+        if place_m != self._vehicle_m:
+            self._vehicle_m = place_m
             self.move_cursor()
 
     def mark(
@@ -128,6 +135,11 @@ class GroundMap(Drawing):
                 (x // DOTS_ACROSS).tolist(), (y // DOTS_DOWN).tolist(), strict=True
             ):
                 canvas.write(int(column), int(row), "○", "stretch")
-        place_m = ground.place_m(self._cursor_s)
+        self._write_at(canvas, ground.place_m(self._cursor_s), scale, "◆")
+        if self._vehicle_m is not None:
+            self._write_at(canvas, self._vehicle_m, scale, VEHICLE)
+
+    @staticmethod
+    def _write_at(canvas: Canvas, place_m: tuple[float, float], scale: Scale, sign: str) -> None:
         x, y = scale.dots(np.array([place_m[0]]), np.array([place_m[1]]))
-        canvas.write(int(x[0]) // DOTS_ACROSS, int(y[0]) // DOTS_DOWN, "◆", "cursor")
+        canvas.write(int(x[0] // DOTS_ACROSS), int(y[0] // DOTS_DOWN), sign, "cursor")

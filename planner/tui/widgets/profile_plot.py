@@ -12,7 +12,7 @@ from textual.message import Message
 from planner import numbers
 from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
 from planner.tui.curves import thinned
-from planner.tui.widgets.drawing import Drawing
+from planner.tui.widgets.drawing import VEHICLE, Drawing
 
 if TYPE_CHECKING:
     from textual import events
@@ -51,6 +51,7 @@ class ProfilePlot(Drawing):
         self._index = 0
         self._cursor_s = 0.0
         self._span_s: tuple[float, float] | None = None
+        self._vehicle_s: float | None = None
 
     @property
     def picture(self) -> Picture | None:
@@ -66,6 +67,12 @@ class ProfilePlot(Drawing):
         """Put the cursor on a moment without saying so."""
         if time_s != self._cursor_s:
             self._cursor_s = time_s
+            self.move_cursor()
+
+    def show_vehicle(self, time_s: float | None) -> None:
+        """Show at which moment of its flight the vehicle itself is; ``None``: at none."""
+        if time_s != self._vehicle_s:
+            self._vehicle_s = time_s
             self.move_cursor()
 
     def mark(self, span_s: tuple[float, float] | None) -> None:
@@ -164,6 +171,9 @@ class ProfilePlot(Drawing):
         value = picture.at(self._cursor_s)
         row = int(self._y(canvas, np.array([value]))[0]) // DOTS_DOWN
         canvas.write(column, min(max(row, _HEADS), canvas.rows - _FEET - 1), "◆", "cursor")
+        if self._vehicle_s is not None:
+            column = _LABELS + round(self._vehicle_s / end_s * (across - 1))
+            canvas.write(column, canvas.rows - 1, VEHICLE, "cursor")
         text = f"{picture.name}: {picture.shown(value)} at {numbers.duration(self._cursor_s)}"
         text += "  (p: next)" if len(self._pictures) > 1 else ""
         canvas.write(1, 0, text, "cursor")

@@ -1,0 +1,201 @@
+"""The review of what a vehicle on the line holds, kept as it is there."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from textual import on
+from textual.message import Message
+from textual.widgets import Static
+
+from planner.link.judgement import Verdict
+from planner.tui.checked import checked_vehicle
+from planner.tui.live_line import live_line
+from planner.tui.screens.review import ReviewScreen
+from planner.tui.verdict import summary
+from planner.tui.widgets.ground_map import GroundMap
+from planner.tui.widgets.profile_plot import ProfilePlot
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from textual.app import ComposeResult
+
+    from planner.link.guard_session import GuardStatus
+    from planner.link.vehicle import VehicleSnapshot
+    from planner.live import LinkRequest
+    from planner.tui.checked import Checked
+    from planner.tui.suggestions import Suggestion
+    from planner.tui.verdict import Summary
+    from planner.tui.what_if import WhatIf
+
+
+class LiveScreen(ReviewScreen):
+    """One look at one vehicle: its mission, battery and home as they change.
+
+    Parameters
+    ----------
+    link : LinkRequest
+        Which vehicle.
+    what_if : WhatIf
+        What it is checked with.
+    """
+
+    @dataclass
+    class Progressed(Message, bubble=False):
+        """Some of what is read at first was read."""
+
+        text: str
+
+    @dataclass
+    class Received(Message, bubble=False):
+        """Everything was read, or some of it again."""
+
+        snapshot: VehicleSnapshot
+
+    @dataclass
+    class Told(Message, bubble=False):
+        """What holds, every second."""
+
+        status: GuardStatus
+
+    @dataclass
+    class Lost(Message, bubble=False):
+        """The vehicle is waited for."""
+
+        why: str
+
+    @dataclass
+    class Broken(Message, bubble=False):
+        """Nothing is watched any more."""
+
+        error: BaseException
+
+    def __init__(self, link: LinkRequest, what_if: WhatIf) -> None:
+        super().__init__(link.address.text, what_if)
+        self.link = link
+        self.snapshot: VehicleSnapshot | None = None
+        """What was read of the vehicle last."""
+        self.unknown = ""
+        """Why there is no verdict of the vehicle as it is now; empty where there is one."""
+        self._is_over = threading.Event()
+
+    def compose(self) -> ComposeResult:
+        """Yield the line about the vehicle above the panes."""
+        yield Static(f"live {self.file}: waiting for the vehicle", id="live", markup=False)
+        yield from super().compose()
+
+    def on_mount(self) -> None:
+        """Begin to watch; a thread that ends with the program, so that nothing waits for a link."""
+        threading.Thread(target=self._watch, name="live vehicle", daemon=True).start()
+
+    def on_unmount(self) -> None:
+        """End the watching."""
+        self._is_over.set()
+
+    def _watch(self) -> None:
+        from planner.live_watch import watch_vehicle
+
+        base = self.what_if.with_changes({})
+        try:
+            watch_vehicle(
+                self.link,
+                base.request(),
+                is_over=self._is_over,
+                tell=self,
+                is_charge_given="charge" in base.values(),
+            )
+        except BaseException as error:  # noqa: BLE001 - raised again where it ends the program
+            self.post_message(self.Broken(error))
+
+    def progress(self, what: str, done: int, count: int | None) -> None:
+        """Take how far a reading is, from the thread."""
+        of = "" if count is None else f" of {count}"
+        self.post_message(self.Progressed(f"reading {what}, {done}{of}"))
+
+    def received(self, snapshot: VehicleSnapshot) -> None:
+        """Take what was read, from the thread."""
+        self.post_message(self.Received(snapshot))
+
+    def told(self, status: GuardStatus) -> None:
+        """Take what holds, from the thread."""
+        self.post_message(self.Told(status))
+
+    def lost(self, why: str) -> None:
+        """Take why the vehicle is waited for, from the thread."""
+        self.post_message(self.Lost(why))
+
+    @on(Progressed)
+    def _tell_progress(self, event: LiveScreen.Progressed) -> None:
+        self._say(event.text)
+
+    @on(Received)
+    def _take_snapshot(self, event: LiveScreen.Received) -> None:
+        self.snapshot, self.base = event.snapshot, None
+        self.action_recheck()
+
+    @on(Told)
+    def _take_status(self, event: LiveScreen.Told) -> None:
+        status = event.status
+        self.query_one("#live", Static).update(live_line(self.file, status))
+        is_unknown = status.view.verdict is Verdict.UNKNOWN
+        self._set_unknown(status.view.text if is_unknown else "")
+        position, energy = status.state.position, status.energy
+        ground = None if self.now is None else self.now.ground
+        self.query_one(GroundMap).show_vehicle(
+            None
+            if position is None or ground is None
+            else ground.at_m(position.latitude_deg, position.longitude_deg)
+        )
+        self.query_one(ProfilePlot).show_vehicle(None if energy is None else energy.progress.time_s)
+
+    @on(Lost)
+    def _take_loss(self, event: LiveScreen.Lost) -> None:
+        self._say(f"LOST, trying again: {event.why}")
+        self._set_unknown("the vehicle is lost")
+
+    @on(Broken)
+    def _break(self, event: LiveScreen.Broken) -> None:
+        raise event.error
+
+    def _say(self, text: str) -> None:
+        self.query_one("#live", Static).update(f"live {self.file}: {text}")
+
+    def _set_unknown(self, why: str) -> None:
+        if why != self.unknown:
+            self.unknown = why
+            self._show_verdict()
+
+    def summary(self, now: Checked) -> Summary:
+        """Return what is said at the top: no verdict where what was read may hold no longer."""
+        said = summary(now.result)
+        why = self.unknown
+        if now.snapshot is not self.snapshot:
+            why = why or "what changed is being checked"
+        if not why:
+            return said
+        last = f"{why}; {said.verdict} when it was read last"
+        return replace(said, verdict="NO VERDICT", is_go=False, file=f"{said.file}  {last}")
+
+    def checked(self, what_if: WhatIf) -> Checked:
+        """Return what the vehicle held when it was read last, checked."""
+        assert self.snapshot is not None  # nothing is asked for before
+        return checked_vehicle(self.snapshot, what_if)
+
+    def suggestions(self, now: Checked) -> Iterator[Suggestion]:  # noqa: ARG002 - of a file
+        """Return none: they are tried on files."""
+        return iter(())
+
+    def action_recheck(self) -> None:
+        """Check again what was read last."""
+        if self.snapshot is not None:
+            super().action_recheck()
+
+    def watch_file(self) -> None:
+        """Look at no file."""
+
+    def action_missions(self) -> None:
+        """Say that a vehicle has no list of missions."""
+        self.notify("a vehicle holds one mission: give a folder to review several")

@@ -1,0 +1,163 @@
+"""The review of a vehicle on the line, over real sockets on this computer."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import time
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import pytest
+from reviews import rows_of, text_of, what_if_of
+from simulated_vehicles import free_port, request, vehicle
+from textual.widgets import Input
+
+from planner.autopilot import Autopilot
+from planner.link.address import LinkAddress, LinkKind, read_address
+from planner.link.mission_kind import MissionKind
+from planner.link.settings import LinkSettings
+from planner.live import LinkRequest
+from planner.simulation import open_simulation
+from planner.tui.app import ReviewApp
+from planner.tui.screens.live import LiveScreen
+from planner.tui.widgets.drawing import VEHICLE, Drawing
+from planner.tui.widgets.ground_map import GroundMap
+from planner.tui.widgets.profile_plot import ProfilePlot
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+    from pathlib import Path
+
+    from textual.message import Message
+    from textual.pilot import Pilot
+
+    from planner.link.simulated.runner import SimulationRunner
+    from planner.link.simulated.vehicle import SimulatedVehicle
+    from planner.link.simulated.wire import Passed
+
+pytestmark = pytest.mark.asyncio
+
+DEADLINE_S = 20.0
+HARMLESS = {
+    "HEARTBEAT",
+    "COMMAND_LONG",
+    "MISSION_REQUEST_LIST",
+    "MISSION_REQUEST_INT",
+    "MISSION_ACK",
+    "PARAM_REQUEST_LIST",
+    "PARAM_REQUEST_READ",
+}
+"""Messages that ask, and change nothing."""
+ASKING_COMMANDS = {410, 511, 512, 519, 520}
+
+
+@dataclass
+class Live:
+    pilot: Pilot[None]
+    screen: LiveScreen
+    vehicle: SimulatedVehicle
+    runner: SimulationRunner
+    happened: asyncio.Event
+    passed: list[Passed] = field(default_factory=list)
+
+    async def until(self, is_so: Callable[[], bool]) -> None:
+        """Wait until something is so, looking whenever a message was handled."""
+        until_s = time.monotonic() + DEADLINE_S
+        while not is_so():
+            self.happened.clear()
+            await asyncio.wait_for(self.happened.wait(), until_s - time.monotonic())
+
+    @property
+    def verdict(self) -> str:
+        return text_of(self.screen, "#verdict")
+
+    @property
+    def line(self) -> str:
+        return text_of(self.screen, "#live")
+
+
+def drawn(drawing: Drawing) -> str:
+    """Return the characters of a drawing."""
+    return "".join(drawing.render_line(y).text for y in range(drawing.size.height))
+
+
+@asynccontextmanager
+async def live(speed_up: float = 1.0) -> AsyncIterator[Live]:
+    """Review a simulated PX4 vehicle."""
+    port = free_port(socket.SOCK_DGRAM)
+    asked = request(Autopilot.PX4, speed_up=speed_up)
+    made = vehicle(Autopilot.PX4, speed_up=speed_up)
+    address = LinkAddress(kind=LinkKind.UDP_SEND, host="127.0.0.1", port=port)
+    runner, wire = open_simulation(made, asked, address)
+    passed: list[Passed] = []
+    wire.on_message = passed.append
+    url = f"udpin:127.0.0.1:{port}"
+    given = {
+        "vehicle": asked.check.vehicle,
+        "battery": asked.check.battery,
+        "wind": asked.check.conditions.wind,
+    }
+    link = LinkRequest(
+        address=read_address(url), settings=LinkSettings(reply_timeout_s=0.5, retries=3)
+    )
+    app = ReviewApp((url,), lambda _: what_if_of("-", given), link=link)
+    happened = asyncio.Event()
+
+    def hear(_: Message) -> None:
+        happened.set()
+
+    with runner:
+        async with app.run_test(size=(160, 45), message_hook=hear) as pilot:
+            await pilot.pause()
+            screen = app.screen
+            assert isinstance(screen, LiveScreen)
+            yield Live(pilot, screen, made, runner, happened, passed)
+
+
+async def test_what_a_vehicle_holds_is_reviewed_and_nothing_is_commanded(tmp_path: Path) -> None:
+    async with live() as one:
+        await one.until(lambda: "✔ GO" in one.verdict and "battery" in one.line)
+        assert "udpin:127.0.0.1" in one.verdict
+        assert "battery 100 %" in one.line
+        assert "on the ground" in one.line
+        assert len(rows_of(one.screen, "#items")) == 4
+        await one.pilot.press("s")
+        saved = tmp_path / "saved.plan"
+        one.pilot.app.screen.query_one("#name", Input).value = str(saved)
+        await one.pilot.press("enter")
+        await one.until(saved.exists)
+        sent = [passed.message for passed in one.passed if passed.is_to_vehicle]
+    assert {message.name for message in sent} <= HARMLESS
+    commands = {message["command"] for message in sent if message.name == "COMMAND_LONG"}
+    assert commands <= ASKING_COMMANDS
+    assert '"fileType": "Plan"' in saved.read_text(encoding="utf-8")
+
+
+async def test_a_mission_that_changes_on_the_vehicle_is_checked_again() -> None:
+    async with live() as one:
+        await one.until(lambda: "✔ GO" in one.verdict)
+        held = one.vehicle.missions.lists[MissionKind.MISSION]
+        held.pop(2)  # the farther waypoint
+        await one.until(lambda: len(rows_of(one.screen, "#items")) == 3 and "✔ GO" in one.verdict)
+
+
+async def test_a_flight_is_followed_on_map_and_profile() -> None:
+    async with live(speed_up=8.0) as one:
+        await one.until(lambda: "✔ GO" in one.verdict)
+        one.vehicle.arm_at(one.runner.now_s())
+        await one.until(lambda: "in flight" in one.line and " along" in one.line)
+        assert "above the reserve" in one.line
+        plot, ground = one.screen.query_one(ProfilePlot), one.screen.query_one(GroundMap)
+        assert VEHICLE in drawn(plot)
+        assert VEHICLE in drawn(ground)
+
+
+async def test_a_vehicle_that_falls_silent_leaves_no_verdict() -> None:
+    async with live() as one:
+        await one.until(lambda: "✔ GO" in one.verdict)
+        one.runner.close()
+        await one.until(lambda: "NO VERDICT" in one.verdict)
+        assert "NOT HEARD" in one.line
+        assert "GO when it was read last" in one.verdict
