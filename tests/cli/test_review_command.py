@@ -59,3 +59,10 @@ def test_a_missing_textual_is_told(
 def test_standard_input_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["review", "-"]) == 2
     assert "standard input" in capsys.readouterr().err
+
+
+def test_a_vehicle_beside_a_mission_is_told(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["review", mission, "udpin:127.0.0.1:14550"]) == 2
+    assert "give its address alone" in capsys.readouterr().err
