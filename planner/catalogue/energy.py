@@ -203,7 +203,7 @@ CONDITION_NOT_MODELLED = Rule(
     how=(
         "Wind needs a model whose power depends on airspeed, payload needs a mass, temperature needs "
         "a hover law over air density; the age and temperature of a battery need its resistance and "
-        "curves."
+        "curves.  A payload that is not counted is an error: the flight takes more than is said."
     ),
     example="the payload of 0.5 kg is not counted: the model does not know the vehicle's mass",
     fix="use a vehicle model that carries the missing quantity",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner import numbers
 from planner.catalogue.altitude import AMSL_SUSPECT, HOME_MISMATCH, MIXED_FRAMES
+from planner.catalogue.terrain import BELOW_TERRAIN
 from planner.findings import Severity
 from planner.mission.commands import (
     AMSL_FRAMES,
@@ -15,6 +16,7 @@ from planner.mission.commands import (
     is_destination,
 )
 from planner.mission.remarks import Remarks
+from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -42,7 +44,39 @@ _ABOVE_GROUND_M = 300.0
 _TELLING_HOME_M = 30.0
 """Where home is lower, both references are nearly one. [m AMSL]"""
 _GIVEN_APART_M = 3.0
+_LEVEL_WITHIN_M = 1.0
+"""Nearer to home's height, rounding may be meant. [m]"""
+_IN_THE_AIR = frozenset(
+    {
+        StageKind.GO,
+        StageKind.SPLINE,
+        StageKind.LOITER,
+        StageKind.CIRCLE,
+        StageKind.CHANGE_HEIGHT,
+    }
+)
 _GRID_APART_M = 10.0
+
+
+def check_level_ground(case: Case) -> Iterator[Finding]:
+    """Yield a finding where a place is under the ground that is taken to be level with home."""
+    if case.terrain is not None:
+        return
+    low = [
+        stage
+        for stage in case.route.stages
+        if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
+    ]
+    if low:
+        lowest = min(low, key=lambda stage: stage.height_m)
+        more = "" if len(low) == 1 else f"; {len(low)} places are"
+        yield BELOW_TERRAIN.finding(
+            f"{numbers.height(-lowest.height_m)} below the ground, which is taken to be level with "
+            f"home{more}",
+            item=lowest.item,
+            place=case.mission.items[lowest.item - 1].place,
+            fix="mend the altitude, or where the ground falls away give it with --terrain",
+        )
 
 
 def check_frames(case: Case) -> Iterator[Finding]:

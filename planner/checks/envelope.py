@@ -223,12 +223,15 @@ def check_conditions(case: Case) -> Iterator[Finding]:
     if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
         yield CONDITION_NOT_MODELLED.finding(
             f"the wind of {numbers.speed(wind.speed_m_s)} is not counted in the energy: "
-            "the model gives no power over airspeed"
+            "in the model the airspeed makes no difference"
         )
     if (conditions.payload_kg > 0.0 or conditions.payload_sd_kg > 0.0) and not vehicle.knows_mass:
         yield CONDITION_NOT_MODELLED.finding(
             f"the payload of {numbers.mass(conditions.payload_kg)} is not counted: "
-            "the model's power knows no mass"
+            "the model's power knows no mass",
+            severity=Severity.ERROR,
+            fix="fly a vehicle model that knows its mass, or allow for the load in --reserve and "
+            "ignore E108",
         )
     if conditions.temperature_c is not None and not vehicle.knows_air_density:
         yield CONDITION_NOT_MODELLED.finding(

@@ -6,7 +6,12 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.catalogue.mission import LANDING_ALTITUDE
-from planner.checks.altitude import check_frames, check_home, check_relative_altitudes
+from planner.checks.altitude import (
+    check_frames,
+    check_home,
+    check_level_ground,
+    check_relative_altitudes,
+)
 from planner.checks.energy import (
     check_battery,
     check_discharge_rate,
@@ -70,6 +75,7 @@ CHECKS: tuple[Check, ...] = (
     check_loops,
     check_frames,
     check_relative_altitudes,
+    check_level_ground,
     check_home,
     check_home_place,
     check_wind,

@@ -178,7 +178,7 @@ def check(
         has_rally=bool(mission.rally),
     )
     if position_noise_m is None:
-        position_noise_m = vehicle.position_noise_m
+        given = replace(given, position_noise_m=vehicle.position_noise_m)
         findings += _noise_findings(vehicle, flown_by)
     route, replaced = _route(
         mission, judged_by, home_amsl_m=home_amsl_m, terrain=terrain, speed_m_s=speed_m_s

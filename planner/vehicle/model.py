@@ -12,7 +12,7 @@ from planner.vehicle.consistency import (
     power_problems_together,
     reference_problems,
 )
-from planner.vehicle.cruise_law import MASS_LAWS, MomentumLaw, WholeLaw
+from planner.vehicle.cruise_law import MASS_LAWS, CruisePower, MomentumLaw, WholeLaw
 from planner.vehicle.hover_law import DensityLaw
 from planner.vehicle.power_schema import LOADS
 from planner.vehicle.ramp_schema import RAMPS
@@ -259,6 +259,8 @@ class VehicleModel:
     @property
     def knows_airspeed(self) -> bool:
         """Whether the power depends on the airspeed, and so on the wind."""
+        if isinstance(self.cruise, CruisePower):
+            return len(set(self.cruise.power_above_hover_w)) > 1
         return self.cruise is not None
 
     @property

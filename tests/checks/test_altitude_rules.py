@@ -102,3 +102,19 @@ def test_a_home_without_a_planned_altitude_cannot_differ() -> None:
         home = replace(HOME, altitude_amsl_m=planned_m)
         made = mission(takeoff(50), waypoint(100, 50), rtl(), home=home)
         assert of("A115", made, home_amsl_m=900.0) == []
+
+
+@pytest.mark.parametrize(
+    ("height_m", "fires"), [(-400.0, True), (-1.1, True), (-0.9, False), (20.0, False)]
+)
+def test_a_place_under_ground_that_is_taken_to_be_level_is_an_error(
+    height_m: float,
+    fires: bool,  # noqa: FBT001 - a parameter of the test
+) -> None:
+    found = of("A102", mission(takeoff(30), waypoint(100, height_m), waypoint(200, 30), rtl()))
+    assert [finding.severity for finding in found] == ([Severity.ERROR] if fires else [])
+
+
+def test_a_landing_lower_than_home_is_not_under_the_ground() -> None:
+    ends = item(21, north(200), -30.0)
+    assert of("A102", mission(takeoff(30), waypoint(100, 30), ends)) == []

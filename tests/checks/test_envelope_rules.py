@@ -89,6 +89,16 @@ def test_conditions_the_model_cannot_count_are_said() -> None:
     assert len([f for f in asked.findings if f.code == "E108"]) == 3
     assert [f for f in calm.findings if f.code == "E108"] == []
     assert asked.totals == calm.totals
+    # more is flown than is counted: no go on it
+    assert [f.severity for f in asked.findings if "payload" in f.message] == [Severity.ERROR]
+
+
+def test_wind_that_makes_no_difference_is_said() -> None:
+    flat = load_vehicle("dji-matrice-100")  # growth 0 ± 0.055: its logs tell no drag
+    one = mission(takeoff(30), waypoint(300, 30), rtl())
+    wind = Wind(speed_m_s=6.0, from_deg=0.0)
+    found = check(one, flat, battery=BATTERY, wind=wind).findings
+    assert [f.code for f in found if "the wind of" in f.message] == ["E108"]
 
 
 def test_what_is_said_of_a_battery_that_says_too_little_is_marked() -> None:
