@@ -14,7 +14,9 @@ from reviews import rows_of, text_of, what_if_of
 from simulated_vehicles import free_port, request, vehicle
 from textual.widgets import Input
 
+from planner import live_watch
 from planner.autopilot import Autopilot
+from planner.errors import UsageError
 from planner.link.address import LinkAddress, LinkKind, read_address
 from planner.link.mission_kind import MissionKind
 from planner.link.settings import LinkSettings
@@ -156,3 +158,19 @@ async def test_a_change_on_the_vehicle_is_checked_again_and_its_silence_leaves_n
         await one.until(lambda: "NO VERDICT" in one.verdict)
         assert "NOT HEARD" in one.line
         assert "GO when it was read last" in one.verdict
+
+
+async def test_a_missing_library_ends_the_review_with_a_sentence(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def open_vehicle(*_: object, **__: object) -> None:
+        msg = "a link needs pymavlink"
+        raise UsageError(msg)
+
+    monkeypatch.setattr(live_watch, "open_vehicle", open_vehicle)
+    link = LinkRequest(address=read_address("udpin:127.0.0.1:14550"))
+    app = ReviewApp(("udpin:127.0.0.1:14550",), lambda _: what_if_of("-"), link=link)
+    async with asyncio.timeout(DEADLINE_S), app.run_test() as pilot:
+        while app.return_code is None:
+            await pilot.pause()
+    assert app.return_code == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from textual import on
 from textual.message import Message
 from textual.widgets import Static
 
+from planner.errors import ExitCode, MavjouleError
 from planner.link.judgement import Verdict
 from planner.tui.checked import checked_vehicle
 from planner.tui.live_line import live_line
@@ -30,6 +32,10 @@ if TYPE_CHECKING:
     from planner.tui.suggestions import Suggestion
     from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
+
+
+_STALE_S = 5.0
+"""A verdict holds no longer when nothing was told of the vehicle for so long. [s]"""
 
 
 class LiveScreen(ReviewScreen):
@@ -81,6 +87,7 @@ class LiveScreen(ReviewScreen):
         self.unknown = ""
         """Why there is no verdict of the vehicle as it is now; empty where there is one."""
         self._is_over = threading.Event()
+        self._told_s: float | None = None
 
     def compose(self) -> ComposeResult:
         """Yield the line about the vehicle above the panes."""
@@ -139,6 +146,7 @@ class LiveScreen(ReviewScreen):
     @on(Told)
     def _take_status(self, event: LiveScreen.Told) -> None:
         status = event.status
+        self._told_s = time.monotonic()
         self.query_one("#live", Static).update(live_line(self.file, status))
         is_unknown = status.view.verdict is Verdict.UNKNOWN
         self._set_unknown(status.view.text if is_unknown else "")
@@ -158,7 +166,9 @@ class LiveScreen(ReviewScreen):
 
     @on(Broken)
     def _break(self, event: LiveScreen.Broken) -> None:
-        raise event.error
+        if not isinstance(event.error, MavjouleError):
+            raise event.error
+        self.app.exit(return_code=ExitCode.UNUSABLE, message=f"mavjoule: {event.error}")
 
     def _say(self, text: str) -> None:
         self.query_one("#live", Static).update(f"live {self.file}: {text}")
@@ -194,7 +204,9 @@ class LiveScreen(ReviewScreen):
             super().action_recheck()
 
     def watch_file(self) -> None:
-        """Look at no file."""
+        """Look at whether anything is told of the vehicle still, and at no file."""
+        if self._told_s is not None and time.monotonic() - self._told_s > _STALE_S:
+            self._set_unknown("nothing was told of the vehicle of late")
 
     def action_missions(self) -> None:
         """Say that a vehicle has no list of missions."""
