@@ -97,7 +97,7 @@ def flight_parameters(
     if (flown_by is Autopilot.STEP) is not (vehicle.reference is Autopilot.STEP):
         msg = (
             f"{vehicle.name} answers {vehicle.reference.label}; "
-            f"it cannot be flown as {flown_by.label}"
+            f"it cannot be flown as {flown_by.label}: give --vehicle a model that is"
         )
         raise UsageError(msg)
     if flown_by is not Autopilot.STEP:
