@@ -81,15 +81,15 @@ class CarriedState:
             is_on = (item.param1 or 0.0) > 0.0
             match item.command:
                 case Command.DO_SET_CAM_TRIGG_DIST | 260 | 216 if is_on:
-                    stops[item.command] = _do(item.command)
+                    stops[item.command] = bare_command(item.command)
                 case 214 | 2003 if is_on:
-                    stops[_TRIGGER] = _do(_TRIGGER)
+                    stops[_TRIGGER] = bare_command(_TRIGGER)
                 case 2000:
-                    stops[_STOP_IMAGES] = _do(_STOP_IMAGES)
+                    stops[_STOP_IMAGES] = bare_command(_STOP_IMAGES)
                 case 2500:
-                    stops[_STOP_VIDEO] = _do(_STOP_VIDEO)
+                    stops[_STOP_VIDEO] = bare_command(_STOP_VIDEO)
                 case 80 | 195 | 196 | 198 | 201:
-                    stops[_ROI_NONE] = _do(_ROI_NONE)
+                    stops[_ROI_NONE] = bare_command(_ROI_NONE)
         return tuple(stops.values())
 
 
@@ -138,8 +138,8 @@ def _family(item: MissionItem, meaning: Autopilot | None) -> object | None:
     return _FAMILIES.get(item.command)
 
 
-def _do(command: int) -> MissionItem:
-    """Return a command with all its parameters 0: off."""
+def bare_command(command: int) -> MissionItem:
+    """Return a command with all its parameters 0: what switches off, or takes none."""
     return MissionItem(
         command=int(command),
         frame=int(Frame.MISSION),

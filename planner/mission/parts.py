@@ -11,6 +11,7 @@ from planner.errors import SplitError
 from planner.frozen import frozen
 from planner.mission.carried_state import (
     CarriedState,
+    bare_command,
     carried_state,
     is_output,
     is_repeatable,
@@ -293,7 +294,7 @@ def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> M
             items.append(_waypoint(steps, end, steps.items[end.step]))
         items += steps.states[end.step].stopping_items()
     if end is not None or not steps.ends:
-        items.append(_return())
+        items.append(bare_command(Command.NAV_RETURN_TO_LAUNCH))
     document = steps.mission.document
     return replace(
         steps.mission,
@@ -334,7 +335,7 @@ def _takeoff(steps: Steps, higher_m: float) -> MissionItem:
     assert home is not None  # else the mission is refused
     if _is_takeoff_assumed(steps.route):
         own = replace(
-            _return(),
+            bare_command(Command.NAV_RETURN_TO_LAUNCH),
             command=int(Command.NAV_TAKEOFF),
             frame=int(Frame.GLOBAL_RELATIVE_ALT),
             param4=None,
@@ -379,26 +380,11 @@ def _waypoint(steps: Steps, cut: Cut, like: MissionItem) -> MissionItem:
         frame = before.frame
         altitude_m = before.altitude_m + cut.share * ((above_m or 0.0) - before.altitude_m)
     return replace(
-        _return(),
+        bare_command(Command.NAV_RETURN_TO_LAUNCH),
         command=int(Command.NAV_WAYPOINT),
         frame=frame,
         param4=like.param4 if like.command in _STRAIGHT_COMMANDS else None,
         latitude_deg=place[0],
         longitude_deg=place[1],
         altitude_m=altitude_m,
-    )
-
-
-def _return() -> MissionItem:
-    """Return the item that leads home and lands."""
-    return MissionItem(
-        command=int(Command.NAV_RETURN_TO_LAUNCH),
-        frame=int(Frame.MISSION),
-        param1=0.0,
-        param2=0.0,
-        param3=0.0,
-        param4=0.0,
-        latitude_deg=0.0,
-        longitude_deg=0.0,
-        altitude_m=0.0,
     )

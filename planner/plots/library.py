@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
@@ -23,11 +24,7 @@ def load_altair() -> ModuleType:
     UsageError
         If it is not installed.
     """
-    try:
-        import altair
-    except ImportError as error:
-        raise UsageError(_MISSING) from error
-    return altair
+    return _load("altair")
 
 
 def load_converter() -> ModuleType:
@@ -38,8 +35,11 @@ def load_converter() -> ModuleType:
     UsageError
         If it is not installed.
     """
+    return _load("vl_convert")
+
+
+def _load(name: str) -> ModuleType:
     try:
-        import vl_convert
+        return import_module(name)
     except ImportError as error:
         raise UsageError(_MISSING) from error
-    return vl_convert
