@@ -141,3 +141,20 @@ SPEED_REPLACED = Rule(
     example="every level leg is flown at 6.0 m/s as asked: the file does not command that",
     fix="write the mission with this speed (mavjoule convert --speed) and check that file",
 )
+
+RETURN_HEIGHT_ASSUMED = Rule(
+    code="T112",
+    name="return-height-assumed",
+    severity=Severity.INFO,
+    summary="A return is flown at the height it begins at: nothing says how high the vehicle returns.",
+    why=(
+        "Autopilots climb to a height of their own before they return; a climb that is not counted "
+        "takes energy that is not there."
+    ),
+    how=(
+        "The mission ends in RETURN_TO_LAUNCH and the model answers steps of the reference: it has no "
+        "RTL_RETURN_ALT or RTL_ALT, and ways home from anywhere are flown level as well."
+    ),
+    example="the return is flown level, 40 m above home: the vehicle has no return height of its own",
+    fix="put a waypoint at the height of the return before it, or use a model of an autopilot",
+)

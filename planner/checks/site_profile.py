@@ -14,6 +14,7 @@ table          holds
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import ProfileFileError
@@ -23,7 +24,6 @@ from planner.vehicle.keys import Key, Kind, Table, described, is_number, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
 MOST_BYTES = 1 << 20
 _TABLES = ("site", "expect", "manual")
@@ -117,7 +117,7 @@ class SiteProfile:
     manual: tuple[ManualItem, ...] = ()
 
 
-def read_profile(path: Path) -> SiteProfile:
+def read_profile(path: str | Path) -> SiteProfile:
     """Read a profile.
 
     Raises
@@ -126,7 +126,7 @@ def read_profile(path: Path) -> SiteProfile:
         If the file cannot be read, or holds a wrong key or value.
     """
     source = str(path)
-    document = _document(path, source)
+    document = _document(Path(path), source)
     problems = [
         f"{name} is no table of a profile{nearest_hint(name, _TABLES)}"
         for name in document

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from planner.cli.settings import ReportRequest
+    from planner.cli.requests import ReportRequest
     from planner.service import CheckResult
 
     Results = Sequence[CheckResult | UnreadableMission]

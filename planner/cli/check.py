@@ -15,13 +15,8 @@ from planner.cli.formats import refuse_statistics, rendered
 from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, progress, refuse_overwriting, write_data
-from planner.cli.settings import (
-    BUDGET_SETTINGS,
-    FLIGHT_SETTINGS,
-    REPORT_SETTINGS,
-    check_request,
-    report_request,
-)
+from planner.cli.requests import check_request, report_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, REPORT_SETTINGS
 from planner.errors import ExitCode, UsageError
 from planner.report.text import caveat, tally
 from planner.service import UnreadableMission

@@ -9,10 +9,11 @@ import click
 
 from planner import __version__
 from planner.cli.configuration import mission_settings
-from planner.cli.format_option import format_option
+from planner.cli.format_option import data_options
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import refuse_overwriting, standard_medium, write_data
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.cli.requests import check_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
 from planner.fixes.comparison import compare_files
 
@@ -30,13 +31,7 @@ _SETTINGS = (*FLIGHT_SETTINGS, *BUDGET_SETTINGS)
     help="options for B alone, as one text: --b '--wind 8@270 --payload 0.3'",
 )
 @setting_options(_SETTINGS)
-@format_option("text", "json")
-@click.option(
-    "--output",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="write to a file instead of standard output",
-)
+@data_options("text", "json")
 @click.option(
     "--report",
     metavar="FILE.html",

@@ -7,10 +7,12 @@ path is relative to the file.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.settings import SETTINGS, Kind, Setting
+from planner.cli.setting import Kind, Setting
+from planner.cli.settings import SETTINGS
 from planner.errors import ConfigurationError
 from planner.frozen import frozen
 from planner.vehicle.keys import described, is_number, nearest_hint
@@ -64,8 +66,9 @@ def find_configuration(folder: Path) -> Configuration:
 
 
 def _is_there(path: Path) -> bool:
+    """Return whether a file is there, or something else by the name of our own file."""
     try:
-        return path.is_file()
+        return path.is_file() or (path.name == OWN_FILE and os.path.lexists(path))
     except OSError:  # a folder that may not be looked into holds no settings for us
         return False
 
@@ -111,6 +114,9 @@ def _document(path: Path) -> dict[str, Any]:
     import tomllib
 
     try:
+        if path.exists() and not path.is_file():
+            msg = f"{path}: must be a file, to hold settings"
+            raise ConfigurationError(msg)
         data = path.read_bytes()
     except OSError as error:
         msg = f"{path}: cannot be read: {error.strerror or error}"
@@ -156,6 +162,9 @@ def _file_ignore(setting: Setting, key: str, raw: object, *, path: Path) -> File
 
 
 def _single(setting: Setting, raw: object, *, folder: Path) -> object:
+    if raw == "" and setting.kind in {Kind.PATH, Kind.PATHS, Kind.MODEL}:
+        msg = f"must be {setting.kind.value}, got an empty text"
+        raise ValueError(msg)
     match setting.kind:
         case Kind.NUMBER | Kind.QUANTITY if is_number(raw):
             return setting.read(repr(raw))

@@ -12,7 +12,7 @@ from planner.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.cli.settings import ReportRequest
+    from planner.cli.requests import ReportRequest
     from planner.errors import ExitCode
     from planner.service import CheckResult, UnreadableMission
 

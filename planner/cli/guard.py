@@ -18,7 +18,8 @@ from planner.cli.configuration import mission_settings
 from planner.cli.link_options import LINK_KEYS, link_options, link_request
 from planner.cli.options import given_settings, setting_options
 from planner.cli.output import narrate
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.cli.requests import check_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import OutputError
 from planner.link.connection import OWN_SYSTEM
 from planner.link.guarding import GuardSettings

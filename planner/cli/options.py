@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner.cli.settings import Kind, Setting
+from planner.cli.setting import Kind, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

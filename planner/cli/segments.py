@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from planner import __version__, service
 from planner.cli.configuration import mission_settings
-from planner.cli.format_option import format_option
+from planner.cli.format_option import data_options
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, refuse_overwriting, write_data
-from planner.cli.settings import FLIGHT_SETTINGS, check_request
+from planner.cli.requests import check_request
+from planner.cli.settings import FLIGHT_SETTINGS
 from planner.errors import ExitCode
 from planner.report.json_report import segments_json
 from planner.report.segments_table import segments_csv, segments_text
 from planner.service import UnreadableMission
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 @click.command("segments")
 @click.argument("mission", type=MISSION_PATH)
 @setting_options(FLIGHT_SETTINGS)
-@format_option("text", "json", "csv")
-@click.option(
-    "--output",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="write to a file instead of standard output",
-)
+@data_options("text", "json", "csv")
 def command(mission: str, *, file_format: str, output: Path | None, **options: object) -> ExitCode:
     """Show a flight cut into states, a row per segment.
 

@@ -2,61 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from planner import catalogue
 from planner.autopilot import TARGETS, Autopilot, Target
-from planner.checks.selection import Selection
 from planner.cli import quantities
-from planner.errors import UsageError
+from planner.cli.setting import Kind, Setting
 from planner.findings import Severity
-from planner.flight.conditions import Conditions
-from planner.flight.spread import divided
-from planner.frozen import frozen
-from planner.service import CheckRequest
 from planner.vehicle.keys import nearest_hint
 from planner.vehicle.library import model_names
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
 
 AUTOPILOTS = ("auto", *Autopilot)
 SEVERITIES = ("error", "warning")
 FORMATS = ("text", "json", "json-lines", "sarif", "junit", "github", "gitlab")
-
-
-class Kind(Enum):
-    """What a setting holds in a TOML file, in the words of the documentation."""
-
-    TEXT = "text"
-    NUMBER = "number"
-    QUANTITY = "text or number"
-    PATH = "path"
-    PATHS = "path or list of paths"
-    MODEL = "name of a vehicle model or path of its file"
-    TEXTS = "text or list of texts"
-    SWITCH = "true or false"
-    TABLE = "table of codes by file"
-
-
-@frozen
-class Setting:
-    """One thing a user can set."""
-
-    key: str
-    """Key of the configuration, with its unit."""
-    option: str
-    """Name on the command line; empty where it only stands in a configuration."""
-    metavar: str
-    meaning: str
-    read: Callable[[str], Any]
-    """From text to value; raises ``ValueError`` with a sentence."""
-    kind: Kind = Kind.TEXT
-    choices: Callable[[], Iterable[str]] = tuple
-    """What a shell offers for it."""
 
 
 def _autopilot(text: str) -> Autopilot | str:
@@ -412,100 +370,3 @@ SETTINGS = {
     setting.key: setting
     for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS, *FILE_SETTINGS)
 }
-
-
-def check_request(values: Mapping[str, Any]) -> CheckRequest:
-    """Return the request that settings by key make; the defaults are the request's own."""
-    conditions = {
-        key: values[key]
-        for key in (
-            "wind",
-            "home_amsl_m",
-            "position_noise_m",
-            "battery_health",
-            "battery_resistance_factor",
-            "battery_temperature_c",
-            "reaction_time_s",
-            "position_error_m",
-        )
-        if key in values
-    }
-    for key, sd_key in (("temperature_c", "temperature_sd_c"), ("payload_kg", "payload_sd_kg")):
-        if key in values:
-            conditions[key], conditions[sd_key] = divided(values[key])
-    if (profile := values.get("wind_profile")) is not None:
-        conditions["wind"] = replace(
-            values.get("wind", profile),
-            reference_height_m=profile.reference_height_m,
-            shear_exponent=profile.shear_exponent,
-            roughness_length_m=profile.roughness_length_m,
-        )
-    own = {
-        key: values[key]
-        for key in (
-            "vehicle",
-            "speed_m_s",
-            "target",
-            "clearance_m",
-            "profile",
-            "battery",
-            "charge",
-            "reserve",
-            "risk",
-            "baseline",
-            "fail_on",
-        )
-        if key in values
-    }
-    selection = {key: values[key] for key in ("select", "extend_select", "ignore") if key in values}
-    autopilot = values.get("autopilot", "auto")
-    return CheckRequest(
-        **own,
-        autopilot=None if autopilot == "auto" else autopilot,
-        parameters=values.get("params"),
-        terrain=values.get("terrain", ()),
-        with_trace="trace" in values,
-        conditions=Conditions(**conditions),
-        selection=Selection(**selection, exemptions=values.get("per_file_ignores", ())),
-    )
-
-
-@frozen
-class ReportRequest:
-    """Where the report of a call goes, and how."""
-
-    format: str = "text"
-    output: Path | None = None
-    """``None``: standard output."""
-    trace: Path | None = None
-    """``None``: none is written."""
-    report: Path | None = None
-    """``None``: no page is written."""
-    plots: Path | None = None
-    """``None``: none are drawn."""
-    statistics: bool = False
-    exit_zero: bool = False
-
-
-def report_request(missions: Sequence[Mapping[str, Any]]) -> ReportRequest:
-    """Return what holds for a whole call, from the settings of each of its missions.
-
-    Raises
-    ------
-    UsageError
-        If the configurations of two missions see it differently.
-    """
-    common: dict[str, Any] = {}
-    for setting in REPORT_SETTINGS:
-        values = {values.get(setting.key) for values in missions}
-        if len(values) > 1:
-            msg = (
-                f"the configurations of these missions disagree about {setting.key}: "
-                f"give {setting.option}, or check them one by one"
-            )
-            raise UsageError(msg)
-        if (value := values.pop()) is not None:
-            common[setting.key] = value
-    if common.get("output") == Path("-"):
-        del common["output"]  # standard output, by its usual name
-    return ReportRequest(**common)

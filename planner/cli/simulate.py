@@ -15,7 +15,8 @@ from planner.cli.configuration import mission_settings
 from planner.cli.number_option import FiniteRange
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.cli.requests import check_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import UsageError
 
 if TYPE_CHECKING:

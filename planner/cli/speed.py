@@ -9,10 +9,11 @@ import click
 
 from planner import __version__
 from planner.cli.configuration import mission_settings
-from planner.cli.format_option import format_option
+from planner.cli.format_option import data_options
 from planner.cli.options import MISSION_PATH, SettingType, given_settings, setting_options
 from planner.cli.output import narrate, refuse_overwriting, write_data
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, SETTINGS, check_request
+from planner.cli.requests import check_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, SETTINGS
 from planner.errors import ExitCode
 from planner.fixes.speed import predict_file_speed_curve
 
@@ -46,13 +47,7 @@ _OTHER_SETTINGS = tuple(
     help="between two rows [default: a fifteenth of the range]",
 )
 @setting_options(_OTHER_SETTINGS)
-@format_option("text", "json", "csv")
-@click.option(
-    "--output",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="write to a file instead of standard output",
-)
+@data_options("text", "json", "csv")
 @click.option(
     "--plots",
     metavar="DIR",

@@ -11,7 +11,8 @@ from planner.cli.configuration import mission_settings
 from planner.cli.format_option import format_option
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, standard_medium, write_data
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, check_request
+from planner.cli.requests import check_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode
 from planner.fixes.split import split_file, write_split
 

@@ -14,12 +14,8 @@ from planner.cli.link_options import LINK_KEYS, TransferProgress, link_options, 
 from planner.cli.number_option import FiniteRange
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, write_data
-from planner.cli.settings import (
-    BUDGET_SETTINGS,
-    FLIGHT_SETTINGS,
-    check_request,
-    report_request,
-)
+from planner.cli.requests import check_request, report_request
+from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.report.comparison_text import difference_lines

@@ -9,7 +9,7 @@ import click
 
 from planner import __version__, service
 from planner.cli import quantities
-from planner.cli.format_option import format_option
+from planner.cli.format_option import data_options
 from planner.cli.options import SettingType
 from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
 from planner.cli.settings import FLIGHT_SETTINGS
@@ -98,10 +98,7 @@ class _Share(click.ParamType[float]):
 @click.option(
     "--plots", metavar="FOLDER", type=_FILE, help="draw power, height and speed of every flight"
 )
-@format_option("text", "json")
-@click.option(
-    "--output", metavar="FILE", type=_FILE, help="write to a file instead of standard output"
-)
+@data_options("text", "json")
 def command(
     model: str,
     logs: tuple[str, ...],

@@ -15,6 +15,7 @@ from planner.flight.prediction import predict_flight
 from planner.frozen import frozen
 from planner.mission.files import read_mission
 from planner.mission.one_speed import level_speeds, route_at_speed
+from planner.service.arguments import refuse_wrong_types
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
@@ -181,6 +182,7 @@ def predict_speed_curve(
     if options.get("speed_m_s") is not None:
         msg = "the speed is what is looked for: give a range instead of one"
         raise UsageError(msg)
+    refuse_wrong_types({"from_m_s": from_m_s, "to_m_s": to_m_s, "step_m_s": step_m_s})
     at_all_speeds = _Missions(mission, vehicle, options)
     present = service.check(mission, vehicle, **options)
     if present.case is None:

@@ -6,10 +6,12 @@ commanding: steps of the reference (the article), PX4, ArduPilot.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.errors import UsageError
@@ -17,6 +19,7 @@ from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
 from planner.flight.transients import NO_TRANSIENTS
 from planner.frozen import frozen
+from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
     from planner.flight.destination import Targets
     from planner.flight.motion.kinematics import FloatArray, Motion
     from planner.flight.transients import Transients
-    from planner.mission.stage import Route
+    from planner.mission.stage import Route, Stage
     from planner.physics.wind import Wind
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import Responses, VehicleModel
@@ -158,7 +161,11 @@ class StepPilot:
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route and its power transients."""
-        return self._along(Legs.of(route.stages, default_speed_m_s=self._speed_m_s))
+        motion, transients = self._along(Legs.of(route.stages, default_speed_m_s=self._speed_m_s))
+        assumed = _return_height_finding(route)
+        if assumed is None:
+            return motion, transients
+        return replace(motion, findings=(*motion.findings, assumed)), transients
 
     def fly_home(
         self, points_m: FloatArray, targets: Targets, _route: Route
@@ -315,6 +322,23 @@ class ArduPilotPilot:
         speed_response = None if self.responses is None else self.responses.speed
         way_m = stopping_distance_m(speed_m_s, self.parameters, speed_response)
         return way_m, _even_braking_s(way_m, speed_m_s)
+
+
+def _return_height_finding(route: Route) -> Finding | None:
+    """Return that the return of a route is flown level, if it has one."""
+    before: Stage | None = None
+    for stage in route.stages:
+        if stage.kind is StageKind.RETURN:
+            from planner.catalogue.time import RETURN_HEIGHT_ASSUMED
+
+            height = numbers.height(0.0 if before is None else before.height_m)
+            return RETURN_HEIGHT_ASSUMED.finding(
+                f"the return is flown level, {height} above home: the vehicle has no return height "
+                "of its own",
+                item=stage.item,
+            )
+        before = stage
+    return None
 
 
 def _even_braking_s(way_m: FloatArray, speed_m_s: FloatArray) -> FloatArray:

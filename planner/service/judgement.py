@@ -31,6 +31,7 @@ from planner.flight.trace import sample_trace
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
+from planner.service.arguments import refuse_out_of_range, refuse_wrong_types
 from planner.service.result import CheckResult
 
 if TYPE_CHECKING:
@@ -148,10 +149,10 @@ def check(
     UsageError
         If the model cannot be flown as asked, or a value is out of its range.
     """
+    refuse_wrong_types(locals())
     charge, charge_sd = divided(charge)
-    _refuse_shares(charge=charge, risk=risk)
-    if not isinstance(reserve, Reserve):
-        _refuse_shares(reserve=reserve)
+    share = 0.0 if isinstance(reserve, Reserve) else reserve
+    refuse_out_of_range(clearance_m=clearance_m, charge=charge, risk=risk, reserve=share)
     to_stay = reserve if isinstance(reserve, Reserve) else Reserve(fraction=reserve)
     given = _conditions(
         payload_kg,
@@ -325,13 +326,6 @@ def _route(
         "the file does not command that"
     )
     return changed, [SPEED_REPLACED.finding(message)]
-
-
-def _refuse_shares(**shares: float) -> None:
-    for name, fraction in shares.items():
-        if not 0.0 <= fraction <= 1.0:
-            msg = f"{name} must be a fraction from 0 to 1, got {fraction}"
-            raise UsageError(msg)
 
 
 def _conditions(

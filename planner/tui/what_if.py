@@ -7,8 +7,9 @@ import shlex
 import subprocess
 from typing import TYPE_CHECKING, Any
 
+from planner.cli.requests import check_request
 from planner.cli.setting_text import option_arguments, setting_text
-from planner.cli.settings import SETTINGS, check_request
+from planner.cli.settings import SETTINGS
 from planner.frozen import frozen
 
 if TYPE_CHECKING:

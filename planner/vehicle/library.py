@@ -49,7 +49,7 @@ def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
             f"is no shipped model{nearest_hint(text, names)}; shipped are: {', '.join(names)} "
             "(the path of a model file ends in .toml)"
         )
-        source = f"vehicle {shortened(text)}"
+        source = f"vehicle {shortened(text)}" if text else "vehicle ''"
         raise VehicleFileError(msg, source=source, problems=(f"{source}: {msg}",))
     data = (models_root() / f"{text}.toml").read_bytes()
     return vehicle_from_toml(data, name=text, source=f"models/{text}.toml")

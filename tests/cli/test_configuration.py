@@ -8,7 +8,8 @@ import pytest
 
 from planner.autopilot import Autopilot, Target
 from planner.cli.configuration import find_configuration, mission_settings, read_configuration
-from planner.cli.settings import SETTINGS, check_request, report_request
+from planner.cli.requests import check_request, report_request
+from planner.cli.settings import SETTINGS
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
@@ -259,3 +260,28 @@ def test_configurations_that_disagree_about_the_whole_call_are_refused() -> None
     with pytest.raises(UsageError, match="disagree about format: give --format"):
         report_request([{"format": "json"}, {}])
     assert report_request([{"format": "json"}, {"format": "json"}]).format == "json"
+
+
+@pytest.mark.parametrize("key", ["vehicle", "params", "profile", "terrain", "output"])
+def test_an_empty_path_or_name_is_refused_by_its_key(tmp_path: Path, key: str) -> None:
+    path = _own(tmp_path, f'{key} = ""')
+    with pytest.raises(ConfigurationError, match=rf"mavjoule.toml: {key}: .* got an empty text"):
+        read_configuration(path)
+
+
+def test_a_folder_by_the_name_of_the_file_is_no_absence(tmp_path: Path) -> None:
+    (tmp_path / "mavjoule.toml").mkdir()
+    with pytest.raises(ConfigurationError, match=r"mavjoule.toml: must be a file"):
+        find_configuration(tmp_path)
+
+
+def test_a_link_to_nothing_by_the_name_of_the_file_is_no_absence(tmp_path: Path) -> None:
+    (tmp_path / "mavjoule.toml").symlink_to(tmp_path / "gone.toml")
+    with pytest.raises(ConfigurationError, match=r"mavjoule.toml: cannot be read"):
+        find_configuration(tmp_path)
+
+
+def test_a_folder_by_the_shared_name_belongs_to_somebody_else(tmp_path: Path) -> None:
+    (tmp_path / "a" / "pyproject.toml").mkdir(parents=True)
+    _own(tmp_path, "payload_kg = 0.5")
+    assert find_configuration(tmp_path / "a").values == {"payload_kg": 0.5}

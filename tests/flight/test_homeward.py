@@ -262,3 +262,19 @@ def test_the_tightest_point_is_no_less_tight_than_any_of_the_profile() -> None:
     judged = (profile.item <= 3) & (profile.time_s > home.start_s[home.segment_stage == 1][0])
     highest = (profile.used_wh + profile.return_wh)[judged].max()
     assert search.nodes.sum_wh[tightest] >= highest * (1.0 - 1e-3)
+
+
+@pytest.mark.parametrize(("parameters", "codes"), [(None, ["T112"]), (ARDUPILOT, [])])
+def test_a_return_at_a_height_nobody_gave_is_told(
+    parameters: FlightParameters | None, codes: list[str]
+) -> None:
+    vehicle = ARTICLE if parameters is None else SURVEY_QUAD
+    pilot = make_pilot(vehicle, parameters, Conditions())
+    motion, _ = pilot.fly(make_route(mission(takeoff(50), waypoint(300, 35), rtl())))
+    assert [one.code for one in motion.findings] == codes
+    assert all(one.item == 3 and "35 m above home" in one.message for one in motion.findings)
+
+
+def test_a_landing_needs_no_height_to_return_at() -> None:
+    flown = mission(takeoff(50), waypoint(300, 35), item(21, 47.0, 0.0))
+    assert make_pilot(ARTICLE, None, Conditions()).fly(make_route(flown))[0].findings == ()
