@@ -114,9 +114,10 @@ def decimals(value: float | None, digits: int) -> str:
     return text.removeprefix("-") if float(text) == 0.0 else text
 
 
-def count(number: int, noun: str) -> str:
-    """Return a number of things: ``1 error``, ``2 errors``."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def count(number: float, noun: str, plural: str | None = None) -> str:
+    """Return a number of things: ``1 error``, ``2 errors``, ``0.5 turns``, ``3 vertices``."""
+    text = number if isinstance(number, int) else f"{number:g}"
+    return f"{text} {noun if number == 1 else plural or f'{noun}s'}"
 
 
 def _three_digits(value: float | None, unit: str) -> str:

@@ -17,7 +17,7 @@ FIRST_WAYPOINT_FAR = Rule(
         "(PX4 #8146, #21262, #23568)."
     ),
     how=(
-        "Distance from home to the first item with a place, not below MIS_DIST_1WP, where that is "
+        "Distance from home to the first item with a place: MIS_DIST_1WP or more, where that is "
         "positive.  An error for --target px4-1.15."
     ),
     example="the first place is 12.4 km from home, MIS_DIST_1WP is 900 m",
@@ -66,7 +66,10 @@ RALLY_FAR = Rule(
         "ArduPilot returns home instead of to a rally point beyond RALLY_LIMIT_KM, 300 m on Copter: "
         "the point is never used (ArduPilot #4701, #30575)."
     ),
-    how="Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM.",
+    how=(
+        "Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM, where that is "
+        "not 0."
+    ),
     example="rally point 1 is 1.2 km from the mission, RALLY_LIMIT_KM is 0.3",
     fix="move the rally point, or raise RALLY_LIMIT_KM",
 )

@@ -24,7 +24,10 @@ LANDING_MISSING = Rule(
     severity=Severity.WARNING,
     summary="The mission does not end on the ground.",
     why="What happens behind the last item, a hover or a return, is not in the plan.",
-    how="No LAND or RETURN_TO_LAUNCH is reached; the prediction ends at the last item, in the air.",
+    how=(
+        "No LAND or RETURN_TO_LAUNCH is reached, so that the prediction ends at the last item, in the "
+        "air; or ArduPilot's RTL_ALT_FINAL is above 0, so that its return does."
+    ),
     example="the mission ends in the air at item 12: the flight home and the landing are not counted",
     fix="end the mission with a return or a landing",
 )
@@ -120,8 +123,8 @@ OTHER_VEHICLE = Rule(
         "(QGroundControl #7662); text files do not say what they were written for."
     ),
     how=(
-        "The vehicle type of the file, else what its commands tell: take-off pitch with a landing "
-        "approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
+        "The vehicle type of the file, else what its commands tell: a take-off pitch of 5° to 45°, a "
+        "landing approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
         "patterns, which are for such vehicles, are not repeated."
     ),
     example="this may be a fixed-wing mission (item 1 takes off with a pitch of 15°)",
@@ -224,7 +227,7 @@ HOME_FAR = Rule(
     ),
     how=(
         "Distance from home to the nearest place of the mission, take-off and return not counted: "
-        "more than 10 km, an error from 100 km on.  On PX4 M104 tells of less."
+        "10 km or more, an error from 100 km on.  On PX4 M104 tells of less."
     ),
     example="home is 12,040 km from the nearest place of the mission: the way there is counted",
     fix="set the planned home to the place of take-off",

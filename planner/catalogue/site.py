@@ -30,7 +30,7 @@ TOO_HIGH_FOR_SITE = Rule(
     severity=Severity.ERROR,
     summary="The flight is higher above home than the profile of the site allows.",
     why="What a permit allows is no property of vehicle or mission, and nobody looks it up twice.",
-    how="The greatest height of the predicted flight against max_height_above_home_m.",
+    how="The greatest height of the predicted flight, more than 5 cm above max_height_above_home_m.",
     example="121 m above home at item 4, site.toml allows 120 m",
     fix="fly lower",
 )
@@ -43,7 +43,7 @@ TOO_FAR_FOR_SITE = Rule(
     why="The mission of another site is the usual slip (MAVProxy #629: mission, rally, fence near).",
     how=(
         "Distance from the place of the site, else from home, of home, every stage, rally point and "
-        "corner of the fence, against max_distance_m."
+        "corner of the fence, beyond max_distance_m."
     ),
     example="item 7 is 640 m from the site, site.toml allows 500 m",
     fix="check that this is the mission of this site",

@@ -19,7 +19,7 @@ BELOW_TERRAIN = Rule(
     how=(
         "Height of the predicted flight minus the ground of --terrain, in steps of half a cell along "
         "the whole flight without take-off and landing; fires below --clearance, which is 0 m.  "
-        "Without --terrain the ground is level with home, and places a metre under it fire.  Legs "
+        "Without --terrain the ground is level with home, and places more than 1 m under it fire.  Legs "
         "that follow terrain on ArduPilot are not judged."
     ),
     example="12 m below the ground, 340 m before item 5; 210 m of the way are too low",

@@ -15,7 +15,7 @@ NO_HEADWAY = Rule(
     ),
     how=(
         "Along each leg the ground speed is w_along + sqrt(v_max² − w_across²), v_max being the "
-        "airspeed at the greatest lean angle; fires where it is not above zero."
+        "airspeed at the greatest lean angle; fires where it is 0.1 m/s or less."
     ),
     example="no headway on 3 legs from item 7 on: 12.0 m/s of wind against 10.3 m/s of airspeed",
     fix="wait for less wind, or fly a faster vehicle",
@@ -32,9 +32,9 @@ AIRSPEED_LIMIT = Rule(
     ),
     how=(
         "Along each leg the ground speed is at most w_along + sqrt(v_max² − w_across²), v_max being "
-        "the airspeed at the greatest lean angle."
+        "the airspeed at the greatest lean angle; fires where that is below what is commanded."
     ),
-    example="3 legs from item 7 on are slower than commanded, down to 4.1 m/s of 12.0 m/s",
+    example="slower than commanded: 3 legs from item 7 on, down to 4.1 m/s of 12.0 m/s",
     fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
 )
 

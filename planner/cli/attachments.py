@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.cli.output import narrate, write_data
 from planner.errors import UsageError
 from planner.service import UnreadableMission
@@ -108,12 +109,11 @@ def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:
     from planner.plots import mission_figures, write_figures
 
     written = write_figures(mission_figures(result), folder)
-    narrate(f"{len(written)} pictures drawn into {folder}")
+    narrate(f"{numbers.count(len(written), 'picture')} drawn into {folder}")
 
 
 def attach_baseline(results: Results, path: Path) -> None:
     """Write what was found, for later calls not to report it."""
-    from planner import numbers
     from planner.checks.baseline import write_baseline
 
     for result in results:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from planner import service
+from planner import numbers, service
 from planner.cli.options import SettingType
 from planner.cli.output import narrate, refuse_overwriting
 from planner.cli.settings import SETTINGS
@@ -42,4 +42,4 @@ def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) 
         for finding in findings:
             for line in finding_lines(finding, file=file, medium=Medium()):
                 narrate(line)
-    narrate(f"{result.items} items of {result.file} are written to {result.target}")
+    narrate(f"{numbers.count(result.items, 'item')} of {result.file} written to {result.target}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from planner import __version__
+from planner import __version__, numbers
 from planner.cli.configuration import mission_settings
 from planner.cli.format_option import format_option
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
@@ -54,5 +54,5 @@ def command(
     else:
         text = report.split_text(split, medium=standard_medium())
     write_data(text)
-    narrate(f"{len(split.parts)} parts are written to {folder}")
+    narrate(f"{numbers.count(len(split.parts), 'part')} written to {folder}")
     return ExitCode.GO

@@ -355,7 +355,7 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
     """Yield what is other in the parts than in the mission."""
     if steps.has_jumps:
         yield LOOPS_WRITTEN_OUT.finding(
-            f"jumps are written out: {len(steps.items)} items are flown of "
+            f"jumps are written out: {numbers.count(len(steps.items), 'item')} flown of "
             f"{len(steps.mission.items)} in the file"
         )
     if not steps.ends:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Parts, assemble_model
@@ -221,7 +222,7 @@ def _responses(
     found = []
     for answer in answers:
         count = sum(cut.answer is answer for cut in cuts)
-        on_step(f"fitting {answer.value} to {count} manoeuvres")
+        on_step(f"fitting {answer.value} to {numbers.count(count, 'manoeuvre')}")
         found.append(identify_response(answer, cuts, use_arx=use_arx, is_shaped=is_shaped))
     return tuple(found)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.identify.estimate import Estimate
 from planner.identify.noise import mean_with_error
 from planner.identify.outcome import SegmentUse, StateOutcome, Status
@@ -197,7 +198,7 @@ def identify_manoeuvre_power(
         status=Status.IDENTIFIED,
         said=(
             f"{'the same at every airspeed' if is_flat else 'parabola over airspeed'}, table over "
-            f"climb rate, from {len(means)} manoeuvres"
+            f"climb rate, from {numbers.count(len(means), 'manoeuvre')}"
         ),
         unit="W",
         estimates=(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.errors import IdentificationError
 from planner.identify.cruise import fit_cruise_curve
 from planner.identify.estimate import Estimate
@@ -109,8 +110,9 @@ def _by_momentum_theory(
         name="steady power",
         status=Status.IDENTIFIED,
         said=(
-            f"momentum theory over airspeed, climb rate and air density, {len(steady)} steady "
-            f"stretches in {fitted.cells} cells{payload}{doubt}"
+            "momentum theory over airspeed, climb rate and air density, "
+            f"{numbers.count(len(steady), 'steady stretch', 'steady stretches')} in "
+            f"{numbers.count(fitted.cells, 'cell')}{payload}{doubt}"
         ),
         unit="W",
         estimates=fitted.estimates,
@@ -213,7 +215,7 @@ def identify_hover(
     if all(h.mass_kg is not None and h.air_density_kg_m3 is not None for h in hovers):
         of_density = fit_density_law(hovers)
         law, estimates = of_density.law, of_density.estimates
-        said = f"over mass and air density, from {len(hovers)} hovers"
+        said = f"over mass and air density, from {numbers.count(len(hovers), 'hover')}"
         if of_density.exponents_from_theory:
             names = ", ".join(of_density.exponents_from_theory)
             readings = (f"The hovers do not tell {names}: of momentum theory.",)
@@ -221,7 +223,7 @@ def identify_hover(
         try:
             of_height = fit_altitude_law(hovers)
             law, estimates = of_height.law, of_height.estimates
-            said = f"P = K H^z, from {len(hovers)} hovers"
+            said = f"P = K H^z, from {numbers.count(len(hovers), 'hover')}"
         except IdentificationError:
             weights = np.array([h.duration_s for h in hovers])
             power_w = float(np.average(powers, weights=weights))
@@ -231,7 +233,7 @@ def identify_hover(
             )
             error_w /= float(weights.sum())
             estimates = (Estimate(name="coefficient_w", value=power_w, error=error_w),)
-            said = f"constant, from {len(hovers)} hovers at one height"
+            said = f"constant, from {numbers.count(len(hovers), 'hover')} at one height"
             readings = ("All hovers are at one height: hover power is taken to be constant.",)
     predicted = np.array(
         [
@@ -295,7 +297,10 @@ def identify_cruise(
     return law, StateOutcome(
         name="cruise",
         status=Status.IDENTIFIED,
-        said=f"table over {len(curve.speed_m_s) - 1} airspeeds, from {len(cruises)} cruises",
+        said=(
+            f"table over {numbers.count(len(curve.speed_m_s) - 1, 'airspeed')}, from "
+            f"{numbers.count(len(cruises), 'cruise')}"
+        ),
         unit="W",
         estimates=tuple(
             Estimate(name=f"above hover at {speed:.1f} m/s", value=power, error=error)
@@ -337,7 +342,10 @@ def _climbs(
     return law, StateOutcome(
         name="vertical",
         status=Status.IDENTIFIED,
-        said=f"table over {len(rows) - 1} climb rates, from {len(flights)} climbs and descents",
+        said=(
+            f"table over {numbers.count(len(rows) - 1, 'climb rate')}, from {len(flights)} climbs and "
+            "descents"
+        ),
         unit="W",
         estimates=tuple(
             Estimate(name=f"above hover at {rate:+.1f} m/s", value=power, error=error)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.identify.outcome import Status
 from planner.vehicle.model import Provenance
 
@@ -50,7 +51,9 @@ def made_provenance(
     firmware = ", ".join(sorted({r.firmware for r in records if r.firmware}))
     vehicle = ", ".join(sorted({r.vehicle for r in records if r.vehicle}))
     told = " of ".join(part for part in (firmware, vehicle) if part)
-    source = f"{len(records)} flights in {len(files)} logs" + (f", {told}" if told else "")
+    source = f"{numbers.count(len(records), 'flight')} in {numbers.count(len(files), 'log')}" + (
+        f", {told}" if told else ""
+    )
     fit: list[tuple[str, float]] = [("flights", float(len(records)))]
     for outcome in outcomes:
         if outcome.status is not Status.IDENTIFIED:
@@ -86,8 +89,9 @@ def made_remarks(
 ) -> tuple[str, ...]:
     """Return comments for the top of the file: each state with its numbers and their errors."""
     minutes = sum(r.duration_s for r in records) / 60.0
+    flights = numbers.count(len(records), "flight")
     lines = [
-        f"Written by mavjoule identify {settings.version} from {len(records)} flights, {minutes:.0f} min.",
+        f"Written by mavjoule identify {settings.version} from {flights}, {minutes:.0f} min.",
         "",
     ]
     for outcome in outcomes:

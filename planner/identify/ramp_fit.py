@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.errors import IdentificationError
 from planner.identify.estimate import Estimate
 from planner.identify.outcome import SegmentUse, StateOutcome, Status
@@ -111,8 +112,8 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
         name="ramps",
         status=Status.IDENTIFIED,
         said=(
-            f"from rest to rest, by the durations of {len(measured)} manoeuvres: the logs tell no "
-            "references"
+            f"from rest to rest, by the durations of "
+            f"{numbers.count(len(measured), 'manoeuvre')}: the logs tell no references"
         ),
         unit="s",
         estimates=tuple(
@@ -143,7 +144,7 @@ def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
         not grow with the heights.
     """
     if len(flights) < _LEAST_FLIGHTS:
-        msg = f"{len(flights)} flights have level legs between a take-off and a landing: too few"
+        msg = f"too few flights have level legs between a take-off and a landing: {len(flights)}"
         raise IdentificationError(msg)
     first = [flight.legs[0] for flight in flights]
     later = [leg for flight in flights for leg in flight.legs[1:]]

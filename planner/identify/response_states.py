@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.errors import IdentificationError
 from planner.identify.commands import Answer, Cut, hold_out
 from planner.identify.outcome import ResponseEvidence, SegmentUse, StateOutcome, Status
@@ -294,7 +295,7 @@ def _outcome(
     return StateOutcome(
         name=answer.value,
         status=Status.IDENTIFIED,
-        said=f"{order} order with a delay, from {used} manoeuvres{window}{beside}",
+        said=f"{order} order with a delay, from {numbers.count(used, 'manoeuvre')}{window}{beside}",
         unit="W" if answer in _POWERS else "m" if answer is Answer.ALTITUDE else "m/s",
         estimates=fitted.estimates,
         segments=_segments(cuts, of_all),

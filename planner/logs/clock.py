@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from planner import numbers
 from planner.catalogue.flight_log import LOG_CLOCK
 from planner.frozen import frozen
 
@@ -87,5 +88,5 @@ class Clock:
             )
         if self.strays:
             yield LOG_CLOCK.finding(
-                f"{source}: {self.strays} messages are out of time and are left out"
+                f"{source}: out of time and left out: {numbers.count(self.strays, 'message')}"
             )

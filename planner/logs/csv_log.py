@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.catalogue.flight_log import LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.logs.attitude import euler_angles_deg
@@ -144,12 +145,12 @@ class _Table:
         """Return what is wrong with the rows."""
         if self._short:
             yield LOG_DAMAGED.finding(
-                f"{self.source}: {self._short} of {self.count + self._short} rows have fewer columns "
-                "than the header: left out"
+                f"{self.source}: fewer columns than the header: {self._short} of "
+                f"{numbers.count(self.count + self._short, 'row')} left out"
             )
         if self.breaks_off:
             yield LOG_DAMAGED.finding(
-                f"{self.source}: breaks off after {self.count} rows: {self.breaks_off}"
+                f"{self.source}: breaks off after {numbers.count(self.count, 'row')}: {self.breaks_off}"
             )
 
 

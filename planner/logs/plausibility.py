@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.catalogue.flight_log import VALUES_IMPOSSIBLE
 
 if TYPE_CHECKING:
@@ -54,8 +55,8 @@ def plausible(recording: Recording) -> Recording:
         worst = series.values[np.argmax(np.abs(series.values))]
         findings.append(
             VALUES_IMPOSSIBLE.finding(
-                f"{recording.file.source}: {np.sum(~possible)} values of {series.found_in} are "
-                f"impossible, such as {worst:.6g}: left out"
+                f"{recording.file.source}: {numbers.count(int(np.sum(~possible)), 'impossible value')} "
+                f"of {series.found_in} left out, such as {worst:.6g}"
             )
         )
         kept[name] = replace(series, time_s=series.time_s[possible], values=series.values[possible])

@@ -6,6 +6,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, TEXT_NO_MISSION
 from planner.errors import MissionFileError
 from planner.findings import Place
@@ -45,7 +46,7 @@ def read_fence_list(text: str, *, source: str) -> Mission:
     places: list[Place] = []
     for place, fields in _read_fields(text, source=source):
         if len(fields) != 2:
-            msg = f"the line has {len(fields)} values, expected a latitude and a longitude"
+            msg = f"the line has {numbers.count(len(fields), 'value')}, expected a latitude and a longitude"
             raise MissionFileError(msg, source=source, place=place)
         points.append(_read_position(fields, source=source, place=place))
         places.append(place)
@@ -57,13 +58,14 @@ def read_fence_list(text: str, *, source: str) -> Mission:
         message = "the fence is not closed: its last point does not repeat the second line"
         findings.append(FENCE_ITEM_BROKEN.finding(message, place=places[-1]))
     polygons: tuple[FencePolygon, ...] = ()
+    corners = numbers.count(len(vertices), "vertex", "vertices")
     if len(vertices) >= 3:
         polygon = FencePolygon(inclusion=True, vertices_deg=tuple(vertices), place=places[1])
         polygons = (polygon,)
     else:
-        message = f"the fence has {len(vertices)} vertices, fewer than 3: left out"
+        message = f"the fence has {corners}, fewer than 3: left out"
         findings.append(FENCE_ITEM_BROKEN.finding(message, place=places[0]))
-    what = f"the file holds a fence of {len(vertices)} vertices and no mission"
+    what = f"the file holds a fence of {corners} and no mission"
     fence = Fence(polygons=polygons, breach_return_deg_m=(*points[0], None))
     return _make_mission(text, what, fence=fence, findings=findings, source=source)
 

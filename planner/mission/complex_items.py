@@ -169,7 +169,8 @@ class ComplexItemReader:
                 f"a single line: its spacing is {plan.spacing_m:g} m, and QGroundControl flies one line "
                 f"below {CLOSEST_SPACING_M:g} m"
             )
-        message = f"{item.title} holds no items: {len(items)} computed from its area, {flown}"
+        computed = numbers.count(len(items), "item")
+        message = f"{item.title} holds no items: {computed} computed from its area, {flown}"
         self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
         return items
 

@@ -10,6 +10,7 @@ from collections import Counter
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.catalogue.loader_writer import (
     AREAS_NOT_WRITTEN,
     COMMENTS_NOT_WRITTEN,
@@ -115,7 +116,7 @@ def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
             yield WRITTEN_DIFFERENTLY.finding(message, item=number)
             return
     if len(mission.items) != len(back.items):
-        message = f"{len(mission.items)} items are written, {len(back.items)} read back"
+        message = f"items written: {len(mission.items)}, read back: {len(back.items)}"
         yield WRITTEN_DIFFERENTLY.finding(message)
 
 
@@ -137,11 +138,11 @@ def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
     read_fence, read_rally = _placeless_fence(back.fence), _placeless_points(back.rally)
     if fence is not None and read_fence is None:
         areas = len(fence.polygons) + len(fence.circles)
-        lost.append(f"the fence ({_count(areas, 'area')})")
+        lost.append(f"the fence ({numbers.count(areas, 'area')})")
     elif fence != read_fence:
         yield WRITTEN_DIFFERENTLY.finding("the fence reads back with other areas")
     if rally and not read_rally:
-        lost.append(_count(len(rally), "rally point"))
+        lost.append(numbers.count(len(rally), "rally point"))
     elif rally != read_rally:
         yield WRITTEN_DIFFERENTLY.finding("the rally points read back at other places")
     if lost:
@@ -189,11 +190,11 @@ def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
         for before, after in zip(_complex_kinds(mission), _complex_kinds(back), strict=True)
     )
     if expanded:
-        items = _count(expanded.total(), "complex item")
+        items = numbers.count(expanded.total(), "complex item")
         message = f"{items} ({', '.join(expanded)}) written as the items they stand for"
         yield COMPLEX_ITEMS_WRITTEN_OUT.finding(message)
     if unexpanded:
-        items = _count(unexpanded.total(), "complex item")
+        items = numbers.count(unexpanded.total(), "complex item")
         message = f"{items} ({', '.join(unexpanded)}) cannot be expanded: not in the written file"
         yield COMPLEX_ITEM_NOT_WRITTEN.finding(message)
 
@@ -243,8 +244,4 @@ def _check_comments(mission: Mission) -> Iterator[Finding]:
             "#" in line or line.lstrip().startswith("//") for line in mission.document.splitlines()
         )
         if comments:
-            yield COMMENTS_NOT_WRITTEN.finding(f"{_count(comments, 'comment')} left out")
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
+            yield COMMENTS_NOT_WRITTEN.finding(f"{numbers.count(comments, 'comment')} left out")

@@ -173,13 +173,15 @@ class Course(Whereabouts):
         self.height_m = self.height_of_m(number, item)
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
         if turns > MOST_TURNS or abs(radius) > LARGEST_RADIUS_M:
-            self.refuse(number, item, f"{turns:g} turns of {radius:g} m cannot be flown")
+            self.refuse(
+                number, item, f"{numbers.count(turns, 'turn')} of {radius:g} m cannot be flown"
+            )
         if self.meaning is Autopilot.ARDUPILOT:
             kept_turns = ardupilot_storage.stored_turns(turns)
             kept_radius = ardupilot_storage.stored_radius_m(radius)
             if (kept_turns, kept_radius) != (turns, radius):
                 said, kept = (
-                    f"{turns:g} turns of {radius:g} m",
+                    f"{numbers.count(turns, 'turn')} of {radius:g} m",
                     f"{kept_turns:g} of {kept_radius:g} m",
                 )
                 self._remark_stored(number, item, said, kept)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, RALLY_ALTITUDE_REFERENCE
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command, Frame
@@ -88,7 +89,7 @@ def _make_polygons(
             for item in items[start:end]
             if item.latitude_deg is not None and item.longitude_deg is not None
         )
-        has = f"the fence polygon {_where(first)} has {len(vertices)} vertices"
+        has = f"the fence polygon {_where(first)} has {numbers.count(len(vertices), 'vertex', 'vertices')}"
         if len(vertices) < 3:
             remarks.add(FENCE_ITEM_BROKEN, f"{has}: left out", place=first.place)
         else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from planner import numbers
 from planner.catalogue.loader import FENCE_VERSION, PLAN_VALUE
 from planner.catalogue.loader_text import FENCE_ITEM_BROKEN
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
@@ -47,7 +48,8 @@ def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
         vertices = tuple(area.position("polygon", n) for n in range(len(area.listed("polygon"))))
         place = section.document.place(raw)
         if len(vertices) < 3:
-            message = f"{area.title} has {len(vertices)} vertices and encloses nothing: left out"
+            corners = numbers.count(len(vertices), "vertex", "vertices")
+            message = f"{area.title} has {corners} and encloses nothing: left out"
             remarks.add(FENCE_ITEM_BROKEN, message, place=place)
             continue
         polygons.append(

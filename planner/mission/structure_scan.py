@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.catalogue.loader import STRUCTURE_SCAN_EXPANDED
 from planner.findings import Severity
 from planner.geo.local_frame import LocalFrame
@@ -62,7 +63,9 @@ def expand_structure_scan(
     from_top = scan.truth("StartFromTop")
     outline = [scan.position("polygon", n) for n in range(len(scan.listed("polygon")))]
     if len(outline) < 3:
-        scan.refuse(f"its polygon has {len(outline)} vertices", "polygon")
+        scan.refuse(
+            f"its polygon has {numbers.count(len(outline), 'vertex', 'vertices')}", "polygon"
+        )
     if 4 + layers * (len(outline) + 3) > MOST_ITEMS:
         scan.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "Layers")
     if layers * abs(layer_m) > LARGEST_LENGTH_M:
@@ -89,8 +92,8 @@ def expand_structure_scan(
     sequence.add_waypoint(*path[0], entrance_m, frame=relative)
 
     message = (
-        f"{scan.title}: {len(sequence.items)} items computed, {layers} laps of {len(path)} vertices "
-        "from the first vertex, which QGroundControl does not save"
+        f"{scan.title}: {len(sequence.items)} items computed, {numbers.count(layers, 'lap')} of "
+        f"{len(path)} vertices from the first vertex, which QGroundControl does not save"
     )
     severity = None
     counted = (
@@ -98,7 +101,9 @@ def expand_structure_scan(
     )
     if layers != counted:
         severity = Severity.WARNING
-        message += f"; QGroundControl will count {counted} layers when it loads the file"
+        message += (
+            f"; QGroundControl will count {numbers.count(counted, 'layer')} when it loads the file"
+        )
     if not is_moved:
         severity = Severity.WARNING
         message += (

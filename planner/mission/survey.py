@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.frozen import frozen
 from planner.geo.local_frame import LocalFrame
 from planner.mission.commands import Command, Frame
@@ -143,7 +144,9 @@ def read_frame(transects: JsonFields, camera: JsonFields) -> int:
 def _read_outline(survey: JsonFields) -> tuple[tuple[float, float], ...]:
     outline = tuple(survey.position("polygon", n) for n in range(len(survey.listed("polygon"))))
     if len(outline) < 3:
-        survey.refuse(f"its polygon has {len(outline)} vertices", "polygon")
+        survey.refuse(
+            f"its polygon has {numbers.count(len(outline), 'vertex', 'vertices')}", "polygon"
+        )
     return outline
 
 

@@ -10,6 +10,7 @@ import re
 from itertools import chain
 from typing import TYPE_CHECKING, NoReturn
 
+from planner import numbers
 from planner.catalogue.loader_text import (
     TEXT_DIALECT,
     TEXT_EXTRA_COLUMNS,
@@ -226,12 +227,12 @@ def _check_dialect(content: RowText, *, has_header: bool) -> list[Finding]:
     if untabbed:
         first = untabbed[0].place.line
         reasons.append(
-            f"{_count(untabbed, 'row')} not 12 fields between tabs (first in line {first})"
+            f"{numbers.count(len(untabbed), 'row')} not 12 fields between tabs (first in line {first})"
         )
     if content.comment_lines:
-        reasons.append(f"{content.comment_lines} comments")
+        reasons.append(f"{numbers.count(content.comment_lines, 'comment')}")
     if content.blank_lines:
-        reasons.append(f"{content.blank_lines} blank lines")
+        reasons.append(f"{numbers.count(content.blank_lines, 'blank line')}")
     if not reasons or not has_header:
         return []
     message = f"QGroundControl refuses this file: {', '.join(reasons)}"
@@ -246,7 +247,10 @@ def _check_rows(rows: Sequence[Row], *, base: int) -> list[Finding]:
         if affected:
             where = f" (first in line {affected[0].place.line})"
             findings.append(
-                rule.finding(f"{_count(affected, 'row')} {message}{where}", place=affected[0].place)
+                rule.finding(
+                    f"{numbers.count(len(affected), 'row')} {message}{where}",
+                    place=affected[0].place,
+                )
             )
 
     report(
@@ -271,8 +275,8 @@ def _check_rows(rows: Sequence[Row], *, base: int) -> list[Finding]:
         row, expected = misnumbered[0]
         jumps = any(other.command == Command.DO_JUMP for other in rows)
         message = (
-            f"{_count(misnumbered, 'row')} out of sequence, first {row.sequence} where {expected} "
-            "is due: rows are numbered by their order"
+            f"{numbers.count(len(misnumbered), 'row')} out of sequence, first {row.sequence} where "
+            f"{expected} is due: rows are numbered by their order"
             + (", and DO_JUMP goes by that order" if jumps else "")
         )
         severity = Severity.WARNING if jumps else Severity.INFO
@@ -283,9 +287,9 @@ def _check_rows(rows: Sequence[Row], *, base: int) -> list[Finding]:
 def _mixed_areas(areas: Sequence[MissionItem], *, has_items: bool) -> Finding:
     """Return the finding about fence and rally rows, alone or inside a mission."""
     rally = sum(item.command == Command.NAV_RALLY_POINT for item in areas)
-    parts = [f"{len(areas) - rally} fence rows"] if len(areas) > rally else []
+    parts = [f"{numbers.count(len(areas) - rally, 'fence row')}"] if len(areas) > rally else []
     if rally:
-        parts.append(f"{rally} rally rows")
+        parts.append(f"{numbers.count(rally, 'rally row')}")
     what = " and ".join(parts)
     if not has_items:
         return TEXT_NO_MISSION.finding(
@@ -293,7 +297,3 @@ def _mixed_areas(areas: Sequence[MissionItem], *, has_items: bool) -> Finding:
         )
     message = f"{what} inside the mission: checked as fence and rally, refused as mission items"
     return TEXT_FENCE_ROWS.finding(message, place=areas[0].place)
-
-
-def _count(things: Sequence[object], noun: str) -> str:
-    return f"{len(things)} {noun}" + ("" if len(things) == 1 else "s")

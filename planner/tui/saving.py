@@ -94,8 +94,8 @@ def _save_mission(checked: Checked, path: Path) -> str:
             mission = mission_at_speed(mission, speed_m_s)
         items, losses = len(mission.items), write_mission(mission, path)
     flown = "" if speed_m_s is None else f" at {numbers.speed(speed_m_s)}"
-    lost = f"; {len(losses)} things are not the same in it" if losses else ""
-    return f"{path}: the mission{flown}, {items} items{lost}"
+    lost = f"; not the same in it: {numbers.count(len(losses), 'thing')}" if losses else ""
+    return f"{path}: the mission{flown}, {numbers.count(items, 'item')}{lost}"
 
 
 class FileThereError(UsageError):

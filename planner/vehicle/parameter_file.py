@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.parameter import PARAMETER_REPEATED
 from planner.errors import ParameterFileError
@@ -211,7 +212,11 @@ def _shown(value: float | None) -> str:
 def _repetitions(repeated: list[str], *, source: str) -> tuple[Finding, ...]:
     if not repeated:
         return ()
-    more = f", and {len(repeated) - 1} more parameters are repeated" if len(repeated) > 1 else ""
+    more = (
+        f", and so {numbers.count(len(repeated) - 1, 'more parameter')}"
+        if len(repeated) > 1
+        else ""
+    )
     return (PARAMETER_REPEATED.finding(f"{source}: {repeated[0]}: the last value is used{more}"),)
 
 

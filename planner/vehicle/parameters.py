@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from planner import numbers
 from planner.autopilot import Autopilot, Target
 from planner.catalogue.parameter import (
     PARAMETER_IMPOSSIBLE,
@@ -288,7 +289,7 @@ class _Resolution:
     def _assumed_sentence(self, assumed: list[str]) -> str:
         names = ", ".join(assumed[:_NAMED])
         more = len(assumed) - _NAMED
-        rest = f" and {more} more parameters" if more > 0 else ""
+        rest = f" and {numbers.count(more, 'more parameter')}" if more > 0 else ""
         return f"{self.autopilot.label}'s defaults are assumed for {names}{rest}"
 
 
@@ -297,7 +298,11 @@ def _joined(
 ) -> Iterator[Finding]:
     """Yield one finding for all sentences of a rule, none where there is none."""
     if sentences:
-        more = f", and {len(sentences) - 1} more parameters" if len(sentences) > 1 else ""
+        more = (
+            f", and {numbers.count(len(sentences) - 1, 'more parameter')}"
+            if len(sentences) > 1
+            else ""
+        )
         yield rule.finding(sentences[0] + more, severity=severity)
 
 

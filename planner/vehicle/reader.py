@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.errors import VehicleFileError
 from planner.findings import Place
@@ -400,7 +401,7 @@ def _single_problem(message: str, *, source: str) -> VehicleFileError:
 
 def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
     key, message = problems[0]
-    more = f" (and {len(problems) - 1} more problems)" if len(problems) > 1 else ""
+    more = f" (and {numbers.count(len(problems) - 1, 'more problem')})" if len(problems) > 1 else ""
     return VehicleFileError(
         message + more,
         source=source,

@@ -12,20 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from made_missions import (
-    HOME,
-    METRES_PER_DEGREE_NORTH,
-    item,
-    mission,
-    north,
-    rtl,
-    takeoff,
-    waypoint,
-)
+from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
+from made_terrain import CELL_M, COLUMNS, ROWS, ground
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.geo.terrain import TerrainGrid, TerrainTile
+from planner.geo.terrain import TerrainGrid
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -41,28 +33,6 @@ OF = {
     Autopilot.PX4: load_vehicle("px4-sih-quad"),
     Autopilot.ARDUPILOT: load_vehicle("arducopter-sitl-quad"),
 }
-CELL_M = 10.0
-CELL_DEG = CELL_M / METRES_PER_DEGREE_NORTH
-ROWS, COLUMNS = 400, 40
-SOUTH_M = -1000.0
-
-
-def ground(ridge_m: float, *, at_m: float = 250.0, rows: int = ROWS) -> TerrainGrid:
-    """Return a grid from 1 km south of home; the centres of two rows of cells lie on the ridge."""
-    heights = np.full((rows, COLUMNS), 400.0, dtype=np.float32)
-    southern = round((at_m - SOUTH_M) / CELL_M)
-    heights[rows - 1 - southern - 1 : rows - 1 - southern + 1] += ridge_m
-    south, west = north(SOUTH_M) - 0.5 * CELL_DEG, HOME.longitude_deg - 0.5 * COLUMNS * CELL_DEG
-    top = south + rows * CELL_DEG
-    tile = TerrainTile(
-        source="ridge.tif",
-        heights_amsl_m=heights,
-        transform=(CELL_DEG, 0.0, west, 0.0, -CELL_DEG, top),
-        projection_wkt=None,
-        bounds_deg=(south, west, top, west + COLUMNS * CELL_DEG),
-        cell_m=CELL_M,
-    )
-    return TerrainGrid(tiles=(tile,))
 
 
 def findings(

@@ -15,9 +15,7 @@ def test_a_mission_is_written_and_nothing_goes_to_standard_output(
     assert main(["convert", "there.plan", "back.waypoints"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
-    assert said.err.splitlines()[0] == (
-        "mavjoule: 3 items of out.waypoints are written to there.plan"
-    )
+    assert said.err.splitlines()[0] == ("mavjoule: 3 items of out.waypoints written to there.plan")
     assert "mavjoule: back.waypoints: L204 keys-not-written [info] " in said.err
     first, second = (planner.read_mission(name).items for name in (mission, "back.waypoints"))
     assert first == second

@@ -48,7 +48,7 @@ def test_the_table_says_what_each_part_flies(
     said = capsys.readouterr()
     assert "GO    part" not in said.out
     assert f"GO  {Path('across-parts', 'part-01.plan')}  item" in said.out
-    assert "parts are written to across-parts" in said.err
+    assert "parts written to across-parts" in said.err
 
 
 def test_a_mission_no_leg_of_which_fits_ends_in_1_and_writes_nothing(

@@ -270,7 +270,7 @@ TRAPS = (
         content=rows(HOME_ROW, "# up", TAKEOFF_ROW, "", WAYPOINT_ROW + "\t# over there", RTL_ROW),
         flown_by=ARDUPILOT,
         codes=frozenset({"L151", "M115"}),
-        word="2 comments, 1 blank lines",
+        word="2 comments, 1 blank line",
         commands=(22, 16, 20),
     ),
     Trap(
@@ -431,7 +431,7 @@ TRAPS = (
         ),
         flown_by=ARDUPILOT,
         codes=frozenset({"L156", "M115"}),
-        word="3 fence rows and 1 rally rows inside the mission",
+        word="3 fence rows and 1 rally row inside the mission",
         commands=(22, 20),
         also=lambda mission, _: fences(mission) == [True] and len(mission.rally) == 1,
     ),

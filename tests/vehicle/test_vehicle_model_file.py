@@ -350,7 +350,7 @@ def test_every_problem_of_a_file_is_reported_at_once() -> None:
 
 
 def test_the_message_of_the_error_counts_the_other_problems() -> None:
-    with pytest.raises(VehicleFileError, match=r"exponent.* \(and 1 more problems\)"):
+    with pytest.raises(VehicleFileError, match=r"exponent.* \(and 1 more problem\)"):
         read(
             STEP_MODEL.replace("exponent = 0.02", "exponent = nan").replace(
                 "capacity_ah = 5.0", "capacity_ah = -5.0"

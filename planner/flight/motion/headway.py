@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.catalogue.wind import AIRSPEED_LIMIT, NO_HEADWAY
 
 if TYPE_CHECKING:
@@ -134,20 +135,22 @@ def headway_findings(
     if stuck.any():
         first = int(item[stuck][0])
         strength_m_s = 0.0 if wind is None else wind.speed_m_s
+        legs = numbers.count(int(stuck.sum()), "leg")
         profile = "" if wind is None or wind.reference_height_m is None else " with its profile"
         findings.append(
             NO_HEADWAY.finding(
-                f"no headway on {stuck.sum()} legs from item {first} on: {strength_m_s:.1f} m/s "
+                f"no headway on {legs} from item {first} on: {strength_m_s:.1f} m/s "
                 f"of wind{profile} against {airspeed_limit_m_s:.1f} m/s of airspeed",
                 item=first,
             )
         )
     if slowed.any():
         first = int(item[slowed][0])
+        legs = numbers.count(int(slowed.sum()), "leg")
         slowest = np.flatnonzero(slowed)[np.argmin(limit_m_s[slowed])]
         findings.append(
             AIRSPEED_LIMIT.finding(
-                f"{slowed.sum()} legs from item {first} on are slower than commanded, down to "
+                f"slower than commanded: {legs} from item {first} on, down to "
                 f"{limit_m_s[slowest]:.1f} m/s of {speed_m_s[slowest]:.1f} m/s",
                 item=first,
             )

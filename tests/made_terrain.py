@@ -1,0 +1,31 @@
+"""Ground drawn by hand: level with home but for a ridge across the way north."""
+
+from __future__ import annotations
+
+import numpy as np
+from made_missions import HOME, METRES_PER_DEGREE_NORTH, north
+
+from planner.geo.terrain import TerrainGrid, TerrainTile
+
+CELL_M = 10.0
+CELL_DEG = CELL_M / METRES_PER_DEGREE_NORTH
+ROWS, COLUMNS = 400, 40
+SOUTH_M = -1000.0
+
+
+def ground(ridge_m: float, *, at_m: float = 250.0, rows: int = ROWS) -> TerrainGrid:
+    """Return a grid from 1 km south of home; the centres of two rows of cells lie on the ridge."""
+    heights = np.full((rows, COLUMNS), 400.0, dtype=np.float32)
+    southern = round((at_m - SOUTH_M) / CELL_M)
+    heights[rows - 1 - southern - 1 : rows - 1 - southern + 1] += ridge_m
+    south, west = north(SOUTH_M) - 0.5 * CELL_DEG, HOME.longitude_deg - 0.5 * COLUMNS * CELL_DEG
+    top = south + rows * CELL_DEG
+    tile = TerrainTile(
+        source="ridge.tif",
+        heights_amsl_m=heights,
+        transform=(CELL_DEG, 0.0, west, 0.0, -CELL_DEG, top),
+        projection_wkt=None,
+        bounds_deg=(south, west, top, west + COLUMNS * CELL_DEG),
+        cell_m=CELL_M,
+    )
+    return TerrainGrid(tiles=(tile,))

@@ -1,0 +1,100 @@
+"""Family T: time, and items whose effect is not known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
+
+from planner.autopilot import Autopilot
+from planner.mission.jumps import flown_order
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.findings import Finding
+    from planner.mission.items import Mission, MissionItem
+
+ON_BOARD = Autopilot.ARDUPILOT
+
+
+def returning(*items: MissionItem) -> Mission:
+    """Return a flight to 100 m north that goes on so and returns."""
+    return mission(takeoff(20), waypoint(100, 20), *items, rtl())
+
+
+def at_speed(speed_m_s: float) -> Mission:
+    """Return a flight at a commanded speed."""
+    return mission(takeoff(20), speed(speed_m_s), waypoint(500, 20), rtl())
+
+
+def delay(seconds: float, hour: float = -1.0) -> MissionItem:
+    return item(93, frame=2, params=(seconds, hour, 30.0 if hour >= 0.0 else -1.0, -1.0))
+
+
+def jumping(repeats: int) -> tuple[Finding, ...]:
+    """Return what is told of two items flown so often again, and none behind them."""
+    return flown_order((takeoff(20), jump(1, repeats)), ON_BOARD).findings
+
+
+CASES: Mapping[str, RuleCases] = {
+    "T101": RuleCases(
+        fires=lambda: found(returning(jump(2, -1)), ARDUPILOT),
+        boundary=lambda: found(returning(jump(2, 0)), ARDUPILOT),
+        silent=lambda: found(returning(jump(2, 1)), ARDUPILOT),
+    ),
+    "T102": RuleCases(
+        fires=lambda: found(returning(item(94, north(100), 0.0)), ARDUPILOT),
+        boundary=lambda: found(
+            returning(item(183, frame=2, params=(1.0, 1500.0, 0.0, 0.0))), ARDUPILOT
+        ),
+        silent=lambda: found(PLAIN, ARDUPILOT),
+    ),
+    "T103": RuleCases(
+        fires=lambda: found(at_speed(12.1), PX4),
+        boundary=lambda: found(at_speed(12.0), PX4),
+        silent=lambda: found(at_speed(12.1), ARDUPILOT),
+    ),
+    "T104": RuleCases(
+        fires=lambda: found(mission(takeoff(20), rtl(), waypoint(100, 20))),
+        # What stands behind the return is reached by a jump around it, and led back from.
+        boundary=lambda: found(
+            mission(takeoff(20), jump(4, 1), rtl(), waypoint(100, 20), jump(3, 1))
+        ),
+        silent=lambda: found(PLAIN),
+    ),
+    "T107": RuleCases(
+        fires=lambda: found(returning(delay(0.0, 14.0)), ARDUPILOT, "RTL_LOIT_TIME,60000\n"),
+        # Half a turn at 45 °/s takes 4 s.
+        boundary=lambda: found(PLAIN, ARDUPILOT, "RTL_LOIT_TIME,4000\nATC_RATE_WPY_MAX,45\n"),
+        silent=lambda: found(returning(delay(30.0)), ARDUPILOT, "RTL_LOIT_TIME,60000\n"),
+    ),
+    "T108": RuleCases(
+        fires=lambda: found(returning(replace(waypoint(200, 20), autocontinue=False)), PX4),
+        boundary=lambda: found(
+            returning(item(92, frame=2, params=(0.0, 0.0, 0.0, 0.0))), ARDUPILOT
+        ),
+        silent=lambda: found(returning(replace(waypoint(200, 20), autocontinue=False)), ARDUPILOT),
+    ),
+    "T109": RuleCases(
+        fires=lambda: found(PLAIN, PX4),
+        boundary=lambda: found(PLAIN, PX4, position_noise_m=0.0),
+        silent=lambda: found(PLAIN, PX4, position_noise_m=0.3),
+    ),
+    "T110": RuleCases(
+        fires=lambda: found(PLAIN, PX4, "RTL_LAND_DELAY,-1\n"),
+        boundary=lambda: found(PLAIN, PX4, "RTL_LAND_DELAY,0\n"),
+        silent=lambda: found(PLAIN, PX4, "RTL_LAND_DELAY,5\n"),
+    ),
+    "T111": RuleCases(
+        fires=lambda: found(at_speed(6.0), PX4, speed_m_s=5.9),
+        boundary=lambda: found(
+            mission(takeoff(20), speed(6.0), waypoint(500, 20), item(21, north(500), 0.0)),
+            PX4,
+            speed_m_s=6.0,
+        ),
+        silent=lambda: found(at_speed(6.0), PX4),
+    ),
+}

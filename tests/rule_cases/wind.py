@@ -1,0 +1,61 @@
+"""Family W: wind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from made_missions import mission, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, RuleCases, found, vehicle_of
+
+from planner.physics.wind import Wind
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.autopilot import Autopilot
+    from planner.findings import Finding
+
+
+def against(wind_m_s: float, airspeed_m_s: float) -> tuple[Finding, ...]:
+    """Return what is told of a flight at 10 m/s north against the wind."""
+    return found(
+        mission(takeoff(20), waypoint(200, 20)),
+        ARDUPILOT,
+        "WP_SPD,10\n",
+        vehicle=replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=airspeed_m_s),
+        wind=Wind(speed_m_s=wind_m_s, from_deg=0.0),
+    )
+
+
+def in_wind(
+    wind_m_s: float, autopilot: Autopilot = STEP, parameters: str = ""
+) -> tuple[Finding, ...]:
+    """Return what is told of the plain flight in wind."""
+    return found(PLAIN, autopilot, parameters, wind=Wind(speed_m_s=wind_m_s))
+
+
+CASES: Mapping[str, RuleCases] = {
+    "W101": RuleCases(
+        fires=lambda: against(15.0, 15.0),
+        boundary=lambda: against(0.0, 0.1),
+        fires_at_boundary=True,
+        silent=lambda: against(14.0, 15.0),
+    ),
+    "W102": RuleCases(
+        fires=lambda: against(5.1, 15.0),
+        boundary=lambda: against(5.0, 15.0),
+        silent=lambda: against(4.9, 15.0),
+    ),
+    "W103": RuleCases(
+        fires=lambda: in_wind(10.1),
+        boundary=lambda: in_wind(10.0),  # the article's vehicle was identified up to it
+        fires_at_boundary=True,
+        silent=lambda: in_wind(9.9),
+    ),
+    "W104": RuleCases(
+        fires=lambda: in_wind(8.1, PX4, "COM_WIND_MAX,8\n"),
+        boundary=lambda: in_wind(8.0, PX4, "COM_WIND_MAX,8\n"),
+        silent=lambda: in_wind(8.1, PX4, "COM_WIND_MAX,-1\n"),
+    ),
+}
