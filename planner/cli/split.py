@@ -10,7 +10,7 @@ from planner import __version__, numbers
 from planner.cli.configuration import mission_settings
 from planner.cli.format_option import format_option
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
-from planner.cli.output import narrate, standard_medium, write_data
+from planner.cli.output import narrate, narrate_seldom, standard_medium, write_data
 from planner.cli.requests import check_request
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode
@@ -45,7 +45,7 @@ def command(
     settings = mission_settings(mission, given_settings(options))
     if folder is None:
         folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
-    split = split_file(mission, check_request(settings), folder=folder)
+    split = split_file(mission, check_request(settings), folder=folder, on_step=narrate_seldom())
     write_split(split, folder, force=force)
     from planner.report import split as report
 

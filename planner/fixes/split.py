@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,30 +13,26 @@ from planner.catalogue.loader_writer import (
     RETURN_ADDED,
 )
 from planner.errors import OutputError, SplitError, UsageError
+from planner.fixes.part_search import MENDED, PartSearch
 from planner.frozen import frozen
 from planner.mission.carried_state import is_output
 from planner.mission.conversion import convert_mission
 from planner.mission.files import read_mission
 from planner.mission.items import MissionFormat
 from planner.mission.one_speed import mission_at_speed
-from planner.mission.parts import make_steps, part_of, possible_cuts, resumption
+from planner.mission.parts import make_steps, part_of
 from planner.mission.plan import read_plan_text
 from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from planner.findings import Finding
+    from planner.fixes.part_search import Range
     from planner.mission.items import Mission
     from planner.mission.parts import Cut, Steps
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
-
-_MENDED = frozenset({"E101", "E102", "E103", "E104", "E119"})
-"""What a shorter flight mends."""
-_MOST_PARTS = 99
-_TRIES = 60
-"""Earlier places a part is tried to end at, where more than energy is wrong with its longest form."""
 
 
 @frozen
@@ -78,6 +73,7 @@ def split_mission(
     vehicle: VehicleModel,
     *,
     folder: Path | str = "",
+    on_step: Callable[[str], None] = lambda _: None,
     **options: Any,  # noqa: ANN401 - those of `planner.check`
 ) -> Split:
     """Return the fewest flights that together fly a mission, each a go by `planner.check`.
@@ -90,6 +86,8 @@ def split_mission(
         As `planner.load_vehicle` returns it.
     folder : Path or str
         Where the parts are to be written, for their names.
+    on_step : callable
+        Told how far the search is, in words.
     **options
         Battery, reserve, conditions and the rest, as `planner.check` takes them; a ``speed_m_s`` is
         written into the parts.
@@ -111,7 +109,8 @@ def split_mission(
 
     Notes
     -----
-    Each part goes as far as its budget does, by bisection among the places the mission can be cut at.
+    Each part goes as far as its budget does among the places the mission can be cut at: looked for by
+    what the flight in one piece takes, and found by checks of that part and of the one a cut longer.
     As the energy of a part and of the way home from it grow with its length, no split has fewer parts.
     Legs are cut inside only where that saves a part.
     """
@@ -123,9 +122,9 @@ def split_mission(
     assert case is not None  # else nothing is flown, an error, and it is refused
     meaning = None if case.target is None else case.target.autopilot
     steps = make_steps(mission, case.route, meaning)
-    search = _Search(steps, vehicle, options, Path(folder))
+    search = PartSearch(steps, vehicle, options, whole, on_step)
     ranges = search.ranges(inside_legs=False)
-    if ranges is None or len(ranges) > search.fewest(whole):
+    if ranges is None or len(ranges) > search.fewest():
         finer = search.ranges(inside_legs=True)
         if finer is not None and (ranges is None or len(finer) < len(ranges)):
             ranges = finer
@@ -133,9 +132,14 @@ def split_mission(
         raise SplitError(search.refusal)
     parts: list[SplitPart] = []
     losses: dict[str, Finding] = {}
-    for number, (start, end) in enumerate(ranges, start=1):
-        after = ranges[number - 2][1] if number > 1 else None
-        part, lost = search.written(number, start, end, after=after)
+
+    def check(part: Mission) -> CheckResult:
+        return service.check(part, vehicle, **options)
+
+    before = [None, *(end for _, end in ranges)]
+    for number, (ends, after) in enumerate(zip(ranges, before, strict=False), start=1):
+        file = str(Path(folder) / f"part-{number:02}.plan")
+        part, lost = _written(steps, ends, after, file, check)
         parts.append(part)
         losses = {finding.code: finding for finding in lost} | losses
     return Split(
@@ -146,7 +150,13 @@ def split_mission(
     )
 
 
-def split_file(path: Path | str, request: service.CheckRequest, *, folder: Path) -> Split:
+def split_file(
+    path: Path | str,
+    request: service.CheckRequest,
+    *,
+    folder: Path,
+    on_step: Callable[[str], None] = lambda _: None,
+) -> Split:
     """Read a mission and split it; see `split_mission`.
 
     Raises
@@ -155,7 +165,7 @@ def split_file(path: Path | str, request: service.CheckRequest, *, folder: Path)
         As `split_mission`, and where the mission, the vehicle or the request is unusable.
     """
     vehicle, options = service.read_request(request)
-    return split_mission(read_mission(path), vehicle, folder=folder, **options)
+    return split_mission(read_mission(path), vehicle, folder=folder, on_step=on_step, **options)
 
 
 def write_split(split: Split, folder: Path, *, force: bool = False) -> None:
@@ -208,7 +218,7 @@ def write_split(split: Split, folder: Path, *, force: bool = False) -> None:
 def _refuse_not_mended(whole: CheckResult) -> None:
     """Raise where something is wrong that flying less at once does not mend."""
     for finding in whole.findings:
-        if finding.severity >= whole.fail_on and finding.code not in _MENDED:
+        if finding.severity >= whole.fail_on and finding.code not in MENDED:
             item = "" if finding.item is None else f" (item {finding.item})"
             msg = (
                 f"{whole.file}: splitting does not mend {finding.code} {finding.name}{item}: "
@@ -217,129 +227,37 @@ def _refuse_not_mended(whole: CheckResult) -> None:
             raise SplitError(msg)
 
 
-class _Search:
-    """The search for the parts of one mission."""
-
-    def __init__(
-        self, steps: Steps, vehicle: VehicleModel, options: dict[str, Any], folder: Path
-    ) -> None:
-        self.refusal = ""
-        self._steps = steps
-        self._vehicle = vehicle
-        self._options = options | {"with_trace": False}
-        self._folder = folder
-
-    def fewest(self, whole: CheckResult) -> int:
-        """Return a number of parts below which the energy of the mission alone does not go."""
-        battery = whole.battery
-        if battery is None:
-            return 1
-        return math.ceil(whole.totals.energy_wh / (battery.usable_wh - battery.reserve_wh))
-
-    def ranges(self, *, inside_legs: bool) -> list[tuple[Cut | None, Cut | None]] | None:
-        """Return where each part begins and ends; ``None`` with a `refusal` where one does not fit."""
-        cuts = possible_cuts(self._steps, inside_legs=inside_legs)
-        found: list[tuple[Cut | None, Cut | None]] = []
-        start: Cut | None = None
-        first = 0
-        while True:
-            if self._goes(start, None):
-                return [*found, (start, None)]
-            end = self._farthest(start, cuts, first)
-            if end is None or len(found) + 1 >= _MOST_PARTS:
-                self._refuse(start, cuts[first] if first < len(cuts) else None)
-                return None
-            found.append((start, cuts[end]))
-            start = resumption(self._steps, cuts[end])
-            first = end + 1
-
-    def _farthest(self, start: Cut | None, cuts: list[Cut], first: int) -> int | None:
-        """Return the last cut that a part may end at; ``None``: none."""
-        low, high = first - 1, len(cuts)
-        step = 1
-        while low + step < high:  # in growing strides, as a part is short against the whole
-            if not self._fits(start, cuts[low + step]):
-                high = low + step
-                break
-            low, step = low + step, 2 * step
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (middle, high) if self._fits(start, cuts[middle]) else (low, middle)
-        for end in range(low, max(low - _TRIES, first - 1), -1):
-            if self._goes(start, cuts[end]):
-                return end
-        return None
-
-    def _check(self, start: Cut | None, end: Cut | None) -> CheckResult:
-        part = part_of(self._steps, start, end, name=self._steps.mission.source)
-        return service.check(part, self._vehicle, **self._options)
-
-    def _fits(self, start: Cut | None, end: Cut | None) -> bool:
-        result = self._check(start, end)
-        return not any(
-            finding.code in _MENDED and finding.severity >= result.fail_on
-            for finding in result.findings
-        )
-
-    def _goes(self, start: Cut | None, end: Cut | None) -> bool:
-        return self._check(start, end).verdict == "go"
-
-    def _refuse(self, start: Cut | None, end: Cut | None) -> None:
-        result = self._check(start, end)
-        battery, totals = result.battery, result.totals
-        flying = self._steps.flying
-        step = end.step if end is not None and end.share else flying[-1]
-        if end is not None and not end.share:
-            step = max(one for one in flying if one < end.step)
-        elif start is not None and end is None:
-            step = start.step
-        number = self._steps.numbers[step]
-        others = [
-            one
-            for one in result.findings
-            if one.severity >= result.fail_on and one.code not in _MENDED
-        ]
-        why = "".join(f": {one.code} {one.message}" for one in others[:1])
-        if battery is not None and not others:
-            left_wh = battery.usable_wh - battery.reserve_wh
-            why = (
-                f": with the way there and home it takes {numbers.energy(totals.energy_wh)}, the "
-                f"battery has {numbers.energy(left_wh)} above the reserve"
-            )
-        self.refusal = (
-            f"{self._steps.mission.source}: cannot be split: not even the shortest flight to "
-            f"item {number} is a go{why}; what would help is a larger battery, a smaller reserve, "
-            "another speed (mavjoule speed), or a home nearer to it"
-        )
-
-    def written(
-        self, number: int, start: Cut | None, end: Cut | None, *, after: Cut | None
-    ) -> tuple[SplitPart, tuple[Finding, ...]]:
-        """Return a part as it is written, checked once more as it reads back, and what that loses."""
-        steps = self._steps
-        file = str(self._folder / f"part-{number:02}.plan")
-        conversion = convert_mission(part_of(steps, start, end, name=file), MissionFormat.PLAN)
-        text = conversion.text
-        result = service.check(read_plan_text(text, source=file), self._vehicle, **self._options)
-        if result.verdict != "go":
-            msg = f"{file}: reads back as a no-go: {result.findings[0].message}"
-            raise SplitError(msg)
-        flying = steps.flying
-        first = flying[0] if start is None else start.step
-        last = flying[-1] if end is None else end.step
-        if end is not None and not end.share:
-            last = max(one for one in flying if one < end.step)
-        part = SplitPart(
-            file=file,
-            text=text,
-            result=result,
-            first_item=steps.numbers[first],
-            last_item=steps.numbers[last],
-            begins_m=start.share * steps.length_m(start.step) if start and start.share else None,
-            ends_m=end.share * steps.length_m(end.step) if end and end.share else None,
-            flown_twice_m=_way_m(steps, start, after),
-        )
-        return part, conversion.findings
+def _written(
+    steps: Steps,
+    ends: Range,
+    after: Cut | None,
+    file: str,
+    check: Callable[[Mission], CheckResult],
+) -> tuple[SplitPart, tuple[Finding, ...]]:
+    """Return a part as it is written, checked once more as it reads back, and what that loses."""
+    start, end = ends
+    conversion = convert_mission(part_of(steps, start, end, name=file), MissionFormat.PLAN)
+    text = conversion.text
+    result = check(read_plan_text(text, source=file))
+    if result.verdict != "go":
+        msg = f"{file}: reads back as a no-go: {result.findings[0].message}"
+        raise SplitError(msg)
+    flying = steps.flying
+    first = flying[0] if start is None else start.step
+    last = flying[-1] if end is None else end.step
+    if end is not None and not end.share:
+        last = max(one for one in flying if one < end.step)
+    part = SplitPart(
+        file=file,
+        text=text,
+        result=result,
+        first_item=steps.numbers[first],
+        last_item=steps.numbers[last],
+        begins_m=start.share * steps.length_m(start.step) if start and start.share else None,
+        ends_m=end.share * steps.length_m(end.step) if end and end.share else None,
+        flown_twice_m=_way_m(steps, start, after),
+    )
+    return part, conversion.findings
 
 
 def _way_m(steps: Steps, start: Cut | None, end: Cut | None) -> float:

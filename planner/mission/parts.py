@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -243,7 +244,7 @@ def resumption(steps: Steps, cut: Cut) -> Cut | None:
         room_m = share * length_m
         if room_m >= overlap_m:
             return Cut(step=step, share=share - overlap_m / length_m)
-        at = flying.index(step)
+        at = bisect_left(flying, step)
         if at == 0:
             return None
         previous = flying[at - 1]
@@ -353,7 +354,7 @@ def _takeoff(steps: Steps, higher_m: float) -> MissionItem:
 
 def _previous(steps: Steps, step: int) -> int:
     """Return the flying step before one."""
-    return max(one for one in range(step) if steps.stages[one] is not None)
+    return next(one for one in range(step - 1, -1, -1) if steps.stages[one] is not None)
 
 
 def _height_m(steps: Steps, cut: Cut) -> float:

@@ -88,7 +88,9 @@ def plan_text(mission: Mission) -> str:
     plan["rallyPoints"] = _rally_section(mission.rally, basis)
     put(plan, "version", FILE_VERSION)
     text = _json_text(plan)
-    return basis.text if basis.text is not None and text == _json_text(basis.head) else text
+    if basis.text is None or plan != basis.head:  # equal values may still be other texts: 1, true
+        return text
+    return basis.text if text == _json_text(basis.head) else text
 
 
 def _basis(mission: Mission) -> _Basis:

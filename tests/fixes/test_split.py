@@ -19,6 +19,7 @@ from planner.errors import OutputError, SplitError, UsageError
 from planner.fixes.split import Split, split_mission, write_split
 from planner.geo.fence import Fence, FenceCircle, RallyPoint
 from planner.mission.plan import read_plan_text
+from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
@@ -277,3 +278,34 @@ def test_the_parts_of_any_mission_fly_all_of_it(
     split = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=enough_wh))
     check_cover(whole, split)
     assert math.fsum(part.result.totals.energy_wh for part in split.parts) > 0.0
+
+
+def test_more_flights_than_have_names_are_refused_at_once() -> None:
+    with pytest.raises(SplitError, match="takes more than 99 flights"):
+        split_mission(survey(60, 3000.0), SURVEYOR, battery=Battery(capacity_wh=10.0))
+
+
+def test_each_part_is_as_long_as_fits_however_far_off_the_first_guess_is() -> None:
+    # A head wind on the way out of later parts is none on their way home, by which it is forecast.
+    whole = mission(takeoff(40.0), *(waypoint(100.0 * n, 40.0) for n in range(1, 40)), rtl())
+    wind = Wind(speed_m_s=4.0, from_deg=0.0)
+    battery = Battery(capacity_wh=100.0)
+    split = split_mission(whole, SURVEYOR, battery=battery, wind=wind)
+    assert len(split.parts) > 1
+    assert all(part.ends_m is None for part in split.parts)
+    for part in split.parts[:-1]:
+        items = list(read_plan_text(part.text, source="").items)
+        *flown, home = items
+        assert home.command == 20
+        longer = replace(whole, items=(*flown, waypoint(100.0 * part.last_item, 40.0), home))
+        result = planner.check(longer, SURVEYOR, battery=battery, wind=wind)
+        assert result.verdict == "no-go"
+
+
+def test_a_long_search_says_how_far_it_is() -> None:
+    said: list[str] = []
+    split = split_mission(
+        survey(8, 1200.0), SURVEYOR, battery=Battery(capacity_wh=70.0), on_step=said.append
+    )
+    assert said[0].startswith("cutting between items: 1 part, up to item")
+    assert len(said) >= len(split.parts) - 1
