@@ -78,6 +78,11 @@ class BatteryBudget:
     below_reserve_probability: float | None = None
     """Chance to land below the reserve; ``None`` while the model carries no spread. [-]"""
 
+    @property
+    def above_reserve_wh(self) -> float:
+        """Energy that may be used before the reserve is touched. [Wh]"""
+        return self.usable_wh - self.reserve_wh
+
 
 @frozen
 class ReturnBudget:
@@ -251,7 +256,7 @@ def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudge
     )
     if battery is None:
         return budget
-    above_reserve_wh = battery.usable_wh - battery.reserve_wh
+    above_reserve_wh = battery.above_reserve_wh
     needed_wh = float(nodes.sum_wh[tightest])
     budget = replace(budget, margin_wh=above_reserve_wh - needed_wh)
     if needed_wh <= above_reserve_wh:

@@ -38,14 +38,18 @@ _FIRST_STAGES = 24
 """Places looked at before the first bound, spread over the flight."""
 _LIKELY_STAGES = 12
 """Places looked at besides, where used energy and a straight way home are most."""
-_PARTS = 5
+_PARTS = 6
 """Parts a stretch is divided into."""
 _MOST_DIVIDED = 24
 """Stretches divided in one round, those with the highest bounds."""
 _MOST_FIRST = 48
 """Stretches divided in one round where only the first that matters is looked for."""
 _POINTS_AT_ONCE = 60
-"""Points looked at in such a round: so many cost a third more than one."""
+"""Points looked at in one round at least: so many cost a third more than one."""
+_CROSSING = (0.75, 1.0)
+"""Energy used where the sum reaches a limit, over that limit: a way home is rarely dearer. [-]"""
+_FIRST_CROSSING = 24
+"""Places looked at first where a limit is reached."""
 _MOST_ROUNDS = 60
 """Far more than any flight takes: a stretch of 100 km is divided to 1 m in eight."""
 _LIPSCHITZ_MARGIN = 1.05
@@ -104,12 +108,23 @@ _COLUMNS = tuple(column.name for column in fields(ReturnNodes))
 class ReturnSearch:
     """The points of a flight looked at so far.
 
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight and its ways home.
+    *limits_wh : float
+        Energies that `last_below` will be asked for: they are looked for together with the tightest
+        point, in the same rounds. [Wh]
+
+    Notes
+    -----
     Segments of the take-off and of stages that land are left out: there the vehicle stands, or lands
     where it is going anyway, and the energy of the whole flight says whether it can.
     """
 
-    def __init__(self, homeward: Homeward) -> None:
+    def __init__(self, homeward: Homeward, *limits_wh: float) -> None:
         self.homeward = homeward
+        self._limits_wh = limits_wh
         columns = homeward.flight.motion.segments
         stages = homeward.route.stages
         lands = np.array([stage.kind in _LANDINGS for stage in stages])
@@ -130,7 +145,12 @@ class ReturnSearch:
         last = np.append(np.flatnonzero(np.diff(homeward.segment_stage)), count - 1)
         last = last[judged[last]]
         first = np.concatenate(
-            (np.flatnonzero(self._ends_run | lone), self._likely(last), _spread(last))
+            (
+                np.flatnonzero(self._ends_run | lone),
+                self._likely(last),
+                _spread(last, _FIRST_STAGES),
+                *(self._crossing(limit_wh) for limit_wh in limits_wh),
+            )
         )
         starts = np.flatnonzero(begins)
         segment = np.concatenate((starts, _each_once(first)))
@@ -144,15 +164,7 @@ class ReturnSearch:
         """Return the node from which the way home is tightest; ``None`` with no point in the air."""
         if self.nodes is None:
             return None
-        for _ in range(_MOST_ROUNDS):
-            best_wh = float(self.nodes.sum_wh.max())
-            left, bound_wh = self._divisible()
-            open_ones = bound_wh > best_wh * (1.0 + _TOLERANCE)
-            left, bound_wh = left[open_ones], bound_wh[open_ones]
-            if not len(left):
-                break
-            highest = np.argsort(-bound_wh, kind="stable")
-            self._divide(left[highest[:_MOST_DIVIDED]], _PARTS)
+        self._settle(self._limits_wh)
         # Braking to a stop is as tight all along: its end, where the vehicle stands, is told.
         sum_wh = self.nodes.sum_wh
         return int(np.flatnonzero(sum_wh >= sum_wh.max() * (1.0 - _ALIKE))[-1])
@@ -163,27 +175,39 @@ class ReturnSearch:
         Its sum is within 0.3 % of the energy, or the next node at most a metre of way, or a
         tenth of a second, on.
         """
-        for _ in range(_MOST_ROUNDS):
-            left = _each_once(
-                np.concatenate([self._open_below(limit_wh) for limit_wh in limits_wh])
-            )
-            if not len(left):
-                break
-            self._divide(left, max(_POINTS_AT_ONCE // len(left), _PARTS))
+        self._settle(limits_wh)
         return tuple(self._last_row(limit_wh) for limit_wh in limits_wh)
+
+    def _settle(self, limits_wh: tuple[float, ...]) -> None:
+        """Look at points until no stretch is left that matters for the tightest, or for a limit."""
+        for _ in range(_MOST_ROUNDS):
+            left, bound_wh = self._divisible()
+            open_ones = [self._open_above(left, bound_wh)]
+            open_ones += [self._open_below(left, bound_wh, limit_wh) for limit_wh in limits_wh]
+            divided = _each_once(np.concatenate(open_ones))
+            if not len(divided):
+                break
+            self._divide(divided, max(_POINTS_AT_ONCE // len(divided), _PARTS))
+
+    def _open_above(self, left: IntArray, bound_wh: FloatArray) -> IntArray:
+        """Return the stretches that may hide a tighter point, those with the highest bounds."""
+        assert self.nodes is not None
+        best_wh = float(self.nodes.sum_wh.max())
+        hides = bound_wh > best_wh * (1.0 + _TOLERANCE)
+        highest = np.argsort(-bound_wh[hides], kind="stable")
+        return left[hides][highest[:_MOST_DIVIDED]]
 
     def _last_row(self, limit_wh: float) -> int | None:
         assert self.nodes is not None
         over = np.flatnonzero(self.nodes.sum_wh > limit_wh)
         return max(int(over[0]) - 1, 0) if len(over) else None
 
-    def _open_below(self, limit_wh: float) -> IntArray:
+    def _open_below(self, left: IntArray, bound_wh: FloatArray, limit_wh: float) -> IntArray:
         """Return the first stretches that may hide where an energy is exceeded first."""
         last = self._last_row(limit_wh)
         if last is None:
             return np.zeros(0, dtype=np.intp)
         assert self.nodes is not None
-        left, bound_wh = self._divisible()
         hides = (left < last) & (bound_wh > limit_wh * (1.0 + _TURN_TOLERANCE))
         if self.nodes.sum_wh[last] < limit_wh * (1.0 - _TURN_TOLERANCE):
             hides |= left == last
@@ -202,6 +226,14 @@ class ReturnSearch:
         per_m = self.homeward.used_wh[-1] / length_m if length_m > 0.0 else 0.0
         guess = self.homeward.used_wh[last + 1] + per_m * away
         return last[np.argsort(-guess, kind="stable")[:_LIKELY_STAGES]]
+
+    def _crossing(self, limit_wh: float) -> IntArray:
+        """Return ends of segments by which an energy may be reached; none where no flight lasts to it."""
+        used_wh = self.homeward.used_wh
+        if used_wh[-1] <= limit_wh:
+            return np.zeros(0, dtype=np.intp)
+        begin, end = np.searchsorted(used_wh[1:], [share * limit_wh for share in _CROSSING])
+        return _spread(begin + np.flatnonzero(self._judged[begin:end]), _FIRST_CROSSING)
 
     def _probes_m(self) -> FloatArray:
         """Return places on rays from home and over each other, which slopes are measured at. [m]"""
@@ -317,7 +349,7 @@ class ReturnSearch:
         return np.where(steady, 0.0, most)
 
     def _divide(self, left: IntArray, parts: int) -> None:
-        """Look at more points of stretches: at the ends of their segments, or inside one."""
+        """Look at more points of stretches: at the ends of their segments, and inside of few."""
         nodes = self.nodes
         assert nodes is not None
         segments: list[int] = []
@@ -327,14 +359,16 @@ class ReturnSearch:
             begin, end = float(nodes.share[a]), float(nodes.share[a + 1])
             if first != last and begin == 1.0:
                 first, begin = first + 1, 0.0
-            if first == last:
-                inside = np.linspace(begin, end, parts + 1)[1:-1]
-                segments += [first] * len(inside)
-                shares += inside.tolist()
-            else:
-                ends = _each_once(np.linspace(first, last - 1, parts).astype(np.intp))
-                segments += ends.tolist()
-                shares += [1.0] * len(ends)
+            ends = range(first, last)
+            if len(ends) > parts:
+                ends = _each_once(np.linspace(first, last - 1, parts).astype(np.intp)).tolist()
+            segments += ends
+            shares += [1.0] * len(ends)
+            each = parts // (last - first + 1)
+            for segment in range(first, last + 1) if each > 1 else ():
+                low, high = begin if segment == first else 0.0, end if segment == last else 1.0
+                segments += [segment] * (each - 1)
+                shares += [low + (high - low) * part / each for part in range(1, each)]
         more = self._evaluated(np.array(segments, dtype=np.intp), np.array(shares))
         self.nodes = nodes.joined(more)
 
@@ -346,7 +380,7 @@ def _each_once(numbers: IntArray) -> IntArray:
     return different
 
 
-def _spread(last: IntArray) -> IntArray:
-    if len(last) <= _FIRST_STAGES:
-        return last
-    return last[np.linspace(0, len(last) - 1, _FIRST_STAGES).astype(np.intp)]
+def _spread(places: IntArray, most: int) -> IntArray:
+    if len(places) <= most:
+        return places
+    return places[np.linspace(0, len(places) - 1, most).astype(np.intp)]

@@ -226,7 +226,8 @@ def check(
                     hover_power_w=hover_power_w(flight.power),
                     discharge=discharge,
                 )
-            search = ReturnSearch(homeward)
+            limits_wh = () if budget is None else (budget.above_reserve_wh, budget.usable_wh)
+            search = ReturnSearch(homeward, *limits_wh)
             home = way_home(search, budget)
         if vehicle.spread is not None:
             from planner.flight.scenarios import predict_scenarios

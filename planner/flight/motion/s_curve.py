@@ -90,24 +90,24 @@ class Phases:
     @classmethod
     def after(cls, start_m_s: FloatArray, duration_s: FloatArray, jerk_m_s3: FloatArray) -> Phases:
         """Return the phases that follow from speeds at the beginning, durations and jerks."""
-        way, speed, acceleration = (np.zeros_like(duration_s) for _ in range(3))
-        speed[:, 0] = start_m_s
-        for k in range(1, duration_s.shape[1]):
-            t, j = duration_s[:, k - 1], jerk_m_s3[:, k - 1]
-            a, v = acceleration[:, k - 1], speed[:, k - 1]
-            acceleration[:, k] = a + j * t
-            speed[:, k] = v + t * (a + 0.5 * j * t)
-            way[:, k] = way[:, k - 1] + t * (v + t * (0.5 * a + j * t / 6.0))
-        start = np.cumsum(duration_s, axis=1)
-        start[:, 1:] = start[:, :-1]
-        start[:, 0] = 0.0
+        t, j = duration_s, jerk_m_s3
+        a = _summed_before(0.0, j * t)
+        v = _summed_before(start_m_s, t * (a + 0.5 * j * t))
         return cls(
-            start_s=start,
-            way_m=way,
-            speed_m_s=speed,
-            acceleration_m_s2=acceleration,
-            jerk_m_s3=jerk_m_s3,
+            start_s=_summed_before(0.0, t),
+            way_m=_summed_before(0.0, t * (v + t * (0.5 * a + j * t / 6.0))),
+            speed_m_s=v,
+            acceleration_m_s2=a,
+            jerk_m_s3=j,
         )
+
+
+def _summed_before(first: FloatArray | float, change: FloatArray) -> FloatArray:
+    """Return what has come together by the beginning of each part, from a first value. (n, k)"""
+    total = np.empty_like(change)
+    total[:, 0] = first
+    total[:, 1:] = change[:, :-1]
+    return np.cumsum(total, axis=1, out=total)
 
 
 def s_curves(

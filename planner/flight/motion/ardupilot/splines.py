@@ -132,6 +132,8 @@ def plan_splines(
     is_spline = is_kind(stages.kind, StageKind.SPLINE)
     moves = (stages.place_m != stages.start_m).any(axis=1)
     row = np.flatnonzero(is_spline & moves)
+    if not len(row):
+        return _no_splines(len(stages.kind))
     origin, end = stages.start_m[row], stages.place_m[row]
     leaving, arriving = _tangents(stages, row, is_spline)
     length = np.sqrt((leaving**2).sum(axis=1)) + np.sqrt((arriving**2).sum(axis=1))
@@ -198,6 +200,23 @@ def plan_splines(
         speed_at_start_m_s=at_start,
         speed_at_end_m_s=at_end,
         findings=findings,
+    )
+
+
+def _no_splines(stages: int) -> Splines:
+    """Return what a route of so many stages has that holds no spline."""
+    nothing, none = np.zeros((0, _PIECES)), np.zeros((0, _PIECES + 1, 3))
+    return Splines(
+        stage=np.zeros(0, np.intp),
+        position_m=none,
+        tangent=none,
+        piece_m=nothing,
+        limit_m_s=none[..., 0],
+        acceleration_m_s2=nothing,
+        joins_before=np.zeros(0, np.bool_),
+        speed_at_start_m_s=np.zeros(stages),
+        speed_at_end_m_s=np.zeros(stages),
+        findings=(),
     )
 
 

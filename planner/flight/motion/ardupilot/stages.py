@@ -74,9 +74,9 @@ class StageColumns:
 
 def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
     """Return whether columns of kinds hold some of them. (n,)"""
-    wanted = np.zeros(len(KINDS), np.bool_)
-    wanted[[KIND_INDEX[k] for k in kinds]] = True
-    found: BoolArray = wanted[kind]
+    found: BoolArray = kind == KIND_INDEX[kinds[0]]
+    for other in kinds[1:]:
+        found |= kind == KIND_INDEX[other]
     return found
 
 

@@ -100,14 +100,17 @@ def make_motion(
             _manoeuvre_segments(m, begin, stopping_distance_m)
             for m, begin in zip(manoeuvres, manoeuvre_start, strict=True)
         ),
-        SegmentRows(
-            start_s=circle_start,
-            stage=circles.key // SLOTS,
-            state=np.full(len(circles.key), STATE_INDEX[FlightState.CRUISE]),
-            speed_m_s=circles.speed_m_s,
-            stopping_distance_m=stopping_distance_m(circles.speed_m_s),
-        ),
     ]
+    if len(circles.key):
+        segments.append(
+            SegmentRows(
+                start_s=circle_start,
+                stage=circles.key // SLOTS,
+                state=np.full(len(circles.key), STATE_INDEX[FlightState.CRUISE]),
+                speed_m_s=circles.speed_m_s,
+                stopping_distance_m=stopping_distance_m(circles.speed_m_s),
+            )
+        )
     return _joined(
         sources,
         segments,
