@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import hypot
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from planner import numbers
@@ -23,15 +25,18 @@ from planner.mission.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.mission.items import MissionItem
     from planner.mission.stage import Lap
 
 _FAR_M = 10_000.0
 """No multicopter begins its mission so far from home: PX4's MIS_DIST_1WP. [m]"""
 _ELSEWHERE_M = 100_000.0
+_PLACELESS = frozenset({StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY})
+"""Stages that lead to no place of the mission."""
 
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
@@ -85,7 +90,7 @@ def check_home_place(case: Case) -> Iterator[Finding]:
     places = [
         (hypot(stage.east_m, stage.north_m), stage.item)
         for stage in case.route.stages
-        if stage.kind not in {StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY}
+        if stage.kind not in _PLACELESS
     ]
     if not places:
         return
@@ -118,9 +123,13 @@ def check_support(case: Case) -> Iterator[Finding]:
         return
     autopilot, version = case.target.autopilot, case.target.version
     by_command: dict[tuple[int, int], Remarks] = {}
+    answers = {
+        (command, frame): support(command, autopilot, frame=frame, version=version)
+        for command, frame in {(item.command, item.frame) for item in case.mission.items}
+    }
     for number, item in enumerate(case.mission.items, start=1):
-        taken = support(item.command, autopilot, frame=item.frame, version=version)
-        if taken in {Support.ACCEPTED, Support.UNKNOWN}:
+        taken = answers[item.command, item.frame]
+        if taken is Support.ACCEPTED or taken is Support.UNKNOWN:
             continue
         name = command_name(item.command)
         refusal = f"{autopilot.label} refuses {name}"
@@ -147,18 +156,27 @@ def check_unset_values(case: Case) -> Iterator[Finding]:
         return
     remarks = Remarks()
     for number, item in enumerate(case.mission.items, start=1):
-        parameters = (item.param1, item.param2, item.param3, item.param4)
-        unset = [
-            f"parameter {n}"
-            for n, value in enumerate(parameters, start=1)
-            if value is None and n not in _MAY_BE_UNSET.get(item.command, ())
-        ]
-        if item.altitude_m is None:
-            unset.append("the altitude")
-        if unset:
-            message = f"ArduPilot refuses {command_name(item.command)} with {unset[0]} not set"
+        values = _wanted_values(item.command)(item)
+        if None in values:
+            what = _wanted_names(item.command)[values.index(None)]
+            message = f"ArduPilot refuses {command_name(item.command)} with {what} not set"
             remarks.add(VALUE_NOT_SET, message, item=number, place=item.place)
     yield from remarks.findings()
+
+
+def _wanted(command: int) -> list[int]:
+    """Return which of the first four parameters of a command may not be NaN."""
+    return [n for n in range(1, 5) if n not in _MAY_BE_UNSET.get(command, ())]
+
+
+def _wanted_names(command: int) -> list[str]:
+    return [*(f"parameter {n}" for n in _wanted(command)), "the altitude"]
+
+
+@cache
+def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, ...]]:
+    """Return what takes those parameters and the altitude from an item."""
+    return attrgetter(*(f"param{n}" for n in _wanted(command)), "altitude_m")
 
 
 def check_curves(case: Case) -> Iterator[Finding]:

@@ -110,6 +110,9 @@ class ReturnBudget:
     """Chance that some way home eats into the reserve; ``None`` without a spread. [-]"""
 
 
+_NOT_FLOWN = (None, None)
+"""Time of arrival and energy used by then of an item that is not flown."""
+
 NOTHING_FLOWN = Totals(
     time_s=0.0,
     distance_m=0.0,
@@ -166,14 +169,21 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
             done = arrivals[at][1]
             at += 1
         first.setdefault(number, done + 1)
+    ends = list(first.values())
+    reached = dict(
+        zip(first, zip(end_s[ends].tolist(), energy_wh[ends].tolist(), strict=True), strict=True)
+    )
     return tuple(
-        ItemArrival(
-            item=number,
-            command=command_name(item.command),
-            arrival_s=float(end_s[first[number]]) if number in first else None,
-            energy_used_wh=float(energy_wh[first[number]]) if number in first else None,
-        )
-        for number, item in enumerate(mission.items, start=1)
+        [
+            ItemArrival(
+                item=number,
+                command=command_name(item.command),
+                arrival_s=arrival_s,
+                energy_used_wh=used_wh,
+            )
+            for number, item in enumerate(mission.items, start=1)
+            for arrival_s, used_wh in (reached.get(number, _NOT_FLOWN),)
+        ]
     )
 
 

@@ -176,10 +176,11 @@ class Homeward:
         stop_m[ahead, 0] = (place_m[:, 0] + brake_m * state.east_m_s / safe)[ahead]
         stop_m[ahead, 1] = (place_m[:, 1] + brake_m * state.north_m_s / safe)[ahead]
         # A response may swing about the place where its leg ends: the next segment begins there.
-        after = np.minimum(self.first_piece[brake + 1], len(self.piece_start_s) - 1)
-        stands = stops & brakes & (brake + 1 < len(columns.item))
-        begin = self.flight.motion.state_at(after, np.zeros(len(after)))
-        stop_m[stands, 0], stop_m[stands, 1] = begin.east_m[stands], begin.north_m[stands]
+        stands = np.flatnonzero(stops & brakes & (brake + 1 < len(columns.item)))
+        if len(stands):
+            after = self.first_piece[brake[stands] + 1]
+            begin = self.flight.motion.state_at(after, np.zeros(len(after)))
+            stop_m[stands, 0], stop_m[stands, 1] = begin.east_m, begin.north_m
         return stop_m, stop_s, stop_wh
 
     def _braking_power_w(self, state: KinematicState) -> FloatArray:

@@ -104,10 +104,10 @@ class Transients:
         depth = int((np.arange(len(end_s)) - oldest).max()) + 1
         for back in range(depth + 1):
             row = newest - back
-            valid = row >= 0
-            if valid.any():
-                chosen = row[valid]
-                total[valid] += self.power_w(chosen, time_s[valid] - self.start_s[chosen])
+            open_yet = (row >= 0) & (time_s <= end_s[np.maximum(row, 0)])
+            if open_yet.any():
+                chosen = row[open_yet]
+                total[open_yet] += self.power_w(chosen, time_s[open_yet] - self.start_s[chosen])
         return total
 
 

@@ -164,8 +164,17 @@ class Modes:
             msg = f"an impulse response is integrated {MAX_INTEGRATIONS} times at most, not {k}"
             raise ValueError(msg)
         t = np.asarray(t_s, dtype=np.float64)
-        since = np.maximum(t, 0.0)
-        total = np.zeros(np.broadcast_shapes(t.shape, self.shape))
+        before = t < 0.0
+        if not self.shape and t.shape and before.any():
+            result = np.zeros(t.shape)
+            since = ~before
+            result[since] = self._after_impulse(t[since], k)
+            return result
+        return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), k))
+
+    def _after_impulse(self, since: FloatArray, k: int) -> FloatArray:
+        """Impulse response integrated k times, at times since the impulse."""
+        total = np.zeros(np.broadcast_shapes(since.shape, self.shape))
         if not self.clusters or self.shape:
             self._add_modes(total, since, k)
             self._replace_middle_times(total, since, k)
@@ -173,8 +182,7 @@ class Modes:
         self._replace_early_times(total, since, k)
         if k > 0 and self.feedthrough.any():
             total += self.feedthrough * since ** (k - 1) / math.factorial(k - 1)
-        result: FloatArray = np.where(t < 0.0, 0.0, total)
-        return result
+        return total
 
     def decay_terms(self, k: int) -> DecayTerms:
         """Bound of the exponential part of the k-fold integral; one system only."""

@@ -46,8 +46,11 @@ _STATE_COLUMNS = ("east_m", "north_m", "height_m", "east_m_s", "north_m_s", "cli
 
 def _spread(state: KinematicState, shape: tuple[int, ...]) -> KinematicState:
     """Return a state with every column in one shape."""
+    columns = {name: getattr(state, name) for name in _STATE_COLUMNS}
+    if all(column.shape == shape for column in columns.values()):
+        return state
     return KinematicState(
-        **{name: np.broadcast_to(getattr(state, name), shape) for name in _STATE_COLUMNS}
+        **{name: np.broadcast_to(column, shape) for name, column in columns.items()}
     )
 
 

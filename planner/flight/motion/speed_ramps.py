@@ -53,6 +53,15 @@ class SpeedRamps:
             steady_s=self.steady_s[rows],
         )
 
+    def beside(self, other: SpeedRamps) -> SpeedRamps:
+        """Return these ramps and others in two rows. (2, n)"""
+        return SpeedRamps(
+            **{
+                name: np.stack((getattr(self, name), getattr(other, name)))
+                for name in self.__slots__
+            }
+        )
+
     def begun(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return way, speed and acceleration a time after the beginning, from rest.
 

@@ -28,6 +28,8 @@ class VerticalStepLaw:
     """Size of the step as the response sees it, negative downwards. (rows,) [m]"""
     peak_s: float
     """Time of the peak rate. [s]"""
+    peak_rate: float
+    """The peak rate of the unit step. [(m/s)/m]"""
     pause_s: FloatArray
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
@@ -41,7 +43,7 @@ class VerticalStepLaw:
             north_m=self.north_m[row],
             height_m=self.height_m[row]
             + self.step_m[row] * self.response.value(own)
-            + self.step_m[row] * float(self.response.slope(self.peak_s)) * paused,
+            + self.step_m[row] * self.peak_rate * paused,
             east_m_s=zero,
             north_m_s=zero,
             climb_m_s=rate,

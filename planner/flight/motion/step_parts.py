@@ -142,6 +142,7 @@ def fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> Part:
             height_m=legs.start_m[stage, 2],
             step_m=np.sign(rise) * step,
             peak_s=peak_s,
+            peak_rate=rate.value,
             pause_s=pause,
         ),
         order=stage * SLOTS + np.where(upward, _CLIMB, _DESCEND),

@@ -106,13 +106,15 @@ def half_overlap_s(
 class _Limits:
     """The four limits of corners, with what of the directions they depend on."""
 
-    corners: Corners
-    cosine: FloatArray
-    """Of the angle between the legs. (n,) [-]"""
-    level: tuple[FloatArray, FloatArray]
-    """Horizontal parts of both directions. (n,) [-]"""
-    level_cosine: FloatArray
-    """Of the angle between the legs as seen from above. (n,) [-]"""
+    ramps: SpeedRamps
+    """The legs before and after, in two rows: what is asked of both is asked at once. (2, n)"""
+    level: FloatArray
+    """Horizontal parts of both directions. (2, n) [-]"""
+    upward: FloatArray
+    """Vertical parts of both directions. (2, n) [-]"""
+    cosines: FloatArray
+    """Of the angle between the legs, that of their sum, and as seen from above. (3, n) [-]"""
+    speed_limit_m_s: FloatArray
     radius_m: float
     corner_acceleration_m_s2: float
     vertical_acceleration_m_s2: float
@@ -126,14 +128,17 @@ class _Limits:
         vertical_acceleration_m_s2: float,
     ) -> _Limits:
         before, after = corners.before, corners.after
-        level = (np.hypot(before[:, 0], before[:, 1]), np.hypot(after[:, 0], after[:, 1]))
+        level = np.stack((np.hypot(before[:, 0], before[:, 1]), np.hypot(after[:, 0], after[:, 1])))
         both = level[0] * level[1]
         across = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
+        from_above = np.divide(across, both, out=np.zeros_like(both), where=both > 0.0)
+        cosine = corners._cosine()  # noqa: SLF001 -- its own module
         return cls(
-            corners=corners,
-            cosine=corners._cosine(),  # noqa: SLF001 -- its own module
+            ramps=corners.slowing.beside(corners.speeding),
             level=level,
-            level_cosine=np.divide(across, both, out=np.zeros_like(both), where=both > 0.0),
+            upward=np.stack((before[:, 2], after[:, 2])),
+            cosines=np.stack((cosine, -cosine, from_above)),
+            speed_limit_m_s=corners.speed_limit_m_s,
             radius_m=radius_m,
             corner_acceleration_m_s2=corner_acceleration_m_s2,
             vertical_acceleration_m_s2=vertical_acceleration_m_s2,
@@ -141,16 +146,15 @@ class _Limits:
 
     def allow(self, half_s: FloatArray) -> BoolArray:
         """Return whether overlaps of twice ``half_s`` keep within all four. (n,)"""
-        corners = self.corners
-        left_m, left_m_s, left_m_s2 = corners.slowing.begun(half_s)
-        gone_m, gone_m_s, gone_m_s2 = corners.speeding.begun(half_s)
-        level = _length(gone_m_s2 * self.level[1], left_m_s2 * self.level[0], self.level_cosine)
-        upward = gone_m_s2 * corners.after[:, 2] - left_m_s2 * corners.before[:, 2]
+        way, speed, acceleration = self.ramps.begun(half_s)
+        climb = acceleration * self.upward
+        before, after = np.stack((way, speed, acceleration * self.level), axis=1)
+        distance, together, level = _length(after, before, self.cosines)
         return (
-            (_length(gone_m, left_m, self.cosine) < self.radius_m)
-            & (_length(gone_m_s, left_m_s, -self.cosine) <= corners.speed_limit_m_s * _BELOW)
+            (distance < self.radius_m)
+            & (together <= self.speed_limit_m_s * _BELOW)
             & (level <= self.corner_acceleration_m_s2 * _BELOW)
-            & (np.abs(upward) <= self.vertical_acceleration_m_s2 * _BELOW)
+            & (np.abs(climb[1] - climb[0]) <= self.vertical_acceleration_m_s2 * _BELOW)
         )
 
 
