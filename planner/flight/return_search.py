@@ -87,6 +87,8 @@ class ReturnNodes:
     """What the way could cost more for the stop at its beginning. (n,) [Wh]"""
     away_m: FloatArray
     """Horizontal distance of the way, after the stop. (n,) [m]"""
+    height_m: FloatArray
+    """Height above home where the way begins. (n,) [m]"""
 
     @property
     def sum_wh(self) -> FloatArray:
@@ -141,7 +143,8 @@ class ReturnSearch:
         self._rise_m = np.concatenate(([0.0], np.cumsum(np.abs(columns.climb_m))))
         self._duration_s = columns.duration_s
         self._speed_m_s = columns.speed_m_s
-        self._per_m, self._per_rise_m, self._windy_per_m, self._jump_wh = 0.0, 0.0, 0.0, 0.0
+        self._per_m, self._per_rise_m, self._windy_per_m = 0.0, 0.0, 0.0
+        self._highest_m = 0.0
         last = np.append(np.flatnonzero(np.diff(homeward.segment_stage)), count - 1)
         last = last[judged[last]]
         first = np.concatenate(
@@ -262,7 +265,7 @@ class ReturnSearch:
         targets = self.homeward.destinations.targets(first, 0)
         ground_m = np.array([[_FAR_M, 0.0, 0.0]])
         highest_m = float(self.homeward.pilot.return_heights_m(ground_m, targets)[0])
-        self._jump_wh = self._per_rise_m * (highest_m + float(np.abs(rally).max(initial=0.0)))
+        self._highest_m = highest_m + float(np.abs(rally).max(initial=0.0))
 
     def _evaluated(self, segment: IntArray, share: FloatArray) -> ReturnNodes:
         """Return nodes; the first time slopes are measured with the same call."""
@@ -293,6 +296,7 @@ class ReturnSearch:
                     - self.homeward.destinations.targets(points.stage, destination).ground_m
                 )[:, :2].T
             ),
+            height_m=points.stop_m[:, 2],
         )
 
     def _divisible(self) -> tuple[IntArray, FloatArray]:
@@ -317,9 +321,12 @@ class ReturnSearch:
         slack_wh = np.where(one, share, 1.0) * self._highest_slack(a, b, one)
         nearest_m = np.minimum(nodes.away_m[a], nodes.away_m[b]) - 0.5 * way_m
         steepness = np.where(nearest_m < _NEAR_M, _NEAR_STEEPNESS, 1.0)
-        slack_wh = slack_wh + np.where(nearest_m < _CONE_M, self._jump_wh, 0.0)
+        # Only from below the greatest height of a return may one climb, and another not.
+        low_m = np.minimum(nodes.height_m[a], nodes.height_m[b]) - rise_m
+        climb_m = np.clip(self._highest_m - low_m, 0.0, self._highest_m)
+        slack_wh = slack_wh + np.where(nearest_m < _CONE_M, self._per_rise_m * climb_m, 0.0)
         # Another place to land may be dearer, though it is nearer: in its wind, or by its height.
-        other_wh = self._jump_wh + self._windy_per_m * np.maximum(nodes.away_m[a], nodes.away_m[b])
+        other_wh = self._per_rise_m * self._highest_m + self._windy_per_m * np.maximum(nodes.away_m[a], nodes.away_m[b])
         differs = nodes.destination[a] != nodes.destination[b]
         slack_wh = slack_wh + np.where(differs, other_wh, 0.0)
         more_wh = steepness * self._per_m * way_m + self._per_rise_m * rise_m * np.where(
