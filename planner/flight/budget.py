@@ -241,6 +241,11 @@ def battery_budget(
     )
 
 
+def way_home_limits_wh(battery: BatteryBudget | None) -> tuple[float, ...]:
+    """Return the energies that ways home are held against: without the reserve, and with it. [Wh]"""
+    return () if battery is None else (battery.above_reserve_wh, battery.usable_wh)
+
+
 def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudget | None:
     """Return the point from which the way home is tightest; ``None`` with no point in the air.
 
@@ -271,7 +276,7 @@ def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudge
     budget = replace(budget, margin_wh=above_reserve_wh - needed_wh)
     if needed_wh <= above_reserve_wh:
         return budget
-    last, dry = search.last_below(above_reserve_wh, battery.usable_wh)
+    last, dry = search.last_below(*way_home_limits_wh(battery))
     turn = None if last is None else _node_point(homeward, search.nodes, last)
     return replace(
         budget,

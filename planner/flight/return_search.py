@@ -326,7 +326,9 @@ class ReturnSearch:
         climb_m = np.clip(self._highest_m - low_m, 0.0, self._highest_m)
         slack_wh = slack_wh + np.where(nearest_m < _CONE_M, self._per_rise_m * climb_m, 0.0)
         # Another place to land may be dearer, though it is nearer: in its wind, or by its height.
-        other_wh = self._per_rise_m * self._highest_m + self._windy_per_m * np.maximum(nodes.away_m[a], nodes.away_m[b])
+        other_wh = self._per_rise_m * self._highest_m + self._windy_per_m * np.maximum(
+            nodes.away_m[a], nodes.away_m[b]
+        )
         differs = nodes.destination[a] != nodes.destination[b]
         slack_wh = slack_wh + np.where(differs, other_wh, 0.0)
         more_wh = steepness * self._per_m * way_m + self._per_rise_m * rise_m * np.where(

@@ -17,6 +17,7 @@ from planner.flight.budget import (
     flight_totals,
     item_arrivals,
     way_home,
+    way_home_limits_wh,
 )
 from planner.flight.conditions import Conditions
 from planner.flight.destination import make_destinations
@@ -226,8 +227,7 @@ def check(
                     hover_power_w=hover_power_w(flight.power),
                     discharge=discharge,
                 )
-            limits_wh = () if budget is None else (budget.above_reserve_wh, budget.usable_wh)
-            search = ReturnSearch(homeward, *limits_wh)
+            search = ReturnSearch(homeward, *way_home_limits_wh(budget))
             home = way_home(search, budget)
         if vehicle.spread is not None:
             from planner.flight.scenarios import predict_scenarios

@@ -6,6 +6,7 @@ After ArduPilot's ``AP_Math/SCurve.cpp``; what stands for its raised cosine is t
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,8 +58,8 @@ class SpeedRamps:
         """Return these ramps and others in two rows. (2, n)"""
         return SpeedRamps(
             **{
-                name: np.stack((getattr(self, name), getattr(other, name)))
-                for name in self.__slots__
+                column.name: np.stack((getattr(self, column.name), getattr(other, column.name)))
+                for column in fields(self)
             }
         )
 

@@ -150,12 +150,13 @@ class _Limits:
         climb = acceleration * self.upward
         before, after = np.stack((way, speed, acceleration * self.level), axis=1)
         distance, together, level = _length(after, before, self.cosines)
-        return (
+        allowed: BoolArray = (
             (distance < self.radius_m)
             & (together <= self.speed_limit_m_s * _BELOW)
             & (level <= self.corner_acceleration_m_s2 * _BELOW)
             & (np.abs(climb[1] - climb[0]) <= self.vertical_acceleration_m_s2 * _BELOW)
         )
+        return allowed
 
 
 def _length(one: FloatArray, other: FloatArray, cosine: FloatArray) -> FloatArray:
