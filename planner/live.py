@@ -307,7 +307,7 @@ def fetch_logs(
     OutputError
         If a file cannot be written.
     """
-    from planner.link.log_files import download_log, fetch_log_list
+    from planner.link.log_files import download_logs, fetch_log_list
 
     link = open_vehicle(
         request.address,
@@ -325,5 +325,5 @@ def fetch_logs(
         wanted = [log for log in listed if is_all or log.name in names]
         return FetchedLogs(
             listed=listed,
-            downloaded=tuple(download_log(link, log, folder) for log in wanted),
+            downloaded=download_logs(link, wanted, folder),
         )

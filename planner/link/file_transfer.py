@@ -3,97 +3,40 @@
 from __future__ import annotations
 
 import struct
-from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.frozen import frozen
 from planner.link.chunks import ChunkStream
-from planner.link.message import message
+from planner.link.file_packet import (
+    MOST_CONTENT,
+    FileError,
+    FilePacket,
+    Operation,
+    is_after,
+    packet_message,
+    read_packet,
+)
 from planner.link.retransmission import Retransmission
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from planner.link.file_packet import FileNumbers
     from planner.link.message import Message
     from planner.link.settings import LinkSettings
 
-_HEAD = struct.Struct("<HBBBBBxI")
-_MOST_CONTENT = 239
 _MOST_ENTRIES = 10_000
 """Entries of one folder; a vehicle that goes on is not believed."""
-_REOPENINGS = 5
-_NAME = "FILE_TRANSFER_PROTOCOL"
-
-
-class Operation(IntEnum):
-    """What is asked for, of operations that only read."""
-
-    TERMINATE_SESSION = 1
-    LIST_DIRECTORY = 3
-    OPEN_FILE_RO = 4
-    READ_FILE = 5
-    BURST_READ_FILE = 15
-    ACK = 128
-    NAK = 129
-
-
-class FileError(IntEnum):
-    """Why something is refused, as far as it is acted upon."""
-
-    INVALID_SESSION = 4
-    END_OF_FILE = 6
+_REOPENINGS = 8
+"""How often a file is opened anew without a byte of it; PX4 and ArduPilot close what is idle."""
+_BETWEEN_FILES = 0x800
+"""Numbers left out before a file: more than one burst of ArduPilot's takes (2000)."""
+_BUSY = frozenset({FileError.FAIL, FileError.NO_SESSIONS})
+"""Answers to an opening while another file is open: perhaps one of ours, whose end was lost."""
 
 
 class FileRefusedError(LinkError):
     """The vehicle refuses a file or a folder."""
-
-
-@frozen
-class FilePacket:
-    """The content of a FILE_TRANSFER_PROTOCOL."""
-
-    number: int
-    """Of the request; answers count on from it."""
-    operation: int
-    session: int = 0
-    size: int = 0
-    answered: int = 0
-    """In an answer, the operation that is answered."""
-    is_last: bool = False
-    """In an answer to a burst, whether it is the last."""
-    offset: int = 0
-    content: bytes = b""
-
-
-def read_packet(received: Message) -> FilePacket | None:
-    """Return what a message holds; ``None`` where it is no answer of the file protocol."""
-    if received.name != _NAME:
-        return None
-    payload = bytes(received["payload"]).ljust(251, b"\0")
-    number, session, operation, size, answered, last, offset = _HEAD.unpack_from(payload)
-    if operation not in {Operation.ACK, Operation.NAK}:
-        return None
-    content = payload[_HEAD.size : _HEAD.size + min(size, _MOST_CONTENT)]
-    return FilePacket(
-        number=number,
-        operation=operation,
-        session=session,
-        size=size,
-        answered=answered,
-        is_last=bool(last),
-        offset=offset,
-        content=content,
-    )
-
-
-def packet_message(packet: FilePacket) -> Message:
-    """Return a request as a message."""
-    size = packet.size or len(packet.content)
-    head = _HEAD.pack(
-        packet.number & 0xFFFF, packet.session, packet.operation, size, 0, 0, packet.offset
-    )
-    return message(_NAME, payload=(head + packet.content).ljust(251, b"\0"))
 
 
 class FolderListing:
@@ -105,14 +48,25 @@ class FolderListing:
         The folder.
     settings : LinkSettings
         How patient to be.
+    numbers : FileNumbers
+        Those of the line.
     retries : int, optional
         How often to ask, where a vehicle may know no files at all.
     """
 
-    def __init__(self, path: str, settings: LinkSettings, *, retries: int | None = None) -> None:
+    def __init__(
+        self,
+        path: str,
+        settings: LinkSettings,
+        numbers: FileNumbers,
+        *,
+        retries: int | None = None,
+    ) -> None:
         self._path = path
         self._timer = Retransmission(settings, retries=retries)
-        self._number = 0
+        self._numbers = numbers
+        self._number = numbers.following()
+        self._session = 0
         self.files: dict[str, int] = {}
         """Sizes by name. [B]"""
         self.folders: list[str] = []
@@ -147,8 +101,13 @@ class FolderListing:
             return ()
         if packet.number != (self._number + 1) & 0xFFFF:
             return ()  # the answer to an earlier request
+        self._numbers.see(packet.number)
+        self._session = packet.session  # ArduPilot has one made for 0, and few of them
         if packet.operation == Operation.NAK:
-            if packet.content[:1] != bytes([FileError.END_OF_FILE]):
+            if packet.error == FileError.NO_SESSIONS:
+                self._number = self._numbers.following()
+                return ()  # asked again when the time has come
+            if packet.error != FileError.END_OF_FILE:
                 msg = f"the vehicle has no folder {self._path}"
                 raise FileRefusedError(msg)
             self.is_done = True
@@ -160,7 +119,7 @@ class FolderListing:
             return ()
         for entry in entries:
             self._take_entry(entry.decode("utf-8", errors="replace"))
-        self._number += 2
+        self._number = self._numbers.following()
         self._timer.answered(now_s)
         self._timer.sent(now_s)
         return (self._request(),)
@@ -192,8 +151,9 @@ class FolderListing:
             FilePacket(
                 number=self._number,
                 operation=Operation.LIST_DIRECTORY,
+                session=self._session,
                 offset=self._entries,
-                content=self._path.encode()[:_MOST_CONTENT],
+                content=self._path.encode()[:MOST_CONTENT],
             )
         )
 
@@ -211,16 +171,26 @@ class FileDownload:
         Given each piece in its order.
     settings : LinkSettings
         How patient to be.
+    numbers : FileNumbers
+        Those of the line.
     """
 
     def __init__(
-        self, path: str, start: int, write: Callable[[bytes], None], settings: LinkSettings
+        self,
+        path: str,
+        start: int,
+        write: Callable[[bytes], None],
+        settings: LinkSettings,
+        numbers: FileNumbers,
     ) -> None:
         self._path = path
         self._start = start
         self._write = write
+        self._settings = settings
         self._timer = Retransmission(settings)
-        self._number = 0x100
+        self._numbers = numbers
+        self._number = numbers.following(leaving=_BETWEEN_FILES)
+        self._opened_number = self._number
         self._session: int | None = None
         self._stream: ChunkStream | None = None
         self._openings = 0
@@ -239,7 +209,7 @@ class FileDownload:
     def begin(self, now_s: float) -> tuple[Message, ...]:
         """Ask for the file to be opened."""
         self._timer.sent(now_s)
-        return (self._request(),)
+        return (self._opening(),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle.
@@ -252,8 +222,9 @@ class FileDownload:
         packet = read_packet(received)
         if self.is_done or packet is None:
             return ()
-        if not 0 < (packet.number - self._number) & 0xFFFF < 0x8000:
-            return ()  # the answer to an earlier request
+        if not is_after(packet.number, self._opened_number):
+            return ()  # of an earlier file
+        self._numbers.see(packet.number)
         if self._session is None:
             if packet.answered != Operation.OPEN_FILE_RO:
                 return ()
@@ -276,9 +247,12 @@ class FileDownload:
             msg = f"{self._path} stalled {at}; what came is kept, call again to go on"
             raise LinkError(msg)
         self._timer.repeated(now_s)
-        return (self._request(),)
+        return (self._opening() if self._session is None else self._reading(),)
 
     def _take_opened(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
+        if packet.operation == Operation.NAK and packet.error in _BUSY:
+            # PX4 has one session, and keeps it as long as it is asked for another one.
+            return (self._closed_all(), *self._reopen(now_s))
         if packet.operation == Operation.NAK or len(packet.content) < 4:
             msg = f"the vehicle does not open {self._path} (error {packet.content[:1].hex()})"
             raise FileRefusedError(msg)
@@ -293,53 +267,70 @@ class FileDownload:
     def _take_piece(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
         assert self._stream is not None  # it is made when the file is opened
         if packet.operation == Operation.NAK:
-            if packet.content[:1] == bytes([FileError.INVALID_SESSION]):
-                return self._reopen(now_s)
-            return ()  # the end of a burst that ran into the end of the file; asked again
+            if packet.error == FileError.END_OF_FILE:
+                return ()  # a burst ran into it; what is missing is asked for again
+            return self._reopen(now_s)  # it is open no more, which each autopilot says in its way
         if self._stream.take(packet.offset, packet.content):
+            self._openings = 0
             self._timer.answered(now_s)
             self._timer.sent(now_s)
         is_asked = packet.answered == Operation.READ_FILE or packet.is_last
         return self._next() if is_asked or self._stream.is_whole else ()
 
     def _reopen(self, now_s: float) -> tuple[Message, ...]:
+        """Open it again, after a while: ArduPilot keeps what is idle for 3 s."""
         self._openings += 1
         if self._openings > _REOPENINGS:
-            msg = f"the vehicle closes {self._path} again and again"
+            msg = (
+                f"the vehicle does not open {self._path}, or closes it again and again: is another "
+                "ground station reading files?"
+            )
             raise FileRefusedError(msg)
         self._session = None
+        self._opened_number = self._number = self._numbers.following()
+        self._timer = Retransmission(self._settings)
         self._timer.sent(now_s)
-        return (self._request(),)
+        return ()
 
     def _next(self) -> tuple[Message, ...]:
         assert self._stream is not None  # it is made when the file is opened
         if not self._stream.is_whole:
-            return (self._request(),)
+            return (self._reading(),)
         self.is_done = True
-        self._number += 0x100
-        end = FilePacket(
-            number=self._number,
-            operation=Operation.TERMINATE_SESSION,
-            session=self._session or 0,
+        return (
+            packet_message(
+                FilePacket(
+                    number=self._numbers.following(),
+                    operation=Operation.TERMINATE_SESSION,
+                    session=self._session or 0,
+                )
+            ),
         )
-        return (packet_message(end),)
 
-    def _request(self) -> Message:
-        # The answers of a burst count on from its request: a new one begins well behind them.
-        if self._session is None or self._stream is None:
-            content = self._path.encode()[:_MOST_CONTENT]
-            opened = FilePacket(
-                number=self._number, operation=Operation.OPEN_FILE_RO, content=content
-            )
-            return packet_message(opened)
-        self._number += 1
-        gap = self._stream.gap()
+    def _closed_all(self) -> Message:
+        return packet_message(
+            FilePacket(number=self._numbers.following(), operation=Operation.RESET_SESSIONS)
+        )
+
+    def _opening(self) -> Message:
+        # Asked by the same number, PX4 says again that it is open, instead of refusing.
         return packet_message(
             FilePacket(
                 number=self._number,
+                operation=Operation.OPEN_FILE_RO,
+                content=self._path.encode()[:MOST_CONTENT],
+            )
+        )
+
+    def _reading(self) -> Message:
+        assert self._stream is not None  # it is made when the file is opened
+        gap = self._stream.gap()
+        return packet_message(
+            FilePacket(
+                number=self._numbers.following(),
                 operation=Operation.BURST_READ_FILE if gap is None else Operation.READ_FILE,
-                session=self._session,
-                size=min(gap or _MOST_CONTENT, _MOST_CONTENT),
+                session=self._session or 0,
+                size=min(gap or MOST_CONTENT, MOST_CONTENT),
                 offset=self._stream.offset,
             )
         )

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import re
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, OutputError
 from planner.link.file_transfer import FileDownload, FileRefusedError, FolderListing
 from planner.link.log_transfer import LogDownload, LogListing, VehicleLog
+from planner.link.message import message
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from planner.link.pymavlink_link import PymavlinkLink
@@ -54,25 +57,41 @@ def fetch_log_list(link: PymavlinkLink) -> tuple[VehicleLog, ...]:
     )
 
 
-def download_log(link: PymavlinkLink, log: VehicleLog, folder: Path) -> Path:
-    """Download a log, going on where an earlier call ended; return its file.
+def download_logs(
+    link: PymavlinkLink, logs: Sequence[VehicleLog], folder: Path
+) -> tuple[Path, ...]:
+    """Download logs of a list that was just fetched, going on where an earlier call ended.
 
     Parameters
     ----------
     link : PymavlinkLink
         The vehicle.
-    log : VehicleLog
-        One of its list.
+    logs : sequence of VehicleLog
+        Some of its list.
     folder : Path
-        Where to keep it; what is not whole ends in ``.part``.
+        Where to keep them; what is not whole ends in ``.part``.
+
+    Returns
+    -------
+    tuple of Path
+        Their files.
 
     Raises
     ------
     LinkError
-        If the transfer stalls; what came is kept.
+        If a transfer stalls; what came is kept.
     OutputError
-        If the file cannot be written.
+        If a file cannot be written.
     """
+    try:
+        return tuple(_download_log(link, log, folder) for log in logs)
+    finally:
+        if any(not log.path for log in logs):
+            with suppress(LinkError):  # the first word counts
+                link.connection.send(message("LOG_REQUEST_END"))  # ArduPilot writes logs again
+
+
+def _download_log(link: PymavlinkLink, log: VehicleLog, folder: Path) -> Path:
     target = folder / log.name
     part = folder / f"{log.name}.part"
     if target.is_file() and target.stat().st_size == log.size_bytes:
@@ -127,7 +146,8 @@ def _download(link: PymavlinkLink, log: VehicleLog, path: Path) -> None:
     part = _PartFile(path)
     try:
         if log.path:
-            link.run(FileDownload(log.path, part.start, part.write, link.settings), log.name)
+            whole = FileDownload(log.path, part.start, part.write, link.settings, link.file_numbers)
+            link.run(whole, log.name)
         else:
             link.run(LogDownload(log, part.start, part.write, link.settings), log.name)
     finally:
@@ -137,12 +157,12 @@ def _download(link: PymavlinkLink, log: VehicleLog, path: Path) -> None:
 def _files(link: PymavlinkLink, top: str) -> tuple[VehicleLog, ...]:
     """Return the logs in a folder and the folders in it."""
     found: list[VehicleLog] = []
-    listing = FolderListing(top, link.settings, retries=_TRIES)
+    listing = FolderListing(top, link.settings, link.file_numbers, retries=_TRIES)
     link.run(listing, f"files in {top}")
     inner = [f"{top}/{name}" for name in sorted(listing.folders)[:_MOST_FOLDERS]]
     found += _logs(listing, top, prefix="")
     for folder in inner:
-        deeper = FolderListing(folder, link.settings)
+        deeper = FolderListing(folder, link.settings, link.file_numbers)
         link.run(deeper, f"files in {folder}")
         found += _logs(deeper, folder, prefix=f"{folder.rpartition('/')[2]}-")
     return tuple(found)

@@ -74,10 +74,10 @@ class LogListing:
         if received.name != "LOG_ENTRY":
             return ()
         self._count = received["num_logs"]
-        if self._count:
+        if self._count and received["id"] not in self._sizes:
             self._sizes[received["id"]] = received["size"]
+            self._timer.sent(now_s)
         self.is_done = len(self._sizes) >= self._count
-        self._timer.sent(now_s)
         return ()
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
@@ -97,7 +97,9 @@ class LogListing:
 
 
 class LogDownload:
-    """One log by its number.
+    """One log by its number, after the vehicle was asked for its list.
+
+    LOG_REQUEST_END is not part of it: PX4 forgets its list by it, and sends no other log.
 
     Parameters
     ----------
@@ -144,7 +146,7 @@ class LogDownload:
         has_grown = self._stream.take(offset, content)
         if self._stream.is_whole:
             self.is_done = True
-            return (message("LOG_REQUEST_END"),)
+            return ()
         if has_grown:
             self._timer.answered(now_s)
             self._timer.sent(now_s)

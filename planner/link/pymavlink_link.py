@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import random
 from typing import TYPE_CHECKING
 
 from planner.link.connection import OWN_SYSTEM, Connection
+from planner.link.file_packet import FileNumbers
 from planner.link.heartbeats import uid_text
 from planner.link.line import open_line
 from planner.link.message_request import MessageRequest
@@ -79,6 +81,8 @@ class PymavlinkLink:
     ) -> None:
         self.settings = settings or LinkSettings()
         self._on_progress = on_progress
+        self.file_numbers = FileNumbers(random.randrange(1 << 16))
+        """Of the requests of its file protocol."""
         self.connection = Connection(
             line,
             name=name,

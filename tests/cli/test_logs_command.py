@@ -17,15 +17,28 @@ CONTENT = bytes(range(256)) * 20
 
 
 class _LoggingVehicle(VirtualVehicle):
-    """It has one log, and no file protocol."""
+    """It has logs, and no file protocol; like PX4 it sends data of a list that it keeps."""
+
+    logs = 1
+    is_listed = False
 
     def _on_log_request_list(self, _: Message, __: float) -> list[Message]:
-        return [message("LOG_ENTRY", id=1, num_logs=1, last_log_num=1, size=len(CONTENT))]
+        self.is_listed = True
+        return [
+            message("LOG_ENTRY", id=number, num_logs=self.logs, last_log_num=1, size=len(CONTENT))
+            for number in range(1, self.logs + 1)
+        ]
+
+    def _on_log_request_end(self, _: Message, __: float) -> list[Message]:
+        self.is_listed = False
+        return []
 
     def _on_log_request_data(self, one: Message, _: float) -> list[Message]:
+        if not self.is_listed:
+            return []
         start, end = one["ofs"], min(one["ofs"] + one["count"], len(CONTENT))
         return [
-            message("LOG_DATA", id=1, ofs=at, count=len(part), data=part.ljust(90, b"\0"))
+            message("LOG_DATA", id=one["id"], ofs=at, count=len(part), data=part.ljust(90, b"\0"))
             for at in range(start, end, 90)
             for part in [CONTENT[at : min(at + 90, end)]]
         ]
@@ -60,6 +73,16 @@ def test_a_download_that_broke_off_goes_on_where_it_ended(
     assert main(["logs", URL, "log-00001.ulg"]) == 0
     assert (tmp_path / "log-00001.ulg").read_bytes() == CONTENT
     assert not part.exists()
+
+
+def test_several_logs_come_of_one_list(on_line: list[VirtualLine], tmp_path: Path) -> None:
+    vehicle = _LoggingVehicle()
+    vehicle.logs = 3
+    line = VirtualLine(vehicle, loss=0.2)
+    on_line.append(line)
+    assert main(["logs", URL, "--all"]) == 0
+    assert [path.read_bytes() for path in sorted(tmp_path.iterdir())] == [CONTENT] * 3
+    assert line.sent[-1][7] == 122  # LOG_REQUEST_END
 
 
 def test_a_part_of_another_log_is_not_gone_on_with(

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
+from file_servers import ArdupilotFiles, Px4Files
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import LinkError
 from planner.link.chunks import ChunkStream
-from planner.link.file_transfer import (
-    _HEAD,
-    FileDownload,
-    FilePacket,
-    FileRefusedError,
-    FolderListing,
-    Operation,
-)
+from planner.link.file_packet import FileNumbers, FilePacket, Operation
+from planner.link.file_transfer import FileDownload, FileRefusedError, FolderListing
 from planner.link.log_transfer import LogDownload, LogListing, VehicleLog
 from planner.link.message import Message
 from planner.link.settings import LinkSettings
@@ -74,64 +69,17 @@ def _log_data(request: Message) -> list[Message]:
     ]
 
 
-class _Files:
-    """A file server; it knows /log/a.bin and the folder it is in."""
-
-    def __init__(self) -> None:
-        self.is_open = False
-
-    def __call__(self, request: Message) -> list[Message]:  # noqa: PLR0911 - one for each answer
-        payload = bytes(request["payload"])
-        number, _, operation, size, _, _, offset = _HEAD.unpack_from(payload)
-        content = payload[_HEAD.size : _HEAD.size + size]
-        ack = {"number": number + 1, "operation": Operation.ACK, "answered": operation}
-        nak: dict[str, Any] = ack | {"operation": Operation.NAK}
-        if operation == Operation.LIST_DIRECTORY:
-            if content != b"/log":
-                return [_answer(FilePacket(**nak, content=bytes([10])))]
-            if offset:
-                return [_answer(FilePacket(**nak, content=bytes([6])))]
-            listed = f"D.\0D2026\0Fa.bin\t{len(CONTENT)}\0Fb.txt\t12\0".encode()
-            return [_answer(FilePacket(**ack, content=listed))]
-        if operation == Operation.OPEN_FILE_RO:
-            if content != b"/log/a.bin":
-                return [_answer(FilePacket(**nak, content=bytes([10])))]
-            self.is_open = True
-            return [_answer(FilePacket(**ack, content=len(CONTENT).to_bytes(4, "little")))]
-        if operation == Operation.TERMINATE_SESSION:
-            self.is_open = False
-        if not self.is_open:
-            return [_answer(FilePacket(**nak, content=bytes([4])))]
-        if operation == Operation.READ_FILE:
-            return [_answer(FilePacket(**ack, offset=offset, content=CONTENT[offset:][:size]))]
-        if operation == Operation.BURST_READ_FILE:
-            pieces = range(offset, min(offset + 10 * size, len(CONTENT)), size)
-            return [
-                _answer(
-                    FilePacket(
-                        **(ack | {"number": number + 1 + n}),
-                        offset=at,
-                        content=CONTENT[at : at + size],
-                        is_last=at == pieces[-1],
-                    )
-                )
-                for n, at in enumerate(pieces)
-            ]
-        return []
+FILES = {
+    "/log/2026/b.bin": bytes(7),
+    "/log/a.bin": CONTENT,
+    "/log/b.txt": b"no log of it",
+    "/log/c.bin": CONTENT[::-1],
+}
+STACKS = pytest.mark.parametrize("stack", [Px4Files, ArdupilotFiles])
 
 
-def _answer(packet: FilePacket) -> Message:
-    head = _HEAD.pack(
-        packet.number,
-        packet.session,
-        packet.operation,
-        len(packet.content),
-        packet.answered,
-        int(packet.is_last),
-        packet.offset,
-    )
-    payload = (head + packet.content).ljust(251, b"\0")
-    return Message(name="FILE_TRANSFER_PROTOCOL", fields={"payload": payload})
+def _download(path: str, got: bytearray, numbers: FileNumbers, *, start: int = 0) -> FileDownload:
+    return FileDownload(path, start, got.extend, LinkSettings(), numbers)
 
 
 @given(seed=st.integers(0, 10**6), start=st.integers(0, len(CONTENT)))
@@ -142,28 +90,99 @@ def test_the_log_protocol_brings_a_log_whole_through_loss(seed: int, start: int)
     assert bytes(got) == CONTENT
 
 
+@STACKS
 @given(seed=st.integers(0, 10**6), start=st.integers(0, len(CONTENT)))
-@settings(max_examples=15, deadline=None)
-def test_the_file_protocol_brings_a_file_whole_through_loss(seed: int, start: int) -> None:
-    got = bytearray(CONTENT[:start])
-    download = FileDownload("/log/a.bin", start, got.extend, LinkSettings())
-    _run(download, _Files(), loss=0.2, seed=seed)
+@settings(max_examples=10, deadline=None)
+def test_the_file_protocol_brings_files_whole_through_loss(
+    stack: type[Px4Files | ArdupilotFiles], seed: int, start: int
+) -> None:
+    server, numbers = stack(FILES), FileNumbers(seed & 0xFFFF)
+    got, second = bytearray(CONTENT[:start]), bytearray()
+    _run(_download("/log/a.bin", got, numbers, start=start), server, loss=0.2, seed=seed)
+    # Its end may have been lost: it is still open, and PX4 opens one.
+    _run(_download("/log/c.bin", second, numbers), server, loss=0.2, seed=seed)
     assert bytes(got) == CONTENT
+    assert bytes(second) == CONTENT[::-1]
 
 
-def test_a_folder_is_listed_with_sizes() -> None:
-    listing = FolderListing("/log", LinkSettings())
-    _run(listing, _Files(), loss=0.2, seed=4)
-    assert listing.files == {"a.bin": len(CONTENT), "b.txt": 12}
+@STACKS
+def test_a_folder_is_listed_with_sizes(stack: type[Px4Files | ArdupilotFiles]) -> None:
+    listing = FolderListing("/log", LinkSettings(), FileNumbers(65_533))
+    _run(listing, stack(FILES), loss=0.2, seed=4)
+    assert listing.files == {"a.bin": len(CONTENT), "b.txt": 12, "c.bin": len(CONTENT)}
     assert listing.folders == ["2026"]
 
 
-def test_a_folder_and_a_file_that_are_not_there_are_refused() -> None:
+@STACKS
+def test_after_a_folder_that_is_not_there_another_one_is_found(
+    stack: type[Px4Files | ArdupilotFiles],
+) -> None:
+    # PX4 repeats what it said last to whoever asks by the same number.
+    server, numbers = stack(FILES), FileNumbers(7)
     with pytest.raises(FileRefusedError, match="no folder /nowhere"):
-        _run(FolderListing("/nowhere", LinkSettings()), _Files(), loss=0.0, seed=1)
-    download = FileDownload("/nothing", 0, bytearray().extend, LinkSettings())
+        _run(FolderListing("/nowhere", LinkSettings(), numbers), server, loss=0.0, seed=1)
+    listing = FolderListing("/log", LinkSettings(), numbers)
+    _run(listing, server, loss=0.0, seed=1)
+    assert listing.folders == ["2026"]
+
+
+def test_a_long_folder_takes_one_session_of_ardupilot() -> None:
+    files = {f"/log/{number}.bin": b"" for number in range(40)}
+    server = ArdupilotFiles(files)
+    listing = FolderListing("/log", LinkSettings(), FileNumbers(0))
+    _run(listing, server, loss=0.0, seed=1)
+    assert len(listing.files) == 40
+    assert len(server.sessions) == 1
+
+
+def test_a_file_that_another_program_left_open_is_opened_all_the_same() -> None:
+    server, got = Px4Files(FILES, is_open=True), bytearray()
+    _run(_download("/log/a.bin", got, FileNumbers(0)), server, loss=0.0, seed=1)
+    assert bytes(got) == CONTENT
+
+
+@STACKS
+def test_a_file_that_is_closed_under_our_hands_is_opened_again(
+    stack: type[Px4Files | ArdupilotFiles],
+) -> None:
+    server, got = stack(FILES), bytearray()
+
+    def forgetful(request: Message) -> list[Message]:
+        if len(server.requests) in {4, 9}:
+            server.answers(FilePacket(number=0, operation=Operation.RESET_SESSIONS))
+        return server(request)
+
+    _run(_download("/log/a.bin", got, FileNumbers(100)), forgetful, loss=0.0, seed=1)
+    assert bytes(got) == CONTENT
+    assert server.requests.count(Operation.OPEN_FILE_RO) >= 3
+
+
+def test_a_vehicle_that_never_opens_is_given_up() -> None:
+    class _Full(Px4Files):
+        def answers(self, asked: FilePacket) -> list[FilePacket]:
+            self.opened = b""
+            said = super().answers(asked)
+            self.opened = b""
+            return said
+
+    download = _download("/log/a.bin", bytearray(), FileNumbers(0))
+    with pytest.raises(FileRefusedError, match="is another ground station reading files"):
+        _run(download, _Full(FILES), loss=0.0, seed=1)
+
+
+def test_a_file_that_is_not_there_is_refused() -> None:
+    download = _download("/nothing", bytearray(), FileNumbers(0))
     with pytest.raises(FileRefusedError, match="does not open /nothing"):
-        _run(download, _Files(), loss=0.0, seed=1)
+        _run(download, Px4Files(FILES), loss=0.0, seed=1)
+
+
+def test_a_list_that_is_never_complete_stalls() -> None:
+    def claiming(_: Message) -> list[Message]:
+        fields = {"id": 1, "num_logs": 3, "last_log_num": 3, "size": 9, "time_utc": 0}
+        return [Message(name="LOG_ENTRY", fields=fields)]
+
+    with pytest.raises(LinkError, match="list of logs stalled at 1 of 3"):
+        _run(LogListing(LinkSettings()), claiming, loss=0.0, seed=1)
 
 
 def test_a_file_that_is_longer_than_it_can_be_read_stalls() -> None:
