@@ -7,6 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
 from planner.link.message import Message
+from planner.link.newer_messages import (
+    LAYOUTS,
+    extended_frame,
+    extension_fields,
+    frame_content,
+    newer_frame,
+    read_newer,
+)
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -63,15 +71,20 @@ class Codec:
         target : tuple of int
             System and component, for a message that has a target and does not name it.
         """
+        aimed = {"target_system": target[0], "target_component": target[1], **sent.fields}
+        encoder = self._encoder
+        number = encoder.seq
+        if sent.name in LAYOUTS:
+            encoder.seq = (number + 1) % 256
+            sender = encoder.srcSystem, encoder.srcComponent
+            return newer_frame(sent.name, aimed, self._checksum, sender=sender, number=number)
         kind = getattr(self._dialect, f"MAVLink_{sent.name.lower()}_message")
-        fields: dict[str, Any] = dict.fromkeys(kind.fieldnames, 0)
-        fields |= {"target_system": target[0], "target_component": target[1]}
-        fields |= sent.fields
+        fields: dict[str, Any] = {**dict.fromkeys(kind.fieldnames, 0), **aimed}
         values = [fields[name] for name in kind.fieldnames]
         encoded = kind(*[v.encode() if isinstance(v, str) else v for v in values])
-        content: bytes = encoded.pack(self._encoder)
-        self._encoder.seq = (self._encoder.seq + 1) % 256
-        return bytes(content)
+        frame = bytes(encoded.pack(encoder))
+        encoder.seq = (number + 1) % 256
+        return extended_frame(sent.name, frame, aimed, self._checksum)
 
     def decode(self, data: bytes) -> list[Message]:
         """Return the messages that are complete with these bytes; what is none is passed over."""
@@ -83,30 +96,36 @@ class Codec:
             return []
         if decoder.buf_len() > _MOST_PENDING:
             self._decoder = self._new_decoder()
-        return [
-            self._message(one)
-            for one in found
-            if one.get_type() != "BAD_DATA" and not one.get_type().startswith("UNKNOWN")
-        ]
+        messages = (self._message(one) for one in found if one.get_type() != "BAD_DATA")
+        return [one for one in messages if one is not None]
 
     def _new_decoder(self) -> Any:  # noqa: ANN401 - pymavlink has no types
         decoder = self._dialect.MAVLink(None)
         decoder.robust_parsing = True
         return decoder
 
-    def _message(self, received: Any) -> Message:  # noqa: ANN401 - pymavlink has no types
-        fields = {name: getattr(received, name) for name in received.fieldnames}
-        for name in _TEXTS & fields.keys():
-            if isinstance(fields[name], bytes):
-                fields[name] = fields[name].decode("utf-8", errors="replace")
-            fields[name] = fields[name].split("\0", 1)[0]
-        if received.get_type() == "PARAM_VALUE":
-            buffer = bytes(received.get_msgbuf())
-            head = 10 if buffer[0] == 0xFD else 6
-            content = buffer[head : head + buffer[1]]
-            fields["param_bytes"] = content[:4].ljust(4, b"\0")
+    def _checksum(self, data: bytes) -> int:
+        return int(self._dialect.x25crc(data).crc)
+
+    def _message(self, received: Any) -> Message | None:  # noqa: ANN401 - pymavlink has no types
+        """Return a message; ``None`` where nobody knows it."""
+        name, frame = received.get_type(), bytes(received.get_msgbuf())
+        if name.startswith("UNKNOWN"):
+            newer = read_newer(frame, self._checksum)
+            if newer is None:
+                return None
+            system, component = frame[5:7]
+            return Message(name=newer[0], fields=newer[1], system=system, component=component)
+        fields = {field: getattr(received, field) for field in received.fieldnames}
+        fields |= extension_fields(name, frame)
+        for field in _TEXTS & fields.keys():
+            if isinstance(fields[field], bytes):
+                fields[field] = fields[field].decode("utf-8", errors="replace")
+            fields[field] = fields[field].split("\0", 1)[0]
+        if name == "PARAM_VALUE":
+            fields["param_bytes"] = frame_content(frame)[:4].ljust(4, b"\0")
         return Message(
-            name=received.get_type(),
+            name=name,
             fields=fields,
             system=received.get_srcSystem(),
             component=received.get_srcComponent(),

@@ -42,6 +42,7 @@ _READING: Mapping[int, str] = {
     117: "LOG_REQUEST_LIST",
     119: "LOG_REQUEST_DATA",
     122: "LOG_REQUEST_END",
+    412: "REQUEST_EVENT",
 }
 _UPLOADING: Mapping[int, str] = {44: "MISSION_COUNT", 73: "MISSION_ITEM_INT"}
 _GUARDING: Mapping[int, str] = {77: "COMMAND_ACK", 253: "STATUSTEXT"}
