@@ -263,7 +263,9 @@ def send_mission(
         )
         if not may_send(snapshot, result):
             return Upload(check=result, result=None)
-        sent = upload_mission(link, mission, listen_s=listen_s)
+        sent = upload_mission(
+            link, mission, listen_s=listen_s, has_home=snapshot.state.home is not None
+        )
         return Upload(check=result, result=sent)
 
 

@@ -36,8 +36,13 @@ PX4_EVENTS: Mapping[str, str] = {
     "navigator_mis_multiple_land": "M111",
     "navigator_mis_land_before_rtl": "M111",
     "navigator_mis_invalid_land": "M111",
+    "navigator_mis_do_jump_invalid": "M103",
     "navigator_mis_geofence_violation": "F101",
+    "navigator_mis_geofence_path_violation": "F101",
+    "navigator_mis_geofence_jump_breach": "F101",
+    "navigator_mis_geofence_loiter_breach": "F107",
     "navigator_mis_geofence_no_home": "F104",
+    "navigator_mis_geofence_no_home2": "F104",
     "navigator_geofence_invalid_against_home": "F104",
 }
 """Code of the rule by name of the event."""

@@ -80,7 +80,7 @@ _SETTINGS = tuple(
     default="",
     metavar="LIST",
     help="what goes wrong: loss=20%,duplication=,reordering=,delay=S,garbage=,truncation= (-in or "
-    "-out for one way), silence=K[:S] after K messages, count=+2, twin, reject=TEXT, seed=N",
+    "-out for one way), silence=K[:S] after K messages, count=+2, twin, reject=TEXT, event=NAME, seed=N",
 )
 @click.option(
     "--log",

@@ -103,6 +103,8 @@ def _tell(result: UploadResult) -> None:
         narrate(f"the vehicle says: {said.text}")
     if result.rejection:
         narrate(f"rejected: {result.rejection}")
+    if result.is_unjudged:
+        narrate("the vehicle has no position yet: it will say whether it flies the mission later")
     if result.is_good:
         narrate("the mission is on the vehicle, read back and compared")
     elif result.restored:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 MOST_PARAMETERS = 5_000
 """PX4 and ArduPilot have one to two thousand; a vehicle that claims more is not believed."""
-_MOST_COUNTS = 4
-"""ArduPilot hides and shows parameters as others change; a number that goes on changing is wrong."""
+_MOST_COUNTS = 6
+"""Both autopilots hide and show parameters as others change; what goes on changing is wrong."""
 _AT_ONCE = 16
 """Parameters asked for together: few enough for the buffer of a radio."""
 _NO_INDEX = 65_535
@@ -78,6 +78,7 @@ class ParameterDownload:
         self._counts = 0
         self._by_index: dict[int, WireParameter] = {}
         self._outstanding: set[int] = set()
+        self._is_repeated = False
         self.is_done = False
 
     @property
@@ -122,8 +123,7 @@ class ParameterDownload:
             kind=received["param_type"],
         )
         if len(self._by_index) == self._count:
-            self.is_done = True
-            return ()
+            return self._end(now_s)
         if not is_new:
             return ()
         was_asked = index in self._outstanding
@@ -152,16 +152,35 @@ class ParameterDownload:
             return (message("PARAM_REQUEST_LIST"),)
         return self._missing()
 
+    def _end(self, now_s: float) -> tuple[Message, ...]:
+        """End, or ask for all again, once, where one has come under two numbers."""
+        assert self._count is not None  # every parameter tells it
+        names = {one.name for one in self._by_index.values()}
+        if len(names) == self._count or self._is_repeated:
+            self.is_done = True
+            return ()
+        self._is_repeated = True
+        self._begin_anew(self._count)
+        self._timer.sent(now_s)
+        return (message("PARAM_REQUEST_LIST"),)
+
     def _take_count(self, count: int) -> None:
-        if count == self._count:
-            return
+        if count != self._count:
+            self._begin_anew(count)
+
+    def _begin_anew(self, count: int) -> None:
+        """Forget what came: with one more or less, the numbers of those behind it are others."""
         self._counts += 1
         if count > MOST_PARAMETERS or self._counts > _MOST_COUNTS:
             changing = "" if self._count is None else f", after {self._count}"
-            msg = f"the vehicle claims {count} parameters{changing}: that cannot be believed"
+            msg = (
+                f"the vehicle claims {count} parameters{changing}: that cannot be believed, or "
+                "they change all the time; try again"
+            )
             raise LinkError(msg)
         self._count = count
-        self._by_index = {index: one for index, one in self._by_index.items() if index < count}
+        self._by_index.clear()
+        self._outstanding.clear()
 
     def _missing(self) -> tuple[Message, ...]:
         assert self._count is not None

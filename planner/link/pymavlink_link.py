@@ -15,6 +15,7 @@ from planner.link.outgoing import Purpose
 from planner.link.parameter_transfer import ParameterDownload
 from planner.link.settings import LinkSettings
 from planner.link.vehicle import VehicleIdentity, firmware_release
+from planner.link.vehicle_events import EventRequest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from planner.link.mission_transfer import UploadOutcome, WireItem
     from planner.link.parameter_transfer import WireParameter
     from planner.link.vehicle import StatusText, VehicleState
+    from planner.link.vehicle_events import VehicleEvent
 
     OnProgress = Callable[[str, int, int | None], None]
 
@@ -38,6 +40,8 @@ _STATE = (
     ("EXTENDED_SYS_STATE", 245),
 )
 _PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
+_NO_MISSION = 1
+"""MISSION_STATE."""
 _OPTIONAL_RETRIES = 6
 """Of a message that a vehicle may not have."""
 
@@ -162,6 +166,21 @@ class PymavlinkLink:
         """Return the texts that the vehicle sends in a time [s], and those not taken before."""
         self.connection.listen(duration_s)
         return self.connection.telemetry.take_texts()
+
+    def fetch_events(self) -> tuple[VehicleEvent, ...]:
+        """Return the events that the vehicle reported and that were not taken before."""
+        record = self.connection.telemetry.events
+        self.connection.run(EventRequest(record, self.settings, retries=_OPTIONAL_RETRIES))
+        return record.take_events()
+
+    def has_no_mission(self) -> bool:
+        """Return whether the vehicle says that it has no mission that it would fly.
+
+        PX4 says so of a mission that its feasibility check rejects (``update_mission_state``),
+        versions before 2025 do not say.
+        """
+        current = self._request("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES)
+        return current is not None and current["mission_state"] == _NO_MISSION
 
     def is_heard(self, timeout_s: float) -> bool:
         """Return whether the vehicle sends another heartbeat within a time."""

@@ -12,6 +12,7 @@ from planner.link.vehicle import (
     VehicleState,
     WindEstimate,
 )
+from planner.link.vehicle_events import EventRecord
 from planner.mission.items import Home
 
 if TYPE_CHECKING:
@@ -36,11 +37,15 @@ class Telemetry:
         self._latest: dict[str, Message] = {}
         self._chunks: dict[int, dict[int, str]] = {}
         self._texts: list[StatusText] = []
+        self.events = EventRecord()
+        """What PX4 reports by number."""
 
     def take(self, received: Message) -> None:
         """Take a message of the vehicle's autopilot."""
         if received.name == "STATUSTEXT":
             self._take_text(received)
+        elif received.name in {"EVENT", "CURRENT_EVENT_SEQUENCE"}:
+            self.events.take(received)
         elif received.name == "BATTERY_STATUS" and received["id"] != 0:
             return
         else:
@@ -152,7 +157,8 @@ class Telemetry:
                 return
             text = "".join(chunks[key] for key in sorted(chunks))
             del self._chunks[number]
-        said = StatusText(severity=received["severity"], text=text)
+        # A tab at the end is PX4's sign that the same comes as an event.
+        said = StatusText(severity=received["severity"], text=text.rstrip())
         if len(self._texts) < _MOST_TEXTS:
             self._texts.append(said)
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import struct
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError, UsageError
@@ -12,6 +11,7 @@ from planner.frozen import frozen
 from planner.link.mission_items import lists_of_mission, mission_of_lists
 from planner.link.mission_kind import MissionKind
 from planner.link.mission_transfer import UploadOutcome
+from planner.link.objections import objections
 from planner.mission.comparison import compare_missions
 
 if TYPE_CHECKING:
@@ -24,13 +24,9 @@ if TYPE_CHECKING:
 
 _ORDER = (MissionKind.FENCE, MissionKind.RALLY, MissionKind.MISSION)
 """PX4 judges a mission by the fence it has when the mission comes."""
-_WARNING = 4
-"""MAV_SEVERITY_WARNING; greater numbers are less."""
-_REJECTION = re.compile(
-    r"reject|refus|infeasible|not feasible|mission.*(invalid|denied|fail|unsupported)|"
-    r"invalid mission|prearm: .*(mission|waypoint|fence|rally|item)",
-    re.IGNORECASE,
-)
+_SETTLED_S = 1.0
+"""In which PX4's navigator has judged what it was sent. [s]"""
+_LOOKS = 3
 
 
 @frozen
@@ -43,6 +39,8 @@ class UploadResult:
     """Between what was sent and what was read back."""
     texts: tuple[StatusText, ...] = ()
     """What the vehicle said to it."""
+    is_unjudged: bool = False
+    """Whether the vehicle has not judged it yet, for want of a place that it is at."""
     restored: bool | None = None
     """Whether the old mission is on the vehicle again, and was read back; ``None``: the new one is."""
 
@@ -61,6 +59,7 @@ def upload_mission(
     mission: Mission,
     *,
     listen_s: float,
+    has_home: bool = True,
     restore_timeout_s: float = 10.0,
 ) -> UploadResult:
     """Put a mission, its fence and its rally points in place of those on a vehicle.
@@ -73,6 +72,8 @@ def upload_mission(
         What to send.
     listen_s : float
         How long the vehicle is listened to afterwards. [s]
+    has_home : bool
+        Whether the vehicle knows where it is: PX4 judges no mission before.
     restore_timeout_s : float
         How long to wait for the vehicle after the line broke. [s]
 
@@ -87,11 +88,16 @@ def upload_mission(
     wanted = _lists(link, mission, before)
     touched: list[MissionKind] = []
     link.listen(0.0)  # what was said before is about something else
+    link.fetch_events()
     try:
         for kind in _ORDER:
             had = before[kind]
             if had is None or (kind is not MissionKind.MISSION and is_same(had, wanted[kind])):
                 continue
+            is_new = any(one.matters for one in _differences(link, mission, before))
+            if kind is MissionKind.MISSION and touched and is_new:
+                link.listen(_SETTLED_S)  # what PX4 has against the old one, in the new fence
+                link.fetch_events()
             touched.append(kind)
             outcome, why = link.upload_items(kind, wanted[kind])
             if outcome is UploadOutcome.REJECTED:
@@ -99,24 +105,51 @@ def upload_mission(
                 restored = _restore(link, before, touched)
                 return UploadResult(rejection=rejection, restored=restored)
         back = {kind: link.fetch_items(kind) for kind in MissionKind}
-        read = mission_of_lists(back, link.identity, home=mission.home, source=mission.source)
-        differences = compare_missions(mission, read, autopilot=link.identity.autopilot)
+        differences = _differences(link, mission, back)
         if any(one.matters for one in differences):
             restored = _restore(link, before, touched)
             return UploadResult(differences=differences, restored=restored)
     except (LinkError, KeyboardInterrupt) as error:
         sent = {kind: wanted[kind] for kind in touched}
         raise _after_break(link, before, sent, error, restore_timeout_s) from error
+    result = UploadResult(differences=differences)
+    try:
+        return _judged(link, result, listen_s, has_items=bool(mission.items), has_home=has_home)
+    except LinkError as error:
+        msg = f"{error}; the mission is on the vehicle, but not what it says to it was heard"
+        raise LinkError(msg) from error
+
+
+def _differences(
+    link: VehicleLink,
+    mission: Mission,
+    lists: Mapping[MissionKind, tuple[WireItem, ...] | None],
+) -> tuple[Difference, ...]:
+    read = mission_of_lists(lists, link.identity, home=mission.home, source=mission.source)
+    return compare_missions(mission, read, autopilot=link.identity.autopilot)
+
+
+def _judged(
+    link: VehicleLink, result: UploadResult, listen_s: float, *, has_items: bool, has_home: bool
+) -> UploadResult:
+    """Return a result with what the vehicle says to the mission."""
     texts = link.listen(listen_s)
-    rejections = [one.text for one in texts if is_rejection(one)]
-    return UploadResult(
-        rejection="; ".join(dict.fromkeys(rejections)), differences=differences, texts=texts
-    )
+    said = objections(texts, link.fetch_events())
+    is_unjudged = False
+    if has_items and not said and _has_none_after_all(link):
+        # PX4 takes what it has already without a word, and says no more what it has against it.
+        is_unjudged = not has_home
+        said = () if is_unjudged else ("the vehicle says that it has no mission it would fly",)
+    return replace(result, rejection="; ".join(said), texts=texts, is_unjudged=is_unjudged)
 
 
-def is_rejection(said: StatusText) -> bool:
-    """Return whether a text of the vehicle refuses a mission."""
-    return said.severity <= _WARNING and _REJECTION.search(said.text) is not None
+def _has_none_after_all(link: VehicleLink) -> bool:
+    """Return whether a vehicle still says that it has no mission, some time after it got one."""
+    for _ in range(_LOOKS):
+        if not link.has_no_mission():
+            return False
+        link.listen(_SETTLED_S)
+    return True
 
 
 def is_same(first: Sequence[WireItem], second: Sequence[WireItem]) -> bool:

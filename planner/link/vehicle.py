@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from planner.link.mission_kind import MissionKind
     from planner.link.mission_transfer import UploadOutcome, WireItem
     from planner.link.parameter_transfer import WireParameter
+    from planner.link.vehicle_events import VehicleEvent
     from planner.mission.items import Home, Mission
 
 AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
@@ -171,6 +172,12 @@ class VehicleLink(Protocol):
 
     def listen(self, duration_s: float) -> tuple[StatusText, ...]:
         """Return the texts that the vehicle sends in a time [s], and those not taken before."""
+
+    def fetch_events(self) -> tuple[VehicleEvent, ...]:
+        """Return the events that the vehicle reported and that were not taken before."""
+
+    def has_no_mission(self) -> bool:
+        """Return whether the vehicle says that it has no mission that it would fly."""
 
     def is_heard(self, timeout_s: float) -> bool:
         """Return whether the vehicle sends another heartbeat within a time."""

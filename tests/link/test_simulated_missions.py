@@ -7,6 +7,7 @@ from simulated_vehicles import Bench, named, out_and_back, texts
 
 from planner.autopilot import Autopilot
 from planner.link.mission_kind import MissionKind, MissionResult
+from planner.link.vehicle_events import event_number
 
 if TYPE_CHECKING:
     from planner.link.message import Message
@@ -80,6 +81,7 @@ def test_the_first_item_of_ardupilot_is_its_home() -> None:
 def test_the_older_request_is_answered_in_degrees(autopilot: Autopilot) -> None:
     bench = Bench(autopilot)
     bench.send("MISSION_REQUEST_LIST", mission_type=0)
+    bench.send("MISSION_REQUEST", seq=0, mission_type=0)  # PX4 sends them in their order
     item = _one(bench.send("MISSION_REQUEST", seq=1, mission_type=0))
     assert item.name == "MISSION_ITEM"
     expected_deg = 47.0 if autopilot is ARDUPILOT else 47.0 + 500.0 / 111_176.0
@@ -99,14 +101,71 @@ def test_px4_forgets_a_download_after_five_seconds_of_silence() -> None:
 
 
 @pytest.mark.parametrize(
-    ("autopilot", "result"),
-    [(PX4, MissionResult.ERROR), (ARDUPILOT, MissionResult.INVALID_SEQUENCE)],
+    ("autopilot", "kind", "result"),
+    [
+        (PX4, MissionKind.MISSION, MissionResult.ERROR),
+        (PX4, MissionKind.FENCE, MissionResult.ERROR),
+        (ARDUPILOT, MissionKind.MISSION, MissionResult.ERROR),
+        (ARDUPILOT, MissionKind.FENCE, MissionResult.INVALID_SEQUENCE),
+    ],
 )
-def test_an_item_beyond_the_list_is_refused(autopilot: Autopilot, result: MissionResult) -> None:
+def test_an_item_beyond_the_list_is_refused(
+    autopilot: Autopilot, kind: MissionKind, result: MissionResult
+) -> None:
     bench = Bench(autopilot)
+    count = _one(bench.send("MISSION_REQUEST_LIST", mission_type=int(kind)))["count"]
+    said = bench.send("MISSION_REQUEST_INT", seq=99, mission_type=int(kind))
+    assert _one(named("MISSION_ACK", said))["type"] == result
+    # ArduPilot says again how many there are of a mission.
+    is_told = autopilot is ARDUPILOT and kind is MissionKind.MISSION
+    assert [one["count"] for one in named("MISSION_COUNT", said)] == [count] * is_told
+
+
+def test_px4_takes_no_mission_while_it_sends_one() -> None:
+    bench = Bench(PX4)
+    bench.send("MISSION_REQUEST_LIST", mission_type=1)
+    said = bench.send("MISSION_COUNT", count=2, mission_type=0)
+    assert _one(named("MISSION_ACK", said))["type"] == MissionResult.ERROR
+    assert texts(said) == ["WPM: IGN MISSION_COUNT: Busy\t"]
+    bench.wait(5.1)  # the last word on the download was lost
+    assert named("MISSION_REQUEST", bench.send("MISSION_COUNT", count=2, mission_type=0))
+
+
+def test_px4_sends_one_list_at_a_time() -> None:
+    bench = Bench(PX4)
     bench.send("MISSION_REQUEST_LIST", mission_type=0)
-    ack = _one(bench.send("MISSION_REQUEST_INT", seq=99, mission_type=0))
-    assert (ack.name, ack["type"]) == ("MISSION_ACK", result)
+    said = bench.send("MISSION_REQUEST_LIST", mission_type=1)
+    assert texts(said) == ["Mission download request ignored, already active\t"]
+    bench.send("MISSION_ACK", type=0, mission_type=0)
+    assert named("MISSION_COUNT", bench.send("MISSION_REQUEST_LIST", mission_type=1))
+
+
+def test_px4_tells_its_lists_by_numbers_that_change_with_them() -> None:
+    bench = Bench(PX4)
+    current = bench.wait_for("MISSION_CURRENT", 1.5)[-1]
+    count = _one(bench.send("MISSION_REQUEST_LIST", mission_type=1))
+    assert current["fence_id"] == count["opaque_id"] != 0
+    bench.send("MISSION_ACK", type=0, mission_type=1)
+    _upload(bench, [TAKEOFF, ITEM])
+    changed = bench.wait_for("MISSION_CURRENT", 1.5)[-1]
+    assert changed["mission_id"] not in {0, current["mission_id"]}
+    assert changed["fence_id"] == current["fence_id"]
+    ardupilot = Bench(ARDUPILOT).wait_for("MISSION_CURRENT", 1.5)[-1]
+    assert {ardupilot[f"{name}_id"] for name in ("mission", "fence", "rally_points")} == {0}
+
+
+def test_px4_has_no_mission_while_it_would_not_fly_it_and_judges_the_same_one_once() -> None:
+    bench = Bench(PX4)
+    delay = {**ITEM, "command": 112, "frame": 2, "x": 0, "y": 0}
+    said = _upload(bench, [TAKEOFF, delay])
+    (event,) = named("EVENT", said)
+    assert (event["id"], event["arguments"]) == (
+        event_number("navigator_mis_unsup_cmd"),
+        b"\x02\x00",
+    )
+    assert bench.wait_for("MISSION_CURRENT", 1.5)[-1]["mission_state"] == 1
+    assert texts(_upload(bench, [TAKEOFF, delay])) == []
+    assert bench.wait_for("MISSION_CURRENT", 1.5)[-1]["mission_state"] == 1
 
 
 @BOTH
@@ -276,7 +335,8 @@ def test_a_second_ground_station_has_to_wait(autopilot: Autopilot) -> None:
     bench = Bench(autopilot)
     bench.send("MISSION_COUNT", count=2, mission_type=0)
     answers = bench.send("MISSION_COUNT", sender=250, count=2, mission_type=0)
-    assert _one(named("MISSION_ACK", answers))["type"] == MissionResult.DENIED
+    busy = MissionResult.ERROR if autopilot is PX4 else MissionResult.DENIED
+    assert _one(named("MISSION_ACK", answers))["type"] == busy
 
 
 def test_a_mission_that_px4_will_not_fly_is_taken_and_then_spoken_against() -> None:
@@ -292,7 +352,9 @@ def test_a_mission_that_px4_will_not_fly_is_taken_and_then_spoken_against() -> N
 def test_px4_takes_a_delay_condition_and_then_will_not_fly_it() -> None:
     bench = Bench(PX4)
     delay = {**ITEM, "command": 112, "frame": 2, "x": 0, "y": 0}  # CONDITION_DELAY
-    assert texts(_upload(bench, [TAKEOFF, delay])) == ["Mission rejected: item 2 not supported"]
+    assert texts(_upload(bench, [TAKEOFF, delay])) == [
+        "Mission rejected: item 2: unsupported cmd: 112\t"
+    ]
 
 
 def test_a_count_may_be_wrong() -> None:

@@ -158,3 +158,36 @@ def test_more_parameters_than_a_vehicle_can_have_are_not_believed() -> None:
     )
     with pytest.raises(LinkError, match="claims 5001 parameters"):
         download.feed(claim, 0.1)
+
+
+def _value(name: str, index: int, count: int) -> Message:
+    fields = {"param_id": name, "param_index": index, "param_count": count}
+    return _received("PARAM_VALUE", **fields, param_value=0.0, param_bytes=bytes(4), param_type=9)
+
+
+def test_a_parameter_that_appears_in_between_shifts_the_others_and_none_is_lost() -> None:
+    download = ParameterDownload(LinkSettings())
+    download.begin(0.0)
+    # A and B came, then N appears between them: the numbers of all behind it are others.
+    _feed(download, [_value("A", 0, 3), _value("B", 1, 3), _value("B", 2, 4), _value("C", 3, 4)])
+    asked = [one["param_index"] for one in download.expire(download.deadline_s)]
+    assert asked == [0, 1]
+    _feed(download, [_value("A", 0, 4), _value("N", 1, 4)])
+    assert download.is_done
+    assert [one.name for one in download.parameters] == ["A", "N", "B", "C"]
+
+
+def test_one_that_appears_as_another_goes_makes_all_be_asked_for_again() -> None:
+    download = ParameterDownload(LinkSettings())
+    download.begin(0.0)
+    _feed(download, [_value("A", 0, 3), _value("B", 1, 3)])
+    assert [one.name for one in download.feed(_value("B", 2, 3), 0.5)] == ["PARAM_REQUEST_LIST"]
+    _feed(download, [_value("A", 0, 3), _value("N", 1, 3), _value("B", 2, 3)])
+    assert [one.name for one in download.parameters] == ["A", "N", "B"]
+
+
+def test_a_vehicle_whose_parameters_always_change_is_left() -> None:
+    download = ParameterDownload(LinkSettings())
+    download.begin(0.0)
+    with pytest.raises(LinkError, match="they change all the time"):
+        _feed(download, [_value("A", 0, 2 + n) for n in range(100)])

@@ -17,7 +17,7 @@ _BY_DIRECTION = {**dict.fromkeys(_SHARES), "delay": "delay_s"}
 _OUTWARDS_ALONE = frozenset({"garbage", "truncation"})
 """What is done to the bytes that the vehicle sends."""
 _IN, _OUT = "-in", "-out"
-KNOWN = (*_BY_DIRECTION, "silence", "count", "twin", "reject", "seed")
+KNOWN = (*_BY_DIRECTION, "silence", "count", "twin", "reject", "event", "seed")
 
 
 @frozen
@@ -38,7 +38,7 @@ def read_faults(text: str) -> Faults:
         ``truncation``) as ``20%`` or ``0.2``; ``delay`` in seconds; ``-in`` or ``-out`` after the
         name for what goes to or comes from the vehicle alone; ``silence=K`` after K messages of
         transfers, ``silence=K:S`` for S seconds; ``count=+2`` for wrong counts; ``twin``;
-        ``reject=TEXT`` said after uploads; ``seed``.
+        ``reject=TEXT`` said after uploads, ``event=NAME`` reported after them; ``seed``.
 
     Raises
     ------
@@ -77,6 +77,7 @@ def _take(
         "count": lambda: vehicle.update(count_error=int(value)),
         "twin": lambda: vehicle.update(has_twin=True),
         "reject": lambda: vehicle.update(rejection=value),
+        "event": lambda: vehicle.update(event=value),
         "seed": lambda: line.update(seed=int(value)),
         "silence": lambda: line.update(_silence(value)),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
+from planner.frozen import frozen
 from planner.link.simulated.parameters import parameter_values
 from planner.mission.command_support import Support, support
 from planner.mission.commands import Command
@@ -17,33 +18,55 @@ if TYPE_CHECKING:
 
 _TAKEOFF, _LANDING, _BOTH, _BOTH_OR_NONE = 1, 2, 3, 4
 """MIS_TKO_LAND_REQ."""
-_LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_RETURN_TO_LAUNCH})
+_LANDINGS = frozenset({Command.NAV_LAND})
+"""A return is none."""
 
 
-def rejection(items: Sequence[WireItem], setup: VehicleSetup) -> str:
-    """Return why a vehicle will not fly the mission it holds; empty where it will.
+@frozen
+class Rejection:
+    """Why a vehicle will not fly a mission."""
+
+    text: str
+    """As its text says it; empty where only an event does."""
+    event: str = ""
+    """Name of the event that says it; empty where none does."""
+    item: int | None = None
+    """What the event is about, from 1."""
+
+
+def rejection(items: Sequence[WireItem], setup: VehicleSetup) -> Rejection | None:
+    """Return why a vehicle will not fly the mission it holds; ``None`` where it will.
 
     ArduPilot says nothing at this time: it looks at its mission when it arms.
     """
-    if setup.misbehaviour.rejection:
-        return setup.misbehaviour.rejection
-    if setup.autopilot is not Autopilot.PX4:
-        return ""
+    wrong = setup.misbehaviour
+    if wrong.rejection or wrong.event:
+        return Rejection(text=wrong.rejection, event=wrong.event)
+    if setup.autopilot is not Autopilot.PX4 or not items:
+        return None
     for number, item in enumerate(items, 1):
         known = support(item.command, setup.autopilot, frame=item.frame, version=setup.version[:2])
         if known is Support.BLOCKS_ARMING:
-            return f"Mission rejected: item {number} not supported"
+            text = f"Mission rejected: item {number}: unsupported cmd: {item.command}"
+            return Rejection(text=text, event="navigator_mis_unsup_cmd", item=number)
     return _missing(items, int(parameter_values(setup.parameters).get("MIS_TKO_LAND_REQ", 0)))
 
 
-def _missing(items: Sequence[WireItem], required: int) -> str:
+def _missing(items: Sequence[WireItem], required: int) -> Rejection | None:
     """Return what MIS_TKO_LAND_REQ asks for and the mission has not."""
     has_takeoff = any(item.command == Command.NAV_TAKEOFF for item in items)
     has_landing = any(item.command in _LANDINGS for item in items)
-    if required in {_TAKEOFF, _BOTH} and not has_takeoff:
-        return "Mission rejected: takeoff waypoint required"
-    if required in {_LANDING, _BOTH} and not has_landing:
-        return "Mission rejected: landing waypoint required"
-    if required == _BOTH_OR_NONE and has_takeoff is not has_landing:
-        return "Mission rejected: takeoff or landing missing"
-    return ""
+    text, event = "", ""
+    if required == _TAKEOFF and not has_takeoff:
+        text, event = "Takeoff waypoint required.", "takeoff_missing"
+    elif required == _LANDING and not has_landing:
+        text, event = "Landing waypoint/pattern required.", "land_missing"
+    elif required == _BOTH and not (has_takeoff and has_landing):
+        text, event = "Takeoff or Landing item missing.", "takeoff_or_land_missing"
+    elif required == _BOTH_OR_NONE and has_takeoff and not has_landing:
+        text, event = "Add Landing item or remove Takeoff.", "add_land_or_rm_to"
+    elif required == _BOTH_OR_NONE and has_landing and not has_takeoff:
+        text, event = "Add Takeoff item or remove Landing.", "add_to_or_rm_land"
+    if not text:
+        return None
+    return Rejection(text=f"Mission rejected: {text}", event=f"navigator_mis_{event}")

@@ -8,20 +8,19 @@ place, and always asks with MISSION_REQUEST (MissionItemProtocol).
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.link.mission_kind import MissionKind, MissionResult
 from planner.link.mission_transfer import WireItem
+from planner.link.simulated.mission_exchange import MANNERS, Download, Upload
 from planner.link.simulated.server import NEVER_S, answer
 from planner.link.simulated.stored_items import refusal, stored_item
 from planner.mission.commands import Frame, has_location
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from planner.link.message import Message
     from planner.link.simulated.setup import VehicleSetup
 
@@ -29,43 +28,6 @@ _EVERY_KIND = 255
 _ITEM_FIELDS = tuple(each.name for each in fields(WireItem))
 _SCALE = 1e7
 _LARGEST_INT = 2**31 - 1
-
-
-@frozen
-class _Manners:
-    """In what two autopilots differ."""
-
-    retry_s: float
-    """Until an item is asked for again. [s]"""
-    timeout_s: float
-    """Of silence, until a transfer is given up. [s]"""
-    most_items: Mapping[MissionKind, int]
-
-
-_MANNERS: Mapping[Autopilot, _Manners] = {
-    Autopilot.PX4: _Manners(
-        retry_s=0.25,
-        timeout_s=5.0,
-        most_items={MissionKind.MISSION: 2000, MissionKind.FENCE: 64, MissionKind.RALLY: 20},
-    ),
-    Autopilot.ARDUPILOT: _Manners(
-        retry_s=1.0,
-        timeout_s=8.0,
-        most_items={MissionKind.MISSION: 724, MissionKind.FENCE: 84, MissionKind.RALLY: 17},
-    ),
-}
-
-
-class _Upload:
-    """A list that is coming in."""
-
-    def __init__(self, first: Message, kind: MissionKind, *, start: int, end: int) -> None:
-        self.partner = first
-        self.kind = kind
-        self.next = start
-        self.end = end
-        self.items: list[WireItem] = []
-        self.last_item_s = 0.0
 
 
 class MissionServer:
@@ -80,10 +42,10 @@ class MissionServer:
     def __init__(self, setup: VehicleSetup) -> None:
         self._setup = setup
         self._is_px4 = setup.autopilot is Autopilot.PX4
-        self._manners = _MANNERS[setup.autopilot]
-        self._upload: _Upload | None = None
-        self._sends: dict[MissionKind, tuple[int, float]] = {}
-        """Who a list is being sent to, and until when PX4 remembers it."""
+        self._manners = MANNERS[setup.autopilot]
+        self._upload: Upload | None = None
+        self._sending: Download | None = None
+        """What PX4 knows of a list that goes out; ArduPilot sends any item at any time."""
         self._asks_for_int = False
         self._finished: tuple[int, int] | None = None
         self.lists = {kind: list(setup.lists[kind]) for kind in MissionKind}
@@ -92,6 +54,11 @@ class MissionServer:
         self.changes = dict.fromkeys(MissionKind, 0)
         """How often each list was replaced or cleared."""
         self.deadline_s = NEVER_S
+        self._ids = {kind: _list_id(self.lists[kind]) for kind in MissionKind}
+
+    def list_id(self, kind: MissionKind) -> int:
+        """Return by what number PX4 tells a list from another; 0 of ArduPilot, and of none."""
+        return self._ids[kind] if self._is_px4 else 0
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of any kind, and return the answers."""
@@ -134,27 +101,38 @@ class MissionServer:
         kind = self._kind(received)
         if kind is None:
             return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
-        if self._upload is not None:
+        if self._is_px4:
+            sending = self._sending_at(now_s)
+            is_again = sending is not None and sending.is_of(received, kind)
+            is_over = sending is None or sending.next >= len(self.lists[sending.kind])
+            if self._upload is not None or not (is_again or is_over):
+                return (self._setup.text(6, "Mission download request ignored, already active\t"),)
+            until_s = now_s + self._manners.timeout_s
+            self._sending = Download(received, kind, until_s)
+        elif self._upload is not None:
             return (self._ack(received, MissionResult.DENIED, kind),)
-        self._sends[kind] = (received.system, now_s + self._manners.timeout_s)
+        return (self._count(received, kind),)
+
+    def _count(self, received: Message, kind: MissionKind) -> Message:
         count = max(0, len(self.lists[kind]) + self._setup.misbehaviour.count_error)
-        return (answer(received, "MISSION_COUNT", count=count, mission_type=int(kind)),)
+        told = {"count": count, "mission_type": int(kind), "opaque_id": self.list_id(kind)}
+        return answer(received, "MISSION_COUNT", **told)
 
     def _send_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
         kind = self._kind(received)
         if kind is None:
             return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
         items, number = self.lists[kind], received["seq"]
-        if self._upload is not None:
+        if self._is_px4:
+            refused = self._objection(received, kind, now_s)
+            if refused is not None:
+                return refused
+        elif self._upload is not None:
             return (self._ack(received, MissionResult.DENIED, kind),)
-        if self._is_px4:  # asked without a list, or too late, it says nothing
-            partner, until_s = self._sends.get(kind, (None, 0.0))
-            if partner != received.system or now_s > until_s:
-                return ()
-            self._sends[kind] = (received.system, now_s + self._manners.timeout_s)
-        if number >= len(items):
-            result = MissionResult.ERROR if self._is_px4 else MissionResult.INVALID_SEQUENCE
-            return (self._ack(received, result, kind),)
+        elif number >= len(items) and kind is MissionKind.MISSION:
+            return (self._count(received, kind), self._ack(received, MissionResult.ERROR, kind))
+        elif number >= len(items):
+            return (self._ack(received, MissionResult.INVALID_SEQUENCE, kind),)
         values = {name: getattr(items[number], name) for name in _ITEM_FIELDS}
         name = "MISSION_ITEM_INT"
         if received.name == "MISSION_REQUEST":
@@ -165,12 +143,45 @@ class MissionServer:
         values |= {"seq": number, "mission_type": int(kind), "current": int(is_current)}
         return (answer(received, name, **values),)
 
+    def _objection(
+        self, received: Message, kind: MissionKind, now_s: float
+    ) -> tuple[Message, ...] | None:
+        """Return what PX4 says instead of an item; ``None`` where it sends it.
+
+        It sends items in their order, each perhaps twice; asked without a list, or too late, it says
+        nothing.
+        """
+        if self._upload is not None:
+            return (self._setup.text(2, "WPM: REJ. CMD: Busy\t"),)
+        sending = self._sending_at(now_s)
+        if sending is None:
+            return ()
+        if sending.partner.system != received.system:
+            return (self._setup.text(2, "WPM: REJ. CMD: partner id mismatch\t"),)
+        if sending.kind is not kind:
+            return ()
+        sending.until_s = now_s + self._manners.timeout_s
+        number = received["seq"]
+        if number == sending.next < len(self.lists[kind]):
+            sending.next += 1
+        elif number != sending.next - 1:
+            self._sending = None
+            text = self._setup.text(2, "WPM: REJ. CMD: Req. WP was unexpected\t")
+            return (self._ack(received, MissionResult.ERROR, kind), text)
+        return None
+
+    def _sending_at(self, now_s: float) -> Download | None:
+        if self._sending is not None and now_s > self._sending.until_s:
+            self._sending = None
+        return self._sending
+
     def _take_ack(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """End a download; or change the way to ask, for a sender that does not know this one."""
         kind, upload = self._kind(received), self._upload
         if kind is None:
             return ()
-        self._sends.pop(kind, None)
+        if self._sending is not None and self._sending.is_of(received, kind):
+            self._sending = None
         if (
             upload is None
             or not self._is_px4
@@ -186,7 +197,11 @@ class MissionServer:
         if kind is None:
             return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
         if self._upload is not None and self._upload.partner.system != received.system:
-            return (self._ack(received, MissionResult.DENIED, kind),)
+            busy = MissionResult.ERROR if self._is_px4 else MissionResult.DENIED
+            return (self._ack(received, busy, kind),)
+        if self._sending_at(now_s) is not None:
+            text = self._setup.text(2, "WPM: IGN MISSION_COUNT: Busy\t")
+            return (self._ack(received, MissionResult.ERROR, kind), text)
         if count > self._manners.most_items[kind]:
             return (self._ack(received, MissionResult.NO_SPACE, kind),)
         if count == 0:
@@ -195,7 +210,7 @@ class MissionServer:
             return (*self._replaced(kind, []), self._ack(received, MissionResult.ACCEPTED, kind))
         if not self._is_px4 and kind is MissionKind.MISSION:
             del self.lists[kind][count:]
-        return self._begin(received, _Upload(received, kind, start=0, end=count), now_s)
+        return self._begin(received, Upload(received, kind, start=0, end=count), now_s)
 
     def _begin_partial_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
         kind = self._kind(received)
@@ -203,15 +218,14 @@ class MissionServer:
             return ()  # PX4 does not know it
         start, end = received["start_index"], received["end_index"] + 1
         if not 0 <= start < end <= len(self.lists[kind]):
-            return (self._ack(received, MissionResult.INVALID_SEQUENCE, kind),)
-        return self._begin(received, _Upload(received, kind, start=start, end=end), now_s)
+            return (self._ack(received, MissionResult.ERROR, kind),)
+        return self._begin(received, Upload(received, kind, start=start, end=end), now_s)
 
-    def _begin(self, received: Message, upload: _Upload, now_s: float) -> tuple[Message, ...]:
+    def _begin(self, received: Message, upload: Upload, now_s: float) -> tuple[Message, ...]:
         self._upload = upload
         upload.last_item_s = now_s
         self._finished = None
         self._asks_for_int = False
-        self._sends.pop(upload.kind, None)
         upload.partner = received
         return (self._request(now_s),)
 
@@ -272,7 +286,7 @@ class MissionServer:
     def _is_written_at_once(self, kind: MissionKind) -> bool:
         return not self._is_px4 and kind is MissionKind.MISSION
 
-    def _keep(self, upload: _Upload, item: WireItem, *, is_home: bool) -> None:
+    def _keep(self, upload: Upload, item: WireItem, *, is_home: bool) -> None:
         if not self._is_written_at_once(upload.kind):
             upload.items.append(item)
             return
@@ -292,7 +306,9 @@ class MissionServer:
     def _clear(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
         number = received.fields.get("mission_type", 0)
         if self._upload is not None:
-            return (self._ack(received, MissionResult.DENIED, number),)
+            if self._is_px4:
+                return (self._setup.text(2, "WPM: IGN CLEAR CMD: Busy\t"),)
+            return (self._ack(received, MissionResult.ERROR, number),)
         if number == _EVERY_KIND:
             kinds = tuple(MissionKind)
         elif number in set(MissionKind):
@@ -306,6 +322,9 @@ class MissionServer:
         """Put a list in the place of the old one."""
         if not items and self._is_written_at_once(kind):
             items = [self._setup.home_slot]
+        before, self._ids[kind] = self._ids[kind], _list_id(items)
+        if self._is_px4 and items and self._ids[kind] == before:
+            return ()  # it has this one, and judges it no more
         self.lists[kind] = items
         self.changes[kind] += 1
         if kind is not MissionKind.MISSION:
@@ -317,6 +336,11 @@ class MissionServer:
         if received["seq"] < len(self.lists[MissionKind.MISSION]):
             self.current = received["seq"]
         return ()
+
+
+def _list_id(items: list[WireItem]) -> int:
+    """Return a number that differs with the items (PX4: a CRC over them); 0 where there is none."""
+    return zlib.crc32(repr(items).encode()) if items else 0
 
 
 def _is_scaled(item: WireItem) -> bool:

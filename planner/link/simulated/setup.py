@@ -44,6 +44,8 @@ class Misbehaviour:
     """Whether a second vehicle with the same system id, but another uid, is on the line."""
     rejection: str = ""
     """Said as STATUSTEXT after every upload that was accepted: the mission is not flown."""
+    event: str = ""
+    """The same as the event of a name (PX4)."""
 
 
 @frozen

@@ -77,6 +77,10 @@ class Situation:
     """Sequence number of the mission's item."""
     total: int
     """Items of the mission."""
+    list_ids: tuple[int, int, int] = (0, 0, 0)
+    """Of mission, fence and rally points, as MISSION_CURRENT has them."""
+    is_rejected: bool = False
+    """Whether the vehicle will not fly the mission it holds (PX4)."""
 
     @property
     def boot_ms(self) -> int:
@@ -231,7 +235,8 @@ def _wind_covariance(at: Situation) -> Message | None:
 
 def _mission_current(at: Situation) -> Message:
     flown = at.total - at.setup.first_item
-    if flown <= 0:
+    is_px4 = at.setup.autopilot is Autopilot.PX4
+    if flown <= 0 or at.is_rejected:
         progress = _NO_MISSION
     elif at.is_flying:
         progress = _MISSION_ACTIVE
@@ -240,9 +245,12 @@ def _mission_current(at: Situation) -> Message:
     return message(
         "MISSION_CURRENT",
         seq=at.current,
-        total=max(flown, 0),
+        total=_UNKNOWN_U16 if is_px4 and flown <= 0 else max(flown, 0),
         mission_state=progress,
         mission_mode=1 if at.is_flying else 2,
+        mission_id=at.list_ids[0],
+        fence_id=at.list_ids[1],
+        rally_points_id=at.list_ids[2],
     )
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.autopilot import Autopilot
 from planner.link.message import message
 from planner.link.mission_items import mission_of_lists
 from planner.link.mission_kind import MissionKind
 from planner.link.simulated.arming import Arming, ArmingState
+from planner.link.simulated.event_server import EventServer
 from planner.link.simulated.feasibility import rejection
 from planner.link.simulated.flown import FlownState
 from planner.link.simulated.log_server import LogServer
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.link.message import Message
+    from planner.link.simulated.feasibility import Rejection
     from planner.link.simulated.flown import FlownMission
     from planner.link.simulated.server import Server
     from planner.link.simulated.setup import VehicleSetup
@@ -69,12 +72,14 @@ class SimulatedVehicle:
         self.setup = setup
         self.missions = MissionServer(setup)
         self.arming = Arming(setup)
+        self._events = EventServer(is_reporting=setup.autopilot is Autopilot.PX4)
         self._telemetry = TelemetryServer(self._situation, setup.autopilot)
         self._servers: tuple[Server, ...] = (
             self.missions,
             ParameterServer(setup),
             LogServer(setup),
             self.arming,
+            self._events,
             self._telemetry,
         )
 
@@ -169,9 +174,16 @@ class SimulatedVehicle:
         return (self.setup.text(_WARNING, INTRODUCTION),)
 
     def _objections(self) -> tuple[Message, ...]:
+        why = self._rejection()
+        if why is None:
+            return ()
+        text = f"{why.text}\t" if why.event else why.text  # PX4's sign that an event says it too
+        texts = self.setup.texts(_CRITICAL, text) if why.text else ()
+        return texts + (self._events.report(why.event, item=why.item) if why.event else ())
+
+    def _rejection(self) -> Rejection | None:
         items = self.missions.lists[MissionKind.MISSION][self.setup.first_item :]
-        why = rejection(items, self.setup) if items else ""
-        return self.setup.texts(_CRITICAL, why) if why else ()
+        return rejection(items, self.setup) if items else None
 
     def _prediction(self) -> FlownMission | None:
         """Return the flight of the mission it holds, predicted once."""
@@ -228,4 +240,10 @@ class SimulatedVehicle:
             is_complete=self._is_complete,
             current=self.missions.current,
             total=len(self.missions.lists[MissionKind.MISSION]),
+            list_ids=(
+                self.missions.list_id(MissionKind.MISSION),
+                self.missions.list_id(MissionKind.FENCE),
+                self.missions.list_id(MissionKind.RALLY),
+            ),
+            is_rejected=self.setup.autopilot is Autopilot.PX4 and self._rejection() is not None,
         )
