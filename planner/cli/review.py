@@ -57,7 +57,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     request = link_request(missions[0], link) if is_live else None
     app = ReviewApp(missions or (".",), what_if_of, link=request)
     app.run()
-    return ExitCode(app.return_code or ExitCode.GO)
+    return ExitCode.UNUSABLE if app.return_code else ExitCode.GO  # it tells of no verdict
 
 
 def _refuse_terminal(missions: tuple[str, ...]) -> None:

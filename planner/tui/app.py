@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 
-from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.themes import HIGH_CONTRAST, THEMES
 
@@ -47,33 +46,36 @@ class ReviewApp(App[None]):
         link: LinkRequest | None = None,
     ) -> None:
         super().__init__()
+        self.register_theme(HIGH_CONTRAST)
         self.missions = tuple(missions)
         self.what_if_of = what_if_of
         self.link = link
 
-    def on_mount(self) -> None:
-        """Open the mission, or the list of them."""
-        self.register_theme(HIGH_CONTRAST)
+    def get_default_screen(self) -> Screen[None]:
+        """Return the mission, the list of them, or the vehicle."""
         [first, *others] = self.missions
         if self.link is not None:
             from planner.tui.screens.live import LiveScreen
 
-            self.push_screen(LiveScreen(self.link, self.what_if_of(first)))
-        elif others or Path(first).is_dir():
-            self.push_screen(MissionsScreen(self.missions, self.what_if_of))
-        else:
-            self.push_screen(ReviewScreen(first, self.what_if_of(first)))
+            return LiveScreen(self.link, self.what_if_of)
+        if others or Path(first).is_dir():
+            from planner.tui.screens.missions import MissionsScreen
+
+            return MissionsScreen(self.missions, self.what_if_of)
+        return ReviewScreen(first, self.what_if_of)
 
     def action_missions(self) -> None:
         """Go from a review to the list of missions, of its folder where none was given."""
         review = self.screen
         if not isinstance(review, ReviewScreen):
             return
-        if any(isinstance(screen, MissionsScreen) for screen in self.screen_stack):
+        if len(self.screen_stack) > 1:
             self.pop_screen()
         else:
+            from planner.tui.screens.missions import MissionsScreen
+
             folder = str(Path(review.file).parent)
-            self.switch_screen(MissionsScreen((folder,), self.what_if_of))
+            self.push_screen(MissionsScreen((folder,), self.what_if_of))
 
     def action_turn_theme(self) -> None:
         """Take the next of the themes."""

@@ -103,12 +103,3 @@ def file_sha256(file: str) -> str | None:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except OSError:
         return None
-
-
-def file_stamp(file: str) -> tuple[int, int] | None:
-    """Return when a file was written and how long it is; ``None`` where it is not there."""
-    try:
-        found = Path(file).stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size

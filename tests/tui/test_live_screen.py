@@ -157,7 +157,7 @@ async def test_a_change_on_the_vehicle_is_checked_again_and_its_silence_leaves_n
         one.runner.close()
         await one.until(lambda: "NO VERDICT" in one.verdict)
         assert "NOT HEARD" in one.line
-        assert "GO when it was read last" in one.verdict
+        assert "GO when it was checked last" in one.verdict
 
 
 async def test_a_missing_library_ends_the_review_with_a_sentence(

@@ -13,8 +13,9 @@ from textual.widgets import Input, Static
 from planner import __version__, numbers
 from planner.report.json_report import check_json
 from planner.service import check_file
-from planner.tui.screens.review import PANES, ReviewScreen
+from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.details_pane import DetailsPane
+from planner.tui.widgets.panes import PANES
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList
 from planner.tui.widgets.what_if_form import WhatIfForm
@@ -191,7 +192,7 @@ async def test_a_file_written_anew_is_checked_again() -> None:
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         Path(TOO_FAR).write_bytes(Path("survey-vineyard.plan").read_bytes())
-        screen.watch_file()
+        screen.watch_files()
         await settled(pilot)
         verdict = text_of(screen, "#verdict")
         assert verdict.startswith("✔ GO")

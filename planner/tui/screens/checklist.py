@@ -9,11 +9,12 @@ from textual import on
 from textual.binding import Binding, BindingType
 from textual.content import Content
 from textual.screen import Screen
-from textual.widgets import Footer, Input, Static
+from textual.widgets import Input, Static
 
 from planner.errors import MavjouleError
 from planner.tui.checklist import ChecklistRows, checklist_rows, write_sign_off
 from planner.tui.verdict import summary
+from planner.tui.widgets.key_bar import KeyBar
 from planner.tui.widgets.row_list import RowList
 from planner.tui.widgets.verdict_strip import VerdictStrip
 
@@ -50,7 +51,7 @@ class ChecklistScreen(Screen[None]):
         yield RowList(self._rows(), empty="", id="checklist")
         yield Static(id="problem")
         yield Input(placeholder="your name, then Enter", id="who")
-        yield Footer()
+        yield KeyBar()
 
     def on_mount(self) -> None:
         """Show the verdict that would be signed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from textual import on
@@ -16,12 +16,11 @@ from planner.link.judgement import Verdict
 from planner.tui.checked import checked_vehicle
 from planner.tui.live_line import live_line
 from planner.tui.screens.review import ReviewScreen
-from planner.tui.verdict import summary
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable
 
     from textual.app import ComposeResult
 
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
     from planner.tui.checked import Checked
-    from planner.tui.suggestions import Suggestion
-    from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
 
 
@@ -45,8 +42,8 @@ class LiveScreen(ReviewScreen):
     ----------
     link : LinkRequest
         Which vehicle.
-    what_if : WhatIf
-        What it is checked with.
+    what_if_of : callable
+        From its address to what it is checked with.
     """
 
     @dataclass
@@ -79,12 +76,12 @@ class LiveScreen(ReviewScreen):
 
         error: BaseException
 
-    def __init__(self, link: LinkRequest, what_if: WhatIf) -> None:
-        super().__init__(link.address.text, what_if)
+    def __init__(self, link: LinkRequest, what_if_of: Callable[[str], WhatIf]) -> None:
+        super().__init__(link.address.text, what_if_of)
         self.link = link
         self.snapshot: VehicleSnapshot | None = None
         """What was read of the vehicle last."""
-        self.unknown = ""
+        self._unheard = ""
         """Why there is no verdict of the vehicle as it is now; empty where there is one."""
         self._is_over = threading.Event()
         self._told_s: float | None = None
@@ -174,39 +171,31 @@ class LiveScreen(ReviewScreen):
         self.query_one("#live", Static).update(f"live {self.file}: {text}")
 
     def _set_unknown(self, why: str) -> None:
-        if why != self.unknown:
-            self.unknown = why
-            self._show_verdict()
+        if why != self._unheard:
+            self._unheard = why
+            self.show_verdict()
 
-    def summary(self, now: Checked) -> Summary:
-        """Return what is said at the top: no verdict where what was read may hold no longer."""
-        said = summary(now.result)
-        why = self.unknown
-        if now.snapshot is not self.snapshot:
-            why = why or "what changed is being checked"
-        if not why:
-            return said
-        last = f"{why}; {said.verdict} when it was read last"
-        return replace(said, verdict="NO VERDICT", is_go=False, file=f"{said.file}  {last}")
+    def unknown(self) -> str:
+        """Return why what was read last may hold no longer."""
+        if self.now is not None and self.now.snapshot is not self.snapshot:
+            return self._unheard or super().unknown() or "what changed is being checked"
+        return self._unheard or super().unknown()
 
     def checked(self, what_if: WhatIf) -> Checked:
         """Return what the vehicle held when it was read last, checked."""
         assert self.snapshot is not None  # nothing is asked for before
         return checked_vehicle(self.snapshot, what_if)
 
-    def suggestions(self, now: Checked) -> Iterator[Suggestion]:  # noqa: ARG002 - of a file
-        """Return none: they are tried on files."""
-        return iter(())
-
     def action_recheck(self) -> None:
         """Check again what was read last."""
         if self.snapshot is not None:
             super().action_recheck()
 
-    def watch_file(self) -> None:
-        """Look at whether anything is told of the vehicle still, and at no file."""
+    def watch_files(self) -> None:
+        """Look at whether anything is told of the vehicle still, and at the files."""
         if self._told_s is not None and time.monotonic() - self._told_s > _STALE_S:
             self._set_unknown("nothing was told of the vehicle of late")
+        super().watch_files()
 
     def action_missions(self) -> None:
         """Say that a vehicle has no list of missions."""

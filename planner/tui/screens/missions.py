@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -10,11 +11,11 @@ from textual import on, work
 from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.screen import Screen
-from textual.widgets import Footer, Static
+from textual.widgets import Static
 from textual.worker import get_current_worker
 
 from planner.errors import MavjouleError
-from planner.tui.checked import check_what_if, file_stamp
+from planner.tui.checked import check_what_if
 from planner.tui.mission_list import (
     EntryRows,
     entries_given,
@@ -22,7 +23,9 @@ from planner.tui.mission_list import (
     preview,
     tally_text,
 )
+from planner.tui.watched import FileWatch, deciding_files
 from planner.tui.widgets.details_pane import DetailsPane
+from planner.tui.widgets.key_bar import KeyBar
 from planner.tui.widgets.row_list import RowList
 
 if TYPE_CHECKING:
@@ -66,21 +69,21 @@ class MissionsScreen(Screen[None]):
         self._folder = Path(paths[0]) if len(paths) == 1 and Path(paths[0]).is_dir() else None
         self._what_if_of = what_if_of
         self._results: dict[str, CheckResult | UnreadableMission | str] = {}
-        self._stamps: dict[str, tuple[int, int] | None] = {}
+        self._watch = FileWatch()
 
     def compose(self) -> ComposeResult:
         """Yield the list, the preview and the keys."""
         yield Static(id="tally")
         yield RowList(self._rows(), empty="No missions here.", id="missions")
         yield DetailsPane(id="preview")
-        yield Footer()
+        yield KeyBar()
 
     def on_mount(self) -> None:
         """Check everything."""
         self.query_one("#missions").focus()
         self._show()
-        self._check_changed()
-        self.set_interval(WATCH_S, self._check_changed)
+        self._check_all()
+        self.set_interval(WATCH_S, self.watch_files)
 
     def _rows(self) -> EntryRows:
         return EntryRows(entries=self._entries, results=dict(self._results))
@@ -97,17 +100,34 @@ class MissionsScreen(Screen[None]):
             entry = self._entries[at]
             self.query_one(DetailsPane).show(preview(entry, self._results.get(entry.path)))
 
-    def _check_changed(self) -> None:
+    def watch_files(self) -> None:
         """Check what is new or was written since, if no check is under way."""
         if any(worker.group == "missions" and worker.is_running for worker in self.workers):
             return
-        stamps = {one.path: file_stamp(one.path) for one in self._entries if not one.is_folder}
-        changed = [path for path, stamp in stamps.items() if self._stamps.get(path, ()) != stamp]
-        self._stamps.update(stamps)
-        if changed:
-            self._check(changed)
+        if self._folder is not None and (entries := entries_of(self._folder)) != self._entries:
+            self._entries = entries
+            self._show()
+        changed = {str(path) for path in self._watch.changed()}
+        self._follow()
+        paths = self._paths()
+        if not changed <= set(paths):
+            self.action_recheck()  # a model, a profile or the configuration decides for all
+        elif todo := [path for path in paths if path in changed or path not in self._results]:
+            self._check(todo)
 
-    @work(thread=True, exclusive=True, group="missions", exit_on_error=False)
+    def _paths(self) -> list[str]:
+        return [one.path for one in self._entries if not one.is_folder]
+
+    def _follow(self) -> None:
+        """Look at the missions, and at what decides the verdict of the first."""
+        paths = self._paths()
+        files = [Path(path) for path in paths]
+        for path in paths[:1]:
+            with suppress(MavjouleError):
+                files += deciding_files(path, self._what_if_of(path))
+        self._watch.follow(files)
+
+    @work(thread=True, exclusive=True, group="missions", description="check")
     def _check(self, paths: Sequence[str]) -> None:
         worker = get_current_worker()
         for path in paths:
@@ -141,11 +161,9 @@ class MissionsScreen(Screen[None]):
             self._go_to(Path(entry.path))
             return
         try:
-            what_if = self._what_if_of(entry.path)
+            self.app.push_screen(ReviewScreen(entry.path, self._what_if_of))
         except MavjouleError as error:
             self.notify(str(error), severity="error", markup=False)
-        else:
-            self.app.push_screen(ReviewScreen(entry.path, what_if))
 
     def action_up(self) -> None:
         """Go to the folder above."""
@@ -156,7 +174,6 @@ class MissionsScreen(Screen[None]):
         self._folder = folder.resolve()
         self._entries = entries_of(self._folder)
         self.workers.cancel_group(self, "missions")
-        self._stamps.clear()
         self.query_one("#missions", RowList).select(0)
         self._show()
         self._check_all()
@@ -164,12 +181,10 @@ class MissionsScreen(Screen[None]):
     def action_recheck(self) -> None:
         """Check everything again."""
         self._results.clear()
-        self._stamps.clear()
         self._show()
         self._check_all()
 
     def _check_all(self) -> None:
-        paths = [one.path for one in self._entries if not one.is_folder]
-        self._stamps = {path: file_stamp(path) for path in paths}
-        if paths:
+        self._follow()
+        if paths := self._paths():
             self._check(paths)

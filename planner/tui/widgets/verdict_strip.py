@@ -31,7 +31,7 @@ class VerdictStrip(Static):
         """Show another summary; the note tells what is under way or changed."""
         self.set_class(summary.is_go, "-go")
         self.set_class(not summary.is_go, "-no-go")
-        sign = "✔" if summary.is_go else "✖"
+        sign = "✔" if summary.is_go else "✖" if summary.verdict == "NO-GO" else "?"
         style = "bold $text-success" if summary.is_go else "bold $text-error"
         first = [
             Content.styled(f"{sign} {summary.verdict}", style),

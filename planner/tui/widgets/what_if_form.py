@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING, ClassVar
 
 from textual import on
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.content import Content
 from textual.message import Message
-from textual.widgets import Input, Label, Static
+from textual.widgets import Input, Static
 
 from planner.tui.suggestions import Suggestion, SuggestionRows
 from planner.tui.what_if import FIELDS, LABELS, WhatIf
 from planner.tui.widgets.row_list import RowList
 
 if TYPE_CHECKING:
-    from textual.app import ComposeResult
     from textual.timer import Timer
 
 DEBOUNCE_S = 0.12
@@ -31,9 +30,10 @@ class WhatIfForm(VerticalScroll):
     WhatIfForm {
         background: $surface;
         scrollbar-size-vertical: 1;
-        & Horizontal { height: 1; }
-        & Label { width: 12; padding: 0 0 0 1; }
+        & Horizontal, & Vertical { height: auto; }
+        & .labels { width: 12; padding: 0 0 0 1; }
         & Input { width: 1fr; background: $boost; }
+        & Input > .input--placeholder { color: $text-muted; }
         & Input:focus { background: $panel-lighten-2; }
         & Input.-wrong { color: $text-error; text-style: underline; }
         & .outcome { padding: 1 1 0 1; width: 1fr; }
@@ -44,6 +44,7 @@ class WhatIfForm(VerticalScroll):
         Binding("down", "app.focus_next", "Next field", show=False),
         Binding("up", "app.focus_previous", "Previous field", show=False),
         Binding("ctrl+z", "take_back", "Take back all"),
+        Binding("escape", "screen.leave_field", "Back"),
     ]
 
     @dataclass
@@ -61,20 +62,36 @@ class WhatIfForm(VerticalScroll):
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
         super().__init__(id=id, classes=classes, can_focus=False)
         self._timer: Timer | None = None
+        self._is_filled = False
+        self._what_if: WhatIf | None = None
+        self._outcome = Content("")
+        self._suggestions: tuple[Suggestion, ...] = ()
 
-    def compose(self) -> ComposeResult:
-        """Yield the fields, the outcome and the suggestions."""
-        for key in FIELDS:
-            with Horizontal():
-                yield Label(LABELS[key])
-                yield Input(id=f"set-{key}", compact=True, select_on_focus=False)
-        yield Static(classes="outcome", id="outcome")
-        yield RowList(SuggestionRows(suggestions=()), empty="", id="suggestions")
+    def fill(self) -> None:
+        """Make the fields, the outcome and the suggestions, if they are not there yet."""
+        if self._is_filled:
+            return
+        self._is_filled = True
+        fields = [Input(id=f"set-{key}", compact=True, select_on_focus=False) for key in FIELDS]
+        labels = Static("\n".join(LABELS[key] for key in FIELDS), classes="labels", markup=False)
+        rows = SuggestionRows(suggestions=self._suggestions)
+        self.mount(
+            Horizontal(labels, Vertical(*fields)),
+            Static(self._outcome, classes="outcome", id="outcome"),
+            RowList(rows, empty="", id="suggestions"),
+        )
+        self.call_after_refresh(self._show_all)
+
+    def _show_all(self) -> None:
+        if self._what_if is not None:
+            self.show_settings(self._what_if)
+        self.show_suggestions(self._suggestions)
 
     def show_settings(self, what_if: WhatIf) -> None:
         """Show what the fields hold, and what holds while they are blank."""
-        for key in FIELDS:
-            field = self.query_one(f"#set-{key}", Input)
+        self._what_if = what_if
+        for field in self.query(Input):
+            key = (field.id or "").removeprefix("set-")
             field.placeholder = what_if.hint(key)
             with field.prevent(Input.Changed):
                 if field.value.strip() != what_if.changes.get(key, ""):
@@ -84,26 +101,33 @@ class WhatIfForm(VerticalScroll):
     def show_outcome(self, lines: tuple[tuple[str, str], ...], problem: str = "") -> None:
         """Show differences to the mission as it is, or what is wrong with a text."""
         if problem:
-            text = Content.styled(problem, "$text-error")
+            self._outcome = Content.styled(f"✖ {problem}", "$text-error")
         elif lines:
-            text = Content("\n").join(
+            self._outcome = Content("\n").join(
                 Content.assemble(Content.styled(f"{label:<9}", "bold"), Content(said))
                 for label, said in lines
             )
         else:
-            text = Content.styled("Type a change: it is checked as you type.", "$text-muted")
-        self.query_one("#outcome", Static).update(text)
+            text = "Type a change: it is checked as you type."
+            self._outcome = Content.styled(text, "$text-muted")
+        for outcome in self.query("#outcome").results(Static):
+            outcome.update(self._outcome)
 
     def show_suggestions(self, found: tuple[Suggestion, ...]) -> None:
         """Show what is worth a try."""
-        rows = self.query_one("#suggestions", RowList)
-        rows.show(SuggestionRows(suggestions=found))
-        rows.display = bool(found)
-        rows.styles.height = len(found) + 1
+        self._suggestions = found
+        for rows in self.query("#suggestions").results(RowList):
+            rows.show(SuggestionRows(suggestions=found))
+            rows.display = bool(found)
+            rows.styles.height = len(found) + 1
 
     def focus_first(self) -> None:
         """Put the keyboard into the first field."""
-        self.query(Input).first().focus()
+        if self._is_filled:
+            self.query(Input).first().focus()
+        else:
+            self.fill()
+            self.call_after_refresh(self.focus_first)
 
     def action_take_back(self) -> None:
         """Take all changes back."""

@@ -1,0 +1,43 @@
+"""The keys that can be pressed now, in one line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from textual.content import Content
+from textual.widgets import Static
+
+if TYPE_CHECKING:
+    from textual.screen import Screen
+
+
+class KeyBar(Static):
+    """Keys with what they do; a click presses one."""
+
+    DEFAULT_CSS = """
+    KeyBar {
+        dock: bottom;
+        height: 1;
+        padding: 0 1;
+        background: $panel;
+        text-wrap: nowrap;
+        link-style: none;
+        link-color: $foreground;
+    }
+    """
+
+    def on_mount(self) -> None:
+        """Follow the keys of what is in use."""
+        self.screen.bindings_updated_signal.subscribe(self, self._show)
+
+    def _show(self, screen: Screen[object]) -> None:
+        shown: dict[str, Content] = {}
+        for active in screen.active_bindings.values():
+            binding = active.binding
+            if binding.show and binding.action not in shown:
+                key = self.app.get_key_display(binding)
+                press = f"[@click=app.simulate_key('{binding.key}')]"
+                shown[binding.action] = Content.from_markup(
+                    f"{press}[bold reverse] $key [/] $what[/]", key=key, what=binding.description
+                )
+        self.update(Content("  ").join(shown.values()))

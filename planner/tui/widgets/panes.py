@@ -1,0 +1,183 @@
+"""The panes of one flight, each following what is selected in another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from textual import on
+from textual.containers import Container
+
+from planner.service import CheckResult, UnreadableMission
+from planner.tui import details, pointer
+from planner.tui.rows import finding_rows, item_rows, segment_rows
+from planner.tui.widgets.details_pane import DetailsPane
+from planner.tui.widgets.ground_map import GroundMap
+from planner.tui.widgets.profile_plot import ProfilePlot
+from planner.tui.widgets.row_list import RowList
+from planner.tui.widgets.what_if_form import WhatIfForm
+
+if TYPE_CHECKING:
+    from textual.app import ComposeResult
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+    from planner.tui.checked import Checked
+
+PANES = {
+    "findings": "Findings",
+    "plot": "Profile",
+    "map": "Map",
+    "segments": "Segments",
+    "items": "Items",
+    "what-if": "What if",
+}
+"""Panes by id, in the order of their digits."""
+
+_NOTHING = UnreadableMission(file="", findings=())
+"""What is shown until the first check is done."""
+
+
+class Panes(Container):
+    """Findings, profile, map, tables, what if and details: one at a time, or all at once."""
+
+    def __init__(self, *, id: str | None = None) -> None:  # noqa: A002 - textual's
+        super().__init__(id=id)
+        self.current = "findings"
+        """The pane that is shown where there is room for one."""
+        self._shown: Checked | None = None
+
+    def compose(self) -> ComposeResult:
+        """Yield the panes; what the form holds follows when the first check is done."""
+        yield RowList(
+            finding_rows(_NOTHING),
+            empty="All checks passed.",
+            id="findings",
+            classes="pane -current",
+        )
+        yield ProfilePlot(id="plot", classes="pane")
+        yield WhatIfForm(id="what-if", classes="pane")
+        yield DetailsPane(id="details", classes="pane -current")
+        yield GroundMap(id="map", classes="pane")
+        yield RowList(
+            segment_rows(_NOTHING), empty="Nothing is flown.", id="segments", classes="pane"
+        )
+        yield RowList(item_rows(_NOTHING), empty="No items.", id="items", classes="pane")
+
+    def on_mount(self) -> None:
+        """Name the panes."""
+        for number, (pane, name) in enumerate(PANES.items(), start=1):
+            self.query_one(f"#{pane}").border_title = f"{number} {name}"
+        self.query_one("#details").border_title = "Details"
+
+    def show_pane(self, pane: str) -> None:
+        """Show a pane where there is room for one, and go to it."""
+        self.current = pane
+        for name in PANES:
+            self.query_one(f"#{name}").set_class(name == pane, "-current")
+        with_details = pane in {"findings", "segments", "items"}
+        self.query_one("#details").set_class(with_details, "-current")
+        self.query_one("#details").set_class(pane != "findings", "-small")
+        if pane == "what-if":
+            self.call_after_refresh(self.query_one(WhatIfForm).focus_first)
+        else:
+            self.call_after_refresh(self.query_one(f"#{pane}").focus)
+
+    def show(self, now: Checked) -> None:
+        """Show a flight in every pane."""
+        is_first, self._shown = self._shown is None, now
+        result = now.result
+        findings = self.query_one("#findings", RowList)
+        findings.show(finding_rows(result))
+        self.query_one("#segments", RowList).show(segment_rows(result))
+        self.query_one("#items", RowList).show(item_rows(result))
+        self.query_one(ProfilePlot).show(now.pictures)
+        self.query_one(GroundMap).show(now.ground)
+        if is_first or self.screen.focused is findings:
+            if result.findings:
+                self.select_finding(result.findings[findings.cursor])
+            else:
+                self.show_flight()
+
+    def show_flight(self) -> None:
+        """Show the figures of the whole flight."""
+        if self._shown is not None:
+            self.query_one(DetailsPane).show(details.flight_details(self._shown.result))
+
+    # The thing in question: a moment, a segment, an item, a finding
+
+    @property
+    def _case(self) -> Case | None:
+        return None if self._shown is None else self._shown.case
+
+    @property
+    def _result(self) -> CheckResult | None:
+        """What is flown; ``None`` where nothing is."""
+        result = None if self._shown is None else self._shown.result
+        return result if isinstance(result, CheckResult) and result.case is not None else None
+
+    @on(RowList.Selected, "#findings")
+    def _on_finding(self, event: RowList.Selected) -> None:
+        if self._shown is not None and event.index < len(self._shown.result.findings):
+            self.select_finding(self._shown.result.findings[event.index])
+
+    @on(RowList.Chosen, "#findings")
+    def _look_at_finding(self) -> None:
+        self.query_one("#details").focus()
+
+    def select_finding(self, finding: Finding) -> None:
+        """Put every pane on a finding."""
+        file = "" if self._shown is None else self._shown.file
+        self.query_one(DetailsPane).show(details.finding_details(finding, file=file))
+        case = self._case
+        span_s = None
+        if case is not None and finding.item is not None:
+            span_s = pointer.item_span_s(case, finding.item)
+            if span_s is not None:
+                self._point_at(span_s[0], but="findings")
+            self.query_one("#items", RowList).select(finding.item - 1)
+        self.query_one(ProfilePlot).mark(span_s)
+        stretch = finding.stretch
+        self.query_one(GroundMap).mark(stretch, span_s if stretch is None else None)
+
+    @on(RowList.Selected, "#segments")
+    def _on_segment(self, event: RowList.Selected) -> None:
+        case, result = self._case, self._result
+        if case is not None and result is not None:
+            self.query_one(DetailsPane).show(details.segment_details(result, event.index))
+            self._mark(pointer.segment_span_s(case, event.index), but="segments")
+
+    @on(RowList.Selected, "#items")
+    def _on_item(self, event: RowList.Selected) -> None:
+        case, result = self._case, self._result
+        if case is None or result is None:
+            return
+        self.query_one(DetailsPane).show(details.item_details(result, event.index + 1))
+        span_s = pointer.item_span_s(case, event.index + 1)
+        if span_s is not None:
+            self._mark(span_s, but="items")
+
+    @on(ProfilePlot.Moved)
+    @on(GroundMap.Moved)
+    def _on_moment(self, event: ProfilePlot.Moved | GroundMap.Moved) -> None:
+        case, result = self._case, self._result
+        if case is not None and result is not None:
+            self._point_at(event.time_s)
+            segment = pointer.segment_at(case, event.time_s)
+            self.query_one(DetailsPane).show(details.segment_details(result, segment))
+
+    def _mark(self, span_s: tuple[float, float], *, but: str) -> None:
+        self._point_at(span_s[0], but=but)
+        self.query_one(ProfilePlot).mark(span_s)
+        self.query_one(GroundMap).mark(None, span_s)
+
+    def _point_at(self, time_s: float, *, but: str = "") -> None:
+        """Put every pane but one on a moment."""
+        case = self._case
+        if case is None:
+            return
+        self.query_one(ProfilePlot).point_at(time_s)
+        self.query_one(GroundMap).point_at(time_s)
+        if but != "segments":
+            self.query_one("#segments", RowList).select(pointer.segment_at(case, time_s))
+        if but not in {"items", "findings"}:
+            self.query_one("#items", RowList).select(pointer.item_at(case, time_s) - 1)
