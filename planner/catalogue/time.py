@@ -92,7 +92,11 @@ SETTING_NOT_FOLLOWED = Rule(
     severity=Severity.WARNING,
     summary="A setting of the vehicle makes it fly other than predicted.",
     why="A return along the mission, or one that stays in the air, takes other time than one straight home.",
-    how="PX4's RTL_TYPE is neither 0 nor 5, RTL_LAND_DELAY or COM_DISARM_LAND is negative.",
+    how=(
+        "PX4's RTL_LAND_DELAY or COM_DISARM_LAND is negative, or RTL_TYPE above 5.  An error where "
+        "RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps "
+        "they take (MissionBase::getNextPositionItems), and go round without end."
+    ),
     example="RTL_LAND_DELAY -1 s keeps the vehicle over home: time and energy end with its arrival there",
     fix="set the parameter so that the vehicle returns straight home and lands, or allow for it yourself",
 )
@@ -157,4 +161,15 @@ RETURN_HEIGHT_ASSUMED = Rule(
     ),
     example="the return is flown level, 40 m above home: the vehicle has no return height of its own",
     fix="put a waypoint at the height of the return before it, or use a model of an autopilot",
+)
+
+RETURN_LANDS_HERE = Rule(
+    code="T113",
+    name="return-lands-here",
+    severity=Severity.WARNING,
+    summary="A return of the vehicle lands wherever it is at that moment.",
+    why="Its failsafes would bring it down in the water, in the trees or among people.",
+    how="PX4's RTL_TYPE is 5, which knows rally points alone, and there are none (rtl.cpp).",
+    example="RTL_TYPE is 5 and there is no rally point: a return lands where the vehicle is",
+    fix="put a rally point into the mission, or set RTL_TYPE to 0",
 )

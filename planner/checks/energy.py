@@ -13,7 +13,7 @@ from planner.catalogue.energy import (
     RETURN_BELOW_RESERVE,
     VOLTAGE_LOW,
 )
-from planner.flight.destination import HOME
+from planner.flight.destination import ALONG, HERE, HOME, LANDING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,7 +97,13 @@ def place_along(point: FlightPoint) -> str:
 
 def destination_name(destination: int) -> str:
     """Return where a return leads in words: ``home``, ``to rally point 2``."""
-    return "home" if destination == HOME else f"to rally point {destination}"
+    if destination > HOME:
+        return f"to rally point {destination}"
+    return {
+        LANDING: "to the mission's landing",
+        ALONG: "back along the mission",
+        HERE: "down where it is",
+    }.get(destination, "home")
 
 
 def check_risk(case: Case) -> Iterator[Finding]:

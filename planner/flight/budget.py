@@ -100,7 +100,8 @@ class ReturnBudget:
     time_home_s: float | None = None
     """Time to stop, fly home and land from there. [s]"""
     destination: int = 0
-    """Where the vehicle would return to from there: 0 for home, n for rally point n."""
+    """Where the vehicle would return to from there: 0 for home, n for rally point n, −1 for the
+    mission's landing, −2 along the mission, −3 for down where it is."""
     last_return: FlightPoint | None = None
     """The point of no return: the last from which it gets home above the reserve; ``None`` where it
     does from all."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import numbers
+from planner.flight.destination import ALONG, LANDING
 from planner.frozen import frozen
 from planner.physics.battery import open_circuit_voltage_v
 
@@ -208,7 +209,7 @@ def px4_safe_return_s(
     place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
     stage = homeward.segment_stage[segment]
     destination = homeward.destinations.chosen(place_m, stage)
-    targets = homeward.destinations.targets(stage, destination)
+    targets = homeward.destinations.targets(stage, destination, place_m)
     height_m = homeward.pilot.return_heights_m(place_m, targets)
     way = targets.ground_m - place_m
     return_s = (
@@ -218,7 +219,8 @@ def px4_safe_return_s(
         + max(parameters.return_land_delay_s, 0.0)
     )
     safe_s: FloatArray = parameters.return_time_factor * return_s + parameters.return_time_margin_s
-    return safe_s
+    # Of returns that follow items of the mission PX4 reckons no time (``calc_rtl_time_estimate``).
+    return np.where((destination == LANDING) | (destination == ALONG), 0.0, safe_s)
 
 
 def _mean_current_a(current_a: FloatArray, step_s: float, start_a: float) -> FloatArray:

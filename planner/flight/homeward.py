@@ -10,6 +10,7 @@ from planner.flight.motion.kinematics import KinematicState
 from planner.flight.prediction import segment_energy_j
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.frozen import frozen
+from planner.mission.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
-    from planner.mission.stage import Route
+    from planner.mission.stage import ReturnWay, Route
 
 _BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
 _SLOWEST_M_S = 1e-3
@@ -213,9 +214,9 @@ class Homeward:
         stage : ndarray of int
             Stages flown when the way begins, which say what home is. (n,)
         destination : ndarray of int
-            ``HOME`` or rally points. (n,)
+            As in :meth:`Destinations.targets`. (n,)
         """
-        targets = self.destinations.targets(stage, destination)
+        targets = self.destinations.targets(stage, destination, stand_m)
         motion, transients = self.pilot.fly_home(stand_m, targets, self.route)
         item, count = motion.segments.item, len(stand_m)
         energy_j = segment_energy_j(motion, transients, self.flight.power)
@@ -228,7 +229,9 @@ class Homeward:
         """Return the destination the vehicle itself chooses from points. (n,)"""
         return self.destinations.chosen(points.place_m, points.stage)
 
-    def paths_m(self, points: Points, destination: IntArray | None = None) -> FloatArray:
+    def paths_m(
+        self, points: Points, destination: IntArray | None = None
+    ) -> tuple[FloatArray, ...]:
         """Return the corners of ways home: where it decides, stands, turns home, arrives, lands.
 
         Parameters
@@ -236,26 +239,42 @@ class Homeward:
         points : Points
             Where it is told to return. (n,)
         destination : ndarray of int, optional
-            ``HOME`` or rally points; default what the vehicle itself chooses. (n,)
+            As in :meth:`Destinations.targets`; default what the vehicle itself chooses. (n,)
 
         Returns
         -------
-        ndarray
-            East, north, height above home; straight in between. (n, 5, 3) [m]
+        tuple of ndarray
+            East, north, height above home of the corners of each, straight in between; along the
+            mission its places instead of the arrival. (n times (5 or more, 3)) [m]
         """
         chosen = self.chosen(points) if destination is None else destination
-        targets = self.destinations.targets(points.stage, chosen)
+        targets = self.destinations.targets(points.stage, chosen, points.stop_m)
         return _corners_m(points, targets, self.pilot)
 
 
-def _corners_m(points: Points, targets: Targets, pilot: Pilot) -> FloatArray:
+def _corners_m(points: Points, targets: Targets, pilot: Pilot) -> tuple[FloatArray, ...]:
     height_m = pilot.return_heights_m(points.stop_m, targets)
     turn_m, over_m = points.stop_m.copy(), targets.ground_m.copy()
     turn_m[:, 2] = over_m[:, 2] = height_m
-    corners: FloatArray = np.stack(
-        (points.place_m, points.stop_m, turn_m, over_m, targets.ground_m), axis=1
+    corners = np.stack((points.place_m, points.stop_m, turn_m, over_m, targets.ground_m), axis=1)
+    if not targets.ways:
+        return tuple(corners)
+    return tuple(
+        own if way is None else np.vstack((own[:3], _along_m(way, own[2])))
+        for own, way in zip(corners, targets.ways, strict=True)
     )
-    return corners
+
+
+def _along_m(way: ReturnWay, start_m: FloatArray) -> FloatArray:
+    """Return the corners of a way along the mission, from a place on. (m, 3) [m]"""
+    corners: list[tuple[float, float, float]] = []
+    height_m = float(start_m[2])
+    for stage in way.stages:
+        if stage.kind is not StageKind.GO:  # level to the place first
+            corners.append((stage.east_m, stage.north_m, height_m))
+        height_m = stage.height_m
+        corners.append((stage.east_m, stage.north_m, height_m))
+    return np.array(corners)
 
 
 def make_homeward(

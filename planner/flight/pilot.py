@@ -242,6 +242,7 @@ class Px4Pilot:
             targets.ground_m,
             self.parameters,
             rally_height_m=targets.rally_height_m,
+            ways=targets.ways,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             hover_noise_m=self.position_noise_m,
@@ -250,12 +251,16 @@ class Px4Pilot:
 
     def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
         """Return the heights of RTL_RETURN_ALT and its cone."""
-        from planner.flight.motion.px4.returns import return_heights_m
+        from planner.flight.motion.px4.returns import return_heights_m, way_height_m
 
         way = targets.ground_m - points_m
         datum = targets.ground_m[:, 2] + targets.rally_height_m
         distance = np.hypot(way[:, 0], way[:, 1])
-        return datum + return_heights_m(distance, points_m[:, 2] - datum, self.parameters)
+        height_m = datum + return_heights_m(distance, points_m[:, 2] - datum, self.parameters)
+        for row, along in enumerate(targets.ways):
+            if along is not None:
+                height_m[row] = way_height_m(points_m[row], along, self.parameters)
+        return height_m
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the way to where PX4 puts the point it holds when told to in mid-leg, and its time."""

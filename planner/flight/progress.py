@@ -56,7 +56,7 @@ class Progress:
     """Energy to stop, return to where the vehicle itself would, and land. [Wh]"""
     return_s: float
     destination: int
-    """0 for home, n for rally point n."""
+    """0 for home, n for rally point n, below 0 as in `planner.flight.destination`."""
 
 
 def flight_progress(

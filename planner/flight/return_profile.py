@@ -33,7 +33,8 @@ class ReturnProfile:
     used_wh: FloatArray
     """Energy used by then. (n,) [Wh]"""
     destination: IntArray
-    """Where the vehicle itself would return to: 0 for home, k for rally point k. (n,)"""
+    """Where the vehicle itself would return to: 0 for home, k for rally point k, below 0 as in
+    `planner.flight.destination`. (n,)"""
     return_s: FloatArray
     """Time to stop, return there and land. (n,) [s]"""
     return_wh: FloatArray
@@ -68,7 +69,13 @@ def return_profile(homeward: Homeward) -> ReturnProfile:
     ]
     all_s = np.stack([points.stop_s + time_s for time_s, _ in ways], axis=1)
     all_wh = np.stack([points.stop_wh + energy_wh for _, energy_wh in ways], axis=1)
-    destination, row = homeward.chosen(points), np.arange(len(order))
+    destination = homeward.chosen(points)
+    if (destination >= HOME).all():
+        row = np.arange(len(order))
+        own_s, own_wh = all_s[row, destination], all_wh[row, destination]
+    else:
+        own_s, own_wh = homeward.way(points.stop_m, points.stage, destination)
+        own_s, own_wh = points.stop_s + own_s, points.stop_wh + own_wh
     latitude_deg, longitude_deg = homeward.route.frame.latitude_longitude_deg(
         points.place_m[:, 0], points.place_m[:, 1]
     )
@@ -85,8 +92,8 @@ def return_profile(homeward: Homeward) -> ReturnProfile:
         height_above_home_m=points.place_m[:, 2],
         used_wh=points.used_wh,
         destination=destination,
-        return_s=all_s[row, destination],
-        return_wh=all_wh[row, destination],
+        return_s=own_s,
+        return_wh=own_wh,
         home_s=all_s[:, HOME],
         home_wh=all_wh[:, HOME],
         rally_s=all_s[:, HOME + 1 :],

@@ -147,11 +147,13 @@ class ReturnSearch:
         self._highest_m = 0.0
         last = np.append(np.flatnonzero(np.diff(homeward.segment_stage)), count - 1)
         last = last[judged[last]]
+        # Along the mission each corner costs anew: slopes measured straight home say nothing of it.
+        along = homeward.destinations.follows_mission
         first = np.concatenate(
             (
                 np.flatnonzero(self._ends_run | lone),
                 self._likely(last),
-                _spread(last, _FIRST_STAGES),
+                last if along else _spread(last, _FIRST_STAGES),
                 *(self._crossing(limit_wh) for limit_wh in limits_wh),
             )
         )
@@ -223,7 +225,8 @@ class ReturnSearch:
         stage = self.homeward.segment_stage[last]
         stages = self.homeward.route.stages
         place = np.array([(stages[i].east_m, stages[i].north_m) for i in stage.tolist()])
-        ground = self.homeward.destinations.targets(stage, 0).ground_m
+        homes = self.homeward.destinations.home_of(stage)
+        ground = self.homeward.destinations.home_ground_m[homes]
         away = np.hypot(place[:, 0] - ground[:, 0], place[:, 1] - ground[:, 1])
         length_m = float(self._length_m[-1])
         per_m = self.homeward.used_wh[-1] / length_m if length_m > 0.0 else 0.0
@@ -262,8 +265,8 @@ class ReturnSearch:
         self._per_rise_m = _LIPSCHITZ_MARGIN * float(rising.max())
         self._windy_per_m = float(np.ptp(far - near)) / _FAR_M
         first, rally = np.zeros(1, dtype=np.intp), self.homeward.destinations.rally_height_m
-        targets = self.homeward.destinations.targets(first, 0)
         ground_m = np.array([[_FAR_M, 0.0, 0.0]])
+        targets = self.homeward.destinations.targets(first, 0, ground_m)
         highest_m = float(self.homeward.pilot.return_heights_m(ground_m, targets)[0])
         self._highest_m = highest_m + float(np.abs(rally).max(initial=0.0))
 
@@ -293,7 +296,9 @@ class ReturnSearch:
             away_m=np.hypot(
                 *(
                     points.stop_m
-                    - self.homeward.destinations.targets(points.stage, destination).ground_m
+                    - self.homeward.destinations.targets(
+                        points.stage, destination, points.stop_m
+                    ).ground_m
                 )[:, :2].T
             ),
             height_m=points.stop_m[:, 2],

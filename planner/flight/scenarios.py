@@ -235,7 +235,9 @@ def _energies_j(
             row[1:] = before_j + points.share[:, None] * (after_j - before_j)
     if points is not None:
         energies_j[:, 1:, _BRAKE] += j_from_wh(points.stop_wh)
-        targets = homeward.destinations.targets(points.stage, homeward.chosen(points))
+        targets = homeward.destinations.targets(
+            points.stage, homeward.chosen(points), points.stop_m
+        )
         motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
         ways = _home_by_state_j(motion, transients, powers, count)
         for row, home_j in zip(energies_j, ways, strict=True):

@@ -64,6 +64,23 @@ class Stage:
     """Turns of a circle. [-]"""
     radius_m: float = 0.0
     """Radius of a circle; negative for counter-clockwise. [m]"""
+    rally_height_m: float = 0.0
+    """Height above its ground of the rally point a return leads to; 0 for home. [m]"""
+    way: ReturnWay | None = None
+    """The items a return flies along; ``None``: straight."""
+
+
+@frozen
+class ReturnWay:
+    """A return along items of the mission."""
+
+    stages: tuple[Stage, ...]
+    """Places flown to without holds; the last is a landing."""
+    speed_m_s: float | None = None
+    """Commanded before; ``None``: the vehicle's own. [m s⁻¹]"""
+    climbs_over_m: float | None = None
+    """Height above home over which the vehicle climbs to its return height before it sets out;
+    ``None``: it does not climb. [m]"""
 
 
 @frozen

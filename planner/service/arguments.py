@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import UsageError
+from planner.flight.reserve import Reserve
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -110,6 +111,23 @@ def refuse_out_of_range(*, clearance_m: float, **shares: float) -> None:
     if clearance_m < 0.0:
         msg = f"clearance_m must be zero or more, got {clearance_m}"
         raise UsageError(msg)
+
+
+def reserve_of(given: float | Reserve) -> Reserve:
+    """Return a reserve that may be given as a share of the capacity.
+
+    Raises
+    ------
+    UsageError
+        If it is no share.
+    """
+    if isinstance(given, Reserve):
+        return given
+    try:
+        return Reserve(fraction=float(given))
+    except ValueError as error:
+        msg = f"reserve must be a fraction from 0 to 1, got {given}"
+        raise UsageError(msg) from error
 
 
 def _shown(value: object) -> str:

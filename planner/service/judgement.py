@@ -20,7 +20,7 @@ from planner.flight.budget import (
     way_home_limits_wh,
 )
 from planner.flight.conditions import Conditions
-from planner.flight.destination import make_destinations
+from planner.flight.destination import make_destinations, with_own_return
 from planner.flight.discharge import predict_discharge
 from planner.flight.homeward import make_homeward
 from planner.flight.pilot import flight_parameters, make_pilot
@@ -32,12 +32,13 @@ from planner.flight.trace import sample_trace
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
-from planner.service.arguments import refuse_out_of_range, refuse_wrong_types
+from planner.service.arguments import refuse_out_of_range, refuse_wrong_types, reserve_of
 from planner.service.result import CheckResult
 
 if TYPE_CHECKING:
     from planner.checks.site_profile import SiteProfile
     from planner.findings import Finding
+    from planner.flight.destination import Destinations
     from planner.flight.prediction import Flight
     from planner.flight.segment import ItemArrival
     from planner.flight.spread import Spread
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameters import FlightParameters
 
 
 def check(
@@ -152,9 +154,8 @@ def check(
     """
     refuse_wrong_types(locals())
     charge, charge_sd = divided(charge)
-    share = 0.0 if isinstance(reserve, Reserve) else reserve
-    refuse_out_of_range(clearance_m=clearance_m, charge=charge, risk=risk, reserve=share)
-    to_stay = reserve if isinstance(reserve, Reserve) else Reserve(fraction=reserve)
+    to_stay = reserve_of(reserve)
+    refuse_out_of_range(clearance_m=clearance_m, charge=charge, risk=risk)
     given = _conditions(
         payload_kg,
         temperature_c,
@@ -196,9 +197,10 @@ def check(
     items: tuple[ItemArrival, ...] = ()
     findings += [*mission.findings, *route.findings, *replaced]
     if route.stages:
+        route, destinations = _with_destinations(mission, route, flown_with, terrain)
         pilot = make_pilot(vehicle, flown_with, conditions)
         flight = predict_flight(route, vehicle, conditions, pilot)
-        findings += flight.motion.findings
+        findings += (*flight.motion.findings, *destinations.findings)
         discharge = None
         if known is not None and vehicle.is_power_known:
             discharge = predict_discharge(
@@ -213,9 +215,7 @@ def check(
             )
         totals = flight_totals(flight, known, discharge)
         items = item_arrivals(mission, route, flight)
-        homeward = make_homeward(
-            route, flight, pilot, make_destinations(mission, route, flown_with, terrain=terrain)
-        )
+        homeward = make_homeward(route, flight, pilot, destinations)
         search: ReturnSearch | None = None
         if vehicle.is_power_known:
             if known is not None:
@@ -327,6 +327,17 @@ def _route(
         "the file does not command that"
     )
     return changed, [SPEED_REPLACED.finding(message)]
+
+
+def _with_destinations(
+    mission: Mission,
+    route: Route,
+    parameters: FlightParameters | None,
+    terrain: TerrainGrid | None,
+) -> tuple[Route, Destinations]:
+    """Return a route whose return leads where the vehicle's does, and where all of them may lead."""
+    destinations = make_destinations(mission, route, parameters, terrain=terrain)
+    return with_own_return(route, destinations), destinations
 
 
 def _conditions(

@@ -158,7 +158,7 @@ def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() ->
 
 
 @pytest.mark.parametrize(
-    ("kind", "chosen"), [(0, 1), (1, 1), (2, 0), (3, 1), (4, 0), (5, 1), (6, 0)]
+    ("kind", "chosen"), [(0, 1), (1, 1), (2, -2), (3, 1), (4, -2), (5, 1), (6, 0)]
 )
 def test_px4_looks_at_rally_points_as_its_return_type_says(kind: int, chosen: int) -> None:
     flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(1000.0),))
@@ -229,7 +229,7 @@ def test_px4_counts_the_heights_of_a_return_from_its_rally_point() -> None:
     flown = replace(mission(takeoff(20), waypoint(2000, 20), rtl()), rally=(rally(1500.0, 40.0),))
     home = homeward(flown, Px4Parameters())
     points = home.points(np.array([len(home.start_s) // 2]), np.array([0.0]))
-    targets = home.destinations.targets(points.stage, 1)
+    targets = home.destinations.targets(points.stage, 1, points.stop_m)
     # RTL_RETURN_ALT 30 m over the 40 m of the rally point.
     assert home.pilot.return_heights_m(points.stop_m, targets) == pytest.approx(70.0)
     # ArduPilot flies at the rally point's own height, if that is above RTL_ALT.

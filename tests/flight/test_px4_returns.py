@@ -95,8 +95,6 @@ def test_a_return_that_does_not_land_ends_in_the_air() -> None:
     ("change", "end", "said"),
     [
         ({}, RETURN, ""),
-        ({"return_type": 5}, RETURN, ""),
-        ({"return_type": 2}, RETURN, "RTL_TYPE 2"),
         ({"return_land_delay_s": -1.0}, RETURN, "RTL_LAND_DELAY -1 s"),
         ({"disarm_delay_s": -1.0}, RETURN, "COM_DISARM_LAND -1 s"),
         ({"return_land_delay_s": -1.0}, go(0.0, 10.0), ""),

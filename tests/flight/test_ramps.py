@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ RAMPS = Ramps(
 )
 
 
-def _stage(kind: StageKind, north_m: float, height_m: float, **more: float) -> Stage:
+def _stage(kind: StageKind, north_m: float, height_m: float, **more: Any) -> Stage:  # noqa: ANN401 - fields of the stage
     return Stage(kind=kind, item=1, east_m=0.0, north_m=north_m, height_m=height_m, **more)
 
 

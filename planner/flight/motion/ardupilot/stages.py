@@ -176,7 +176,7 @@ def stage_columns(
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
-        return_floor_m=np.zeros(len(kind)),
+        return_floor_m=np.array([stage.rally_height_m for stage in stages]),
     )
 
 

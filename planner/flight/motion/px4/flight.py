@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.legs import FlownMoves
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
-    from planner.mission.stage import Stage
+    from planner.mission.stage import ReturnWay, Stage
     from planner.physics.wind import Wind
     from planner.vehicle.px4_parameters import Px4Parameters
 
@@ -102,6 +102,7 @@ def px4_ways_home(
     parameters: Px4Parameters,
     *,
     rally_height_m: FloatArray | float = 0.0,
+    ways: Sequence[ReturnWay | None] = (),
     hover_noise_m: float = 0.0,
     has_range_sensor: bool = True,
     wind: Wind | None = None,
@@ -119,6 +120,8 @@ def px4_ways_home(
         The vehicle's.
     rally_height_m : ndarray
         Heights of rally points above the ground there; 0 for home. (k,) [m]
+    ways : sequence of ReturnWay or None
+        Of the returns that lead along the mission; empty where none does. (k,)
     hover_noise_m, has_range_sensor, wind, airspeed_limit_m_s
         As in :func:`fly_px4`.
 
@@ -131,7 +134,7 @@ def px4_ways_home(
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
     return _fly(
-        moves_home(places, homes, parameters, rally_height_m),
+        moves_home(places, homes, parameters, rally_height_m, ways),
         len(places),
         parameters,
         pace=pace_of(hover_noise_m, parameters),

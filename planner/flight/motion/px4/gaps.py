@@ -13,23 +13,15 @@ if TYPE_CHECKING:
     from planner.mission.stage import Stage
     from planner.vehicle.px4_parameters import Px4Parameters
 
-_STRAIGHT_HOME = frozenset({0, 5})
-"""Values of RTL_TYPE with which a return leads straight home, or to a rally point."""
-
 
 def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:
     """Return a finding for each setting that the motion of these stages does not follow."""
     lands = parameters.return_land_delay_s >= 0.0 and parameters.disarm_delay_s >= 0.0
-    if lands and parameters.return_type in _STRAIGHT_HOME:
+    if lands:
         return ()
     returning = next((stage for stage in stages if stage.kind is StageKind.RETURN), None)
     item = None if returning is None else returning.item
     gaps = []
-    if parameters.return_type not in _STRAIGHT_HOME:
-        gaps.append(
-            f"RTL_TYPE {parameters.return_type} returns along the mission or to its landing: "
-            "time, energy and fence are those of the straight way home"
-        )
     if returning is not None and parameters.return_land_delay_s < 0.0:
         gaps.append(
             f"RTL_LAND_DELAY {parameters.return_land_delay_s:g} s keeps the vehicle over home: time "

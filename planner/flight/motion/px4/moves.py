@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.px4.returns import return_legs
+from planner.flight.motion.px4.returns import return_legs, way_height_m
 from planner.frozen import frozen
 from planner.mission.stage import StageKind
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.mission.stage import Stage
+    from planner.mission.stage import ReturnWay, Stage
     from planner.vehicle.px4_parameters import Px4Parameters
 
 _SMALLEST_RADIUS_M = 0.001
@@ -119,6 +120,7 @@ def moves_home(
     home_m: FloatArray,
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float = 0.0,
+    ways: Sequence[ReturnWay | None] = (),
 ) -> Moves:
     """Return the moves of returns from places, flights of their own, numbered as stages and items.
 
@@ -132,7 +134,11 @@ def moves_home(
         The vehicle's.
     rally_height_m : ndarray
         Heights of rally points above the ground there; 0 for home. (k,) [m]
+    ways : sequence of ReturnWay or None
+        Of those that lead along the mission; empty where none does. (k,)
     """
+    if any(way is not None for way in ways):
+        return _moves_along(places_m, home_m, parameters, rally_height_m, ways)
     legs = return_legs(places_m, home_m, parameters, rally_height_m)
     count = len(places_m)
     flown = np.column_stack([leg.is_flown for leg in legs])
@@ -160,13 +166,38 @@ def moves_home(
     )
 
 
+def _moves_along(
+    places_m: FloatArray,
+    home_m: FloatArray,
+    parameters: Px4Parameters,
+    rally_height_m: FloatArray | float,
+    ways: Sequence[ReturnWay | None],
+) -> Moves:
+    """Return the moves of returns of which some lead along the mission."""
+    rally_m = np.broadcast_to(rally_height_m, len(places_m)).tolist()
+    rows: list[Move] = []
+    first: list[int] = []
+    for k, way in enumerate(ways):
+        navigator = _Navigator(parameters, places_m[k])
+        first.append(len(rows))
+        if way is None:
+            rows += navigator.straight_home(k, k, home_m[k], rally_m[k])
+        else:
+            rows += navigator.home_along(k, k, way)
+    moves = Moves.of(rows)
+    is_first = np.zeros(len(rows), dtype=np.bool_)
+    is_first[first] = True
+    return replace(moves, is_first=is_first, start_m=places_m[moves.stage])
+
+
 class _Navigator:
     """Where the vehicle is meant to be while stages are taken apart."""
 
-    def __init__(self, parameters: Px4Parameters) -> None:
+    def __init__(self, parameters: Px4Parameters, place_m: FloatArray | None = None) -> None:
         self.parameters = parameters
-        self.east_m = self.north_m = self.height_m = 0.0
-        self.is_airborne = False
+        self.is_airborne = place_m is not None
+        start = np.zeros(3) if place_m is None else place_m
+        self.east_m, self.north_m, self.height_m = map(float, start)
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
         self.radius_m = parameters.acceptance_radius_m
 
@@ -199,21 +230,53 @@ class _Navigator:
                 yield from self._return(index, stage)
 
     def _return(self, index: int, stage: Stage) -> Iterator[Move]:
-        home = np.array([[stage.east_m, stage.north_m, stage.height_m]], dtype=np.float64)
+        if stage.way is not None:
+            return self.home_along(index, stage.item, stage.way)
+        home = np.array((stage.east_m, stage.north_m, stage.height_m))
+        return self.straight_home(index, stage.item, home, stage.rally_height_m)
+
+    def straight_home(
+        self, index: int, item: int, home_m: FloatArray, rally_height_m: float
+    ) -> Iterator[Move]:
+        """Yield the moves of a return straight home, or to a rally point (``RtlDirect``)."""
         place = np.array([[self.east_m, self.north_m, self.height_m]], dtype=np.float64)
-        for leg in return_legs(place, home, self.parameters):
+        for leg in return_legs(place, home_m[None], self.parameters, rally_height_m):
             if not leg.is_flown[0]:
                 continue
             self.east_m, self.north_m, self.height_m = leg.target_m[0].tolist()
             yield self._move(
                 index,
-                stage.item,
+                item,
                 hold_s=leg.hold_s,
                 is_stop=True,
                 is_landing=leg.is_landing,
                 is_return=True,
             )
         self.is_airborne = False
+
+    def home_along(self, index: int, item: int, way: ReturnWay) -> Iterator[Move]:
+        """Yield the moves of a return along items of the mission.
+
+        Notes
+        -----
+        ``RtlMissionFast``, ``RtlMissionFastReverse``, ``RtlDirectMissionLand``: items with a place are
+        waypoints without hold, LOITER_TO_ALT stays what it is; the speed last commanded before the item
+        it sets out from is commanded again (``MissionBase::replayCachedSpeedChangeItems``).
+        """
+        speed = self.parameters.cruise_speed_m_s if way.speed_m_s is None else way.speed_m_s
+        self.speed_m_s = min(speed, self.parameters.speed_max_m_s)
+        is_seen = False
+        height_m = way_height_m(
+            np.array((self.east_m, self.north_m, self.height_m)), way, self.parameters
+        )
+        if height_m > self.height_m:
+            self.height_m = height_m
+            yield self._move(index, item, is_stop=True, is_return=True)
+            is_seen = True
+        for stage in way.stages:
+            for move in self.moves(index, stage):
+                yield move._replace(item=item, is_return=move.is_landing or not is_seen)
+                is_seen = True
 
     def _take_off(self, index: int, stage: Stage) -> Iterator[Move]:
         if not self.is_airborne:

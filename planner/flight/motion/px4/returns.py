@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
+    from planner.mission.stage import ReturnWay
     from planner.vehicle.px4_parameters import Px4Parameters
 
 _CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
@@ -67,6 +69,33 @@ def return_legs(
         ReturnLeg(target_m=wait, is_flown=every & (delay != 0.0), hold_s=max(delay, 0.0)),
         ReturnLeg(target_m=home_m, is_flown=every & (delay >= 0.0), is_landing=True),
     )
+
+
+def way_height_m(place_m: FloatArray, way: ReturnWay, parameters: Px4Parameters) -> float:
+    """Return the height above home at which a return along the mission sets out. [m]
+
+    Parameters
+    ----------
+    place_m : ndarray
+        East, north, height above home where it begins. (3,) [m]
+    way : ReturnWay
+        Where it leads.
+    parameters : Px4Parameters
+        The vehicle's.
+
+    Notes
+    -----
+    Only a return to the mission's landing climbs first (``RtlDirectMissionLand::on_activation``), to
+    what ``RTL::computeReturnAltitude`` says over the altitude of the landing item.
+    """
+    present = float(place_m[2])
+    over = way.climbs_over_m
+    if over is None:
+        return present
+    landing = way.stages[-1]
+    distance = math.hypot(landing.east_m - place_m[0], landing.north_m - place_m[1])
+    height = return_heights_m(np.array([distance]), np.array([present - over]), parameters)
+    return over + float(height[0])
 
 
 def return_heights_m(
