@@ -11,7 +11,7 @@ from planner.errors import MavjouleError, UsageError
 from planner.link.guard_session import GuardSession
 from planner.link.guarding import GuardSettings, Part
 from planner.link.pymavlink_link import open_vehicle
-from planner.link.snapshot import fetch_snapshot
+from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.live_guard import judge_vehicle
 
 if TYPE_CHECKING:
@@ -126,7 +126,8 @@ def _watch_once(
                 )
             )
         )
-        tell.received(fetch_snapshot(link, address=request.address.text))
+        known = read_vehicle(link)
+        tell.received(make_snapshot(link.identity, known, address=request.address.text))
         executor = ThreadPoolExecutor(1)
         stack.callback(executor.shutdown, wait=False, cancel_futures=True)
         GuardSession(
@@ -138,4 +139,5 @@ def _watch_once(
             on_status=tell_status,
             executor=executor,
             is_observing=True,
+            known=known,
         ).run()

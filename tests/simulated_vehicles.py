@@ -27,6 +27,8 @@ from planner.simulation import (
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.autopilot import Autopilot
     from planner.link.simulated.flown import FlownMission
     from planner.link.simulated.setup import VehicleSetup
@@ -67,18 +69,34 @@ def predicted(held: Mission, asked: SimulationRequest) -> FlownMission | None:
     return predict_flown(held, asked)
 
 
-def vehicle(autopilot: Autopilot, faults: str = "", **changes: Any) -> SimulatedVehicle:  # noqa: ANN401 - as it comes
-    """Return a simulated vehicle with `out_and_back` on it."""
+def vehicle(
+    autopilot: Autopilot,
+    faults: str = "",
+    given: Mapping[str, float] | None = None,
+    **changes: Any,  # noqa: ANN401 - as it comes
+) -> SimulatedVehicle:
+    """Return a simulated vehicle with `out_and_back` on it, and some parameters of its own."""
     asked = request(autopilot, faults, **changes)
+    setup = _setup(asked)
+    own = tuple(
+        replace(one, value=(given or {}).get(one.name, one.value)) for one in setup.parameters
+    )
     return SimulatedVehicle(
-        _setup(asked), lambda held: predicted(held, asked), speed_up=asked.speed_up
+        replace(setup, parameters=own),
+        lambda held: predicted(held, asked),
+        speed_up=asked.speed_up,
     )
 
 
-def wire(autopilot: Autopilot, faults: str = "", **changes: Any) -> SimulatedWire:  # noqa: ANN401 - as it comes
+def wire(
+    autopilot: Autopilot,
+    faults: str = "",
+    given: Mapping[str, float] | None = None,
+    **changes: Any,  # noqa: ANN401 - as it comes
+) -> SimulatedWire:
     """Return one behind a line."""
     asked = request(autopilot, faults, **changes)
-    return make_simulated_wire(vehicle(autopilot, faults, **changes), asked)
+    return make_simulated_wire(vehicle(autopilot, faults, given, **changes), asked)
 
 
 def memory_line(autopilot: Autopilot, faults: str = "", **changes: Any) -> MemoryLine:  # noqa: ANN401 - as it comes

@@ -80,6 +80,7 @@ class Guard:
         self._is_checking = False
         self._is_asking = False
         self._wait_s = 1.0
+        self._is_armed = False
         self._heard_s = now_s
         self._pending: list[tuple[ArmRequest, float]] = []
         self._accepted: tuple[float, object] | None = None
@@ -115,9 +116,7 @@ class Guard:
                 actions += self._hear(now_s)
                 actions += self._hold(request, now_s)
             case Status(is_asking=is_asking, wait_s=wait_s, is_armed=is_armed):
-                self._is_asking, self._wait_s = is_asking, wait_s
-                if is_armed:
-                    self._accepted = None  # it has served
+                self._is_asking, self._wait_s, self._is_armed = is_asking, wait_s, is_armed
             case Passed():
                 pass
         actions += self._decide(now_s)
@@ -250,6 +249,8 @@ class Guard:
         if now_s > until_s:
             self._accepted = None
             return []
+        if self._is_armed:
+            return []  # PX4 arms again by it after landing, as long as it holds
         is_no_go = obstacle is not None and obstacle.verdict is Verdict.NO_GO
         if obstacle is None or not (is_no_go or mark != self._readings.mark()):
             return []

@@ -7,7 +7,6 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from planner.autopilot import Autopilot
 from planner.errors import LinkError, MavjouleError
 from planner.frozen import frozen
 from planner.link.authorisation import acknowledgement_fields, arming_settings
@@ -25,16 +24,14 @@ from planner.link.guarding import (
     Passed,
     ReadParts,
     Status,
-    Unread,
 )
 from planner.link.judgement import Verdict, unknown_judgement
 from planner.link.message import message
-from planner.link.message_request import REQUEST_MESSAGE
-from planner.link.mission_transfer import MissionDownload
-from planner.link.parameter_hash import ParameterHashRequest
-from planner.link.snapshot import make_snapshot
+from planner.link.part_reader import PartReader
+from planner.link.question import REQUEST_MESSAGE
+from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.vehicle import BatteryState
-from planner.link.vehicle_watch import KINDS, VehicleWatch
+from planner.link.vehicle_watch import VehicleWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,9 +55,6 @@ _LOOK_S = 1.0
 """So often the energy is looked at, and the status told. [s]"""
 _ASK_S = 5.0
 """So often a message that does not come is asked for. [s]"""
-_HASH_RETRIES = 5
-_LATE = 3.0
-"""An answer so many round trips old is lost. [-]"""
 _SET_MESSAGE_INTERVAL = 511
 _STREAMS = {
     "SYS_STATUS": (1, 1.0),
@@ -124,6 +118,8 @@ class GuardSession:
         How long before the point of no return to warn. [s]
     is_observing : bool
         Whether requests stay unanswered and nothing is announced.
+    known : VehicleReading, optional
+        What was read of the vehicle just now, for one that only observes.
     """
 
     def __init__(
@@ -140,11 +136,11 @@ class GuardSession:
         lost_after_s: float = 30.0,
         warn_before_s: float = 60.0,
         is_observing: bool = False,
+        known: VehicleReading | None = None,
     ) -> None:
         self._link = link
         self._connection = link.connection
         self._settings = settings
-        self._link_settings = link_settings
         self._judge = judge
         self._on_decision = on_decision
         self._on_status = on_status
@@ -154,6 +150,7 @@ class GuardSession:
         self._checking: _Checking | None = None
         self._lost_after_s = lost_after_s
         self._watch = VehicleWatch(link.identity, own_system=self._connection.own_system)
+        self._reader = PartReader(link, self._watch, link_settings, known=known)
         now_s = self._connection.now_s
         self._guard = Guard(settings, now_s=now_s)
         self._work: deque[ReadParts | CheckVehicle] = deque()
@@ -161,8 +158,6 @@ class GuardSession:
         self._told_s: dict[str, float] = {}
         self._looked_s = self._asked_s = -_LOOK_S
         self._arming: ArmingSettings | None = None
-        self._hash: bytes | None = None
-        self._round_trip_s: float | None = None
         self._flight = FlightFollower(
             link.connection.telemetry, link.identity, warn_before_s=warn_before_s
         )
@@ -250,40 +245,10 @@ class GuardSession:
         if isinstance(action, CheckVehicle):
             self._check()
             return
-        settings = self._link_settings
-        if action.is_urgent and self._round_trip_s is not None:
-            # Someone waits: what is lost is asked for again as soon as it is late.
-            late_s = max(_LATE * self._round_trip_s, settings.shortest_timeout_s)
-            settings = replace(settings, reply_timeout_s=min(late_s, settings.reply_timeout_s))
-        for part in action.parts:
-            try:
-                event: Event = self._read(part, settings)
-            except LinkError as error:
-                event = Unread(part=part, why=str(error))
+        for event in self._reader.read(action):
+            if event.part is Part.PARAMETERS:
+                self._set_arming()
             self._feed(event)
-
-    def _read(self, part: Part, settings: LinkSettings) -> Event:
-        if part in KINDS:
-            download = MissionDownload(KINDS[part], settings)
-            began_s = self._connection.now_s
-            self._connection.run(download)
-            took_s = self._connection.now_s - began_s
-            round_trip_s = took_s / (1 + len(download.items))
-            self._round_trip_s = min(self._round_trip_s or round_trip_s, round_trip_s)
-            return self._watch.take_list(
-                KINDS[part], download.items if download.is_supported else None
-            )
-        # The hash comes first: what is set while the parameters are read makes it differ.
-        told = ParameterHashRequest(settings, retries=_HASH_RETRIES)
-        is_px4 = self._link.identity.autopilot is Autopilot.PX4
-        if is_px4 and (self._hash is not None or not self._watch.parameters):
-            self._connection.run(told)
-        if told.content is None or told.content != self._hash:
-            self._watch.take_parameters(self._link.fetch_parameters())
-            self._hash = told.content
-        event = self._watch.take_parameters(self._watch.parameters)
-        self._set_arming()
-        return event
 
     def _set_arming(self) -> None:
         is_bytewise = self._link.identity.is_bytewise
@@ -313,13 +278,10 @@ class GuardSession:
             if part in self._settings.needed
         }
         try:
-            snapshot = make_snapshot(
-                self._link.identity,
-                _with_charge(state, watch),
-                watch.lists,
-                watch.parameters,
-                address=self._connection.name,
+            reading = VehicleReading(
+                state=_with_charge(state, watch), lists=watch.lists, parameters=watch.parameters
             )
+            snapshot = make_snapshot(self._link.identity, reading, address=self._connection.name)
         except MavjouleError as error:
             self._take_judgement(checked, unknown_judgement(str(error)), None)
             return

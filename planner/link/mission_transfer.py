@@ -71,6 +71,8 @@ class MissionDownload:
         self.is_done = False
         self.is_supported = True
         """Whether the vehicle knows such a list."""
+        self.list_id = 0
+        """By what number the vehicle tells this list from another; 0 where it tells none."""
 
     @property
     def deadline_s(self) -> float:
@@ -98,6 +100,7 @@ class MissionDownload:
         if self.is_done or received.fields.get("mission_type") != self._kind:
             return ()
         if received.name == "MISSION_COUNT":
+            self.list_id = received.fields.get("opaque_id", 0)
             return self._take_count(received["count"], now_s)
         if received.name == "MISSION_ITEM_INT":
             return self._take_item(received, now_s)

@@ -9,10 +9,10 @@ from planner.link.connection import OWN_SYSTEM, Connection
 from planner.link.file_packet import FileNumbers
 from planner.link.heartbeats import uid_text
 from planner.link.line import open_line
-from planner.link.message_request import MessageRequest
 from planner.link.mission_transfer import MissionDownload, MissionUpload
 from planner.link.outgoing import Purpose
 from planner.link.parameter_transfer import ParameterDownload
+from planner.link.question import MessageRequest
 from planner.link.settings import LinkSettings
 from planner.link.vehicle import VehicleIdentity, firmware_release
 from planner.link.vehicle_events import EventRequest

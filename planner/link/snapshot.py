@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.catalogue.vehicle import HOME_NOT_TOLD, LIST_NOT_KEPT, PARAMETER_NAMELESS
+from planner.frozen import frozen
 from planner.link.mission_items import mission_of_lists, shortest
 from planner.link.mission_kind import MissionKind
 from planner.link.vehicle import VehicleSnapshot
@@ -27,8 +28,33 @@ _STACKS = {Autopilot.PX4: "PX4 Pro", Autopilot.ARDUPILOT: "ArduPilot"}
 """As QGroundControl names them in a parameter file."""
 
 
-def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
+@frozen
+class VehicleReading:
+    """What was read of a vehicle, as it came."""
+
+    state: VehicleState
+    lists: Mapping[MissionKind, tuple[WireItem, ...] | None]
+    """Items by kind, ``None`` where the vehicle keeps no such list."""
+    parameters: tuple[WireParameter, ...]
+
+
+def read_vehicle(link: VehicleLink) -> VehicleReading:
     """Return everything that a vehicle tells.
+
+    Raises
+    ------
+    LinkError
+        If a transfer stalls; the message says where.
+    """
+    return VehicleReading(
+        state=link.fetch_state(),
+        lists={kind: link.fetch_items(kind) for kind in MissionKind},
+        parameters=link.fetch_parameters(),
+    )
+
+
+def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
+    """Return everything that a vehicle tells, put together.
 
     Parameters
     ----------
@@ -42,29 +68,20 @@ def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
     LinkError
         If a transfer stalls; the message says where.
     """
-    state = link.fetch_state()
-    lists = {kind: link.fetch_items(kind) for kind in MissionKind}
-    return make_snapshot(link.identity, state, lists, link.fetch_parameters(), address=address)
+    return make_snapshot(link.identity, read_vehicle(link), address=address)
 
 
 def make_snapshot(
-    identity: VehicleIdentity,
-    state: VehicleState,
-    lists: Mapping[MissionKind, tuple[WireItem, ...] | None],
-    fetched: tuple[WireParameter, ...],
-    *,
-    address: str,
+    identity: VehicleIdentity, reading: VehicleReading, *, address: str
 ) -> VehicleSnapshot:
     """Return what was read of a vehicle, put together.
 
     Parameters
     ----------
-    identity, state : VehicleIdentity and VehicleState
-        Who it is, and what it says of itself.
-    lists : mapping
-        Items by kind, ``None`` where the vehicle keeps no such list.
-    fetched : tuple of WireParameter
-        Its parameters.
+    identity : VehicleIdentity
+        Who it is.
+    reading : VehicleReading
+        What was read.
     address : str
         Its normalised address.
 
@@ -73,6 +90,7 @@ def make_snapshot(
     MavjouleError
         If the items make no mission.
     """
+    state, lists, fetched = reading.state, reading.lists, reading.parameters
     parameters = tuple(one for one in fetched if _NAME.fullmatch(one.name))
     mission = mission_of_lists(lists, identity, home=state.home, source=address)
     findings: list[Finding] = [

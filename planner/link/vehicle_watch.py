@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.link.authorisation import ARM_AUTHORISATION_REQUEST, ArmRequest
 from planner.link.guarding import Asked, Changed, Heard, Part, Read
@@ -12,6 +12,8 @@ from planner.link.mission_kind import MissionKind
 from planner.mission.items import Home
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.link.guarding import Event
     from planner.link.message import Message
     from planner.link.mission_transfer import WireItem
@@ -24,6 +26,12 @@ KINDS = {
     Part.RALLY: MissionKind.RALLY,
 }
 _PARTS = {kind: part for part, kind in KINDS.items()}
+LIST_IDS = {
+    MissionKind.MISSION: "mission_id",
+    MissionKind.FENCE: "fence_id",
+    MissionKind.RALLY: "rally_points_id",
+}
+"""By what MISSION_CURRENT tells one list from another, where the vehicle does (PX4)."""
 _ACCEPTED = 0
 _COUNTERS = ("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK", "BARO")
 """Beginnings of parameters that autopilots set themselves, in which no flight differs."""
@@ -50,7 +58,8 @@ class VehicleWatch:
         self._system = identity.system
         self._own_system = own_system
         self._requests = 0
-        self._total: int | None = None
+        self._told: Mapping[str, Any] | None = None
+        """The latest MISSION_CURRENT."""
         self._charges: dict[str, float] = {}
         self.lists: dict[MissionKind, tuple[WireItem, ...] | None] = {}
         self.parameters: tuple[WireParameter, ...] = ()
@@ -142,12 +151,21 @@ class VehicleWatch:
         return ()
 
     def _counted(self, received: Message) -> tuple[Event, ...]:
-        """Return what another number of items than before means; autopilots count differently."""
-        total, before = received.fields.get("total", 0), self._total
-        self._total = total
-        if before is None or total == before:
+        """Return what another number of items, or another list, than before means."""
+        told, before = received.fields, self._told
+        self._told = told
+        if before is None:
             return ()
-        return (Changed(part=Part.MISSION, why=f"MISSION_CURRENT tells of {total} items"),)
+        changed = [
+            Changed(part=_PARTS[kind], why=f"MISSION_CURRENT tells of another {kind.label}")
+            for kind, name in LIST_IDS.items()
+            if told.get(name, 0) != before.get(name, 0)
+        ]
+        total = told.get("total", 0)  # autopilots count differently
+        if total != before.get("total", 0):
+            why = f"MISSION_CURRENT tells of {total} items"
+            changed.append(Changed(part=Part.MISSION, why=why))
+        return tuple(changed)
 
     def _valued(self, received: Message) -> tuple[Event, ...]:
         name, known = received["param_id"], self._content_of.get(received["param_id"])

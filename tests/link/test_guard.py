@@ -283,13 +283,16 @@ def test_an_acceptance_that_no_longer_holds_is_withdrawn_aloud() -> None:
     assert bench.decisions("withdrawn")
 
 
-def test_an_acceptance_that_has_served_is_not_withdrawn() -> None:
+def test_an_acceptance_is_withdrawn_on_the_ground_and_not_in_the_air() -> None:
     bench = ready()
     bench.ask()
     bench.feed(Status(is_asking=True, wait_s=1.0, is_armed=True))
     bench.actions.clear()
     bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
     assert not bench.announcements()
+    # PX4 would arm again by it: it keeps an approval for its time, whatever has flown since.
+    bench.feed(Status(is_asking=True, wait_s=1.0, is_armed=False))
+    assert [one.text for one in bench.announcements()] == ["mavjoule: DO NOT ARM, go withdrawn"]
 
 
 def test_a_battery_that_drains_by_a_step_withdraws_nothing() -> None:

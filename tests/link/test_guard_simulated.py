@@ -13,6 +13,7 @@ from planner.errors import LinkError
 from planner.flight.conditions import Conditions
 from planner.link.guard_session import GuardSession, GuardStatus
 from planner.link.guarding import Decision, GuardSettings
+from planner.link.mission_kind import MissionKind
 from planner.link.outgoing import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
 from planner.link.settings import LinkSettings
@@ -21,6 +22,8 @@ from planner.live_guard import judge_vehicle
 from planner.service import CheckRequest
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from planner.link.simulated.memory_line import MemoryLine
     from planner.link.simulated.vehicle import SimulatedVehicle
     from planner.link.simulated.wire import Passed
@@ -61,10 +64,12 @@ def guard(
     check: CheckRequest = CHECK,
     speed_up: float = 1.0,
     own_system: int = 245,
+    given: Mapping[str, float] | None = None,
+    before: Callable[[SimulatedVehicle, float], None] = lambda *_: None,
 ) -> Run:
     """Guard a simulated vehicle that tries to arm at times."""
     authoriser = own_system if autopilot is Autopilot.PX4 else None
-    line = memory_line(autopilot, faults, authoriser=authoriser, speed_up=speed_up)
+    line = memory_line(autopilot, faults, authoriser=authoriser, speed_up=speed_up, given=given)
     vehicle = line._wire.vehicle
     run = Run(line, vehicle)
     line._wire.on_message = run.passed.append
@@ -73,6 +78,7 @@ def guard(
 
     def on_status(status: GuardStatus) -> None:
         run.statuses.append(status)
+        before(vehicle, line.now_s())
         if left and line.now_s() >= left[0] - 2.0 and not vehicle.is_flying:
             vehicle.arm_at(left.pop(0))
         if line.now_s() >= until_s:
@@ -113,6 +119,35 @@ def test_a_guard_may_have_the_system_id_that_the_vehicle_asks() -> None:
     run = guard(Autopilot.PX4, until_s=30.0, arm_at_s=(20.0,), own_system=10)
     assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
     assert {one.message.system for one in run.passed if one.is_to_vehicle} == {10}
+
+
+def test_px4_that_is_armed_in_two_steps_flies_at_the_second() -> None:
+    given = {"COM_ARM_AUTH_MET": 1.0}
+    run = guard(Autopilot.PX4, until_s=35.0, arm_at_s=(20.0, 24.0), given=given)
+    assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
+    assert run.vehicle.is_flying
+    assert "arm twice: the first time asks" in run.decided("arming")[0].text
+
+
+def test_px4_is_confirmed_by_one_message_instead_of_all_its_lists() -> None:
+    run = guard(Autopilot.PX4, until_s=40.0, arm_at_s=(30.0,))
+    assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
+    asked = [one.message["mission_type"] for one in run.sent("MISSION_REQUEST_LIST")]
+    assert asked == [0, 1, 2]  # once each, before
+    current = [one.time_s for one in run.sent("COMMAND_LONG") if one.message["param1"] == 42.0]
+    assert any(30.0 <= time_s < 30.2 for time_s in current)
+
+
+def test_a_fence_that_px4_got_just_before_arming_is_what_is_judged() -> None:
+    def change(vehicle: SimulatedVehicle, now_s: float) -> None:
+        # By another of its links, without any sign on this one.
+        if now_s >= 29.9 and vehicle.missions.changes[MissionKind.FENCE] == 0:
+            vehicle.missions._replaced(MissionKind.FENCE, [])
+
+    run = guard(Autopilot.PX4, until_s=40.0, arm_at_s=(30.0,), before=change)
+    fence = [one for one in run.sent("MISSION_REQUEST_LIST") if one.message["mission_type"] == 1]
+    assert len(fence) == 2
+    assert [one.details["result"] for one in run.decided("answer")] == ["accepted"]
 
 
 def test_px4_that_is_no_go_is_denied_and_stays_on_the_ground() -> None:

@@ -1,4 +1,4 @@
-"""Arming, as a simulated vehicle does it by itself: PX4 asks its authoriser before (arm_auth.cpp).
+"""Arming, as a simulated vehicle does it by itself: PX4 asks before (ArmAuthorization.cpp).
 
 Arming is simulated, and only this vehicle's own: no message of a ground station ever arms it.
 """
@@ -36,6 +36,14 @@ _NUMBERED = frozenset({2, 4})
 """Reasons whose second value is the number of an item."""
 
 
+_AGAIN_S = 0.5
+_REPEATS = 3
+"""PX4 asks again, by the same command, as long as nobody has answered (MavlinkCommandSender)."""
+_TWO_STEPS = 1
+"""COM_ARM_AUTH_MET: the first arming asks, and another one arms."""
+_DEFAULT_WAIT_S = 1.0
+
+
 class ArmingState(Enum):
     """How far a vehicle is with arming."""
 
@@ -60,33 +68,38 @@ class Arming:
         self._setup = setup
         self._is_asked = setup.autopilot is Autopilot.PX4 and bool(values.get("COM_ARM_AUTH_REQ"))
         self._authoriser = int(values.get("COM_ARM_AUTH_ID", 0))
-        self._timeout_s = values.get("COM_ARM_AUTH_TO", 2.0)
+        self._has_two_steps = values.get("COM_ARM_AUTH_MET") == _TWO_STEPS
+        self._wait_s = values.get("COM_ARM_AUTH_TO", _DEFAULT_WAIT_S)
+        self._approved_until_s = -NEVER_S
+        self._gives_up_s = NEVER_S
+        self._asks_again_s = NEVER_S
+        self._repeats = 0
         self.state = ArmingState.DISARMED
         self.denial: tuple[int, int] | None = None
         """MAV_ARM_AUTH_DENIED_REASON and what goes with it, of the last denial that had one."""
         self.authorised_s: float | None = None
         """For how long the last answer let it arm. [s]"""
-        self.deadline_s = NEVER_S
+
+    @property
+    def deadline_s(self) -> float:
+        """When it asks again, or gives up. [s]"""
+        return min(self._gives_up_s, self._asks_again_s)
 
     def request(self, now_s: float) -> tuple[Message, ...]:
-        """Try to arm; without an authoriser it succeeds at once."""
+        """Try to arm; without an authoriser, or as long as its last word holds, it succeeds."""
         if self.state in {ArmingState.ASKING, ArmingState.ARMED}:
             return ()
         self.denial = None
-        if not self._is_asked:
-            self.state = ArmingState.ARMED
+        if not self._is_asked or now_s <= self._approved_until_s:
+            self._settle(ArmingState.ARMED)
             return (self._setup.text(_INFO, "SIMULATED: armed"),)
         self.state = ArmingState.ASKING
-        self.deadline_s = now_s + self._timeout_s
-        return (
-            message(
-                "COMMAND_LONG",
-                target_system=self._authoriser,
-                target_component=0,
-                command=ARM_AUTHORIZATION_REQUEST,
-                param1=float(self._setup.system),
-            ),
-        )
+        self._gives_up_s = now_s + self._wait_s
+        self._repeats = 0
+        asked = (self._question(now_s),)
+        if self._has_two_steps:
+            return (*asked, self._setup.text(_INFO, "SIMULATED: asking whether to arm"))
+        return asked
 
     def disarm(self) -> tuple[Message, ...]:
         """Disarm, landed."""
@@ -94,22 +107,20 @@ class Arming:
         return (self._setup.text(_INFO, "SIMULATED: landed and disarmed"),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        """Take a message of any kind, and return the answers."""
+        """Take a message of any kind, and return the answers; anyone's answer counts (PX4)."""
         if (
             self.state is not ArmingState.ASKING
             or received.name != "COMMAND_ACK"
             or received["command"] != ARM_AUTHORIZATION_REQUEST
-            or received.system != self._authoriser
+            or received["target_system"] != self._setup.system
         ):
             return ()
+        self._asks_again_s = NEVER_S
         match received["result"]:
             case result if result == _ACCEPTED:
-                self._settle(ArmingState.ARMED)
-                self.authorised_s = float(received["result_param2"])
-                return (self._setup.text(_INFO, "SIMULATED: arming authorised, armed"),)
+                return self._approved(received["result_param2"], now_s)
             case result if result == _IN_PROGRESS:
-                self.deadline_s = now_s + self._timeout_s
-                return ()
+                return ()  # which lengthens nothing
             case result if result == _TEMPORARILY_REJECTED:
                 return self._denied("Arming denied by authorizer: wait")
         self.denial = (received["progress"], received["result_param2"])
@@ -119,9 +130,32 @@ class Arming:
             text += f" {extra}"
         return self._denied(text)
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every server
-        """Give up waiting for the authoriser."""
+    def expire(self, now_s: float) -> tuple[Message, ...]:
+        """Ask the authoriser again, or give up waiting for it."""
+        if now_s < self._gives_up_s:
+            self._repeats += 1
+            return (self._question(now_s),)
         return self._denied("Arming denied: no answer by authorizer")
+
+    def _question(self, now_s: float) -> Message:
+        self._asks_again_s = NEVER_S if self._repeats == _REPEATS else now_s + _AGAIN_S
+        return message(
+            "COMMAND_LONG",
+            target_system=self._authoriser,
+            target_component=0,
+            command=ARM_AUTHORIZATION_REQUEST,
+            confirmation=self._repeats,
+        )
+
+    def _approved(self, valid_s: int, now_s: float) -> tuple[Message, ...]:
+        """Arm, or have it done by another try; landed again, the approval still holds."""
+        self.authorised_s = float(valid_s)
+        self._approved_until_s = now_s + valid_s
+        if self._has_two_steps:
+            self._settle(ArmingState.DISARMED)
+            return (self._setup.text(_INFO, "SIMULATED: arming authorised, arm again"),)
+        self._settle(ArmingState.ARMED)
+        return (self._setup.text(_INFO, "SIMULATED: arming authorised, armed"),)
 
     def _denied(self, text: str) -> tuple[Message, ...]:
         self._settle(ArmingState.DENIED)
@@ -129,4 +163,4 @@ class Arming:
 
     def _settle(self, state: ArmingState) -> None:
         self.state = state
-        self.deadline_s = NEVER_S
+        self._gives_up_s = self._asks_again_s = NEVER_S

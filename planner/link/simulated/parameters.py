@@ -24,7 +24,7 @@ _PX4_ARMING: Mapping[str, float] = {
     "COM_ARM_AUTH_REQ": 0,
     "COM_ARM_AUTH_ID": 10,
     "COM_ARM_AUTH_MET": 0,
-    "COM_ARM_AUTH_TO": 2.0,
+    "COM_ARM_AUTH_TO": 1.0,
 }
 """Whether arming is asked for, of whom, how, and how long it waits for the answer. [s]"""
 _WHOLE_EXTRAS: Mapping[Autopilot, Mapping[str, float]] = {
