@@ -64,3 +64,53 @@ PARAMETER_NAMELESS = Rule(
     example="2 of 912 parameters have no readable name: left out",
     fix="fetch again; where it stays, something else than an autopilot answers",
 )
+
+NO_RETURN_IN_FLIGHT = Rule(
+    code="V111",
+    name="no-return-in-flight",
+    severity=Severity.ERROR,
+    summary="The vehicle in flight cannot get home above the reserve.",
+    why="Every second on the mission eats more of what the way home needs.",
+    how=(
+        "energy measured as left - way home by the model, times the measured over the modelled energy "
+        "where that is above 1 - reserve < 0, and the rest of the mission is no shorter way to land."
+    ),
+    example="the way home eats 2.10 Wh of the reserve: 20.1 Wh left by charge count, 12.2 Wh home",
+    fix="turn back now, or land at a rally point that is nearer",
+)
+
+RETURN_SOON_IN_FLIGHT = Rule(
+    code="V112",
+    name="return-soon-in-flight",
+    severity=Severity.WARNING,
+    summary="The point of no return is near, and the mission cannot be finished.",
+    why="Beyond it the way home eats into the reserve.",
+    how="The time until the margin of the way home reaches zero along the mission is under 60 s.",
+    example="the point of no return is 42 s ahead: 31.0 Wh left by charge count, 14.8 Wh home now",
+    fix="turn back before then",
+)
+
+SHORT_IN_FLIGHT = Rule(
+    code="V113",
+    name="short-in-flight",
+    severity=Severity.ERROR,
+    summary="The mission in flight ends below the reserve.",
+    why="What was a go on the ground is none when wind, load or battery are not as they were told.",
+    how=(
+        "energy measured as left - rest of the mission by the model, times the measured over the "
+        "modelled energy where that is above 1 - reserve < 0."
+    ),
+    example="the mission ends 3.20 Wh below the reserve: 31.0 Wh left by charge count",
+    fix="end the mission earlier: skip items, or turn back",
+)
+
+MEASURES_DIFFER_IN_FLIGHT = Rule(
+    code="V114",
+    name="measures-differ-in-flight",
+    severity=Severity.WARNING,
+    summary="The measurements of the battery contradict each other.",
+    why="Another battery flies than the one that was checked, or one of its measurements is wrong.",
+    how="The energies left by charge count, energy count and percentage differ by over 10 % of the battery.",
+    example="the measurements of the battery differ: 31.0 Wh by charge count, 44.0 Wh by energy count",
+    fix="check with --battery as it is, and calibrate the power module",
+)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -71,6 +72,8 @@ class EnergyState:
     """Energy to return, likewise. [Wh]"""
     lead_s: float | None
     """Time to the point of no return; ``None`` where there is none ahead. [s]"""
+    warnings: tuple[EnergyWarning, ...] = ()
+    """What is wrong with it now, new or not."""
 
     @property
     def finish_margin_wh(self) -> float:
@@ -171,7 +174,11 @@ class EnergyWatch:
             return_wh=factor * progress.return_wh,
             lead_s=(self._course.lead_s(progress, above_wh / factor) if is_on_mission else None),
         )
-        return state, self._warnings(state, is_on_mission=is_on_mission)
+        present, new = self._concerns(state, is_on_mission=is_on_mission)
+        return (
+            replace(state, warnings=tuple(_warning(concern, state) for concern in present)),
+            tuple(_warning(concern, state) for concern in new),
+        )
 
     def _ratio(self, progress: Progress, left: EnergyLeft) -> float | None:
         used_wh = self._usable_wh - left.energy_wh
@@ -181,7 +188,10 @@ class EnergyWatch:
             return None
         return max(used_wh - left.step_wh, 0.0) / progress.used_wh
 
-    def _warnings(self, state: EnergyState, *, is_on_mission: bool) -> tuple[EnergyWarning, ...]:
+    def _concerns(
+        self, state: EnergyState, *, is_on_mission: bool
+    ) -> tuple[list[Concern], list[Concern]]:
+        """Return what is wrong, and what of it was not before."""
         lead_s = math.inf if state.lead_s is None else state.lead_s
         is_short = state.return_margin_wh < 0.0
         finishes = state.finish_margin_wh >= 0.0 and is_on_mission
@@ -201,7 +211,7 @@ class EnergyWatch:
         new = [concern for concern in Concern if present[concern] and concern not in self._raised]
         self._raised |= set(new)
         self._raised -= {concern for concern in Concern if over[concern]}
-        return tuple(_warning(concern, state) for concern in new)
+        return [concern for concern in Concern if present[concern]], new
 
 
 def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:

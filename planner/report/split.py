@@ -65,7 +65,7 @@ def _row(part: SplitPart) -> tuple[str, ...]:
     return (
         result.verdict.upper(),
         printable(part.file),
-        _flown(part),
+        flown_text(part),
         numbers.duration(result.totals.time_s),
         numbers.energy(result.totals.energy_wh),
         numbers.energy(None if battery is None else battery.margin_wh),
@@ -73,7 +73,7 @@ def _row(part: SplitPart) -> tuple[str, ...]:
     )
 
 
-def _flown(part: SplitPart) -> str:
+def flown_text(part: SplitPart) -> str:
     """Return which items of the mission a part flies: ``items 7 (from 120 m) to 9``."""
     begins = "" if part.begins_m is None else f" (from {numbers.distance(part.begins_m)})"
     ends = "" if part.ends_m is None else f" (up to {numbers.distance(part.ends_m)})"

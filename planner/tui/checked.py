@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner import service
 from planner.frozen import frozen
@@ -13,12 +13,16 @@ from planner.tui.curves import pictures
 from planner.tui.ground import ground
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.checks.case import Case
     from planner.link.vehicle import VehicleSnapshot
+    from planner.mission.items import Mission
     from planner.service import UnreadableMission
     from planner.tui.curves import Picture
     from planner.tui.ground import Ground
     from planner.tui.what_if import WhatIf
+    from planner.vehicle.model import VehicleModel
 
 
 @frozen(eq=False)
@@ -75,11 +79,7 @@ def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
     MavjouleError
         If the settings are unusable.
     """
-    from planner.live import check_vehicle
-
-    result = check_vehicle(
-        snapshot, what_if.request(), is_charge_given="charge" in what_if.values()
-    )
+    result = _check_vehicle(snapshot, what_if)
     case = result.case if isinstance(result, CheckResult) else None
     return Checked(
         file=snapshot.address,
@@ -92,9 +92,40 @@ def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
     )
 
 
+def _check_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> CheckResult | UnreadableMission:
+    from planner.live import check_vehicle
+
+    is_charge_given = "charge" in what_if.values()
+    return check_vehicle(snapshot, what_if.request(), is_charge_given=is_charge_given)
+
+
 def check_what_if(file: str, what_if: WhatIf) -> CheckResult | UnreadableMission:
     """Check a mission file under changed settings, for the result alone."""
     return service.check_file(file, what_if.request())
+
+
+def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | UnreadableMission:
+    """Check a mission, or what a vehicle held, under more changes, for the result alone."""
+    what_if = checked.what_if.with_changes({**checked.what_if.changes, **changes})
+    if checked.snapshot is not None:
+        return _check_vehicle(checked.snapshot, what_if)
+    return check_what_if(checked.file, what_if)
+
+
+def check_inputs(checked: Checked, case: Case) -> tuple[Mission, VehicleModel, dict[str, Any]]:
+    """Return mission, vehicle and options of a check, as `planner.check` takes them.
+
+    Raises
+    ------
+    MavjouleError
+        If a file that the settings name is unusable by now.
+    """
+    vehicle, options = service.read_request(
+        checked.what_if.request(), parameters=case.given_parameters
+    )
+    if checked.snapshot is not None:
+        options["charge"] = case.charge  # the vehicle's own, where it tells one
+    return case.mission, vehicle, options
 
 
 def file_sha256(file: str) -> str | None:

@@ -1,19 +1,46 @@
-"""What is said of a vehicle on the line, in one line."""
+"""What is said of a vehicle on the line: one line, and what is wrong in flight."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from planner import numbers
+from planner.catalogue.vehicle import (
+    MEASURES_DIFFER_IN_FLIGHT,
+    NO_RETURN_IN_FLIGHT,
+    RETURN_SOON_IN_FLIGHT,
+    SHORT_IN_FLIGHT,
+)
+from planner.link.energy_watch import Concern
 from planner.report.text import against
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.findings import Finding
     from planner.link.guard_session import GuardStatus
 
 _LATE_S = 2.0
 """A vehicle that was not heard for so long is told of. [s]"""
+
+_RULES = {
+    Concern.NO_RETURN: NO_RETURN_IN_FLIGHT,
+    Concern.RETURN_SOON: RETURN_SOON_IN_FLIGHT,
+    Concern.NO_FINISH: SHORT_IN_FLIGHT,
+    Concern.MEASURES_DIFFER: MEASURES_DIFFER_IN_FLIGHT,
+}
+
+
+def flight_findings(status: GuardStatus) -> tuple[Finding, ...]:
+    """Return what is wrong with the energy of a vehicle in flight, worst first."""
+    energy = status.energy if status.is_flying else None
+    if energy is None:
+        return ()
+    found = [
+        _RULES[warning.concern].finding(warning.text, item=energy.progress.item)
+        for warning in energy.warnings
+    ]
+    return tuple(sorted(found, key=lambda finding: -finding.severity))
 
 
 def live_line(address: str, status: GuardStatus) -> str:

@@ -154,11 +154,6 @@ class ItemRows:
         return "" if worst is None else worst.label
 
 
-def finding_rows(result: CheckResult | UnreadableMission) -> FindingRows:
-    """Return what was found, worst first."""
-    return FindingRows(findings=tuple(result.findings))
-
-
 def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
     """Return the segments, columns as wide as the numbers; none of a mission not read."""
     case = result.case if isinstance(result, CheckResult) else None

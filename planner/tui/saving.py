@@ -16,6 +16,7 @@ from planner.report.medium import Medium
 from planner.report.text import check_text
 
 if TYPE_CHECKING:
+    from planner.fixes.split import Split
     from planner.tui.checked import Checked
 
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints"})
@@ -26,6 +27,44 @@ def default_name(checked: Checked) -> str:
     if checked.snapshot is not None:
         return "vehicle.report.txt"
     return str(Path(checked.file).with_suffix(".report.txt"))
+
+
+def parts_folder(checked: Checked) -> str:
+    """Return the folder that is offered for the parts of a mission: beside it."""
+    if checked.snapshot is not None:
+        return "vehicle-parts"
+    file = Path(checked.file)
+    return str(file.with_name(f"{file.stem}-parts"))
+
+
+def save_parts(split: Split, folder: Path, *, replace: bool = False) -> str:
+    """Save the flights of a split: all of them, or none.
+
+    Parameters
+    ----------
+    split : Split
+        As it was shown.
+    folder : Path
+        Where to; made where it is not there.
+    replace : bool
+        Whether to write over parts that are there.
+
+    Returns
+    -------
+    str
+        What was done, in a sentence.
+
+    Raises
+    ------
+    UsageError
+        If there are parts already, or parts of another split would be left over.
+    OutputError
+        If a part cannot be written.
+    """
+    from planner.fixes.split import write_split
+
+    write_split(split, folder, force=replace)
+    return f"{numbers.count(len(split.parts), 'part')} in {folder}"
 
 
 def save(checked: Checked, name: str, *, replace: bool = False) -> str:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.cli.setting_text import setting_text
+from planner.errors import MavjouleError
 from planner.findings import Severity
 from planner.frozen import frozen
 from planner.report.text import headline
 from planner.service import CheckResult
-from planner.tui.checked import check_what_if
+from planner.tui.checked import check_again, check_inputs
 from planner.tui.rows import MARKS, Column
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.fixes.split import Split
     from planner.service import UnreadableMission
     from planner.tui.checked import Checked
-    from planner.tui.what_if import WhatIf
 
 _CHARGE_STEP_AH = 0.1
 _ENERGY_STEP_WH = 1.0
@@ -39,6 +42,8 @@ class Suggestion:
     is_go: bool
     outcome: str
     """What the flight then takes and leaves."""
+    split: Split | None = None
+    """The flights it is, instead of one under other settings."""
 
 
 @frozen(eq=False)
@@ -69,28 +74,23 @@ class SuggestionRows:
 def suggestions(checked: Checked) -> Iterator[Suggestion]:
     """Yield the changes worth a try for a mission as it was checked, each tried.
 
-    A no-go is offered what makes it go; a go is offered the most reserve it still keeps.
+    A no-go is offered what makes it go; a go is offered the most reserve it still keeps.  What cannot
+    be tried is left out.
     """
-    result, what_if = checked.result, checked.what_if
+    result = checked.result
     if not isinstance(result, CheckResult) or result.battery is None:
         return
-    if result.verdict == "go":
-        yield from _more_reserve(checked.file, what_if, result)
-        return
-    if any(finding.code.startswith("E") for finding in result.findings):
-        yield from _lighter(checked.file, what_if, result)
-        yield from _larger_battery(checked.file, what_if, result)
-        yield from _other_speed(checked.file, what_if, result)
+    tries = [_more_reserve]
+    if result.verdict != "go":
+        is_energy = any(finding.code.startswith("E") for finding in result.findings)
+        tries = [_lighter, _larger_battery, _other_speed, _split] if is_energy else []
+    for tried in tries:
+        with suppress(MavjouleError, ValueError):
+            yield from tried(checked, result)
 
 
-def _tried(file: str, what_if: WhatIf, text: str, changes: dict[str, str]) -> Suggestion:
-    return _suggestion(text, changes, _outcome(file, what_if, changes))
-
-
-def _outcome(
-    file: str, what_if: WhatIf, changes: dict[str, str]
-) -> CheckResult | UnreadableMission:
-    return check_what_if(file, what_if.with_changes({**what_if.changes, **changes}))
+def _tried(checked: Checked, text: str, changes: dict[str, str]) -> Suggestion:
+    return _suggestion(text, changes, check_again(checked, changes))
 
 
 def _suggestion(
@@ -104,26 +104,48 @@ def _suggestion(
     )
 
 
-def _lighter(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Suggestion]:
+def _lighter(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     if result.conditions.payload_kg:
-        yield _tried(file, what_if, "no payload", {"payload_kg": "0"})
+        yield _tried(checked, "no payload", {"payload_kg": "0"})
     if result.case is not None and result.case.charge < 1.0:
-        yield _tried(file, what_if, "a full battery", {"charge": "100%"})
+        yield _tried(checked, "a full battery", {"charge": "100%"})
 
 
-def _other_speed(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Suggestion]:
+def _other_speed(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the fastest speed of all level legs that the battery does for."""
-    if "speed_m_s" in what_if.values() or len(result.items) > _MOST_ITEMS:
+    is_asked = "speed_m_s" in checked.what_if.values()
+    if is_asked or result.case is None or len(result.items) > _MOST_ITEMS:
         return
-    from planner.fixes.speed import predict_file_speed_curve
+    from planner.fixes.speed import predict_speed_curve
 
-    fastest = predict_file_speed_curve(file, what_if.request()).fastest_fitting
+    mission, vehicle, options = check_inputs(checked, result.case)
+    fastest = predict_speed_curve(mission, vehicle, **options).fastest_fitting
     if fastest is not None and fastest.speed_m_s is not None:
         change = {"speed_m_s": setting_text("speed_m_s", round(fastest.speed_m_s, 6))}
-        yield _tried(file, what_if, f"all level legs at {change['speed_m_s']} m/s", change)
+        yield _tried(checked, f"all level legs at {change['speed_m_s']} m/s", change)
 
 
-def _larger_battery(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Suggestion]:
+def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
+    """Yield the fewest flights that each fit the battery."""
+    if result.case is None or len(result.items) > _MOST_ITEMS:
+        return
+    from planner.fixes.split import split_mission
+
+    mission, vehicle, options = check_inputs(checked, result.case)
+    split = split_mission(mission, vehicle, **options)
+    if len(split.parts) > 1:
+        flights = numbers.count(len(split.parts), "flight")
+        energy_wh = sum(part.result.totals.energy_wh for part in split.parts)
+        yield Suggestion(
+            text=f"split into {flights}, each",
+            changes=(),
+            is_go=True,  # each part was checked as it reads back
+            outcome=f"together {numbers.energy(energy_wh)}",
+            split=split,
+        )
+
+
+def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the least battery of the same voltage that goes; its weight is the pilot's to add."""
     pack = None if result.case is None else result.case.pack
     if pack is None or pack.ocv_v is not None or pack.health is not None:
@@ -135,7 +157,7 @@ def _larger_battery(file: str, what_if: WhatIf, result: CheckResult) -> Iterator
         if battery is None:
             return
         change = {"battery": setting_text("battery", battery)}
-        tried = _outcome(file, what_if, change)
+        tried = check_again(checked, change)
         if tried.verdict == "go":
             yield _suggestion(f"battery {change['battery']}, no heavier", change, tried)
             return
@@ -167,7 +189,7 @@ def _enlarged(battery: Battery, result: CheckResult) -> Battery | None:
     return Battery(capacity_wh=math.ceil(needed_wh / _ENERGY_STEP_WH) * _ENERGY_STEP_WH)
 
 
-def _more_reserve(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[Suggestion]:
+def _more_reserve(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the greatest reserve, in whole percent, that still goes."""
     budget, way = result.battery, result.way_home
     if budget is None:
@@ -179,4 +201,4 @@ def _more_reserve(file: str, what_if: WhatIf, result: CheckResult) -> Iterator[S
     percent = math.floor((budget.reserve_wh + left_wh) / budget.capacity_wh / _RESERVE_STEP)
     if percent > 0 and percent * _RESERVE_STEP > budget.reserve_wh / budget.capacity_wh:
         text = f"{percent}% of reserve, the most that fits"
-        yield _tried(file, what_if, text, {"reserve": f"{percent}%"})
+        yield _tried(checked, text, {"reserve": f"{percent}%"})

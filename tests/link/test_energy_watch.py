@@ -101,8 +101,10 @@ def test_measurements_that_contradict_each_other_are_told_once() -> None:
     assert Concern.MEASURES_DIFFER in {one.concern for one in warnings}
     assert "180 Wh by energy count, 140 Wh by the vehicle's percentage" in warnings[-1].text
     assert len(warnings[-1].headline) <= 50
-    _, warnings = watch.take(place, reading, 61.0)
+    state, warnings = watch.take(place, reading, 61.0)
     assert not warnings
+    assert state is not None
+    assert Concern.MEASURES_DIFFER in {one.concern for one in state.warnings}  # though not new
 
 
 def test_voltage_is_asked_only_where_nothing_counts() -> None:

@@ -6,7 +6,7 @@ import asyncio
 import socket
 import time
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -17,7 +17,10 @@ from textual.widgets import Input
 from planner import live_watch
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
+from planner.flight.progress import Progress
 from planner.link.address import LinkAddress, LinkKind, read_address
+from planner.link.energy_left import EnergyLeft
+from planner.link.energy_watch import Concern, EnergyState, EnergyWarning
 from planner.link.mission_kind import MissionKind
 from planner.link.settings import LinkSettings
 from planner.live import LinkRequest
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from textual.message import Message
     from textual.pilot import Pilot
 
+    from planner.link.guard_session import GuardStatus
     from planner.link.simulated.runner import SimulationRunner
     from planner.link.simulated.vehicle import SimulatedVehicle
     from planner.link.simulated.wire import Passed
@@ -158,6 +162,71 @@ async def test_a_change_on_the_vehicle_is_checked_again_and_its_silence_leaves_n
         await one.until(lambda: "NO VERDICT" in one.verdict)
         assert "NOT HEARD" in one.line
         assert "GO when it was checked last" in one.verdict
+
+
+async def test_what_is_wrong_in_flight_leads_the_findings_and_is_no_go() -> None:
+    async with live() as one:
+        await one.until(lambda: "✔ GO" in one.verdict and "battery" in one.line)
+        plain = len(rows_of(one.screen, "#findings"))
+        state = _short()
+        screen = one.screen
+        told = screen.told
+
+        def tell_short(status: GuardStatus) -> None:
+            told(replace(status, is_flying=True, energy=state))
+
+        screen.told = tell_short  # type: ignore[method-assign] # as if it flew so
+        await one.until(lambda: "NO-GO" in one.verdict)
+        assert "In flight: the way home eats 5.00 Wh of the reserve" in one.verdict
+        found = rows_of(one.screen, "#findings")
+        assert [cells[1] for cells in found[:2]] == ["V111", "V113"]
+        assert found[0][0] == "✖"
+        assert len(found) == plain + 2
+        screen.told = told  # type: ignore[method-assign]
+        await one.until(lambda: "✔ GO" in one.verdict)
+        assert len(rows_of(one.screen, "#findings")) == plain
+
+
+async def test_changes_are_offered_for_what_a_vehicle_holds() -> None:
+    async with live() as one:
+        await one.until(lambda: "✔ GO" in one.verdict)
+        one.screen.query_one("#set-battery", Input).value = "5Wh"
+        await one.until(lambda: "would make it go" in one.verdict)
+        assert "NO-GO" in one.verdict
+        assert any("battery" in cells[1] for cells in rows_of(one.screen, "#suggestions"))
+
+
+def _short() -> EnergyState:
+    """Return an energy that does for nothing: 15 Wh home, 18 Wh to finish, 10 Wh of reserve."""
+    warnings = {
+        Concern.NO_RETURN: "the way home eats 5.00 Wh of the reserve",
+        Concern.NO_FINISH: "the mission ends 8.00 Wh below the reserve",
+    }
+    return EnergyState(
+        progress=Progress(
+            item=2,
+            time_s=60.0,
+            off_track_m=0.0,
+            used_wh=30.0,
+            finish_wh=18.0,
+            finish_s=60.0,
+            return_wh=15.0,
+            return_s=50.0,
+            destination=0,
+        ),
+        left=EnergyLeft(
+            energy_wh=20.0, source="charge count", by_source=(("charge count", 20.0),), step_wh=0.1
+        ),
+        reserve_wh=10.0,
+        ratio=None,
+        finish_wh=18.0,
+        return_wh=15.0,
+        lead_s=None,
+        warnings=tuple(
+            EnergyWarning(concern=concern, severity=2, headline="", text=text)
+            for concern, text in warnings.items()
+        ),
+    )
 
 
 async def test_a_missing_library_ends_the_review_with_a_sentence(

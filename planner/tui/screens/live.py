@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from textual import on
@@ -12,11 +12,13 @@ from textual.message import Message
 from textual.widgets import Static
 
 from planner.errors import ExitCode, MavjouleError
+from planner.findings import Severity
 from planner.link.judgement import Verdict
 from planner.tui.checked import checked_vehicle
-from planner.tui.live_line import live_line
+from planner.tui.live_line import flight_findings, live_line
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.ground_map import GroundMap
+from planner.tui.widgets.panes import Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
 
 if TYPE_CHECKING:
@@ -24,10 +26,12 @@ if TYPE_CHECKING:
 
     from textual.app import ComposeResult
 
+    from planner.findings import Finding
     from planner.link.guard_session import GuardStatus
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
     from planner.tui.checked import Checked
+    from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
 
 
@@ -85,6 +89,7 @@ class LiveScreen(ReviewScreen):
         """Why there is no verdict of the vehicle as it is now; empty where there is one."""
         self._is_over = threading.Event()
         self._told_s: float | None = None
+        self._in_flight: tuple[Finding, ...] = ()
 
     def compose(self) -> ComposeResult:
         """Yield the line about the vehicle above the panes."""
@@ -147,6 +152,10 @@ class LiveScreen(ReviewScreen):
         self.query_one("#live", Static).update(live_line(self.file, status))
         is_unknown = status.view.verdict is Verdict.UNKNOWN
         self._set_unknown(status.view.text if is_unknown else "")
+        if (found := flight_findings(status)) != self._in_flight:
+            self._in_flight = found
+            self.query_one(Panes).show_urgent(found)
+            self.show_verdict()
         position, energy = status.state.position, status.energy
         ground = None if self.now is None else self.now.ground
         self.query_one(GroundMap).show_vehicle(
@@ -174,6 +183,15 @@ class LiveScreen(ReviewScreen):
         if why != self._unheard:
             self._unheard = why
             self.show_verdict()
+
+    def summary(self, now: Checked) -> Summary:
+        """Return what is said at the top: no go where the energy in flight does not do."""
+        said = super().summary(now)
+        short = [one for one in self._in_flight if one.severity is Severity.ERROR]
+        if not short or self.unknown():
+            return said
+        headline = f"In flight: {short[0].message}"
+        return replace(said, verdict="NO-GO", is_go=False, headline=headline)
 
     def unknown(self) -> str:
         """Return why what was read last may hold no longer."""

@@ -106,6 +106,8 @@ class ReviewScreen(Screen[None]):
         """Why what is asked for now could not be checked."""
         self._files = FileWatch()
         self._note = ""
+        self._going = 0
+        """How many of the changes that were tried make it go."""
 
     # What is shown
 
@@ -140,7 +142,8 @@ class ReviewScreen(Screen[None]):
         if self.now is None:
             return
         changed = "with your changes" if self.now is not self.base else ""
-        note = "; ".join(text for text in (changed, self._note, *notes) if text)
+        going = f"{numbers.count(self._going, 'change')} would make it go: w" if self._going else ""
+        note = "; ".join(text for text in (changed, self._note, going, *notes) if text)
         self.query_one("#verdict", VerdictStrip).show(self.summary(self.now), note=note)
 
     def summary(self, now: Checked) -> Summary:
@@ -162,7 +165,7 @@ class ReviewScreen(Screen[None]):
 
     def action_recheck(self) -> None:
         """Check again, in the background."""
-        self._asked += 1
+        self._asked, self._going = self._asked + 1, 0
         self._files.follow(deciding_files(self.file, self.what_if))
         self.show_verdict("checking …")
         self._check(self.what_if, self._asked, self.base)
@@ -216,9 +219,9 @@ class ReviewScreen(Screen[None]):
         if event.number != self._asked:
             return
         self.query_one(WhatIfForm).show_suggestions(event.found)
-        going = sum(suggestion.is_go for suggestion in event.found)
-        if self.now is not None and self.now.result.verdict == "no-go" and going:
-            self.show_verdict(f"{numbers.count(going, 'change')} would make it go: w")
+        if self.now is not None and self.now.result.verdict == "no-go":
+            self._going = sum(suggestion.is_go for suggestion in event.found)
+            self.show_verdict()
 
     @on(WhatIfForm.Changed)
     def _change(self, event: WhatIfForm.Changed) -> None:
@@ -229,6 +232,11 @@ class ReviewScreen(Screen[None]):
 
     @on(WhatIfForm.Suggested)
     def _try(self, event: WhatIfForm.Suggested) -> None:
+        if event.suggestion.split is not None and self.now is not None:
+            from planner.tui.screens.split import SplitScreen
+
+            self.app.push_screen(SplitScreen(event.suggestion.split, self.now))
+            return
         changes = {**self.what_if.changes, **dict(event.suggestion.changes)}
         self.what_if = self.what_if.with_changes(changes)
         self.query_one(WhatIfForm).show_settings(self.what_if)

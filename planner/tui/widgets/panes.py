@@ -9,7 +9,7 @@ from textual.containers import Container
 
 from planner.service import CheckResult, UnreadableMission
 from planner.tui import details, pointer
-from planner.tui.rows import finding_rows, item_rows, segment_rows
+from planner.tui.rows import FindingRows, item_rows, segment_rows
 from planner.tui.widgets.details_pane import DetailsPane
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
@@ -45,11 +45,12 @@ class Panes(Container):
         self.current = "findings"
         """The pane that is shown where there is room for one."""
         self._shown: Checked | None = None
+        self._urgent: tuple[Finding, ...] = ()
 
     def compose(self) -> ComposeResult:
         """Yield the panes; what the form holds follows when the first check is done."""
         yield RowList(
-            finding_rows(_NOTHING),
+            FindingRows(findings=()),
             empty="All checks passed.",
             id="findings",
             classes="pane -current",
@@ -87,16 +88,25 @@ class Panes(Container):
         is_first, self._shown = self._shown is None, now
         result = now.result
         findings = self.query_one("#findings", RowList)
-        findings.show(finding_rows(result))
+        findings.show(FindingRows(findings=self._findings))
         self.query_one("#segments", RowList).show(segment_rows(result))
         self.query_one("#items", RowList).show(item_rows(result))
         self.query_one(ProfilePlot).show(now.pictures)
         self.query_one(GroundMap).show(now.ground)
         if is_first or self.screen.focused is findings:
-            if result.findings:
-                self.select_finding(result.findings[findings.cursor])
+            if self._findings:
+                self.select_finding(self._findings[findings.cursor])
             else:
                 self.show_flight()
+
+    def show_urgent(self, urgent: tuple[Finding, ...]) -> None:
+        """Show findings of this moment before those of the check; the same one stays selected."""
+        if urgent == self._urgent:
+            return
+        rows = self.query_one("#findings", RowList)
+        moved, self._urgent = len(urgent) - len(self._urgent), urgent
+        rows.show(FindingRows(findings=self._findings))
+        rows.select(rows.cursor + moved)
 
     def show_flight(self) -> None:
         """Show the figures of the whole flight."""
@@ -115,10 +125,14 @@ class Panes(Container):
         result = None if self._shown is None else self._shown.result
         return result if isinstance(result, CheckResult) and result.case is not None else None
 
+    @property
+    def _findings(self) -> tuple[Finding, ...]:
+        return (*self._urgent, *(() if self._shown is None else self._shown.result.findings))
+
     @on(RowList.Selected, "#findings")
     def _on_finding(self, event: RowList.Selected) -> None:
-        if self._shown is not None and event.index < len(self._shown.result.findings):
-            self.select_finding(self._shown.result.findings[event.index])
+        if event.index < len(self._findings):
+            self.select_finding(self._findings[event.index])
 
     @on(RowList.Chosen, "#findings")
     def _look_at_finding(self) -> None:
