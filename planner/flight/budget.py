@@ -10,6 +10,7 @@ import numpy as np
 from planner.flight.segment import ItemArrival
 from planner.frozen import frozen
 from planner.mission.commands import command_name
+from planner.mission.slots import make_many
 from planner.units import (
     JOULES_PER_WATT_HOUR,
     MILLIAMPERE_HOURS_PER_AMPERE_HOUR,
@@ -18,10 +19,10 @@ from planner.units import (
 
 if TYPE_CHECKING:
     from planner.flight.discharge import Discharge
-    from planner.flight.homeward import FlightPoint, Homeward
+    from planner.flight.homeward import FlightPoint
     from planner.flight.prediction import Flight
     from planner.flight.reserve import Reserve
-    from planner.flight.return_search import ReturnNodes, ReturnSearch
+    from planner.flight.return_search import ReturnSearch
     from planner.mission.items import Mission
     from planner.mission.stage import Route
     from planner.vehicle.battery import Battery
@@ -174,18 +175,10 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     reached = dict(
         zip(first, zip(end_s[ends].tolist(), energy_wh[ends].tolist(), strict=True), strict=True)
     )
-    return tuple(
-        [
-            ItemArrival(
-                item=number,
-                command=command_name(item.command),
-                arrival_s=arrival_s,
-                energy_used_wh=used_wh,
-            )
-            for number, item in enumerate(mission.items, start=1)
-            for arrival_s, used_wh in (reached.get(number, _NOT_FLOWN),)
-        ]
-    )
+    numbers = range(1, len(mission.items) + 1)
+    rows = [reached.get(number, _NOT_FLOWN) for number in numbers]
+    names = [command_name(item.command) for item in mission.items]
+    return tuple(make_many(ItemArrival, (numbers, names, *zip(*rows, strict=True))))
 
 
 def battery_budget(
@@ -266,7 +259,7 @@ def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudge
         tightest_item=homeward.route.stages[homeward.segment_stage[nodes.segment[tightest]]].item,
         energy_home_wh=float(nodes.way_wh[tightest]),
         margin_wh=None,
-        tightest=_node_point(homeward, nodes, tightest),
+        tightest=homeward.flight_point(*nodes.at(tightest)),
         time_home_s=float(nodes.way_s[tightest]),
         destination=int(nodes.destination[tightest]),
     )
@@ -278,13 +271,9 @@ def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudge
     if needed_wh <= above_reserve_wh:
         return budget
     last, dry = search.last_below(*way_home_limits_wh(battery))
-    turn = None if last is None else _node_point(homeward, search.nodes, last)
+    found = homeward.flight_points([search.nodes.at(row) for row in (last, dry) if row is not None])
     return replace(
         budget,
-        last_return=turn,
-        last_return_empty=None if dry is None else _node_point(homeward, search.nodes, dry),
+        last_return=None if last is None else found[0],
+        last_return_empty=None if dry is None else found[-1],
     )
-
-
-def _node_point(homeward: Homeward, nodes: ReturnNodes, row: int) -> FlightPoint:
-    return homeward.flight_point(int(nodes.segment[row]), float(nodes.share[row]))

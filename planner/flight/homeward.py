@@ -14,6 +14,8 @@ from planner.mission.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.flight.destination import Destinations, Targets
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.pilot import Pilot
@@ -129,24 +131,36 @@ class Homeward:
 
     def flight_point(self, segment: int, share: float) -> FlightPoint:
         """Return where along the mission a point of the flight is."""
-        both = self.points(np.array([segment, segment]), np.array([0.0, share]))
-        stage = int(both.stage[1])
-        serves = self.segment_stage == stage
-        distance_m = self.flight.motion.segments.distance_m
-        before = serves & (np.arange(len(serves)) < segment)
+        return self.flight_points([(segment, share)])[0]
+
+    def flight_points(self, places: Sequence[tuple[int, float]]) -> list[FlightPoint]:
+        """Return where along the mission points of the flight are, by segment and share."""
+        segment = np.array([segment for segment, _ in places])
+        share = np.array([share for _, share in places])
+        count = len(places)
+        both = self.points(np.tile(segment, 2), np.concatenate((np.zeros(count), share)))
         # Inside a segment the way is taken to be straight.
-        inside_m = float(np.hypot(*(both.place_m[1] - both.place_m[0])[:2]))
+        inside = both.place_m[count:] - both.place_m[:count]
+        distance_m = self.flight.motion.segments.distance_m
+        inside_m = np.minimum(np.hypot(inside[:, 0], inside[:, 1]), distance_m[segment])
         latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
-            both.place_m[1:, 0], both.place_m[1:, 1]
+            both.place_m[count:, 0], both.place_m[count:, 1]
         )
-        return FlightPoint(
-            item=self.route.stages[stage].item,
-            time_s=float(both.time_s[1]),
-            along_m=float(distance_m[before].sum()) + min(inside_m, float(distance_m[segment])),
-            leg_m=float(distance_m[serves].sum()),
-            latitude_deg=float(latitude_deg[0]),
-            longitude_deg=float(longitude_deg[0]),
-        )
+        points = []
+        for row, stage in enumerate(both.stage[:count].tolist()):
+            serving = np.flatnonzero(self.segment_stage == stage)
+            before = serving[serving < segment[row]]
+            points.append(
+                FlightPoint(
+                    item=self.route.stages[stage].item,
+                    time_s=float(both.time_s[count + row]),
+                    along_m=float(distance_m[before].sum() + inside_m[row]),
+                    leg_m=float(distance_m[serving].sum()),
+                    latitude_deg=float(latitude_deg[row]),
+                    longitude_deg=float(longitude_deg[row]),
+                )
+            )
+        return points
 
     def _stops(
         self, state: KinematicState, place_m: FloatArray, segment: IntArray, share: FloatArray

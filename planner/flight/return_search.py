@@ -95,6 +95,10 @@ class ReturnNodes:
         """Energy used by the time the vehicle has landed. (n,) [Wh]"""
         return self.used_wh + self.way_wh
 
+    def at(self, row: int) -> tuple[int, float]:
+        """Return the segment and the share of a node."""
+        return int(self.segment[row]), float(self.share[row])
+
     def joined(self, other: ReturnNodes) -> ReturnNodes:
         """Return both in flown order."""
         columns = {

@@ -11,7 +11,11 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Draft:
-    """A stage whose place is still in degrees; its fields are those of `planner.mission.stage.Stage`."""
+    """A stage whose place is still in degrees.
+
+    Its fields are those of `planner.mission.stage.Stage`, in their order: latitude and longitude stand
+    for east and north.
+    """
 
     kind: StageKind
     item: int

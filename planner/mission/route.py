@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from planner import numbers
@@ -25,6 +27,7 @@ from planner.mission.course import Course
 from planner.mission.draft import Draft
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.jumps import flown_order
+from planner.mission.slots import make_many
 from planner.mission.stage import HomePlace, Lap, Route, Stage, StageKind
 from planner.mission.whereabouts import TAKEOFFS, ground_amsl_m, is_on_earth
 
@@ -35,6 +38,9 @@ if TYPE_CHECKING:
 
 _ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
 """Stages that are no flight without one before them."""
+_DRAFT_COLUMNS = attrgetter(*(field.name for field in fields(Draft)))
+_PLACE = slice(2, 4)
+"""Where these have latitude and longitude, and a stage east and north."""
 _LOWEST_HOME_M = -500.0
 _HIGHEST_HOME_M = 9000.0
 _FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
@@ -280,11 +286,11 @@ def _laid_out(
     assumed: int,
 ) -> Route:
     """Return the route, ``assumed`` stages put before it, laid into the local frame of home."""
-    drafts = course.drafts
     frame = LocalFrame(latitude_deg=course.start_deg[0], longitude_deg=course.start_deg[1])
-    east, north = frame.east_north_m(
-        [draft.latitude_deg for draft in drafts], [draft.longitude_deg for draft in drafts]
-    )
+    columns = list(zip(*map(_DRAFT_COLUMNS, course.drafts), strict=True))
+    if columns:
+        east, north = frame.east_north_m(*columns[_PLACE])
+        columns[_PLACE] = east.tolist(), north.tolist()
     homes = course.moved_homes
     home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
     return Route(
@@ -299,24 +305,7 @@ def _laid_out(
                 homes, home_east.tolist(), home_north.tolist(), strict=True
             )
         ),
-        stages=tuple(
-            Stage(
-                kind=draft.kind,
-                item=draft.item,
-                east_m=east_m,
-                north_m=north_m,
-                height_m=draft.height_m,
-                speed_m_s=draft.speed_m_s,
-                climb_speed_m_s=draft.climb_speed_m_s,
-                descent_speed_m_s=draft.descent_speed_m_s,
-                hold_s=draft.hold_s,
-                acceptance_radius_m=draft.acceptance_radius_m,
-                yaw_deg=draft.yaw_deg,
-                turns=draft.turns,
-                radius_m=draft.radius_m,
-            )
-            for draft, east_m, north_m in zip(drafts, east.tolist(), north.tolist(), strict=True)
-        ),
+        stages=tuple(make_many(Stage, columns)),
         frame=frame,
         home_amsl_m=course.home_amsl_m or 0.0,
         reached=reached,

@@ -38,7 +38,8 @@ class KinematicState:
     @property
     def ground_speed_m_s(self) -> FloatArray:
         """Horizontal speed over ground. [m s⁻¹]"""
-        return np.hypot(self.east_m_s, self.north_m_s)
+        speed: FloatArray = np.sqrt(self.east_m_s**2 + self.north_m_s**2)
+        return speed
 
 
 _STATE_COLUMNS = ("east_m", "north_m", "height_m", "east_m_s", "north_m_s", "climb_m_s")
