@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.flight.motion.kinematics import KinematicState
 from planner.flight.prediction import segment_energy_j
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.state import STATE_INDEX, STATES, FlightState
 from planner.frozen import frozen
 from planner.mission.stage import StageKind
 from planner.units import wh_from_j
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.flight.destination import Destinations, Targets
-    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
     from planner.mission.stage import ReturnWay, Route
@@ -230,14 +230,21 @@ class Homeward:
         destination : ndarray of int
             As in :meth:`Destinations.targets`. (n,)
         """
+        time_s, state_j = self.way_by_state(stand_m, stage, destination)
+        return time_s, wh_from_j(state_j.sum(axis=1))
+
+    def way_by_state(
+        self, stand_m: FloatArray, stage: IntArray, destination: IntArray | int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return time and energy by state of the ways of `way`. (n,) [s], (n, states) [J]"""
         targets = self.destinations.targets(stage, destination, stand_m)
         motion, transients = self.pilot.fly_home(stand_m, targets, self.route)
-        item, count = motion.segments.item, len(stand_m)
         energy_j = segment_energy_j(motion, transients, self.flight.power)
-        time_s, used_j = np.zeros(count), np.zeros(count)
-        time_s += np.bincount(item, motion.segments.duration_s, minlength=count)
-        used_j += np.bincount(item, energy_j, minlength=count)
-        return time_s, wh_from_j(used_j)
+        time_s = np.zeros(len(stand_m))
+        time_s += np.bincount(
+            motion.segments.item, motion.segments.duration_s, minlength=len(stand_m)
+        )
+        return time_s, by_item_and_state_j(motion, energy_j, len(stand_m))
 
     def chosen(self, points: Points) -> IntArray:
         """Return the destination the vehicle itself chooses from points. (n,)"""
@@ -289,6 +296,14 @@ def _along_m(way: ReturnWay, start_m: FloatArray) -> FloatArray:
         height_m = stage.height_m
         corners.append((stage.east_m, stage.north_m, height_m))
     return np.array(corners)
+
+
+def by_item_and_state_j(motion: Motion, segment_j: FloatArray, items: int) -> FloatArray:
+    """Return the energies of segments (n,) summed by item and state. (items, states) [J]"""
+    at = motion.segments.item * len(STATES) + motion.segments.state
+    total_j = np.zeros(items * len(STATES))
+    total_j += np.bincount(at, segment_j, minlength=total_j.size)
+    return total_j.reshape(items, -1)
 
 
 def make_homeward(

@@ -19,6 +19,7 @@ import numpy as np
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.frozen import frozen
 from planner.mission.stage import StageKind
+from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from planner.flight.homeward import Homeward
@@ -83,6 +84,8 @@ class ReturnNodes:
     way_wh: FloatArray
     """Energy to stop, return and land. (n,) [Wh]"""
     way_s: FloatArray
+    home_j: FloatArray
+    """Energy by state to return and land, without the stop. (n, states) [J]"""
     slack_wh: FloatArray
     """What the way could cost more for the stop at its beginning. (n,) [Wh]"""
     away_m: FloatArray
@@ -280,14 +283,15 @@ class ReturnSearch:
         destination = self.homeward.chosen(points)
         probes_m = self._probes_m() if self.nodes is None else np.zeros((0, 3))
         first, count = np.zeros(len(probes_m), dtype=np.intp), len(probes_m)
-        way_s, way_wh = self.homeward.way(
+        way_s, home_j = self.homeward.way_by_state(
             np.concatenate((probes_m, points.stop_m)),
             np.concatenate((first, points.stage)),
             np.concatenate((first, destination)),
         )
+        way_wh = wh_from_j(home_j.sum(axis=1))
         if count:
             self._take_slopes(probes_m, way_wh[:count])
-            way_s, way_wh = way_s[count:], way_wh[count:]
+            way_s, way_wh, home_j = way_s[count:], way_wh[count:], home_j[count:]
         away = points.stop_m - points.place_m
         return ReturnNodes(
             segment=segment,
@@ -296,6 +300,7 @@ class ReturnSearch:
             used_wh=points.used_wh,
             way_wh=points.stop_wh + way_wh,
             way_s=points.stop_s + way_s,
+            home_j=home_j,
             slack_wh=points.stop_wh + self._per_m * np.hypot(away[:, 0], away[:, 1]),
             away_m=np.hypot(
                 *(

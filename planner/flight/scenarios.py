@@ -32,7 +32,7 @@ import numpy as np
 
 from planner.flight.discharge import predict_discharge
 from planner.flight.draws import make_draws
-from planner.flight.homeward import make_homeward
+from planner.flight.homeward import by_item_and_state_j, make_homeward
 from planner.flight.prediction import make_flight, segment_energies_j
 from planner.flight.return_search import ReturnSearch
 from planner.flight.state import STATE_INDEX, STATES, FlightState
@@ -46,10 +46,9 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.homeward import Homeward, Points
-    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.motion.kinematics import FloatArray
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
-    from planner.flight.transients import Transients
     from planner.vehicle.battery import Battery
     from planner.vehicle.model_spread import ModelSpread
 
@@ -171,8 +170,8 @@ def predict_scenarios(
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
     weather = Weather(draws, power)
-    points = _tightest_points(search or ReturnSearch(homeward), weather)
-    at_points = _energies_j(homeward, points, weather.powers())
+    points, home_j = _tightest_points(search or ReturnSearch(homeward), weather)
+    at_points = _energies_j(homeward, points, home_j, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, draws))
     drawn = replace(timed, energy_wh=energy_wh[:, 0])
     if budget is None or battery is None:
@@ -185,11 +184,17 @@ def predict_scenarios(
     )
 
 
-def _tightest_points(searched: ReturnSearch, weather: Weather) -> Points | None:
-    """Return where the way home may be tightest, in mean and extreme conditions."""
+def _tightest_points(
+    searched: ReturnSearch, weather: Weather
+) -> tuple[Points | None, FloatArray | None]:
+    """Return where the way home may be tightest, in mean and extreme conditions.
+
+    And where there are none but mean ones, the energies home by state. (points, states) [J]
+    """
     homeward = searched.homeward
     flight = homeward.flight
     places: set[tuple[int, float]] = set()
+    home_j: FloatArray | None = None
     there = (make_flight(flight.motion, flight.transients, power) for power in weather.corners())
     elsewhere = (
         ReturnSearch(make_homeward(homeward.route, flown, homeward.pilot, homeward.destinations))
@@ -197,20 +202,24 @@ def _tightest_points(searched: ReturnSearch, weather: Weather) -> Points | None:
     )
     for search in (searched, *elsewhere):
         if search.tightest() is None or search.nodes is None:
-            return None
+            return None, None
         most = 1 if places else _TIGHTEST
-        rows = np.argsort(-search.nodes.sum_wh, kind="stable")[:most]
-        places |= set(
-            zip(search.nodes.segment[rows].tolist(), search.nodes.share[rows].tolist(), strict=True)
-        )
+        rows = np.sort(np.argsort(-search.nodes.sum_wh, kind="stable")[:most])  # in flown order
+        home_j = None if places else search.nodes.home_j[rows]
+        places |= {search.nodes.at(row) for row in rows.tolist()}
     segment, share = zip(*sorted(places), strict=True)
-    return homeward.points(np.array(segment, dtype=np.intp), np.array(share))
+    return homeward.points(np.array(segment, dtype=np.intp), np.array(share)), home_j
 
 
 def _energies_j(
-    homeward: Homeward, points: Points | None, powers: Iterable[SteadyPower]
+    homeward: Homeward,
+    points: Points | None,
+    home_j: FloatArray | None,
+    powers: Iterable[SteadyPower],
 ) -> FloatArray:
     """Return energies by state in several conditions: of the flight, and home from each point.
+
+    Where all draws have the conditions of the prediction, the energies home are those given.
 
     Returns
     -------
@@ -235,25 +244,22 @@ def _energies_j(
             row[1:] = before_j + points.share[:, None] * (after_j - before_j)
     if points is not None:
         energies_j[:, 1:, _BRAKE] += j_from_wh(points.stop_wh)
-        targets = homeward.destinations.targets(
-            points.stage, homeward.chosen(points), points.stop_m
-        )
-        motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
-        ways = _home_by_state_j(motion, transients, powers, count)
-        for row, home_j in zip(energies_j, ways, strict=True):
-            row[1:] += home_j
+        ways = _home_by_state_j(homeward, points, powers) if home_j is None else (home_j,)
+        for row, way_j in zip(energies_j, ways, strict=True):
+            row[1:] += way_j
     return energies_j
 
 
 def _home_by_state_j(
-    motion: Motion, transients: Transients, powers: Iterable[SteadyPower], count: int
+    homeward: Homeward, points: Points, powers: Iterable[SteadyPower]
 ) -> Iterator[FloatArray]:
-    """Yield the energies of ways home by state in several conditions. (count, states) [J]"""
-    at: IntArray = motion.segments.item * len(STATES) + motion.segments.state
+    """Yield the energies home from points by state in several conditions. (points, states) [J]"""
+    targets = homeward.destinations.targets(
+        points.stage, homeward.chosen(points), points.stop_m
+    )
+    motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
     for own_j in segment_energies_j(motion, transients, powers):
-        by_state_j = np.zeros(count * len(STATES))
-        by_state_j += np.bincount(at, own_j, minlength=by_state_j.size)
-        yield by_state_j.reshape(count, -1)
+        yield by_item_and_state_j(motion, own_j, len(points.segment))
 
 
 def _usable_wh(
