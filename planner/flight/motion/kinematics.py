@@ -166,9 +166,18 @@ class PolynomialLaw:
         t = np.ascontiguousarray(time_s.T)
         position, velocity = [], []
         for c0, c1, c2, c3 in columns.reshape(3, 4, -1):
-            half = c2 + t * c3
-            position.append((c0 + t * (c1 + t * half)).T)
-            velocity.append((c1 + t * (2.0 * half + t * c3)).T)
+            # c0 + t (c1 + t (c2 + t c3)) and c1 + t (2 (c2 + t c3) + t c3), without copies
+            slope = t * c3
+            place = c2 + slope
+            slope += place
+            slope += place
+            for power in (c1, c0):
+                place *= t
+                place += power
+            slope *= t
+            slope += c1
+            position.append(place.T)
+            velocity.append(slope.T)
         return KinematicState(
             east_m=position[0],
             north_m=position[1],
