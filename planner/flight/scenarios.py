@@ -254,9 +254,7 @@ def _home_by_state_j(
     homeward: Homeward, points: Points, powers: Iterable[SteadyPower]
 ) -> Iterator[FloatArray]:
     """Yield the energies home from points by state in several conditions. (points, states) [J]"""
-    targets = homeward.destinations.targets(
-        points.stage, homeward.chosen(points), points.stop_m
-    )
+    targets = homeward.destinations.targets(points.stage, homeward.chosen(points), points.stop_m)
     motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
     for own_j in segment_energies_j(motion, transients, powers):
         yield by_item_and_state_j(motion, own_j, len(points.segment))
