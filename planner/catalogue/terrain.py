@@ -36,10 +36,10 @@ RETURN_BELOW_TERRAIN = Rule(
         "between (QGroundControl #5524, ArduPilot #12170, PX4 #20003)."
     ),
     how=(
-        "From places along the flight straight home at the height the vehicle returns at: PX4 the "
-        "higher of its own and RTL_RETURN_ALT, below it inside RTL_MIN_DIST; ArduPilot the higher "
-        "of its own and RTL_ALT, in its cone; against --terrain plus --clearance.  Not asked where "
-        "RTL_ALT_TYPE follows terrain."
+        "From places along the flight to where the vehicle itself would return, home or a rally point "
+        "or by the mission, at the height it returns at: PX4 the higher of its own and RTL_RETURN_ALT "
+        "over that place, below it inside RTL_MIN_DIST; ArduPilot the higher of its own and RTL_ALT, in "
+        "its cone; against --terrain plus --clearance.  Not asked where RTL_ALT_TYPE follows terrain."
     ),
     example="a return from here at 30 m above home is 45 m below the ground, 800 m from home",
     fix="raise RTL_RETURN_ALT (PX4) or RTL_ALT (ArduPilot) above the highest ground, or go round",

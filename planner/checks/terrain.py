@@ -11,10 +11,11 @@ from planner.autopilot import Autopilot
 from planner.catalogue.terrain import BELOW_TERRAIN, GROUND_CLEARANCE, RETURN_BELOW_TERRAIN
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.findings import Severity
+from planner.flight.destination import HOME
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.commands import TERRAIN_FRAMES
+from planner.mission.stage import StageKind
 from planner.vehicle.ardupilot_parameters import ArduPilotParameters
-from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,10 +29,10 @@ _MOST_SAMPLES = 500_000
 _MOST_RETURNS = 2_000
 _RETURN_SPACING_M = 100.0
 """Ways home begin no farther apart, unless the flight is longer than 200 km. [m]"""
-_LOWEST_CONE_SLOPE = 0.5
-"""ArduPilot takes no notice of a flatter cone (``ModeRTL::compute_return_target``)."""
-_STRAIGHT_HOME = frozenset({0, 3})
-"""RTL_TYPE that lead straight to home or another place, not along the mission."""
+_MOST_ALONG = 50
+"""So many where they lead along the mission, whose legs are judged as they are flown."""
+_OVER_TERRAIN = 1
+"""RTL_ALT_TYPE for heights above terrain."""
 
 
 class _Way(NamedTuple):
@@ -45,6 +46,8 @@ class _Way(NamedTuple):
     """Above the ground, NaN where that is not known. [m]"""
     step_m: FloatArray
     """Way from the sample before; 0 where that is left out. [m]"""
+    time_s: FloatArray
+    """Since the start of the flight. [s]"""
     item: IntArray
     follows_terrain: BoolArray
 
@@ -107,6 +110,7 @@ def _sampled(case: Case) -> _Way | None:
         height_m=state.height_m,
         clearance_m=state.height_m - ground_m,
         step_m=step_m,
+        time_s=motion.piece_start_s()[piece] + share * motion.piece_duration_s[piece],
         item=item,
         follows_terrain=np.isin(frames[item - 1], list(TERRAIN_FRAMES))
         & (case.autopilot is Autopilot.ARDUPILOT),
@@ -159,77 +163,60 @@ def _extremes(case: Case, way: _Way) -> Iterator[Finding]:
 
 
 def _returns(case: Case, way: _Way) -> Iterator[Finding]:
-    """Yield a finding where a return straight home meets the ground."""
+    """Yield a finding where a return of the vehicle meets the ground."""
+    parameters, homeward = case.parameters, case.homeward
+    if case.terrain is None or (
+        isinstance(parameters, ArduPilotParameters)
+        and parameters.return_altitude_type == _OVER_TERRAIN
+    ):
+        return
     along_m = np.cumsum(way.step_m)
-    spacing_m = max(_RETURN_SPACING_M, float(along_m[-1]) / _MOST_RETURNS)
+    most = _MOST_ALONG if homeward.destinations.follows_mission else _MOST_RETURNS
+    spacing_m = max(_RETURN_SPACING_M, float(along_m[-1]) / most)
     # One place for each stretch of the way, the last of each item besides.
     first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
-    chosen = np.flatnonzero(first | (np.diff(way.item, append=0) != 0))
-    east_m, north_m = way.east_m[chosen], way.north_m[chosen]
-    away_m = np.hypot(east_m, north_m)
-    height_m = return_height_m(case, way.height_m[chosen], away_m)
-    if height_m is None or case.terrain is None:
+    first |= np.diff(way.item, append=0) != 0
+    # The mission's own return is the way home already, and judged as it is flown.
+    own = [stage.item for stage in case.route.stages if stage.kind is StageKind.RETURN]
+    begun = np.flatnonzero(first & ~np.isin(way.item, own))
+    if not len(begun):
         return
+    points = homeward.points(*homeward.at(way.time_s[begun]))
+    chosen = homeward.chosen(points)
+    # From where it stands to over where it lands; the landing itself is not asked.
+    paths = [corners[1:-1] for corners in homeward.paths_m(points, chosen)]
+    start_m = np.concatenate([path[:-1] for path in paths])
+    leg_m = np.concatenate([np.diff(path, axis=0) for path in paths])
+    owner = np.repeat(np.arange(len(paths)), [len(path) - 1 for path in paths])
+    length_m = np.hypot(leg_m[:, 0], leg_m[:, 1])
     cell_m = 0.5 * min(tile.cell_m for tile in case.terrain.tiles)
-    cell_m = max(cell_m, float(away_m.sum()) / _MOST_SAMPLES)
-    count = np.ceil(away_m / cell_m).astype(np.intp) + 1
-    place = np.repeat(np.arange(len(chosen)), count)
-    share = (np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)) / count[place]
-    ground_m = _ground_m(
-        case, case.terrain, east_m[place] * (1.0 - share), north_m[place] * (1.0 - share)
-    )
-    clearance_m = np.where(np.isnan(ground_m), np.inf, height_m[place] - ground_m)
+    cell_m = max(cell_m, float(length_m.sum()) / _MOST_SAMPLES)
+    count = np.ceil(length_m / cell_m).astype(np.intp) + 1
+    leg = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(leg)) - np.repeat(np.cumsum(count) - count, count)) / count[leg]
+    place_m = start_m[leg] + share[:, None] * leg_m[leg]
+    ground_m = _ground_m(case, case.terrain, place_m[:, 0], place_m[:, 1])
+    clearance_m = np.where(np.isnan(ground_m), np.inf, place_m[:, 2] - ground_m)
     worst = int(clearance_m.argmin())
     lowest_m = float(clearance_m[worst])
     if lowest_m >= case.clearance_m:
         return
-    begin = place[worst]
-    item = int(way.item[chosen[begin]])
-    from_home_m = float(away_m[begin] * (1.0 - share[worst]))
+    begin = int(owner[leg[worst]])
+    item = int(way.item[begun[begin]])
+    end_m = paths[begin][-1, :2]
+    to_go_m = float(np.hypot(*(end_m - place_m[worst, :2])))
     over = (
         f"{numbers.height(-lowest_m)} below the ground"
         if lowest_m < 0.0
         else f"{numbers.height(lowest_m)} over the ground"
     )
+    where = "home" if chosen[begin] == HOME else "where it lands"
     yield RETURN_BELOW_TERRAIN.finding(
-        f"a return from here at {numbers.height(float(height_m[begin]))} above home is {over}, "
-        f"{numbers.distance(from_home_m)} from home",
+        f"a return from here at {numbers.height(float(place_m[worst, 2]))} above home is {over}, "
+        f"{numbers.distance(to_go_m)} from {where}",
         item=item,
         place=case.mission.items[item - 1].place,
     )
-
-
-def return_height_m(case: Case, height_m: FloatArray, away_m: FloatArray) -> FloatArray | None:
-    """Return the heights at which returns are flown.
-
-    Parameters
-    ----------
-    case : Case
-        Whose parameters count; reference steps return as high as they are.
-    height_m, away_m : ndarray
-        Height above home and distance from it where returns begin. (n,) [m]
-
-    Returns
-    -------
-    ndarray or None
-        Heights above home, (n,) [m]; ``None`` where returns follow the terrain or the mission.
-    """
-    parameters = case.parameters
-    if isinstance(parameters, Px4Parameters):
-        if parameters.return_type not in _STRAIGHT_HOME:
-            return None
-        far = away_m > parameters.return_min_distance_m
-        return np.where(far, np.maximum(height_m, parameters.return_altitude_m), height_m)
-    if isinstance(parameters, ArduPilotParameters):
-        if parameters.return_altitude_type == 1:
-            return None
-        target_m = np.maximum(
-            parameters.return_altitude_m, height_m + parameters.return_climb_min_m
-        )
-        if parameters.return_cone_slope >= _LOWEST_CONE_SLOPE:
-            target_m = np.minimum(target_m, parameters.return_cone_slope * away_m)
-        return np.maximum(height_m, target_m)
-    return height_m
 
 
 TERRAIN_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (check_ground,)

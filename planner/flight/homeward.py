@@ -87,6 +87,12 @@ class Homeward:
     first_piece: IntArray
     """First piece of each segment, and one past the last of all. (s + 1,)"""
 
+    def at(self, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return segments at times of the flight, and shares of their times. (n,), (n,)"""
+        segment = np.maximum(np.searchsorted(self.start_s, time_s, side="right") - 1, 0)
+        duration_s = np.maximum(self.flight.motion.segments.duration_s[segment], 1e-9)
+        return segment, np.clip((time_s - self.start_s[segment]) / duration_s, 0.0, 1.0)
+
     def points(self, segment: IntArray, share: FloatArray) -> Points:
         """Return points of the flight.
 

@@ -12,7 +12,7 @@ from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
     from planner.flight.homeward import Homeward
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.kinematics import BoolArray, FloatArray
 
 _SAMPLES = 400
 """Points looked at along what is flown for one item. [-]"""
@@ -96,7 +96,7 @@ def flight_progress(
     away_m = np.sqrt(np.square(along_m - place_m).sum(axis=1))
     fits_s = begin_s if before is None else before.time_s + elapsed_s
     at = int(np.argmin(np.square(away_m) + np.square(_CLOCK_M_S * (time_s - fits_s))))
-    segment, share = _inside(homeward, time_s[at : at + 1])
+    segment, share = homeward.at(time_s[at : at + 1])
     points = homeward.points(segment, share)
     # The vehicle stops and turns home where it is, not where the prediction has it.
     stand_m = points.stop_m - points.place_m + place_m
@@ -134,14 +134,6 @@ def _window(homeward: Homeward, item: int, after_s: float) -> tuple[float, float
     while last + 1 < len(items) and items[last + 1] == items[first]:
         last += 1
     return max(float(homeward.start_s[first]), after_s), float(end_s[last])
-
-
-def _inside(homeward: Homeward, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return segments and shares of their times. (n,), (n,)"""
-    segment = np.searchsorted(homeward.start_s, time_s, side="right") - 1
-    segment = np.maximum(segment, 0)
-    duration_s = np.maximum(homeward.flight.motion.segments.duration_s[segment], 1e-9)
-    return segment, np.clip((time_s - homeward.start_s[segment]) / duration_s, 0.0, 1.0)
 
 
 @frozen(eq=False)
@@ -188,7 +180,7 @@ def return_course(homeward: Homeward) -> ReturnCourse:
     judged: BoolArray = ~lands[homeward.segment_stage] & (state != _TAKEOFF)
     ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
     ends = ends[:: max(1, -(-len(ends) // _MOST_ENDS))]
-    even, share = _inside(homeward, np.linspace(0.0, homeward.flight.time_s, _COURSE_SAMPLES))
+    even, share = homeward.at(np.linspace(0.0, homeward.flight.time_s, _COURSE_SAMPLES))
     segment = np.concatenate((even, ends))
     share = np.concatenate((share, np.ones(len(ends))))
     order = np.lexsort((share, segment))

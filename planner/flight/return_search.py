@@ -35,6 +35,8 @@ _FINEST_M = 1.0
 """A stretch of no more than this is not divided. [m]"""
 _FINEST_S = 0.1
 """Nor is one of no more time. [s]"""
+_STAGES_ALONG = 100
+"""As many places where returns lead along the mission, and what they cost is no matter of distance."""
 _FIRST_STAGES = 24
 """Places looked at before the first bound, spread over the flight."""
 _LIKELY_STAGES = 12
@@ -160,7 +162,7 @@ class ReturnSearch:
             (
                 np.flatnonzero(self._ends_run | lone),
                 self._likely(last),
-                last if along else _spread(last, _FIRST_STAGES),
+                _spread(last, _STAGES_ALONG if along else _FIRST_STAGES),
                 *(self._crossing(limit_wh) for limit_wh in limits_wh),
             )
         )

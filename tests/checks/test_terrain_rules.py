@@ -17,6 +17,7 @@ from made_terrain import CELL_M, COLUMNS, ROWS, ground
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid
 from planner.service import check
 from planner.vehicle.battery import Battery
@@ -207,3 +208,39 @@ def test_legs_that_follow_the_terrain_are_not_judged_along_a_straight_line() -> 
     places = [item(16, north(metres), 20.0, frame=10) for metres in (400, 500)]
     made = mission(takeoff(20), *places, item(21, north(500), 0.0))
     assert of("A102", findings(made, ground(40.0), Autopilot.ARDUPILOT)) == []
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "parameters", "fires"),
+    [
+        (Autopilot.ARDUPILOT, "RALLY_INCL_HOME,0\nRALLY_LIMIT_KM,0\n", True),
+        (Autopilot.ARDUPILOT, "RALLY_INCL_HOME,1\nRALLY_LIMIT_KM,0\n", False),
+        (Autopilot.ARDUPILOT, "RALLY_INCL_HOME,0\nRALLY_LIMIT_KM,0\nRTL_ALT,6500\n", False),
+        (Autopilot.PX4, "RTL_TYPE,1\n", True),
+        (Autopilot.PX4, "RTL_TYPE,0\n", False),
+        (Autopilot.PX4, "RTL_TYPE,1\nRTL_RETURN_ALT,65\n", False),
+    ],
+)
+def test_a_return_to_a_rally_point_behind_a_ridge_is_judged_on_its_own_way(
+    autopilot: Autopilot, parameters: str, *, fires: bool
+) -> None:
+    """The flight and home lie before the ridge of 60 m, the rally point 500 m north behind it."""
+    behind = RallyPoint(
+        latitude_deg=north(500), longitude_deg=HOME.longitude_deg, height_above_home_m=0.0
+    )
+    made = mission(takeoff(30), waypoint(100, 30), waypoint(20, 30), waypoint(0, 31), rtl())
+    safe = replace(made, items=(*made.items[:-1], item(21, north(0), 0.0)), rally=(behind,))
+    if autopilot is Autopilot.PX4:  # the landing of a mission is one of its places to return to
+        safe = replace(safe, items=safe.items[:-1])
+    found = findings(safe, ground(60.0), autopilot, parameters)
+    assert of("A102", found) == []
+    assert [f.severity for f in of("A104", found)] == [Severity.ERROR] * fires
+
+
+def test_a_return_along_the_mission_goes_round_the_ridge_that_the_mission_goes_round() -> None:
+    """Over the ridge at 300 m and down behind it: straight home it would be met, back it is not."""
+    over = [waypoint(200, 300), waypoint(300, 300), waypoint(500, 60)]
+    made = mission(takeoff(300), *over, rtl())
+    straight, back = (f"RTL_TYPE,{kind}\nRTL_RETURN_ALT,60\n" for kind in (0, 2))
+    assert of("A104", findings(made, ground(200.0), Autopilot.PX4, straight))
+    assert not of("A104", findings(made, ground(200.0), Autopilot.PX4, back))
