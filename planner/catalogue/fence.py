@@ -131,9 +131,10 @@ RTL_PATH_CROSSES = Rule(
     why="A return flies straight home: from a bay of the fence, or behind an exclusion, it breaches "
     "the fence in the middle of another emergency.",
     how=(
-        "The straight way home, or to the nearest rally point, from every place of the flight: the "
-        "triangle between each piece of the path and the target, so that no place is left out. The "
-        "return a mission flies itself is part of its path: F101."
+        "The straight way from every place of the flight to where the vehicle itself would return, home "
+        "or a rally point or the mission's landing: the triangle between each piece of the path and the "
+        "target, so that no place is left out. The return a mission flies itself is part of its path: "
+        "F101."
     ),
     example="the straight way home from here crosses exclusion circle 1, as from 4 items in all",
     fix="add a rally point that is reached in the clear, or move the waypoint",

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner import numbers
 from planner.catalogue.fence import FENCE_IN_PART, RTL_PATH_CROSSES
+from planner.checks.energy import destination_name
 from planner.checks.fenced_flight import straight_legs
 from planner.geo.swept_area import swept_areas
 from planner.mission.stage import StageKind
@@ -52,12 +53,11 @@ def check_returns(
     crossing : set of int
         Groups of legs that are outside themselves: nothing more is said of the way home from them.
     """
-    inside = flown.targets_m[flown.area.is_inside(*flown.targets_m.T)]
-    if not len(inside):
-        return
-    away = np.hypot(*(flown.points_m[:, None] - inside[None]).transpose(2, 0, 1))
-    target = inside[np.argmin(away, axis=1)]
+    target = flown.return_ends_m
     judged = ~np.isin(flown.group, list(crossing))
+    # That home or a rally point itself is outside is said of it, not of each way there.
+    outside = flown.is_end_judged & ~flown.area.is_inside(*target.T)
+    judged &= ~(outside[:-1] | outside[1:])
     # The own return of a mission flies what is checked as its path already.
     judged &= ~np.isin(
         flown.path.item, [s.item for s in flown.case.route.stages if s.kind is StageKind.RETURN]
@@ -106,9 +106,9 @@ def _finding(
     items = len(np.unique(flown.path.item[legs]))
     start, end = flown.points_m[point], target_m[point]
     others = f", as from {numbers.count(items, 'item')} in all" if items > 1 else ""
-    home = "home or to the nearest rally point" if flown.case.mission.rally else "home"
+    goal = destination_name(int(flown.destination[point]))
     return RTL_PATH_CROSSES.finding(
-        f"the straight way {home} from here crosses {barrier.label}{others}",
+        f"the straight way {goal} from here crosses {barrier.label}{others}",
         item=item,
         place=flown.place(item),
         stretch=flown.stretch(start, end, float(np.hypot(*(end - start)))),

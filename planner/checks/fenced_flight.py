@@ -15,6 +15,7 @@ from planner.checks.fence_settings import (
     limits_from_parameters,
 )
 from planner.findings import FlightStretch
+from planner.flight.destination import HOME
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.flight.stopping import StopRoom
 from planner.geo.ardupilot_lines import bow_m, straight_length_m
@@ -28,7 +29,7 @@ from planner.geo.swept_area import swept_areas
 if TYPE_CHECKING:
     from planner.checks.case import Case
     from planner.findings import Place
-    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.path import FlownPath
     from planner.geo.barrier import Barrier
     from planner.geo.fence_area import FenceArea
@@ -115,7 +116,9 @@ class FencedFlight:
     @cached_property
     def _whole_area(self) -> SweptAreas:
         """What the flight passes over as a whole, and would while stopping or returning."""
-        points = np.concatenate((self.points_m, self.stopped_m, self.targets_m))
+        points = np.concatenate(
+            (self.points_m, self.stopped_m, self.return_ends_m, self._targets_m)
+        )
         return swept_areas(points, np.zeros(len(points), np.intp))
 
     def is_clear_of(self, barrier: Barrier) -> bool:
@@ -139,7 +142,7 @@ class FencedFlight:
         return place
 
     @cached_property
-    def targets_m(self) -> FloatArray:
+    def _targets_m(self) -> FloatArray:
         """East and north of home and of the rally points. (1 + rally points, 2) [m]"""
         home, rally = self.case.route.frame, self.case.mission.rally
         return np.column_stack(
@@ -148,6 +151,48 @@ class FencedFlight:
                 [home.longitude_deg, *(point.longitude_deg for point in rally)],
             )
         )
+
+    @cached_property
+    def destination(self) -> IntArray:
+        """Where the vehicle itself would return to from each point of the path. (n + 1,)"""
+        return self.case.homeward.destinations.chosen(self._places_m, self._stage)
+
+    @cached_property
+    def is_end_judged(self) -> BoolArray:
+        """Whether a return leads to the first home or a rally point, judged themselves. (n + 1,)"""
+        first_home = self.case.homeward.destinations.home_of(self._stage) == 0
+        return (self.destination > HOME) | ((self.destination == HOME) & first_home)
+
+    @cached_property
+    def return_ends_m(self) -> FloatArray:
+        """Where a return from each point is straight to: its first place. (n + 1, 2) [m]"""
+        destinations = self.case.homeward.destinations
+        targets = destinations.targets(self._stage, self.destination, self._places_m)
+        end_m = targets.ground_m[:, :2].copy()
+        for row, way in enumerate(targets.ways):
+            if way is not None:
+                end_m[row] = (way.stages[0].east_m, way.stages[0].north_m)
+        home = self.case.route.frame
+        if self.frame == home:
+            return end_m
+        there = home.latitude_longitude_deg(end_m[:, 0], end_m[:, 1])
+        return np.column_stack(self.frame.east_north_m(*there))
+
+    @cached_property
+    def _stage(self) -> IntArray:
+        """Stage of the route flown at each point of the path. (n + 1,)"""
+        segment = np.append(self.path.segment, self.path.segment[-1])
+        stage: IntArray = self.case.homeward.segment_stage[segment]
+        return stage
+
+    @cached_property
+    def _places_m(self) -> FloatArray:
+        """Points of the path in the frame of home; choices look at no height. (n + 1, 3) [m]"""
+        east, north = self.points_m.T
+        home = self.case.route.frame
+        if self.frame != home:
+            east, north = home.east_north_m(*self.frame.latitude_longitude_deg(east, north))
+        return np.column_stack((east, north, np.zeros(len(east))))
 
     def position_deg(self, point_m: FloatArray) -> tuple[float, float]:
         """Return latitude and longitude of a place of the frame. [°]"""

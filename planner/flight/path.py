@@ -42,6 +42,8 @@ class FlownPath:
     """Velocity at each point. (n + 1,) [m s⁻¹]"""
     north_m_s: FloatArray
     """(n + 1,) [m s⁻¹]"""
+    segment: IntArray
+    """Segment of the motion each leg is part of. (n,)"""
     item: IntArray
     """Item of each leg, as the segments of the motion have it. (n,)"""
     is_circle: BoolArray
@@ -110,6 +112,7 @@ def flown_path(motion: Motion, *, straight_m: float = np.inf) -> FlownPath:
         north_m=state.north_m,
         east_m_s=state.east_m_s,
         north_m_s=state.north_m_s,
+        segment=segment,
         item=motion.segments.item[segment],
         is_circle=np.isin(motion.piece_law[piece], circles),
         is_brake=motion.segments.state[segment] == _BRAKE,

@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -191,9 +191,35 @@ def test_the_way_home_is_judged_between_waypoints_too() -> None:
 def test_a_nearer_rally_point_spares_the_way_home_the_fence() -> None:
     wall = box(100.0, -300.0, 300.0, 101.0, inclusion=False)
     items = (takeoff(20), at(0, 200), at(200, 200), at(0, 200), rtl())
-    assert "F108" in findings_of(items, wall)
+    px4: dict[str, Any] = {"autopilot": Autopilot.PX4, "position_error_m": 0.0}
+    assert "F108" in findings_of(items, wall, **px4)
     # From the last half of the leg the rally point at its end is nearer than home.
-    assert findings_of(items, wall, rally_points=(rally(200.0, 210.0),)) == {}
+    assert findings_of(items, wall, rally_points=(rally(200.0, 210.0),), **px4) == {}
+    # A vehicle of step references knows no rally points: it goes home, as its energy is counted.
+    assert "F108" in findings_of(items, wall, rally_points=(rally(200.0, 210.0),))
+
+
+def test_the_rally_point_that_is_judged_is_the_one_the_vehicle_takes() -> None:
+    # Behind a wall; home is nearer from everywhere.
+    wall = box(300.0, -300.0, 310.0, 300.0, inclusion=False)
+    items = (takeoff(20), at(0, 100), item(21, degrees(0.0, 0.0)[0]))
+    behind: dict[str, Any] = {
+        "rally_points": (rally(600.0, 0.0),),
+        "autopilot": Autopilot.ARDUPILOT,
+    }
+    assert findings_of(items, wall, parameters="RALLY_INCL_HOME,1\n", **behind) == {}
+    given = "RALLY_INCL_HOME,0\nRALLY_LIMIT_KM,0\n"
+    finding = findings_of(items, wall, parameters=given, **behind)["F108"]
+    assert "the straight way to rally point 1 from here" in finding.message
+
+
+def test_a_home_that_the_mission_moves_is_where_returns_lead() -> None:
+    # Out of the fence, though everything that is flown is inside.
+    moved = item(179, degrees(0.0, 700.0)[0], 0.0, longitude_deg=degrees(0.0, 700.0)[1])
+    items = (takeoff(20), at(0, 100), moved, at(0, 200), item(21, degrees(0.0, 0.0)[0]))
+    for autopilot in (Autopilot.PX4, Autopilot.ARDUPILOT):
+        assert "F108" not in findings_of((*items[:2], *items[3:]), AROUND, autopilot=autopilot)
+        assert "F108" in findings_of(items, AROUND, autopilot=autopilot)
 
 
 @pytest.mark.parametrize(

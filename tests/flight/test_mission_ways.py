@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from made_missions import (
     HOME,
-    METRES_PER_DEGREE_NORTH,
     item,
     jump,
     mission,
@@ -39,8 +38,8 @@ if TYPE_CHECKING:
     from planner.service import CheckResult
 
 VEHICLE = planner.load_vehicle("arducopter-sitl-quad")
-METRES_PER_DEGREE_EAST = METRES_PER_DEGREE_NORTH * 0.68455
-"""At 47° north on WGS 84: 76 106 m a degree."""
+METRES_PER_DEGREE_EAST = 76_057.0
+"""Length of a degree of longitude at 47° north: N cos 47° π/180, N = 6 389 700 m."""
 BATTERY = planner.Battery(capacity_wh=1000.0)
 
 
