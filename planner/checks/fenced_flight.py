@@ -161,7 +161,8 @@ class FencedFlight:
     def is_end_judged(self) -> BoolArray:
         """Whether a return leads to the first home or a rally point, judged themselves. (n + 1,)"""
         first_home = self.case.homeward.destinations.home_of(self._stage) == 0
-        return (self.destination > HOME) | ((self.destination == HOME) & first_home)
+        judged: BoolArray = (self.destination > HOME) | ((self.destination == HOME) & first_home)
+        return judged
 
     @cached_property
     def return_ends_m(self) -> FloatArray:
