@@ -10,6 +10,7 @@ from planner import numbers
 from planner.catalogue.vehicle import CHARGE_NOT_TOLD, CONDITIONS_FROM_VEHICLE
 from planner.errors import OutputError, UsageError
 from planner.frozen import frozen
+from planner.link.connection import OWN_SYSTEM
 from planner.link.mission_items import mission_of_lists
 from planner.link.mission_kind import MissionKind
 from planner.link.outgoing import Purpose
@@ -45,6 +46,8 @@ class LinkRequest:
     settings: LinkSettings = LinkSettings()
     system: int | None = None
     """System id; ``None``: the only vehicle on the line."""
+    own_system: int = OWN_SYSTEM
+    """System id of this program; COM_ARM_AUTH_ID names that of a guard."""
 
 
 def _silent(what: str, done: int, count: int | None) -> None:
@@ -65,6 +68,7 @@ def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = _silent) ->
         request.address,
         settings=request.settings,
         system=request.system,
+        own_system=request.own_system,
         on_progress=on_progress,
     )
     with closing(link):
@@ -181,6 +185,7 @@ def compare_with_vehicle(
         request.address,
         settings=request.settings,
         system=request.system,
+        own_system=request.own_system,
         on_progress=on_progress,
     )
     with closing(link):
@@ -253,6 +258,7 @@ def send_mission(
         request.address,
         settings=request.settings,
         system=request.system,
+        own_system=request.own_system,
         purpose=Purpose.UPLOAD,
         on_progress=on_progress,
     )
@@ -315,6 +321,7 @@ def fetch_logs(
         request.address,
         settings=request.settings,
         system=request.system,
+        own_system=request.own_system,
         on_progress=on_progress,
     )
     with closing(link):

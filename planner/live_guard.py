@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError, MavjouleError
 from planner.frozen import frozen
-from planner.link.connection import OWN_SYSTEM
 from planner.link.energy_watch import Prediction
 from planner.link.guard_session import GuardSession
 from planner.link.guarding import GuardSettings, Part
@@ -43,8 +42,6 @@ class GuardRequest:
     settings: GuardSettings = GuardSettings()
     is_charge_given: bool = False
     """Whether the charge of the check was meant, and is not to be the vehicle's."""
-    own_system: int = OWN_SYSTEM
-    """System id of the guard, which COM_ARM_AUTH_ID names."""
     uses_mavsdk: bool = False
     """Whether MAVSDK answers requests, and not this program's own messages."""
     lost_after_s: float = 30.0
@@ -131,7 +128,7 @@ def _guard_once(
                     settings=request.settings,
                     purpose=Purpose.GUARD,
                     system=request.system,
-                    own_system=guard.own_system,
+                    own_system=request.own_system,
                     on_progress=on_progress,
                 )
             )

@@ -122,6 +122,7 @@ def _watch_once(
                     request.address,
                     settings=request.settings,
                     system=request.system,
+                    own_system=request.own_system,
                     on_progress=tell_progress,
                 )
             )

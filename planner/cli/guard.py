@@ -21,7 +21,6 @@ from planner.cli.output import narrate
 from planner.cli.requests import check_request
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import OutputError
-from planner.link.connection import OWN_SYSTEM
 from planner.link.guarding import GuardSettings
 from planner.report.guard_json import decision_json
 from planner.report.guard_text import decision_text, status_line
@@ -111,13 +110,6 @@ _DEFAULTS = GuardSettings()
     help="who answers requests: own messages, or MAVSDK's server [default: messages]",
 )
 @click.option(
-    "--own-system-id",
-    metavar="N",
-    type=click.IntRange(1, 255),
-    default=OWN_SYSTEM,
-    help="system id of the guard, to be the vehicle's COM_ARM_AUTH_ID [default: 245]",
-)
-@click.option(
     "--log",
     metavar="FILE",
     type=click.Path(path_type=Path),
@@ -134,7 +126,6 @@ def command(
     lost_after: float,
     keep: bool,
     authoriser: str,
-    own_system_id: int,
     log: Path | None,
     **options: object,
 ) -> None:
@@ -167,7 +158,6 @@ def command(
                 valid_for_s=int(valid_for), confirmed_s=confirm_within, oldest_s=reread
             ),
             is_charge_given="charge" in values,
-            own_system=own_system_id,
             uses_mavsdk=authoriser == "mavsdk",
             lost_after_s=lost_after,
             keeps_waiting=keep,

@@ -30,6 +30,13 @@ LINK_OPTIONS = (
         help="the vehicle to speak to [default: the only one on the line]",
     ),
     click.option(
+        "--own-system-id",
+        metavar="N",
+        type=click.IntRange(1, 255),
+        default=245,
+        help="system id of this program; the vehicle's COM_ARM_AUTH_ID for a guard [default: 245]",
+    ),
+    click.option(
         "--heartbeat-timeout",
         metavar="S",
         type=FiniteRange(min=0.0, min_open=True, max=3600.0),
@@ -51,7 +58,9 @@ LINK_OPTIONS = (
         help="how often a request is repeated until the transfer counts as stalled [default: 12]",
     ),
 )
-LINK_KEYS = ("baud", "system_id", "heartbeat_timeout", "reply_timeout", "retries")
+LINK_KEYS = (
+    *("baud", "system_id", "own_system_id", "heartbeat_timeout", "reply_timeout", "retries"),
+)
 
 
 def link_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -93,6 +102,7 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
             retries=options["retries"],
         ),
         system=options["system_id"],
+        own_system=options["own_system_id"],
     )
 
 

@@ -27,9 +27,9 @@ _OTHERS_S = 1.2
 """Time in which every vehicle on a line has sent a heartbeat. [s]"""
 _TYPE_GROUND_STATION, _NO_AUTOPILOT, _STATE_ACTIVE = 6, 8, 4
 _TO_TRY = (
-    "is the vehicle switched on and its telemetry set to this port; is the address the one it sends "
-    "to (PX4's simulator: udpin:0.0.0.0:14540 or 14550, ArduPilot's: tcp:127.0.0.1:5760 or "
-    "udpin:0.0.0.0:14550, a radio: /dev/ttyUSB0:57600); has another ground station the line"
+    "is the vehicle switched on, and is this the address that its telemetry goes to (PX4's simulator "
+    "sends to udpin:0.0.0.0:14540 and 14550, ArduPilot's listens on tcp:127.0.0.1:5760, a radio is "
+    "/dev/ttyUSB0:57600)?"
 )
 
 
@@ -71,6 +71,8 @@ class Connection:
         self._watch = HeartbeatWatch(system)
         self._vehicle: Heard | None = None
         self._peer: Hashable | None = None
+        self._bytes = self._messages = 0
+        """That came."""
         self.name = name
         self.gate = Gate(purpose)
         self.telemetry = Telemetry()
@@ -117,13 +119,26 @@ class Connection:
         until_s = began_s + self._settings.heartbeat_timeout_s
         while self._watch.last_heard_s is None:
             if self.now_s >= until_s:
-                waited_s = self._settings.heartbeat_timeout_s
-                msg = f"no heartbeat in {waited_s:g} s on {self.name}: {_TO_TRY}?"
-                raise LinkError(msg)
+                raise LinkError(self._unheard())
             self._turn(until_s)
         self.listen(_OTHERS_S)
         self._vehicle = self._watch.chosen()
         return self.vehicle
+
+    def _unheard(self) -> str:
+        """Return what is to be said where no vehicle was heard in time."""
+        said = f"no heartbeat in {self._settings.heartbeat_timeout_s:g} s on {self.name}"
+        if self._watch.others:
+            ids = ", ".join(map(str, sorted(self._watch.others)))
+            return f"{said} of that system id: heard were {ids}; give one of them by --system-id"
+        if self._bytes and not self._messages:
+            return (
+                f"{said}: {self._bytes} bytes came, but no MAVLink; is the speed of the line right "
+                "(--baud, of telemetry radios 57600, of USB and companions often 115200 or 921600)?"
+            )
+        if self._messages:
+            return f"{said}: only ground stations and other devices were heard; {_TO_TRY}"
+        return f"{said}: {_TO_TRY}"
 
     def listen(self, duration_s: float) -> None:
         """Take what comes for a time."""
@@ -204,7 +219,9 @@ class Connection:
                 self.on_frame(data)
             if peer not in self._decoders:  # frames of two senders may be interleaved
                 self._decoders[peer] = Codec(self.own_system, OWN_COMPONENT)
+            self._bytes += len(data)
             for received in self._decoders[peer].decode(data):
+                self._messages += 1
                 self._watch.take(received, peer, self.now_s)
                 if self._is_ours(received):
                     if received.name == "HEARTBEAT":

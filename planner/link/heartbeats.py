@@ -46,6 +46,8 @@ class HeartbeatWatch:
         self._peers: dict[tuple[int, int], list[Hashable]] = {}
         self._uids: dict[int, str] = {}
         self._left: set[tuple[int, int, Hashable]] = set()
+        self.others: set[int] = set()
+        """System ids of vehicles that are not the one to listen to."""
         self.last_heard_s: float | None = None
         """When the latest heartbeat of any of them came. [s]"""
 
@@ -63,6 +65,8 @@ class HeartbeatWatch:
             If two vehicles answer to one system id: nothing that comes of them can be trusted.
         """
         if self._system is not None and received.system != self._system:
+            if _is_vehicle(received) and len(self.others) < _MOST_HEARD:
+                self.others.add(received.system)
             return
         if received.name == "HEARTBEAT":
             self._take_heartbeat(received, peer, now_s)
@@ -93,7 +97,7 @@ class HeartbeatWatch:
 
     def _take_heartbeat(self, received: Message, peer: Hashable, now_s: float) -> None:
         autopilot, vehicle_type = received["autopilot"], received["type"]
-        if autopilot == _NO_AUTOPILOT or vehicle_type == _GROUND_STATION or not received.system:
+        if not _is_vehicle(received):
             return
         self.last_heard_s = now_s
         key = (received.system, received.component)
@@ -132,6 +136,16 @@ class HeartbeatWatch:
             "(MAV_SYS_ID, SYSID_THISMAV), or leave one of them off the line"
         )
         raise LinkError(msg)
+
+
+def _is_vehicle(received: Message) -> bool:
+    """Return whether a message is the heartbeat of an autopilot."""
+    return (
+        received.name == "HEARTBEAT"
+        and received.system != 0
+        and received["autopilot"] != _NO_AUTOPILOT
+        and received["type"] != _GROUND_STATION
+    )
 
 
 def uid_text(version: Message) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.errors import LinkError, UsageError
 from planner.link.address import LinkKind
+from planner.link.line_errors import opening_error
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -20,6 +21,8 @@ _CHUNK = 1 << 16
 _MOST_PEERS = 16
 """Senders remembered on a UDP port; others are passed over."""
 _CONNECT_S = 5.0
+_SLICE_S = 0.02
+"""So long a serial port is waited for at a time: to change it, pyserial sets the port up anew. [s]"""
 
 
 class Line(Protocol):
@@ -55,12 +58,7 @@ def open_line(address: LinkAddress) -> Line:
             return UdpLine(address)
         return TcpLine(address)
     except OSError as error:
-        msg = f"{address.text} cannot be opened: {error.strerror or error}"
-        if isinstance(error, ConnectionRefusedError):
-            msg += "; nothing listens there: is the vehicle, or its simulator, running?"
-        elif address.kind in {LinkKind.UDP_LISTEN, LinkKind.TCP_LISTEN}:
-            msg += "; close the other ground station, or listen on another port"
-        raise LinkError(msg) from error
+        raise opening_error(address, error) from error
 
 
 class _Clocked:
@@ -195,33 +193,38 @@ class SerialLine(_Clocked):
         self._port = serial.Serial(
             address.device,
             address.baud,
-            timeout=0,
+            timeout=_SLICE_S,
             write_timeout=_CONNECT_S,
             rtscts=address.flow_control,
+            exclusive=True,  # two that read one port get half of it each
         )
 
     def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
         """Return what has come."""
-        self._port.timeout = max(timeout_s, 0.0)
+        until_s = self.now_s() + timeout_s
         try:
-            data = self._port.read(1)
-            data += self._port.read(self._port.in_waiting)
-        except OSError as error:  # pyserial's own errors are OSErrors
-            msg = f"the serial line broke: {error.strerror or error}; is the cable in?"
-            raise LinkError(msg) from error
-        return [(None, data)] if data else []
+            while not (data := self._port.read(max(self._port.in_waiting, 1))):
+                if self.now_s() >= until_s:
+                    return []
+        except OSError as error:  # as pyserial's own errors are
+            raise _broken(error) from error
+        return [(None, data)]
 
     def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one peer
         """Send a frame."""
         try:
             self._port.write(data)
         except OSError as error:
-            msg = f"the serial line broke: {error.strerror or error}; is the cable in?"
-            raise LinkError(msg) from error
+            raise _broken(error) from error
 
     def close(self) -> None:
         """Close the port."""
         self._port.close()
+
+
+def _broken(error: Exception) -> LinkError:
+    """Return the error to raise where a serial line breaks."""
+    return LinkError(f"the serial line broke: {error}; is the cable in?")
 
 
 def _resolved(place: tuple[str, int], family: socket.AddressFamily) -> Any:  # noqa: ANN401 - as socket has it

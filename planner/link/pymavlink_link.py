@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from typing import TYPE_CHECKING
 
+from planner.errors import LinkError
 from planner.link.connection import OWN_SYSTEM, Connection
 from planner.link.file_packet import FileNumbers
 from planner.link.heartbeats import uid_text
@@ -40,6 +41,8 @@ _STATE = (
     ("EXTENDED_SYS_STATE", 245),
 )
 _PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
+_WARNING = 4
+"""MAV_SEVERITY_WARNING; greater numbers are less."""
 _NO_MISSION = 1
 """MISSION_STATE."""
 _OPTIONAL_RETRIES = 6
@@ -188,13 +191,24 @@ class PymavlinkLink:
 
     def _fetch_identity(self) -> VehicleIdentity:
         heard = self.connection.vehicle
-        version = self._request(*_IDENTITY, retries=self.settings.retries)
+        question = MessageRequest(*_IDENTITY, self.settings, retries=self.settings.retries)
+        self.connection.run(question)
+        version = question.answer
         identity = VehicleIdentity(
             system=heard.system,
             component=heard.component,
             autopilot_number=heard.autopilot,
             vehicle_type=heard.vehicle_type,
         )
+        if identity.autopilot is not None and not question.is_heard:
+            own = self.connection.own_system
+            msg = (
+                f"{identity.label} is heard on {self.connection.name} and answers nothing: does the "
+                "line carry both ways (a radio's power, the way back through a router), and may "
+                f"system {own} speak to it (ArduPilot's SYSID_ENFORCE and MAV_OPTIONS let the "
+                "pilot's station alone: give --own-system-id 255; signing)?"
+            )
+            raise LinkError(msg)
         if version is None:
             return identity
         number = version["flight_sw_version"]
@@ -226,7 +240,17 @@ class PymavlinkLink:
         LinkError
             If it stalls or the line breaks.
         """
-        self.connection.run(transfer, lambda: self._on_progress(what, *transfer.progress))
+        telemetry = self.connection.telemetry
+        before = telemetry.texts_said
+        try:
+            self.connection.run(transfer, lambda: self._on_progress(what, *transfer.progress))
+        except LinkError as error:
+            texts = telemetry.texts_after(before)
+            said = [one.text for one in texts if one.severity <= _WARNING]
+            if not said:
+                raise
+            msg = f"{error}; the vehicle says: {said[-1]}"
+            raise type(error)(msg) from error
 
 
 def open_vehicle(

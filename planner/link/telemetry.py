@@ -37,6 +37,8 @@ class Telemetry:
         self._latest: dict[str, Message] = {}
         self._chunks: dict[int, dict[int, str]] = {}
         self._texts: list[StatusText] = []
+        self.texts_said = 0
+        """How many texts came so far."""
         self.events = EventRecord()
         """What PX4 reports by number."""
 
@@ -64,6 +66,11 @@ class Telemetry:
         texts = tuple(self._texts)
         self._texts.clear()
         return texts
+
+    def texts_after(self, said: int) -> tuple[StatusText, ...]:
+        """Return the texts that came after so many, of those not taken yet."""
+        number = min(self.texts_said - said, len(self._texts))
+        return tuple(self._texts[len(self._texts) - number :])
 
     def state(self) -> VehicleState:
         """Return what is known now."""
@@ -160,6 +167,7 @@ class Telemetry:
         # A tab at the end is PX4's sign that the same comes as an event.
         said = StatusText(severity=received["severity"], text=text.rstrip())
         if len(self._texts) < _MOST_TEXTS:
+            self.texts_said += 1
             self._texts.append(said)
 
 

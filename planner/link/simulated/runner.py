@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from planner.errors import LinkError
 from planner.link.address import LinkKind
 from planner.link.line import open_line
+from planner.link.line_errors import opening_error
 from planner.link.simulated.tcp_server import TcpServerLine
 
 if TYPE_CHECKING:
@@ -119,5 +119,4 @@ def _open(address: LinkAddress) -> Line:
     try:
         return TcpServerLine(address)
     except OSError as error:
-        msg = f"{address.text} cannot be opened: {error.strerror or error}; listen on another port"
-        raise LinkError(msg) from error
+        raise opening_error(address, error) from error

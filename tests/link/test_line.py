@@ -1,0 +1,245 @@
+"""Real lines: serial over a pair of pseudo terminals, TCP both ways round, and what may go wrong."""
+
+from __future__ import annotations
+
+import errno
+import os
+import select
+import socket
+import sys
+import threading
+from contextlib import closing, contextmanager
+from typing import TYPE_CHECKING
+
+import pytest
+from simulated_vehicles import free_port, request, vehicle, wire
+from virtual_vehicle import VirtualLine, VirtualVehicle
+
+from planner.autopilot import Autopilot
+from planner.errors import LinkError
+from planner.link.address import LinkAddress, LinkKind, read_address
+from planner.link.codec import Codec
+from planner.link.connection import Connection
+from planner.link.line import open_line
+from planner.link.line_errors import opening_error
+from planner.link.message import message
+from planner.link.mission_kind import MissionKind
+from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
+from planner.link.settings import LinkSettings
+from planner.link.simulated.runner import SimulationRunner
+from planner.live import LinkRequest, fetch_logs, fetch_vehicle
+from planner.simulation import open_simulation
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from planner.link.line import Line
+    from planner.link.message import Message
+
+PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
+BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+SERIAL = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+IMPATIENT = LinkSettings(heartbeat_timeout_s=2.0, reply_timeout_s=0.2, retries=3)
+
+
+class Cable:
+    """Two serial ports whose wires are crossed."""
+
+    def __init__(self) -> None:
+        self._masters: list[int] = []
+        self._slaves: list[int] = []
+        for _ in range(2):
+            master, slave = os.openpty()
+            self._masters.append(master)
+            self._slaves.append(slave)
+        self.devices = [os.ttyname(slave) for slave in self._slaves]
+        self._stop, self._stopping = os.pipe()
+        self._thread = threading.Thread(target=self._carry, name="cable", daemon=True)
+        self._thread.start()
+
+    def _carry(self) -> None:
+        one, other = self._masters
+        while True:
+            ready, _, _ = select.select([one, other, self._stop], [], [])
+            if self._stop in ready:
+                return
+            for end in ready:
+                os.write(other if end == one else one, os.read(end, 4096))
+
+    def pull(self) -> None:
+        """Pull it out; once is enough."""
+        if self._masters:
+            os.write(self._stopping, b"x")
+            self._thread.join()
+            for end in (*self._masters, *self._slaves, self._stop, self._stopping):
+                os.close(end)
+            self._masters = []
+
+
+@pytest.fixture
+def cable() -> Iterator[Cable]:
+    made = Cable()
+    yield made
+    made.pull()
+
+
+@contextmanager
+def _speaking(autopilot: Autopilot, address: LinkAddress) -> Iterator[None]:
+    """Have a vehicle with files speak on a line."""
+    runner, _ = open_simulation(vehicle(autopilot), request(autopilot), address)
+    with runner:
+        yield
+
+
+@SERIAL
+@BOTH
+def test_everything_comes_over_a_serial_line(
+    autopilot: Autopilot, cable: Cable, tmp_path: Path
+) -> None:
+    theirs, ours = (read_address(f"{device},115200") for device in cable.devices)
+    assert ours.kind is LinkKind.SERIAL
+    with _speaking(autopilot, theirs):
+        snapshot = fetch_vehicle(LinkRequest(address=ours))
+        assert [item.command for item in snapshot.mission.items] == [22, 16, 16, 20]
+        assert snapshot.mission.fence is not None
+        assert len(snapshot.parameters) == len(vehicle(autopilot).setup.parameters)
+        fetched = fetch_logs(LinkRequest(address=ours), is_all=True, folder=tmp_path)
+    (log,) = vehicle(autopilot).setup.logs
+    assert fetched.downloaded[0].read_bytes() == log.content
+
+
+def _use(line: Line) -> None:
+    for _ in range(100):  # the first bytes may still go somewhere
+        line.send(bytes(300))
+        line.receive(0.01)
+
+
+@SERIAL
+def test_a_serial_line_that_is_pulled_out_breaks_with_a_sentence(cable: Cable) -> None:
+    theirs, ours = (read_address(device) for device in cable.devices)
+    with closing(open_line(theirs)), closing(open_line(ours)) as line:
+        cable.pull()
+        with pytest.raises(LinkError, match=r"the serial line broke: .*is the cable in"):
+            _use(line)
+
+
+@SERIAL
+def test_a_serial_port_that_another_program_has_is_not_read_by_two(cable: Cable) -> None:
+    address = read_address(cable.devices[0])
+    with closing(open_line(address)), pytest.raises(LinkError, match="another program has it open"):
+        open_line(address)
+
+
+@SERIAL
+def test_a_device_that_is_none_is_told() -> None:
+    with pytest.raises(LinkError, match="cannot be opened: No such file"):
+        open_line(read_address("/dev/ttyNONE7"))
+    with pytest.raises(LinkError, match=r"cannot be opened: .*Inappropriate ioctl"):
+        open_line(read_address("/dev/null"))
+
+
+@BOTH
+def test_a_vehicle_may_connect_to_us_over_tcp(autopilot: Autopilot) -> None:
+    port = free_port(socket.SOCK_STREAM)
+    ours = LinkAddress(kind=LinkKind.TCP_LISTEN, host="127.0.0.1", port=port)
+    theirs = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
+    with closing(open_line(ours)) as line, SimulationRunner(wire(autopilot), theirs):
+        items = PymavlinkLink(line, name=ours.text).fetch_items(MissionKind.MISSION)
+    assert [item.command for item in items or ()][-4:] == [22, 16, 16, 20]
+
+
+def test_a_vehicle_that_hangs_up_ends_the_transfer_at_once() -> None:
+    port = free_port(socket.SOCK_STREAM)
+    theirs = LinkAddress(kind=LinkKind.TCP_LISTEN, host="127.0.0.1", port=port)
+    ours = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
+    runner = SimulationRunner(wire(PX4), theirs)
+    with runner, closing(open_vehicle(ours)) as link:
+        runner.close()
+        with pytest.raises(LinkError, match=r"closed the line|the line broke"):
+            link.fetch_items(MissionKind.MISSION)
+
+
+@pytest.mark.parametrize(
+    ("spelling", "error", "advice"),
+    [
+        ("udpin:0.0.0.0:14550", OSError(errno.EADDRINUSE, "x"), "close the other ground station"),
+        ("udpin:10.0.0.9:14550", OSError(errno.EADDRNOTAVAIL, "x"), "listen on 0.0.0.0"),
+        ("udpin:0.0.0.0:80", OSError(errno.EACCES, "x"), "take another one"),
+        ("tcp:10.0.0.9:5760", OSError(errno.ECONNREFUSED, "x"), "nothing listens there"),
+        ("tcp:10.0.0.9:5760", TimeoutError("timed out"), "does a firewall keep it away"),
+        ("tcp:10.0.0.9:5760", OSError(errno.EHOSTUNREACH, "x"), "is the network up"),
+        ("tcp:nohost:5760", socket.gaierror(-2, "x"), "there is no such host; spell it again"),
+        ("/dev/ttyUSB0", OSError(errno.EACCES, "x"), "join the group that owns it"),
+        ("/dev/ttyUSB0", OSError(errno.EBUSY, "x"), "another program has it open"),
+        ("/dev/ttyUSB0", OSError(errno.ENOENT, "x"), "there "),
+    ],
+)
+def test_why_a_line_cannot_be_opened_comes_with_what_to_try(
+    spelling: str, error: OSError, advice: str
+) -> None:
+    said = str(opening_error(read_address(spelling), error))
+    assert said.startswith(f"{read_address(spelling).text} cannot be opened: ")
+    assert advice in said
+    assert "\n" not in said
+
+
+class _Sending(VirtualVehicle):
+    """Says its own, whatever comes."""
+
+    says: tuple[Message, ...] = ()
+
+    def tick(self, now_s: float) -> list[Message]:  # noqa: ARG002 - as every vehicle
+        return list(self.says)
+
+    def take(self, one: Message, now_s: float) -> list[Message]:  # noqa: ARG002 - as every vehicle
+        return []
+
+
+def _unheard(line: VirtualLine, *, system: int | None = None) -> str:
+    connection = Connection(line, name="virtual", settings=IMPATIENT, system=system)
+    with pytest.raises(LinkError) as caught:
+        connection.wait_for_vehicle()
+    return str(caught.value)
+
+
+def test_another_system_id_than_the_one_asked_for_is_told() -> None:
+    vehicles = (VirtualVehicle(system=1), VirtualVehicle(system=4))
+    said = _unheard(VirtualLine(*vehicles), system=7)
+    assert "of that system id: heard were 1, 4; give one of them by --system-id" in said
+
+
+def test_ground_stations_alone_are_told() -> None:
+    station = _Sending()
+    station.says = (message("HEARTBEAT", type=6, autopilot=8, mavlink_version=3),)
+    assert "only ground stations and other devices were heard" in _unheard(VirtualLine(station))
+
+
+def test_bytes_that_are_no_mavlink_ask_for_the_speed_of_the_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    line = VirtualLine(VirtualVehicle())
+    monkeypatch.setattr(Codec, "decode", lambda *_: [])
+    assert "bytes came, but no MAVLink; is the speed of the line right" in _unheard(line)
+
+
+def test_silence_names_the_usual_addresses() -> None:
+    assert "udpin:0.0.0.0:14540 and 14550" in _unheard(VirtualLine())
+
+
+@pytest.mark.parametrize("autopilot", [3, 12])
+def test_a_vehicle_that_does_not_hear_us_is_told_from_one_that_is_not_there(autopilot: int) -> None:
+    deaf = _Sending()
+    deaf.says = (message("HEARTBEAT", type=2, autopilot=autopilot, mavlink_version=3),)
+    with pytest.raises(LinkError, match=r"answers nothing: does the line carry both ways"):
+        PymavlinkLink(VirtualLine(deaf), name="virtual", settings=IMPATIENT)
+
+
+def test_what_the_vehicle_says_to_a_transfer_that_stalls_is_told() -> None:
+    class _Armed(VirtualVehicle):
+        def _on_mission_request_list(self, _: Message, __: float) -> list[Message]:
+            return [message("STATUSTEXT", severity=3, text="Not while armed")]
+
+    link = PymavlinkLink(VirtualLine(_Armed()), name="virtual", settings=IMPATIENT)
+    with pytest.raises(LinkError, match=r"stalled.*; the vehicle says: Not while armed$"):
+        link.fetch_items(MissionKind.MISSION)
