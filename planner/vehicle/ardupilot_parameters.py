@@ -7,7 +7,7 @@ Version 4.7 renamed and rescaled most of them, from centimetres to metres (ArduP
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.frozen import frozen
 from planner.vehicle.parameter_table import parameter, parameter_table
@@ -21,8 +21,20 @@ _FASTEST_M_S = 50.0
 """Faster than any multicopter that flies missions: beyond it a unit was mistaken. [m/s]"""
 _SLOWEST_M_S = 0.1
 """Slowest speed ArduPilot documents for a mission: below it a unit was mistaken. [m/s]"""
+_SPEED = {"at_least": _SLOWEST_M_S, "at_most": _FASTEST_M_S}
 _SI_NAMES = (4, 7)
 """The version that renamed parameters and counts in metres."""
+
+
+def _renamed(
+    now: tuple[str, str],
+    formerly: tuple[str, str],
+    default: float,
+    meaning: str,
+    **limits: Any,  # noqa: ANN401 - those of `parameter`
+) -> Any:  # noqa: ANN401 - as `parameter`
+    """Make a field for a parameter of another name and unit before 4.7."""
+    return parameter(*now, default, meaning, since=_SI_NAMES, formerly=formerly, **limits)
 
 
 @frozen
@@ -32,123 +44,88 @@ class ArduPilotParameters:
     Where a 0 stands for another parameter, the value that flies is filled in.
     """
 
-    cruise_speed_m_s: float = parameter(
-        "WP_SPD",
-        "m/s",
+    cruise_speed_m_s: float = _renamed(
+        ("WP_SPD", "m/s"),
+        ("WPNAV_SPEED", "cm/s"),
         10.0,
         "speed of missions; 5 m/s before 4.1",
-        since=_SI_NAMES,
-        formerly=("WPNAV_SPEED", "cm/s"),
-        at_least=_SLOWEST_M_S,
-        at_most=_FASTEST_M_S,
+        **_SPEED,
     )
-    climb_speed_m_s: float = parameter(
-        "WP_SPD_UP",
-        "m/s",
-        2.5,
-        "climb rate of missions",
-        since=_SI_NAMES,
-        formerly=("WPNAV_SPEED_UP", "cm/s"),
-        at_least=_SLOWEST_M_S,
-        at_most=_FASTEST_M_S,
+    climb_speed_m_s: float = _renamed(
+        ("WP_SPD_UP", "m/s"), ("WPNAV_SPEED_UP", "cm/s"), 2.5, "climb rate of missions", **_SPEED
     )
-    descent_speed_m_s: float = parameter(
-        "WP_SPD_DN",
-        "m/s",
-        1.5,
-        "descent rate of missions",
-        since=_SI_NAMES,
-        formerly=("WPNAV_SPEED_DN", "cm/s"),
-        at_least=_SLOWEST_M_S,
-        at_most=_FASTEST_M_S,
+    descent_speed_m_s: float = _renamed(
+        ("WP_SPD_DN", "m/s"), ("WPNAV_SPEED_DN", "cm/s"), 1.5, "descent rate of missions", **_SPEED
     )
-    acceleration_m_s2: float = parameter(
-        "WP_ACC",
-        "m/s²",
+    acceleration_m_s2: float = _renamed(
+        ("WP_ACC", "m/s²"),
+        ("WPNAV_ACCEL", "cm/s²"),
         2.5,
         "horizontal acceleration of missions",
-        since=_SI_NAMES,
-        formerly=("WPNAV_ACCEL", "cm/s²"),
         at_least=0.1,
         at_most=50.0,
     )
-    corner_acceleration_m_s2: float = parameter(
-        "WP_ACC_CNR",
-        "m/s²",
+    corner_acceleration_m_s2: float = _renamed(
+        ("WP_ACC_CNR", "m/s²"),
+        ("WPNAV_ACCEL_C", "cm/s²"),
         0.0,
         "acceleration in corners; 0: twice WP_ACC",
-        since=_SI_NAMES,
-        formerly=("WPNAV_ACCEL_C", "cm/s²"),
         at_least=0.0,
         at_most=50.0,
         zero_means=("acceleration_m_s2", 2.0),
     )
-    vertical_acceleration_m_s2: float = parameter(
-        "WP_ACC_Z",
-        "m/s²",
+    vertical_acceleration_m_s2: float = _renamed(
+        ("WP_ACC_Z", "m/s²"),
+        ("WPNAV_ACCEL_Z", "cm/s²"),
         1.0,
         "vertical acceleration of missions",
-        since=_SI_NAMES,
-        formerly=("WPNAV_ACCEL_Z", "cm/s²"),
         at_least=0.1,
         at_most=50.0,
     )
-    jerk_m_s3: float = parameter(
-        "WP_JERK",
-        "m/s³",
+    jerk_m_s3: float = _renamed(
+        ("WP_JERK", "m/s³"),
+        ("WPNAV_JERK", "m/s³"),
         1.0,
         "jerk of missions",
-        since=_SI_NAMES,
-        formerly=("WPNAV_JERK", "m/s³"),
         above=0.0,
         at_most=500.0,
     )
-    waypoint_radius_m: float = parameter(
-        "WP_RADIUS_M",
-        "m",
+    waypoint_radius_m: float = _renamed(
+        ("WP_RADIUS_M", "m"),
+        ("WPNAV_RADIUS", "cm"),
         2.0,
         "radius in which a waypoint counts as reached",
-        since=_SI_NAMES,
-        formerly=("WPNAV_RADIUS", "cm"),
         at_least=0.05,
         at_most=100.0,
     )
-    uses_range_finder: int = parameter(
-        "WP_RFND_USE",
-        "",
+    uses_range_finder: int = _renamed(
+        ("WP_RFND_USE", ""),
+        ("WPNAV_RFND_USE", ""),
         1,
         "whether terrain is followed by range finder",
-        since=_SI_NAMES,
-        formerly=("WPNAV_RFND_USE", ""),
         at_least=0.0,
     )
-    terrain_margin_m: float = parameter(
-        "WP_TER_MARGIN",
-        "m",
+    terrain_margin_m: float = _renamed(
+        ("WP_TER_MARGIN", "m"),
+        ("WPNAV_TER_MARGIN", "m"),
         10.0,
         "error over terrain at which the vehicle waits",
-        since=_SI_NAMES,
-        formerly=("WPNAV_TER_MARGIN", "m"),
         at_least=0.0,
     )
     yaw_behavior: int = parameter("WP_YAW_BEHAVIOR", "", 2, "heading along the way", at_least=0.0)
-    yaw_rate_rad_s: float = parameter(
-        "ATC_RATE_WPY_MAX",
-        "deg/s",
+    yaw_rate_rad_s: float = _renamed(
+        ("ATC_RATE_WPY_MAX", "deg/s"),
+        ("ATC_SLEW_YAW", "cdeg/s"),
         60.0,
         "yaw rate of missions",
-        since=_SI_NAMES,
-        formerly=("ATC_SLEW_YAW", "cdeg/s"),
         above=0.0,
         at_most=20.0,
     )
-    lean_angle_max_rad: float = parameter(
-        "ATC_ANGLE_MAX",
-        "deg",
+    lean_angle_max_rad: float = _renamed(
+        ("ATC_ANGLE_MAX", "deg"),
+        ("ANGLE_MAX", "cdeg"),
         30.0,
         "greatest lean angle",
-        since=_SI_NAMES,
-        formerly=("ANGLE_MAX", "cdeg"),
         at_least=0.1,
         at_most=1.5,
     )
@@ -160,87 +137,71 @@ class ArduPilotParameters:
         at_least=0.0,
         at_most=1.0,
     )
-    circle_radius_m: float = parameter(
-        "CIRCLE_RADIUS_M",
-        "m",
+    circle_radius_m: float = _renamed(
+        ("CIRCLE_RADIUS_M", "m"),
+        ("CIRCLE_RADIUS", "cm"),
         10.0,
         "radius of circles without one of their own",
-        since=_SI_NAMES,
-        formerly=("CIRCLE_RADIUS", "cm"),
         at_least=0.0,
     )
     circle_rate_rad_s: float = parameter(
         "CIRCLE_RATE", "deg/s", 20.0, "greatest turn rate of circles; negative: counter-clockwise"
     )
 
-    land_speed_m_s: float = parameter(
-        "LAND_SPD_MS",
-        "m/s",
+    land_speed_m_s: float = _renamed(
+        ("LAND_SPD_MS", "m/s"),
+        ("LAND_SPEED", "cm/s"),
         0.5,
         "descent rate below LAND_ALT_LOW_M",
-        since=_SI_NAMES,
-        formerly=("LAND_SPEED", "cm/s"),
         at_least=_SLOWEST_M_S,
         at_most=10.0,
     )
-    land_high_speed_m_s: float = parameter(
-        "LAND_SPD_HIGH_MS",
-        "m/s",
+    land_high_speed_m_s: float = _renamed(
+        ("LAND_SPD_HIGH_MS", "m/s"),
+        ("LAND_SPEED_HIGH", "cm/s"),
         0.0,
         "descent rate of a landing above it; 0: WP_SPD_DN",
-        since=_SI_NAMES,
-        formerly=("LAND_SPEED_HIGH", "cm/s"),
         at_least=0.0,
         at_most=_FASTEST_M_S,
         zero_means=("descent_speed_m_s", 1.0),
     )
-    land_slow_height_m: float = parameter(
-        "LAND_ALT_LOW_M",
-        "m",
+    land_slow_height_m: float = _renamed(
+        ("LAND_ALT_LOW_M", "m"),
+        ("LAND_ALT_LOW", "cm"),
         10.0,
         "height below which a landing is slow",
-        since=_SI_NAMES,
-        formerly=("LAND_ALT_LOW", "cm"),
         at_least=0.0,
         at_most=1000.0,
     )
-    return_altitude_m: float = parameter(
-        "RTL_ALT_M",
-        "m",
+    return_altitude_m: float = _renamed(
+        ("RTL_ALT_M", "m"),
+        ("RTL_ALT", "cm"),
         15.0,
         "height over home of the way back; 0: as it is",
-        since=_SI_NAMES,
-        formerly=("RTL_ALT", "cm"),
         at_least=0.0,
         at_most=3000.0,
     )
-    return_final_altitude_m: float = parameter(
-        "RTL_ALT_FINAL_M",
-        "m",
+    return_final_altitude_m: float = _renamed(
+        ("RTL_ALT_FINAL_M", "m"),
+        ("RTL_ALT_FINAL", "cm"),
         0.0,
         "height at which a return ends; 0: landed",
-        since=_SI_NAMES,
-        formerly=("RTL_ALT_FINAL", "cm"),
         at_least=0.0,
         at_most=1000.0,
     )
-    return_climb_min_m: float = parameter(
-        "RTL_CLIMB_MIN_M",
-        "m",
+    return_climb_min_m: float = _renamed(
+        ("RTL_CLIMB_MIN_M", "m"),
+        ("RTL_CLIMB_MIN", "cm"),
         0.0,
         "least climb of a return",
-        since=_SI_NAMES,
-        formerly=("RTL_CLIMB_MIN", "cm"),
         at_least=0.0,
         at_most=1000.0,
     )
-    return_speed_m_s: float = parameter(
-        "RTL_SPEED_MS",
-        "m/s",
+    return_speed_m_s: float = _renamed(
+        ("RTL_SPEED_MS", "m/s"),
+        ("RTL_SPEED", "cm/s"),
         0.0,
         "speed of a return; 0: WP_SPD",
-        since=_SI_NAMES,
-        formerly=("RTL_SPEED", "cm/s"),
         at_least=0.0,
         at_most=_FASTEST_M_S,
         zero_means=("cruise_speed_m_s", 1.0),
@@ -295,83 +256,67 @@ class ArduPilotParameters:
         "ARMING_MIS_ITEMS", "", 0, "bits: what a mission must contain to arm"
     )
 
-    pilot_climb_speed_m_s: float = parameter(
-        "PILOT_SPD_UP",
-        "m/s",
+    pilot_climb_speed_m_s: float = _renamed(
+        ("PILOT_SPD_UP", "m/s"),
+        ("PILOT_SPEED_UP", "cm/s"),
         2.5,
         "climb rate under the pilot",
-        since=_SI_NAMES,
-        formerly=("PILOT_SPEED_UP", "cm/s"),
         above=0.0,
         at_most=_FASTEST_M_S,
     )
-    pilot_descent_speed_m_s: float = parameter(
-        "PILOT_SPD_DN",
-        "m/s",
+    pilot_descent_speed_m_s: float = _renamed(
+        ("PILOT_SPD_DN", "m/s"),
+        ("PILOT_SPEED_DN", "cm/s"),
         0.0,
         "descent rate under the pilot; 0: PILOT_SPD_UP",
-        since=_SI_NAMES,
-        formerly=("PILOT_SPEED_DN", "cm/s"),
         at_least=0.0,
         at_most=_FASTEST_M_S,
         zero_means=("pilot_climb_speed_m_s", 1.0),
     )
-    pilot_vertical_acceleration_m_s2: float = parameter(
-        "PILOT_ACC_Z",
-        "m/s²",
+    pilot_vertical_acceleration_m_s2: float = _renamed(
+        ("PILOT_ACC_Z", "m/s²"),
+        ("PILOT_ACCEL_Z", "cm/s²"),
         2.5,
         "vertical acceleration under the pilot",
-        since=_SI_NAMES,
-        formerly=("PILOT_ACCEL_Z", "cm/s²"),
         above=0.0,
         at_most=50.0,
     )
-    pilot_takeoff_altitude_m: float = parameter(
-        "PILOT_TKO_ALT_M",
-        "m",
+    pilot_takeoff_altitude_m: float = _renamed(
+        ("PILOT_TKO_ALT_M", "m"),
+        ("PILOT_TKOFF_ALT", "cm"),
         0.0,
         "height of a take-off under the pilot",
-        since=_SI_NAMES,
-        formerly=("PILOT_TKOFF_ALT", "cm"),
         at_least=0.0,
     )
-    loiter_speed_m_s: float = parameter(
-        "LOIT_SPEED_MS",
-        "m/s",
+    loiter_speed_m_s: float = _renamed(
+        ("LOIT_SPEED_MS", "m/s"),
+        ("LOIT_SPEED", "cm/s"),
         12.5,
         "greatest speed in loiter",
-        since=_SI_NAMES,
-        formerly=("LOIT_SPEED", "cm/s"),
         above=0.0,
         at_most=_FASTEST_M_S,
     )
-    loiter_acceleration_m_s2: float = parameter(
-        "LOIT_ACC_MAX_M",
-        "m/s²",
+    loiter_acceleration_m_s2: float = _renamed(
+        ("LOIT_ACC_MAX_M", "m/s²"),
+        ("LOIT_ACC_MAX", "cm/s²"),
         5.0,
         "greatest acceleration in loiter",
-        since=_SI_NAMES,
-        formerly=("LOIT_ACC_MAX", "cm/s²"),
         above=0.0,
         at_most=50.0,
     )
-    loiter_brake_acceleration_m_s2: float = parameter(
-        "LOIT_BRK_ACC_M",
-        "m/s²",
+    loiter_brake_acceleration_m_s2: float = _renamed(
+        ("LOIT_BRK_ACC_M", "m/s²"),
+        ("LOIT_BRK_ACCEL", "cm/s²"),
         2.5,
         "braking in loiter",
-        since=_SI_NAMES,
-        formerly=("LOIT_BRK_ACCEL", "cm/s²"),
         above=0.0,
         at_most=50.0,
     )
-    loiter_brake_jerk_m_s3: float = parameter(
-        "LOIT_BRK_JRK_M",
-        "m/s³",
+    loiter_brake_jerk_m_s3: float = _renamed(
+        ("LOIT_BRK_JRK_M", "m/s³"),
+        ("LOIT_BRK_JERK", "cm/s³"),
         5.0,
         "jerk of braking in loiter",
-        since=_SI_NAMES,
-        formerly=("LOIT_BRK_JERK", "cm/s³"),
         above=0.0,
         at_most=500.0,
     )

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner import numbers
 from planner.autopilot import Autopilot
-from planner.errors import VehicleFileError
-from planner.findings import Place
 from planner.physics.transfer_function import TransferFunction
 from planner.vehicle.battery import Battery
 from planner.vehicle.battery_schema import BATTERY
@@ -20,15 +15,15 @@ from planner.vehicle.consistency import (
     power_problems_together,
     reference_problems,
 )
-from planner.vehicle.cruise_law import (
-    CruisePower,
-    DiFrancoButtazzoLaw,
-    LiuLaw,
-    MomentumLaw,
-    VerticalPower,
+from planner.vehicle.cruise_law import VerticalPower
+from planner.vehicle.document import (
+    MOST_BYTES,
+    document_from_toml,
+    file_error,
+    single_problem,
 )
-from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
 from planner.vehicle.keys import Kind, described, nearest_hint, shortened
+from planner.vehicle.law_tables import MASS_TABLES, WHOLE_TABLES, cruise_law, hover_law
 from planner.vehicle.model import (
     Loads,
     ManoeuvreResponse,
@@ -39,16 +34,10 @@ from planner.vehicle.model import (
     VehicleModel,
 )
 from planner.vehicle.power_schema import (
-    ALTITUDE_LAW,
-    CRUISE,
     CRUISE_NOT_GIVEN,
-    DENSITY_LAW,
-    DI_FRANCO_BUTTAZZO,
     HOVER_NOT_GIVEN,
     HOVER_OF_CRUISE,
-    LIU,
     LOADS,
-    MOMENTUM,
     VERTICAL,
 )
 from planner.vehicle.ramp_schema import RAMPS
@@ -58,26 +47,17 @@ from planner.vehicle.schema import (
     PARAMETERS,
     PROVENANCE,
     SCHEMA,
-    SCHEMA_VERSION,
     SPEED,
     TOP,
     VALID_FOR,
-    VERSION,
 )
 from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.vehicle.cruise_law import CruiseLaw
-    from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Table
     from planner.vehicle.model_spread import ModelSpread
-
-_MASS_LAWS = (DENSITY_LAW, MOMENTUM, LIU)
-_WHOLE_LAWS = (MOMENTUM, LIU, DI_FRANCO_BUTTAZZO)
-MOST_BYTES = 1 << 18
-"""A model file is a few kilobytes; anything larger is another kind of file."""
 
 
 def read_vehicle(path: str | Path) -> VehicleModel:
@@ -106,7 +86,7 @@ def read_vehicle(path: str | Path) -> VehicleModel:
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
         reason = getattr(error, "strerror", None) or str(error)
         msg = f"cannot be read: {reason}"
-        raise _single_problem(msg, source=source) from error
+        raise single_problem(msg, source=source) from error
     return vehicle_from_toml(data, name=path.stem, source=source)
 
 
@@ -132,72 +112,14 @@ def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
     VehicleFileError
         If anything is wrong; ``problems`` holds all of it.
     """
-    document = _document(data, source=source)
-    _refuse_version(document.pop(VERSION.name, None), source=source)
-    content = _Content(document)
+    content = _Content(document_from_toml(data, source=source))
     content.check(name)
     if content.problems:
-        raise _file_error(content.problems, source=source)
+        raise file_error(content.problems, source=source)
     try:
         return content.model(source)
     except ValueError as error:  # what only the values themselves can know
-        raise _single_problem(str(error), source=source) from error
-
-
-def _document(data: bytes, *, source: str) -> dict[str, Any]:
-    if len(data) > MOST_BYTES:
-        msg = f"is larger than {MOST_BYTES // 1024} KiB: this is no model file"
-        raise _single_problem(msg, source=source)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        msg = f"is not UTF-8 text (line {line}): this is no model file"
-        raise _single_problem(msg, source=source) from error
-    try:
-        return tomllib.loads(text)
-    except RecursionError as error:
-        msg = "is nested too deeply for a model file"
-        raise _single_problem(msg, source=source) from error
-    except ValueError as error:  # TOMLDecodeError, or a number with thousands of digits
-        raise _syntax_error(str(error), text, source=source) from error
-
-
-def _syntax_error(message: str, text: str, *, source: str) -> VehicleFileError:
-    where = re.search(r" \((?:at line (\d+), column (\d+)|at end of document)\)$", message)
-    if where is None:
-        return _single_problem(f"is not TOML: {message}", source=source)
-    if where[1] is None:
-        lines = text.split("\n")
-        place = Place(line=len(lines), column=len(lines[-1]) + 1)
-    else:
-        place = Place(line=int(where[1]), column=int(where[2]))
-    message = f"is not TOML: {message[: where.start()]}"
-    return VehicleFileError(
-        message,
-        source=source,
-        place=place,
-        problems=(f"{source}:{place.line}:{place.column}: {message}",),
-    )
-
-
-def _refuse_version(version: object, *, source: str) -> None:
-    """Raise before anything else is judged: another version may mean everything differently."""
-    if version == SCHEMA_VERSION and VERSION.kind.holds(version):
-        return
-    if version is None:
-        problem = f"is missing: write schema = {SCHEMA_VERSION} at the top of the file"
-    elif VERSION.kind.holds(version) and isinstance(version, int) and version > SCHEMA_VERSION:
-        problem = (
-            f"{shortened(str(version))} is newer than this program, which reads schema "
-            f"{SCHEMA_VERSION}: update mavjoule"
-        )
-    else:
-        problem = (
-            f"must be {SCHEMA_VERSION}, got {described(version)}: there is no such version; "
-            "write the file again after models/README.md"
-        )
-    raise _file_error([(VERSION.name, problem)], source=source)
+        raise single_problem(str(error), source=source) from error
 
 
 class _Content:
@@ -298,14 +220,14 @@ class _Content:
             self.problems += power_problems_together(
                 is_hover_of_cruise=hover is HOVER_OF_CRUISE,
                 is_hover_known=hover is not HOVER_NOT_GIVEN,
-                is_cruise_whole=cruise in _WHOLE_LAWS,
+                is_cruise_whole=cruise in WHOLE_TABLES,
                 is_cruise_known=cruise is not CRUISE_NOT_GIVEN,
                 has_vertical=self._raw(VERTICAL.name) is not None,
             )
         needing = [
             f'{table.selector[0]} = "{table.selector[1]}"'
             for table in (hover, cruise)
-            if table is not None and table.selector is not None and table in _MASS_LAWS
+            if table is not None and table.selector is not None and table in MASS_TABLES
         ]
         self.problems += mass_problems(needing=needing, has_mass="mass_kg" in self.document)
 
@@ -328,10 +250,10 @@ class _Content:
             **top,
             source=source,
             reference=reference,
-            hover=self._hover_law(),
+            hover=hover_law(self._chosen["hover"], self._cleaned["hover"]),
             responses=self._responses(),
             ramps=None if ramps is None else Ramps(**ramps),
-            cruise=self._cruise_law(),
+            cruise=cruise_law(self._chosen["cruise"], self._cleaned["cruise"]),
             loads=None if loads is None else Loads(**loads),
             vertical=None if vertical is None else VerticalPower(**vertical),
             battery=None if battery is None else Battery(**battery),
@@ -353,22 +275,6 @@ class _Content:
 
         states = self._cleaned.get(STATE_SPREAD.name, {})
         return ModelSpread(**values, energy_state_fraction=tuple(states.items()))
-
-    def _hover_law(self) -> HoverLaw | None:
-        values = self._cleaned["hover"]
-        if self._chosen["hover"] is ALTITUDE_LAW:
-            return AltitudeLaw(**values)
-        return DensityLaw(**values) if self._chosen["hover"] is DENSITY_LAW else None
-
-    def _cruise_law(self) -> CruiseLaw | None:
-        values, chosen = self._cleaned["cruise"], self._chosen["cruise"]
-        if chosen is CRUISE:
-            return CruisePower(**values)
-        if chosen is MOMENTUM:
-            return MomentumLaw(**values)
-        if chosen is LIU:
-            return LiuLaw(**values)
-        return DiFrancoButtazzoLaw(**values) if chosen is DI_FRANCO_BUTTAZZO else None
 
     def _responses(self) -> Responses:
         responses = {}
@@ -393,18 +299,3 @@ def _tables_inside(name: str) -> set[str]:
 def _dotted(table: str, key: str) -> str:
     shown = key if key.isprintable() else repr(key)
     return f"{table}.{shortened(shown)}" if table else shortened(shown)
-
-
-def _single_problem(message: str, *, source: str) -> VehicleFileError:
-    return VehicleFileError(message, source=source, problems=(f"{source}: {message}",))
-
-
-def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
-    key, message = problems[0]
-    more = f" (and {numbers.count(len(problems) - 1, 'more problem')})" if len(problems) > 1 else ""
-    return VehicleFileError(
-        message + more,
-        source=source,
-        key=key,
-        problems=tuple(f"{source}: {key}: {problem}" for key, problem in problems),
-    )

@@ -12,22 +12,9 @@ from typing import TYPE_CHECKING
 from planner.errors import UsageError
 from planner.output_file import write_output_file
 from planner.vehicle.battery_schema import BATTERY
-from planner.vehicle.cruise_law import CruisePower, DiFrancoButtazzoLaw, LiuLaw, MomentumLaw
-from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
 from planner.vehicle.keys import Interval
-from planner.vehicle.power_schema import (
-    ALTITUDE_LAW,
-    CRUISE,
-    CRUISE_NOT_GIVEN,
-    DENSITY_LAW,
-    DI_FRANCO_BUTTAZZO,
-    HOVER_NOT_GIVEN,
-    HOVER_OF_CRUISE,
-    LIU,
-    LOADS,
-    MOMENTUM,
-    VERTICAL,
-)
+from planner.vehicle.law_tables import cruise_table, hover_table
+from planner.vehicle.power_schema import LOADS, VERTICAL
 from planner.vehicle.ramp_schema import RAMPS
 from planner.vehicle.reader import vehicle_from_toml
 from planner.vehicle.response_schema import RESPONSE_TABLES
@@ -49,12 +36,6 @@ if TYPE_CHECKING:
     from planner.vehicle.keys import Table
     from planner.vehicle.model import VehicleModel
 
-_CRUISE_TABLES = {
-    CruisePower: CRUISE,
-    MomentumLaw: MOMENTUM,
-    LiuLaw: LIU,
-    DiFrancoButtazzoLaw: DI_FRANCO_BUTTAZZO,
-}
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _WIDEST = 96
 """Longer lists are broken over several lines."""
@@ -114,16 +95,13 @@ def vehicle_text(vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> str:
     if vehicle.default_speed_m_s is not None:
         blocks.append(_block(SPEED, {"default_m_s": vehicle.default_speed_m_s}))
     blocks += [
-        _block(_hover_table(vehicle), vehicle.hover),
+        _block(hover_table(vehicle.hover, vehicle.cruise), vehicle.hover),
         *(
             _block(table, response)
             for name, table in RESPONSE_TABLES.items()
             if (response := getattr(vehicle.responses, name)) is not None
         ),
-        _block(
-            CRUISE_NOT_GIVEN if vehicle.cruise is None else _CRUISE_TABLES[type(vehicle.cruise)],
-            vehicle.cruise,
-        ),
+        _block(cruise_table(vehicle.cruise), vehicle.cruise),
     ]
     optional = (
         (RAMPS, vehicle.ramps),
@@ -142,16 +120,6 @@ def vehicle_text(vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> str:
     if vehicle.provenance.fit:
         blocks.append(_free_block(FIT, vehicle.provenance.fit))
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
-
-
-def _hover_table(vehicle: VehicleModel) -> Table:
-    match vehicle.hover:
-        case AltitudeLaw():
-            return ALTITUDE_LAW
-        case DensityLaw():
-            return DENSITY_LAW
-        case _:
-            return HOVER_NOT_GIVEN if vehicle.cruise is None else HOVER_OF_CRUISE
 
 
 def _comments(remarks: Iterable[str]) -> list[str]:
