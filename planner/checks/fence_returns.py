@@ -46,12 +46,8 @@ def check_returns(
 
     Parameters
     ----------
-    flown : FencedFlight
-        The flight and its fence.
-    barriers : list
-        Areas of the fence that may be in the way.
-    crossing : set of int
-        Groups of legs that are outside themselves: nothing more is said of the way home from them.
+    flown, barriers, crossing
+        As in `planner.checks.stop_buffer.check_stop_buffer`.
     """
     target = flown.return_ends_m
     judged = ~np.isin(flown.group, list(crossing))
