@@ -59,13 +59,20 @@ class Canvas:
         if len(across) < 2:
             self.dots(across, down, ink)
             return
-        steps = np.maximum(np.abs(np.diff(across)), np.abs(np.diff(down))).astype(np.int64)
-        leg = np.repeat(np.arange(len(steps)), steps)
-        begun = np.repeat(np.cumsum(steps) - steps, steps)
-        share = (np.arange(len(leg)) - begun) / steps[leg]
+        right, lower = np.diff(across), np.diff(down)
+        steps = np.maximum(np.abs(right), np.abs(lower))
+        begins, ends = np.zeros(len(steps)), np.ones(len(steps))
+        for start, change, size in ((across, right, self.width), (down, lower, self.height)):
+            low, high = _shares_inside(start[:-1], change, size)
+            begins, ends = np.maximum(begins, low), np.minimum(ends, high)
+        first = np.floor(begins * steps)  # of the dots of each leg, those in sight alone are made
+        counts = np.maximum(np.ceil(ends * steps) - first, 0.0).astype(np.int64)
+        leg = np.repeat(np.arange(len(steps)), counts)
+        own = np.arange(len(leg)) - np.repeat(np.cumsum(counts) - counts, counts)
+        share = (first[leg] + own) / steps[leg]
         self.dots(
-            np.append(across[leg] + share * (across[leg + 1] - across[leg]), across[-1]),
-            np.append(down[leg] + share * (down[leg + 1] - down[leg]), down[-1]),
+            np.append(across[leg] + share * right[leg], across[-1]),
+            np.append(down[leg] + share * lower[leg], down[-1]),
             ink,
         )
 
@@ -102,3 +109,16 @@ class Canvas:
             else:
                 found.append((character, ink))
         return found
+
+
+def _shares_inside(
+    start: FloatArray, change: FloatArray, size: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return between which shares of their change lines are on a canvas; none where high is lower."""
+    moves = change != 0.0
+    by = np.where(moves, change, 1.0)
+    crossings = np.stack(((-1.0 - start) / by, (size - start) / by))
+    inside = (start >= -1.0) & (start <= size)
+    low = np.where(moves, crossings.min(axis=0), np.where(inside, 0.0, 1.0))
+    high = np.where(moves, crossings.max(axis=0), np.where(inside, 1.0, 0.0))
+    return np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0)

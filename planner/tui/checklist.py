@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner import __version__, catalogue
-from planner.errors import UsageError
+from planner.errors import OutputError, UsageError
 from planner.findings import Severity
 from planner.frozen import frozen
 from planner.output_file import write_output_file
@@ -125,9 +125,31 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Line]
             )
 
 
-def sign_off_path(file: str) -> Path:
-    """Return where the sign-off of a mission goes: beside it."""
-    return Path(f"{file}.signoff.json")
+def sign_off_paths(file: str) -> tuple[Path, ...]:
+    """Return the sign-offs of a mission that are there, the first one first."""
+    found: list[Path] = []
+    while (path := _sign_off_path(file, len(found) + 1)).exists() or path.is_symlink():
+        found.append(path)
+    return tuple(found)
+
+
+def _sign_off_path(file: str, number: int) -> Path:
+    """Return where a sign-off of a mission goes: beside it, each to a file of its own."""
+    return Path(f"{file}.signoff.json" if number == 1 else f"{file}.signoff-{number}.json")
+
+
+def _reserved_path(file: str) -> Path:
+    """Return a new file for a sign-off, made here: no other one is ever written over."""
+    while True:
+        path = _sign_off_path(file, len(sign_off_paths(file)) + 1)
+        try:
+            path.touch(exist_ok=False)
+        except FileExistsError:
+            continue  # someone else signed at this moment
+        except OSError as error:
+            msg = f"{path}: cannot be written: {error.strerror or error}"
+            raise OutputError(msg) from error
+        return path
 
 
 def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> Path:
@@ -147,7 +169,7 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
     Returns
     -------
     Path
-        The file, beside the mission.
+        A new file beside the mission; those signed before stay.
 
     Raises
     ------
@@ -185,8 +207,13 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
         "findings": [_said(finding) for finding in result.findings],
         "suppressed": [_said(finding) for finding in result.suppressed],
     }
-    path = sign_off_path(checked.file)
-    write_output_file(path, json_text(envelope(__version__) | document, indent=2))
+    text = json_text(envelope(__version__) | document, indent=2)
+    path = _reserved_path(checked.file)
+    try:
+        write_output_file(path, text)
+    except OutputError:
+        path.unlink(missing_ok=True)
+        raise
     return path
 
 

@@ -165,17 +165,23 @@ class Scale:
         """Return places as dots of the canvas, y downwards."""
         return (east_m - self.west_m) / self.m_per_dot, (self.north_m - north_m) / self.m_per_dot
 
+    def about(self, place_m: tuple[float, float], factor: float, width: int, height: int) -> Scale:
+        """Return the scale that shows a place in the middle of so many dots, larger by a factor."""
+        m_per_dot = self.m_per_dot / factor
+        return Scale(
+            west_m=place_m[0] - m_per_dot * (width - 1) / 2.0,
+            north_m=place_m[1] + m_per_dot * (height - 1) / 2.0,
+            m_per_dot=m_per_dot,
+        )
+
 
 def scale_to_fit(extent_m: tuple[float, float, float, float], width: int, height: int) -> Scale:
     """Return the scale that shows an extent in the middle of so many dots, with a border."""
     west_m, south_m, east_m, north_m = extent_m
     across, down = max(width - 5, 1), max(height - 5, 1)
     m_per_dot = max((east_m - west_m) / across, (north_m - south_m) / down, 0.01)
-    return Scale(
-        west_m=(west_m + east_m) / 2.0 - m_per_dot * (width - 1) / 2.0,
-        north_m=(north_m + south_m) / 2.0 + m_per_dot * (height - 1) / 2.0,
-        m_per_dot=m_per_dot,
-    )
+    middle_m = (west_m + east_m) / 2.0, (north_m + south_m) / 2.0
+    return Scale(west_m=0.0, north_m=0.0, m_per_dot=m_per_dot).about(middle_m, 1.0, width, height)
 
 
 def scale_bar_m(m_per_dot: float, dots: int) -> float:

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from reviews import TOO_FAR, review_app, rows_of, settled, text_of, what_if_of
 
-from planner.errors import UsageError
+from planner.errors import OutputError, UsageError
 from planner.tui.checked import checked
-from planner.tui.checklist import checklist_rows, write_sign_off
+from planner.tui.checklist import checklist_rows, sign_off_paths, write_sign_off
 from planner.tui.screens.review import ReviewScreen
 
 PROFILE = '[manual]\nAirframe = ["Propellers tight", "Battery strapped"]\nSite = ["Notices read"]\n'
@@ -66,6 +66,31 @@ def test_a_no_go_is_signed_as_a_no_go() -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     assert document["verdict"] == "no-go"
     assert {"E101", "E102"} <= {finding["code"] for finding in document["findings"]}
+
+
+def test_a_second_sign_off_leaves_the_first_as_it_is() -> None:
+    one = checked(GOOD, what_if_of(GOOD))
+    first = write_sign_off(one, done=frozenset(), who="Ada", at=AT)
+    before = first.read_bytes()
+    second = write_sign_off(one, done=frozenset(), who="Grace", at=AT)
+    third = write_sign_off(one, done=frozenset(), who="Ada", at=AT)
+    assert first.read_bytes() == before
+    assert sign_off_paths(GOOD) == (first, second, third)
+    signed = [json.loads(path.read_text("utf-8"))["signed_by"] for path in sign_off_paths(GOOD)]
+    assert signed == ["Ada", "Grace", "Ada"]
+
+
+def test_a_sign_off_that_cannot_be_written_leaves_no_empty_file(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(path: Path, text: str) -> None:
+        msg = f"{path}: cannot be written: {len(text)} bytes are too many"
+        raise OutputError(msg)
+
+    monkeypatch.setattr("planner.tui.checklist.write_output_file", fail)
+    with pytest.raises(OutputError):
+        write_sign_off(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who="Ada", at=AT)
+    assert sign_off_paths(GOOD) == ()
 
 
 def test_nothing_is_signed_while_an_item_is_open(profile: dict[str, object]) -> None:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from textual.app import ComposeResult
 
     from planner.tui.checked import Checked
+    from planner.tui.search import Hit
     from planner.tui.suggestions import Suggestion
     from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
@@ -62,6 +63,7 @@ class ReviewScreen(Screen[None]):
         Binding("y", "copy_command", "Command"),
         Binding("s", "save", "Save"),
         Binding("c", "checklist", "Checklist"),
+        Binding("slash", "find", "Find"),
         Binding("m", "missions", "Missions"),
         Binding("f", "whole_flight", "Flight figures", show=False),
         Binding("r", "recheck", "Check again", show=False),
@@ -271,6 +273,18 @@ class ReviewScreen(Screen[None]):
     def action_whole_flight(self) -> None:
         """Show the figures of the whole flight."""
         self.query_one(Panes).show_flight()
+
+    def action_find(self) -> None:
+        """Find an item or a finding by number, code or text."""
+        from planner.tui.screens.search import SearchScreen
+
+        panes = self.query_one(Panes)
+
+        def go(hit: Hit | None) -> None:
+            if hit is not None:
+                self.query_one(PaneBar).show(PANES, panes.go_to(hit))
+
+        self.app.push_screen(SearchScreen(panes.find), go)
 
     def action_leave_field(self) -> None:
         """Go from the field in use to the findings."""

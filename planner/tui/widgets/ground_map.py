@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from planner.findings import FlightStretch
     from planner.tui.ground import Ground, Scale
 
+_FINEST_M = 0.05
+"""A dot is no less than this. [m]"""
+
 
 class GroundMap(Drawing):
     """Path, fence, home and rally points, the wind, and the place of the cursor."""
@@ -27,6 +30,13 @@ class GroundMap(Drawing):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("left,h", "step(-1)", "Earlier", show=False),
         Binding("right,l", "step(1)", "Later", show=False),
+        Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
+        Binding("minus", "zoom(-1)", "out"),
+        Binding("0", "fit", "Whole map", show=False),
+        Binding("shift+left,H", "pan(-1, 0)", "Pan west", show=False),
+        Binding("shift+right,L", "pan(1, 0)", "Pan east", show=False),
+        Binding("shift+up,K", "pan(0, 1)", "Pan north", show=False),
+        Binding("shift+down,J", "pan(0, -1)", "Pan south", show=False),
     ]
 
     @dataclass
@@ -43,6 +53,10 @@ class GroundMap(Drawing):
         self._span_s: tuple[float, float] | None = None
         self._scale: Scale | None = None
         self._vehicle_m: tuple[float, float] | None = None
+        self._zoom = 0
+        """How many times the map is doubled; 0: all there is to draw is in sight."""
+        self._middle_m = (0.0, 0.0)
+        """What is in the middle of a map that is zoomed, east and north. [m]"""
 
     def show(self, ground: Ground | None) -> None:
         """Show another flight."""
@@ -53,7 +67,19 @@ class GroundMap(Drawing):
         """Put the cursor on a moment without saying so."""
         if time_s != self._cursor_s:
             self._cursor_s = time_s
+            self._keep_in_sight()
             self.move_cursor()
+
+    def _keep_in_sight(self) -> None:
+        """Move the map where the cursor would leave it."""
+        if self._ground is None or self._scale is None or not self._zoom:
+            return
+        place_m = self._ground.place_m(self._cursor_s)
+        x, y = self._scale.dots(np.array([place_m[0]]), np.array([place_m[1]]))
+        width, height = self.size.width * DOTS_ACROSS, self.size.height * DOTS_DOWN
+        if not (0.0 <= x[0] < width and 0.0 <= y[0] < height):
+            self._middle_m = place_m
+            self.redraw()
 
     def show_vehicle(self, place_m: tuple[float, float] | None) -> None:
         """Show where the vehicle itself is, east and north of home. [m]"""
@@ -76,6 +102,43 @@ class GroundMap(Drawing):
             self.point_at(min(max(self._cursor_s + by * end_s / 100.0, 0.0), end_s))
             self.post_message(self.Moved(self._cursor_s))
 
+    def action_zoom(self, by: int) -> None:
+        """Double or halve the map about its middle; the first time about the cursor."""
+        if self._ground is None or self._scale is None:
+            return
+        if by > 0 and self._scale.m_per_dot <= _FINEST_M:
+            return
+        if not self._zoom:
+            self._middle_m = self._ground.place_m(self._cursor_s)
+        self._zoom = max(self._zoom + by, 0)
+        self.redraw()
+
+    def action_fit(self) -> None:
+        """Show all there is to draw."""
+        self._zoom = 0
+        self.redraw()
+
+    def action_pan(self, east: int, north: int) -> None:
+        """Move a zoomed map by a quarter of what is in sight."""
+        if self._zoom and self._scale is not None:
+            across_m = self._scale.m_per_dot * self.size.width * DOTS_ACROSS
+            down_m = self._scale.m_per_dot * self.size.height * DOTS_DOWN
+            self._middle_m = (
+                self._middle_m[0] + east * across_m / 4.0,
+                self._middle_m[1] + north * down_m / 4.0,
+            )
+            self.redraw()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Zoom in."""
+        event.stop()
+        self.action_zoom(1)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Zoom out."""
+        event.stop()
+        self.action_zoom(-1)
+
     def on_click(self, event: events.Click) -> None:
         """Put the cursor on the point of the path nearest to the mouse."""
         if self._ground is None or self._scale is None:
@@ -92,7 +155,10 @@ class GroundMap(Drawing):
         if ground is None:
             canvas.write(1, 0, "nothing is flown", "axis")
             return canvas
-        scale = self._scale = scale_to_fit(ground.extent_m(), canvas.width, canvas.height)
+        scale = scale_to_fit(ground.extent_m(), canvas.width, canvas.height)
+        if self._zoom:
+            scale = scale.about(self._middle_m, 2.0**self._zoom, canvas.width, canvas.height)
+        self._scale = scale
         for outline in ground.outlines:
             x, y = scale.dots(outline.east_m, outline.north_m)
             canvas.line(x, y, "inclusion" if outline.is_inclusion else "exclusion")
@@ -104,6 +170,9 @@ class GroundMap(Drawing):
             x, y = scale.dots(np.array([mark.east_m]), np.array([mark.north_m]))
             canvas.write(int(x[0]) // DOTS_ACROSS, int(y[0]) // DOTS_DOWN, mark.letter, "mark")
         self._write_legend(canvas, ground, scale)
+        if self._zoom:
+            text = f"×{2**self._zoom}, 0: all"
+            canvas.write(canvas.columns - len(text), canvas.rows - 1, text, "axis")
         return canvas
 
     @staticmethod

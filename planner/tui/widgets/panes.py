@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from planner.checks.case import Case
     from planner.findings import Finding
     from planner.tui.checked import Checked
+    from planner.tui.search import Hit
 
 PANES = {
     "findings": "Findings",
@@ -112,6 +113,26 @@ class Panes(Container):
         """Show the figures of the whole flight."""
         if self._shown is not None:
             self.query_one(DetailsPane).show(details.flight_details(self._shown.result))
+
+    def find(self, text: str) -> tuple[Hit, ...]:
+        """Return what a text finds among findings and items."""
+        from planner.tui.search import hits
+
+        return () if self._shown is None else hits(self._shown.result, self._findings, text)
+
+    def go_to(self, hit: Hit) -> str:
+        """Put every pane on what was found; return the pane that is shown then.
+
+        Profile and map stay where they are in use: they show where it is.
+        """
+        stays = self.current in {"plot", "map"}
+        pane = "items" if hit.finding is None else "findings"
+        row = (hit.item or 1) - 1 if hit.finding is None else hit.finding
+        rows = self.query_one(f"#{pane}", RowList)
+        rows.select(row)
+        self.show_pane(self.current if stays else pane)
+        rows.post_message(RowList.Selected(rows, row))
+        return self.current
 
     # The thing in question: a moment, a segment, an item, a finding
 
