@@ -15,7 +15,7 @@ INVALID_POLYGON = Rule(
     ),
     how=(
         "Fewer than 3 different vertices, a vertex that is no position, edges that cross or fold "
-        "back, an area thinner than 1 cm, a radius that is not positive. Vertices given twice in "
+        "back, an area thinner than 2 cm, a radius that is not positive. Vertices given twice in "
         "a row are a warning. The direction of turning does not matter."
     ),
     example="inclusion polygon 1 crosses itself: the edge after vertex 2 meets that after vertex 4",
@@ -32,8 +32,8 @@ INCLUSION_SEMANTICS = Rule(
         "inside every one of them: with areas apart from each other every flight is a breach."
     ),
     how=(
-        "The intersection of all inclusion polygons and circles is empty. ArduPilot takes their "
-        "union where FENCE_OPTIONS has bit 1; then the rule does not apply."
+        "The intersection of all inclusion polygons and circles is empty, or thinner than 2 cm. "
+        "ArduPilot takes their union where FENCE_OPTIONS has bit 1; then the rule does not apply."
     ),
     example="inclusion polygon 1 and inclusion circle 1 have no place in common",
     fix="keep one inclusion area, make them overlap, or set bit 1 of FENCE_OPTIONS (ArduPilot)",
@@ -146,7 +146,7 @@ FENCE_IN_PART = Rule(
     severity=Severity.INFO,
     summary="Something about the fence could not be checked.",
     why="A check that is silent about what it leaves out is read as a check of everything.",
-    how=("Without a planned home the way home is that to where the flight starts."),
+    how="Without a planned home the way home is that to where the flight starts.",
     example="the file says no home: ways home are taken from where the flight starts",
     fix="save the mission with its planned home",
 )
@@ -161,7 +161,7 @@ FENCE_HEIGHT = Rule(
     how=(
         "The highest place of the flight over home, and the return altitude, against GF_MAX_VER_DIST "
         "(PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1); the lowest waypoint against FENCE_ALT_MIN "
-        "(bit 8). An error for the mission, a warning for a return the mission does not fly."
+        "(bit 8), to 1 cm. An error for the mission, a warning for a return the mission does not fly."
     ),
     example="120 m above home are flown, FENCE_ALT_MAX is 100 m",
     fix="fly lower, or raise the limit",

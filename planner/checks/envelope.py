@@ -77,9 +77,9 @@ def check_climbs(case: Case) -> Iterator[Finding]:
     item = int(columns.item[beyond[0]])
     longest = float(np.abs(columns.climb_m[beyond]).max())
     yield MODEL_OUTSIDE_ENVELOPE.finding(
-        f"{numbers.count(len(beyond), 'climb')} or descents of up to {numbers.height(longest)}, "
-        f"longer than the identified {numbers.height(response.identified_step_m)}: "
-        "flown at the peak rate of the identified step",
+        f"{numbers.count(len(beyond), 'climb or descent', 'climbs or descents')} of up to "
+        f"{numbers.height(longest)}, longer than the identified "
+        f"{numbers.height(response.identified_step_m)}: flown at the peak rate of the identified step",
         item=item,
         place=case.mission.items[item - 1].place,
     )

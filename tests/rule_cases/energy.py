@@ -1,0 +1,211 @@
+"""Family E: energy, the battery, what the model knows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+from fenced_missions import rally
+from made_missions import mission, rtl, speed, takeoff, waypoint
+from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, PX4, STEP, RuleCases, found, vehicle_of
+
+from planner.physics.wind import Wind
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.model import Responses
+from planner.vehicle.model_spread import ModelSpread
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.findings import Finding
+    from planner.service import CheckResult
+
+OUT_AND_BACK = mission(takeoff(100), waypoint(1000, 100), rtl())
+ONE_WAY = mission(takeoff(100), waypoint(1000, 100))
+PACK = Battery(
+    capacity_ah=5.0,
+    cells_in_series=6,
+    internal_resistance_ohm=0.04,
+    ocv_soc=(0.0, 0.5, 1.0),
+    ocv_v=(21.0, 22.3, 25.1),
+    cutoff_voltage_v=15.0,
+)
+SPREAD = ModelSpread(n_flights=1_000_000, source="made", energy_fraction=0.05)
+CAUTIOUS = replace(vehicle_of(STEP), spread=SPREAD)
+LAGGING = Responses(speed=vehicle_of(STEP).responses.speed)
+NEED_WH = check(OUT_AND_BACK, vehicle_of(STEP), battery=PLENTY).totals.energy_wh
+
+
+def of_capacity(share_of_need: float) -> tuple[Finding, ...]:
+    """Return what is told with a battery of so much of the energy needed, and no reserve."""
+    return found(OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * share_of_need), reserve=0.0)
+
+
+@cache
+def return_wh() -> float:
+    """Return the energy that reaching the far end and returning from it takes. [Wh]"""
+    way = check(ONE_WAY, vehicle_of(STEP), battery=PLENTY, reserve=0.0).way_home
+    assert way is not None
+    assert way.margin_wh is not None
+    return PLENTY.energy_wh - way.margin_wh
+
+
+def one_way(margin_wh: float) -> tuple[Finding, ...]:
+    """Return what is told of a flight that ends so far from being unable to return."""
+    return found(ONE_WAY, battery=Battery(capacity_wh=return_wh() + margin_wh), reserve=0.0)
+
+
+def at_most_s(longer_s: float) -> tuple[Finding, ...]:
+    """Return what PX4's check tells where it may fly so much longer than the flight takes."""
+    quad = vehicle_of(ARDUPILOT)
+    time_s = check(ONE_WAY, quad, autopilot=PX4).totals.time_s
+    return found(ONE_WAY, PX4, f"COM_FLT_TIME_MAX,{time_s + longer_s!r}\n", vehicle=quad)
+
+
+@cache
+def with_pack() -> CheckResult:
+    """Return the check of a flight with a battery whose curve is known."""
+    return check(PLAIN, vehicle_of(ARDUPILOT), battery=PACK)
+
+
+def lowest_v() -> float:
+    """Return the lowest voltage under load of that flight. [V]"""
+    budget = with_pack().battery
+    assert budget is not None
+    assert budget.lowest_voltage_v is not None
+    return budget.lowest_voltage_v
+
+
+def highest_rate() -> float:
+    """Return its highest current over the charge. [1/h]"""
+    budget = with_pack().battery
+    assert budget is not None
+    assert budget.highest_c_rate is not None
+    return budget.highest_c_rate
+
+
+def hover_throttle(share: float) -> tuple[Finding, ...]:
+    """Return what is told where a hover takes such a share of the thrust, whatever the charge."""
+    stiff = replace(PACK, ocv_v=(25.1 - 2e-12, 25.1 - 1e-12, 25.1), internal_resistance_ohm=0.0)
+    return found(PLAIN, ARDUPILOT, f"MOT_THST_HOVER,{share!r}\n", battery=stiff)
+
+
+def at_speed(speed_m_s: float) -> tuple[Finding, ...]:
+    """Return what is told of a flight at a speed; hover power is known from 70 m up."""
+    return found(mission(takeoff(100), speed(speed_m_s), waypoint(900, 100), rtl()))
+
+
+def charged(fraction: float, **values: float) -> tuple[Finding, ...]:
+    """Return what PX4's check tells of a battery that is not full."""
+    text = "".join(f"{name},{value!r}\n" for name, value in values.items())
+    quad = vehicle_of(ARDUPILOT)
+    return found(PLAIN, PX4, text, vehicle=quad, charge=fraction)
+
+
+def with_rally(north_m: float) -> tuple[Finding, ...]:
+    """Return what is told of a rally point on the line of flight."""
+    one = replace(mission(takeoff(20), waypoint(200, 20), rtl()), rally=(rally(0.0, north_m),))
+    return found(one, ARDUPILOT)
+
+
+@cache
+def below_reserve() -> float:
+    """Return the chance to land below the reserve with a margin of one standard deviation. [-]"""
+    budget = check(OUT_AND_BACK, CAUTIOUS, battery=Battery(capacity_wh=NEED_WH * 1.05 / 0.8))
+    assert budget.battery is not None
+    assert budget.battery.below_reserve_probability is not None
+    return budget.battery.below_reserve_probability
+
+
+def at_risk(more: float) -> tuple[Finding, ...]:
+    """Return what is told where so much more than the chance there is may be taken."""
+    battery = Battery(capacity_wh=NEED_WH * 1.05 / 0.8)
+    return found(OUT_AND_BACK, battery=battery, vehicle=CAUTIOUS, risk=below_reserve() + more)
+
+
+CASES: Mapping[str, RuleCases] = {
+    "E100": RuleCases(
+        fires=lambda: found(PLAIN, battery=None),
+        boundary=lambda: found(PLAIN, battery=Battery(capacity_wh=0.001)),
+        silent=lambda: found(PLAIN),
+    ),
+    "E101": RuleCases(
+        fires=lambda: of_capacity(1.0 - 1e-6),
+        boundary=lambda: of_capacity(1.0),
+        silent=lambda: of_capacity(1.0 + 1e-6),
+    ),
+    "E102": RuleCases(
+        fires=lambda: one_way(-0.001),
+        boundary=lambda: one_way(1e-9),
+        silent=lambda: one_way(0.001),
+    ),
+    "E103": RuleCases(
+        fires=lambda: at_most_s(-0.01),
+        boundary=lambda: at_most_s(0.0),
+        silent=lambda: at_most_s(0.01),
+    ),
+    "E104": RuleCases(
+        fires=lambda: found(
+            PLAIN, ARDUPILOT, battery=replace(PACK, cutoff_voltage_v=lowest_v() + 0.01)
+        ),
+        boundary=lambda: found(
+            PLAIN, ARDUPILOT, battery=replace(PACK, cutoff_voltage_v=lowest_v())
+        ),
+        silent=lambda: found(
+            PLAIN, ARDUPILOT, battery=replace(PACK, cutoff_voltage_v=lowest_v() - 0.01)
+        ),
+    ),
+    "E105": RuleCases(
+        fires=lambda: at_speed(10.1), boundary=lambda: at_speed(10.0), silent=lambda: at_speed(9.9)
+    ),
+    "E106": RuleCases(
+        fires=lambda: with_rally(-1.0),
+        boundary=lambda: with_rally(0.0),  # as near as home: ArduPilot takes the rally point
+        silent=lambda: with_rally(1.0),
+    ),
+    "E107": RuleCases(
+        fires=lambda: found(OUT_AND_BACK),
+        # 20 m are flown in one acceleration and one stop.
+        boundary=lambda: found(mission(takeoff(100), waypoint(20, 100), rtl())),
+        silent=lambda: found(PLAIN, ARDUPILOT),
+    ),
+    "E108": RuleCases(
+        fires=lambda: found(OUT_AND_BACK, wind=Wind(speed_m_s=0.1)),
+        boundary=lambda: found(OUT_AND_BACK, wind=Wind(speed_m_s=0.0)),
+        silent=lambda: found(PLAIN, ARDUPILOT, wind=Wind(speed_m_s=0.1)),
+    ),
+    "E109": RuleCases(
+        fires=lambda: found(PLAIN, PX4),
+        boundary=lambda: found(OUT_AND_BACK),  # only the power of a cruise is not known: E107
+        silent=lambda: found(PLAIN, ARDUPILOT),
+    ),
+    "E110": RuleCases(
+        fires=lambda: found(
+            PLAIN, ARDUPILOT, battery=replace(PACK, max_c_rate=highest_rate() - 0.01)
+        ),
+        boundary=lambda: found(PLAIN, ARDUPILOT, battery=replace(PACK, max_c_rate=highest_rate())),
+        silent=lambda: found(PLAIN, ARDUPILOT, battery=PACK),
+    ),
+    "E111": RuleCases(
+        fires=lambda: found(PLAIN, PX4, vehicle=replace(vehicle_of(PX4), responses=LAGGING)),
+        boundary=lambda: found(PLAIN, PX4, vehicle=replace(vehicle_of(PX4), responses=Responses())),
+        silent=lambda: found(
+            PLAIN, ARDUPILOT, vehicle=replace(vehicle_of(ARDUPILOT), responses=LAGGING)
+        ),
+    ),
+    "E114": RuleCases(
+        fires=lambda: charged(0.5, COM_ARM_BAT_MIN=0.501),
+        boundary=lambda: charged(0.5, COM_ARM_BAT_MIN=0.5),
+        silent=lambda: charged(0.5, COM_ARM_BAT_MIN=0.499),
+    ),
+    "E116": RuleCases(
+        fires=lambda: hover_throttle(0.701),
+        boundary=lambda: hover_throttle(0.7 - 1e-12),
+        silent=lambda: hover_throttle(0.699),
+    ),
+    "E119": RuleCases(
+        fires=lambda: at_risk(-1e-9), boundary=lambda: at_risk(0.0), silent=lambda: at_risk(0.01)
+    ),
+}

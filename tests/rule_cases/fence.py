@@ -1,0 +1,141 @@
+"""Family F: fences and rally points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from fenced_missions import at, box, circle, degrees, findings_of, rally
+from made_missions import HOME, rtl, takeoff
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, RuleCases, found
+
+from planner.geo.fence import Fence, FencePolygon
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from planner.findings import Finding
+    from planner.geo.fence import FenceCircle
+    from planner.mission.items import MissionItem
+
+NORTH = (takeoff(20), at(0, 400), rtl())
+SHORT = (takeoff(20), at(0, 100), rtl())
+CORNER = at(200, 200, params=(5.0, 0.0, 0.0, None))
+"""A hold, so that ArduPilot does not turn before the place."""
+AROUND_A_WALL = (takeoff(20), at(0, 200), CORNER, at(0, 200), rtl())
+CIRCLE = (takeoff(20), at(0, 0, command=18, params=(1.0, 0.0, 200.0, None)), rtl())
+AROUND = box(-400.0, -400.0, 400.0, 400.0)
+NOTHING_M = 1e-6
+"""What is lost between metres and degrees is far less. [m]"""
+
+
+def told(
+    items: tuple[MissionItem, ...],
+    *areas: FencePolygon | FenceCircle,
+    **more: Any,  # noqa: ANN401 - whatever findings_of takes
+) -> Iterable[Finding]:
+    """Return what the rules of fences say of a mission."""
+    return findings_of(items, *areas, **more).values()
+
+
+def beside(clear_m: float) -> Iterable[Finding]:
+    """Return what is told of a leg so far beside the edge of its area."""
+    return told(NORTH, box(-100.0, -100.0, clear_m, 500.0))
+
+
+def loitering(clear_m: float) -> Iterable[Finding]:
+    """Return what is told of a circle of 200 m beside an exclusion."""
+    return told(CIRCLE, box(200.0 + clear_m, -20.0, 260.0, 20.0, inclusion=False))
+
+
+def apart(gap_m: float) -> Iterable[Finding]:
+    """Return what is told of two inclusions, one of which begins so far behind the other."""
+    return told(SHORT, box(-200, -200, 200, 200), box(200.0 + gap_m, -200, 900, 200))
+
+
+def behind(wall_m: float) -> Iterable[Finding]:
+    """Return what is told of a wall up to so far north; the way home passes its corner at 100 m."""
+    wall = box(100.0, -300.0, 300.0, wall_m, inclusion=False)
+    return told(AROUND_A_WALL, wall, autopilot=ARDUPILOT, position_error_m=0.0)
+
+
+def ring(corners: int) -> FencePolygon:
+    """Return a polygon of 400 m radius."""
+    turns = [2.0 * math.pi * i / corners for i in range(corners)]
+    return FencePolygon(
+        inclusion=True,
+        vertices_deg=tuple(degrees(400 * math.cos(a), 400 * math.sin(a)) for a in turns),
+    )
+
+
+CASES: Mapping[str, RuleCases] = {
+    "F101": RuleCases(
+        fires=lambda: beside(-0.01), boundary=lambda: beside(0.0), silent=lambda: beside(0.01)
+    ),
+    "F102": RuleCases(
+        fires=lambda: beside(2.49),
+        boundary=lambda: beside(2.5 + NOTHING_M),
+        silent=lambda: beside(2.51),
+    ),
+    "F103": RuleCases(
+        fires=lambda: told(SHORT, AROUND, rally_points=(rally(400.01, 0.0),)),
+        boundary=lambda: told(SHORT, AROUND, rally_points=(rally(400.0, 0.0),)),
+        silent=lambda: told(SHORT, AROUND, rally_points=(rally(399.99, 0.0),)),
+    ),
+    "F104": RuleCases(
+        fires=lambda: told(SHORT, box(-200.0, 0.01, 200.0, 400.0)),
+        boundary=lambda: told(SHORT, box(-200.0, -NOTHING_M, 200.0, 400.0)),
+        silent=lambda: told(SHORT, box(-200.0, -0.01, 200.0, 400.0)),
+    ),
+    "F105": RuleCases(
+        fires=lambda: told(SHORT, circle(0.0, 50.0, -200.0)),
+        boundary=lambda: told(SHORT, circle(0.0, 50.0, 0.0)),
+        fires_at_boundary=True,
+        silent=lambda: told(SHORT, circle(0.0, 50.0, 200.0)),
+    ),
+    "F106": RuleCases(
+        fires=lambda: apart(0.01), boundary=lambda: apart(-0.0201), silent=lambda: apart(-1.0)
+    ),
+    "F107": RuleCases(
+        fires=lambda: loitering(-0.06),
+        boundary=lambda: loitering(0.05),  # what its chords may differ from a circle
+        silent=lambda: loitering(0.5),
+    ),
+    "F108": RuleCases(
+        fires=lambda: behind(100.01),
+        boundary=lambda: behind(100.0 - 0.001),
+        silent=lambda: behind(99.9),
+    ),
+    "F109": RuleCases(
+        fires=lambda: found(replace(PLAIN, home=None, fence=Fence(polygons=(AROUND,), circles=()))),
+        boundary=lambda: found(
+            replace(
+                PLAIN,
+                home=replace(HOME, altitude_amsl_m=None),
+                fence=Fence(polygons=(AROUND,), circles=()),
+            )
+        ),
+        silent=lambda: found(replace(PLAIN, home=None)),
+    ),
+    "F110": RuleCases(
+        fires=lambda: told(
+            (takeoff(20), at(0, 100, 60.1), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
+        ),
+        boundary=lambda: told(
+            (takeoff(20), at(0, 100, 60.0), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
+        ),
+        silent=lambda: told((takeoff(20), at(0, 100, 60.1), rtl()), autopilot=PX4),
+    ),
+    "F111": RuleCases(
+        fires=lambda: told(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,0\n"),
+        boundary=lambda: told(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,1\n"),
+        fires_at_boundary=True,
+        silent=lambda: told(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,2\n"),
+    ),
+    "F112": RuleCases(
+        fires=lambda: told(SHORT, ring(256), autopilot=ARDUPILOT),
+        boundary=lambda: told(SHORT, ring(255), autopilot=ARDUPILOT),
+        silent=lambda: told(SHORT, ring(256), autopilot=STEP),
+    ),
+}
