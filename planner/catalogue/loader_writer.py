@@ -132,7 +132,7 @@ PART_FLOWN_TWICE = Rule(
         "reached some metres before it."
     ),
     how="The way between two photos and 10 m, wherever a camera is triggered at the cut.",
-    example="3 parts begin up to 30 m before the one before ended: no photo is missing",
+    example="no photo is missing: up to 30 m are flown twice where 3 parts begin",
     fix="nothing, or leave out the photos that are there twice",
 )
 
@@ -157,6 +157,6 @@ OUTPUTS_SET_AGAIN = Rule(
         "go would let go the next one too."
     ),
     how="The last setting of each output before the place where a part is taken up is sent there again.",
-    example="2 outputs of servos, relays or the like keep their state on the way home, and are set again",
+    example="servos, relays or the like keep their state on the way home, and are set again: 2 outputs",
     fix="look at the outputs of each part, and take out what must not be done again",
 )

@@ -283,8 +283,8 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
     twice = [part.flown_twice_m for part in parts if part.flown_twice_m > 0.0]
     if twice:
         yield PART_FLOWN_TWICE.finding(
-            f"{numbers.count(len(twice), 'part')} begin up to {numbers.distance(max(twice))} before "
-            "the one before ended: no photo is missing"
+            f"no photo is missing: up to {numbers.distance(max(twice))} are flown twice where "
+            f"{numbers.count(len(twice), 'part begins', 'parts begin')}"
         )
     if len(parts) > 1 and (outputs := steps.states[-1].outputs()):
         first = next(
@@ -293,7 +293,7 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
             if is_output(item)
         )
         yield OUTPUTS_SET_AGAIN.finding(
-            f"{numbers.count(len(outputs), 'output')} of servos, relays or the like keep their "
-            "state on the way home, and are set again where the next part begins",
+            "servos, relays or the like keep their state on the way home, and are set again where the "
+            f"next part begins: {numbers.count(len(outputs), 'output')}",
             item=first,
         )
