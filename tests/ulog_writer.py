@@ -76,6 +76,7 @@ def px4_log(
     reference: tuple[str, ...] = ("position", "velocity"),
     origin_moves_s: float | None = None,
     jump_s: float | None = None,
+    jump_m: tuple[float, float] = (3.0, -4.0),
 ) -> UlogWriter:
     """Return the made flight as PX4 logs it by default.
 
@@ -88,7 +89,9 @@ def px4_log(
     origin_moves_s : float, optional
         When the origin of the local frame moves 100 m north and 10 m up.
     jump_s : float, optional
-        When the estimate is reset by 5 m.
+        When the estimate is reset.
+    jump_m : tuple of float
+        By how much, north and east. [m]
     """
     log = UlogWriter()
     log.text("sys_name", "PX4")
@@ -114,7 +117,7 @@ def px4_log(
     )
     log.add("home_position", 0.0, made.LATITUDE_DEG, made.LONGITUDE_DEG, made.GROUND_AMSL_M)
     for moment in made.moments():
-        _add_moment(log, moment, current_a, origin_moves_s, jump_s)
+        _add_moment(log, moment, current_a, origin_moves_s, (jump_s, jump_m))
     return log
 
 
@@ -123,7 +126,7 @@ def _add_moment(
     moment: made.Moment,
     current_a: float | None,
     origin_moves_s: float | None,
-    jump_s: float | None,
+    jump: tuple[float | None, tuple[float, float]],
 ) -> None:
     now = moment.time_s
     is_armed = made.ARMED_S <= now < made.DISARMED_S
@@ -147,13 +150,14 @@ def _add_moment(
     north = moment.north_m - (100.0 if moved else 0.0)
     down = -moment.height_m + (10.0 if moved else 0.0)
     origin = made.LATITUDE_DEG + (100.0 / METRES_PER_DEGREE_NORTH if moved else 0.0)
+    jump_s, jump_m = jump
     has_jumped = jump_s is not None and now >= jump_s
     log.add(
         *("vehicle_local_position", now, north, 0.0, down),
         *(moment.speed_m_s, 0.0, -moment.climb_m_s),
         *(origin, made.LONGITUDE_DEG, made.GROUND_AMSL_M + (10.0 if moved else 0.0)),
         *(True, True, True, True, True),
-        *((1, 3.0, -4.0) if has_jumped else (0, 0.0, 0.0)),
+        *((1, *jump_m) if has_jumped else (0, 0.0, 0.0)),
     )
     log.add(
         *("trajectory_setpoint", now, north + 0.5, 0.0, down - 0.25),

@@ -46,7 +46,7 @@ JUMPS_TOO_LONG = Rule(
     severity=Severity.ERROR,
     summary="The jumps of the mission lead past too many items to predict.",
     why="A count mistaken by a digit makes a mission of days; it is said, not waited for.",
-    how="Items are followed in flown order up to a stated number.",
+    how="Items are followed in flown order, up to 20,000 more than there are in the file.",
     example="the jumps lead past more than 20,000 items again: the prediction ends there",
     fix="give the jumps smaller counts",
 )

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.vehicle import HOME_NOT_TOLD, LIST_NOT_KEPT, PARAMETER_NAMELESS
 from planner.frozen import frozen
@@ -102,7 +103,7 @@ def make_snapshot(
     ]
     if len(parameters) < len(fetched):
         nameless = len(fetched) - len(parameters)
-        message = f"{nameless} of {len(fetched)} parameters have no readable name: left out"
+        message = f"left out, for it has no readable name: {numbers.count(nameless, 'parameter')}"
         findings.append(PARAMETER_NAMELESS.finding(message))
     if mission.home is None:
         findings.append(HOME_NOT_TOLD.finding("the vehicle has no home yet"))

@@ -194,7 +194,7 @@ def _place(
         if table is None or not {"Lat", "Lng"} <= table.numbers.keys():
             continue
         latitude, longitude = table.numbers["Lat"], table.numbers["Lng"]
-        rows = valid[name] & (np.abs(latitude) <= 90.0) & ((latitude != 0.0) | (longitude != 0.0))
+        rows = valid[name] & ((latitude != 0.0) | (longitude != 0.0))
         if np.any(rows):
             return {
                 column: Series.of(

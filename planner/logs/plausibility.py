@@ -13,7 +13,6 @@ from planner.catalogue.flight_log import VALUES_IMPOSSIBLE
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.findings import Finding
     from planner.logs.recording import Recording
 
 _LIMITS: Mapping[str, float] = {
@@ -32,6 +31,10 @@ _LIMITS: Mapping[str, float] = {
 no heights are as far as half around the Earth."""
 
 
+_PLACE = ("latitude_deg", "longitude_deg")
+_NONE = np.zeros(0, np.bool_)
+
+
 def plausible(recording: Recording) -> Recording:
     """Return a recording without impossible values, and with a finding where there were some.
 
@@ -45,23 +48,33 @@ def plausible(recording: Recording) -> Recording:
     Recording
         The same where everything is possible.
     """
-    kept = dict(recording.series)
-    findings: list[Finding] = []
+    possible = {
+        name: np.abs(series.values) <= _limit(name) for name, series in recording.series.items()
+    }
+    findings = []
     for name, series in recording.series.items():
-        limit = next(limit for end, limit in _LIMITS.items() if name.endswith(end))
-        possible = np.abs(series.values) <= limit
-        if np.all(possible):
+        if np.all(possible[name]):
             continue
         worst = series.values[np.argmax(np.abs(series.values))]
+        impossible = numbers.count(int(np.sum(~possible[name])), "impossible value")
         findings.append(
             VALUES_IMPOSSIBLE.finding(
-                f"{recording.file.source}: {numbers.count(int(np.sum(~possible)), 'impossible value')} "
-                f"of {series.found_in} left out, such as {worst:.6g}"
+                f"{recording.file.source}: {impossible} of {series.found_in} left out, such as "
+                f"{worst:.6g}"
             )
         )
-        kept[name] = replace(series, time_s=series.time_s[possible], values=series.values[possible])
-    return replace(
-        recording,
-        series={name: series for name, series in kept.items() if len(series)},
-        findings=(*recording.findings, *findings),
-    )
+    latitude, longitude = (possible.get(name, _NONE) for name in _PLACE)
+    if len(latitude) == len(longitude):  # half a place is none
+        possible |= dict.fromkeys(_PLACE, latitude & longitude)
+    kept = {
+        name: replace(
+            series, time_s=series.time_s[possible[name]], values=series.values[possible[name]]
+        )
+        for name, series in recording.series.items()
+        if np.any(possible[name])
+    }
+    return replace(recording, series=kept, findings=(*recording.findings, *findings))
+
+
+def _limit(name: str) -> float:
+    return next(limit for end, limit in _LIMITS.items() if name.endswith(end))

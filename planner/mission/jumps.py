@@ -59,6 +59,14 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
     closed: tuple[int, int] | None = None
     at = 0
     while at < len(items):
+        if len(visits) == len(items) + MOST_VISITS:
+            findings.append(
+                JUMPS_TOO_LONG.finding(
+                    f"the jumps lead past more than {MOST_VISITS:,} items again: "
+                    "the prediction ends there, the mission goes on",
+                )
+            )
+            break
         item = items[at]
         visits.append(at + 1)
         target = targets.get(at)
@@ -77,14 +85,6 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
                 at = target
             else:
                 at += 1
-        if len(visits) >= len(items) + MOST_VISITS:
-            findings.append(
-                JUMPS_TOO_LONG.finding(
-                    f"the jumps lead past more than {MOST_VISITS:,} items again: "
-                    "the prediction ends there, the mission goes on",
-                )
-            )
-            break
     return FlownOrder(
         visits=tuple(visits),
         lap_start=None if closed is None else closed[1],

@@ -247,11 +247,16 @@ def test_memory_never_written_behind_the_log_is_no_damage(tmp_path: Path) -> Non
 
 def test_impossible_values_are_left_out(tmp_path: Path) -> None:
     log = copter_log()
-    log.add("POS", 59_950_000, 120.0, 8.0, 400.0, 0.0, 0.0)
+    half = len(log.messages) // 2
+    log.add("POS", 30_050_000, 120.0, 9.0, 420.0, 20.0, 20.0)
+    log.messages.insert(half, log.messages.pop())
     log.add("POS", 59_960_000, 47.0, 8.0, 1e30, 0.0, 0.0)
     [record] = _read(tmp_path, log.content())
-    assert _codes(record) == ["R108"]
-    assert "1e+30" in record.findings[0].message
+    assert _codes(record) == ["R108", "R108"]
+    assert "1 impossible value of POS.Alt left out, such as 1e+30" in record.findings[0].message
+    assert "1 impossible value of POS.Lat left out, such as 120" in record.findings[1].message
+    # Half of a place is none: its longitude goes with it.
+    assert np.ptp(record.east_m) == pytest.approx(0.0, abs=0.01)
 
 
 def test_copter_3_1_writes_hundredths_and_the_time_of_satellites(tmp_path: Path) -> None:

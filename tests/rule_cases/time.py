@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
-from planner.autopilot import Autopilot
 from planner.mission.jumps import flown_order
 
 if TYPE_CHECKING:
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.mission.items import Mission, MissionItem
-
-ON_BOARD = Autopilot.ARDUPILOT
 
 
 def returning(*items: MissionItem) -> Mission:
@@ -36,7 +33,7 @@ def delay(seconds: float, hour: float = -1.0) -> MissionItem:
 
 def jumping(repeats: int) -> tuple[Finding, ...]:
     """Return what is told of two items flown so often again, and none behind them."""
-    return flown_order((takeoff(20), jump(1, repeats)), ON_BOARD).findings
+    return flown_order(mission(takeoff(20), jump(1, repeats)).items, ARDUPILOT).findings
 
 
 CASES: Mapping[str, RuleCases] = {
@@ -64,6 +61,11 @@ CASES: Mapping[str, RuleCases] = {
             mission(takeoff(20), jump(4, 1), rtl(), waypoint(100, 20), jump(3, 1))
         ),
         silent=lambda: found(PLAIN),
+    ),
+    "T106": RuleCases(
+        fires=lambda: jumping(10_001),
+        boundary=lambda: jumping(10_000),  # 20,000 items again
+        silent=lambda: jumping(9_999),
     ),
     "T107": RuleCases(
         fires=lambda: found(returning(delay(0.0, 14.0)), ARDUPILOT, "RTL_LOIT_TIME,60000\n"),
@@ -96,5 +98,10 @@ CASES: Mapping[str, RuleCases] = {
             speed_m_s=6.0,
         ),
         silent=lambda: found(at_speed(6.0), PX4),
+    ),
+    "T112": RuleCases(
+        fires=lambda: found(PLAIN),
+        boundary=lambda: found(mission(takeoff(20), waypoint(100, 20), item(21, north(100), 0.0))),
+        silent=lambda: found(PLAIN, ARDUPILOT),
     ),
 }

@@ -1,0 +1,99 @@
+"""Families V and X: the vehicle on the line, and what the tool itself cannot do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from made_terrain import ground
+from rule_cases.case import PLAIN, RuleCases, found
+from virtual_vehicle import wire_item
+
+from planner.link.mission_kind import MissionKind
+from planner.link.parameter_transfer import WireParameter
+from planner.link.snapshot import make_snapshot
+from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleState
+from planner.live import check_vehicle
+from planner.mission.files import read_mission_bytes
+from planner.mission.items import Home
+from planner.service import CheckRequest, check_read
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.findings import Finding
+
+HOME = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=400.0)
+FLIGHT = (wire_item(command=22), wire_item(x=470_010_000), wire_item(command=20, frame=2, x=0, y=0))
+_PX4, _ARDUPILOT = 12, 3
+
+
+def told(
+    *names: str,
+    home: Home | None = HOME,
+    charge: float | None = None,
+    first_x: int = 470_000_000,
+    autopilot: int = _PX4,
+    **without: bool,
+) -> tuple[Finding, ...]:
+    """Return what is told of a vehicle with such parameters, home, charge and lists."""
+    home_slot = (wire_item(frame=0, x=first_x, y=0 if first_x == 0 else 80_000_000),)
+    items = (home_slot if autopilot == _ARDUPILOT else ()) + FLIGHT
+    snapshot = make_snapshot(
+        VehicleIdentity(system=1, component=1, autopilot_number=autopilot, vehicle_type=2),
+        VehicleState(home=home, battery=BatteryState(remaining_fraction=charge)),
+        {
+            kind: None if without.get(kind.name.lower()) else items if not kind else ()
+            for kind in MissionKind
+        },
+        tuple(WireParameter(name=name, value=1.0, content=bytes(4), kind=9) for name in names),
+        address="udpin:127.0.0.1:14550",
+    )
+    return check_vehicle(snapshot, CheckRequest()).findings
+
+
+def read(data: bytes) -> tuple[Finding, ...]:
+    """Return what a check tells of a file that holds these bytes."""
+    return check_read(
+        lambda: read_mission_bytes(data, source="a.plan"), CheckRequest(), file="a.plan"
+    ).findings
+
+
+CASES: Mapping[str, RuleCases] = {
+    "V101": RuleCases(
+        fires=lambda: told(charge=0.5),
+        boundary=lambda: told(home=None),  # nothing of its own is taken
+        silent=lambda: found(PLAIN),
+    ),
+    "V102": RuleCases(
+        fires=told,
+        boundary=lambda: told(charge=0.0),  # an empty one says so
+        silent=lambda: told(charge=0.5),
+    ),
+    "V103": RuleCases(
+        fires=lambda: told(home=None, first_x=0, autopilot=_ARDUPILOT),
+        boundary=lambda: told(home=None, first_x=1, autopilot=_ARDUPILOT),
+        silent=told,
+    ),
+    "V104": RuleCases(
+        fires=lambda: told(rally=True),
+        boundary=told,  # kept and empty
+        silent=lambda: told(charge=0.5),
+    ),
+    "V105": RuleCases(
+        fires=lambda: told("ABCDEFGHIJKLMNOPQ"),
+        boundary=lambda: told("ABCDEFGHIJKLMNOP"),  # 16 characters
+        silent=lambda: told("RTL_ALT"),
+    ),
+    "X901": RuleCases(
+        fires=lambda: read(b"{"),
+        boundary=lambda: read(b'{"mission": {"items": []}}'),
+        silent=lambda: read(
+            b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47\t8\t400\t1\n1\t0\t3\t22\t0\t0\t0\t0\t47\t8\t30\t1\n"
+        ),
+    ),
+    "X902": RuleCases(
+        fires=lambda: found(PLAIN),
+        boundary=lambda: found(PLAIN, terrain=ground(0.0, rows=112)),  # up to 110 m north of home
+        silent=lambda: found(PLAIN, terrain=ground(0.0)),
+    ),
+}
