@@ -7,6 +7,10 @@ as zero, and a shortfall never loses its sign.  ``None`` is a dash.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ABSENT = "—"
 _MOST_IN_FULL = 1e9
@@ -112,6 +116,14 @@ def decimals(value: float | None, digits: int) -> str:
         return f"{value:.3g}"
     text = f"{value:.{digits}f}"
     return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def beside(value: float, limit: float, shown: Callable[[float], str]) -> str:
+    """Return a value told beside a limit: ``just over 60 m`` where both would read the same."""
+    text = shown(value)
+    if value == limit or text != shown(limit):
+        return text
+    return f"just {'over' if value > limit else 'under'} {text}"
 
 
 def count(number: float, noun: str, plural: str | None = None) -> str:

@@ -25,7 +25,7 @@ HOME_ALTITUDE_UNKNOWN = Rule(
         "be a wrong 'go': scripts write 15 m AMSL for places 600 m up."
     ),
     how="The file gives no home altitude and --home-amsl is not given; 0 m AMSL is assumed.",
-    example="home altitude unknown: 0 m AMSL assumed, 3 items have AMSL altitudes",
+    example="the altitude of home is not known: 0 m AMSL is assumed for 3 AMSL altitudes",
     fix="give the altitude of the take-off place with --home-amsl",
 )
 
@@ -45,7 +45,7 @@ AMSL_SUSPECT = Rule(
         "than 500 m above home, or more than 150 m and up to 300 m above home's own altitude, "
         "home being more than 30 m AMSL."
     ),
-    example="item 2 flies at 50.0 m AMSL, 336 m below home: probably meant above home",
+    example="is at 50 m AMSL, 336 m below home: probably meant above home",
     fix="write the altitude relative to home (frame 3), or give the terrain with --terrain",
 )
 
@@ -59,7 +59,7 @@ ZERO_TAKEOFF = Rule(
         "The take-off item's altitude, resolved to a height above home, is 0 m or less.  PX4 refuses "
         "it, ArduPilot does not arm with it from 4.8 on."
     ),
-    example="item 1 takes off to 0.0 m above home",
+    example="takes off to 0 m above home",
     fix="give the take-off item an altitude above home",
 )
 
@@ -70,7 +70,7 @@ TERRAIN_ASSUMED_LEVEL = Rule(
     summary="Altitudes above terrain are flown without knowing the terrain.",
     why="A height above ground in a terrain frame is an altitude only with a terrain grid.",
     how="Items in frame 10 or 11 and no terrain grid: the ground is taken to be level with home.",
-    example="item 3 is 30.0 m above terrain and no terrain is known: taken as 30.0 m above home",
+    example="is 30 m above terrain that is not known: taken as height above home",
     fix="give the terrain with --terrain",
 )
 
@@ -84,7 +84,7 @@ ALTITUDE_UNKNOWN = Rule(
         "item cannot be flown as it is."
     ),
     how="The seventh parameter of an item the vehicle flies to is null or NaN.",
-    example="item 3 has no altitude: the height before it is kept",
+    example="has no altitude: the height before it is kept",
     fix="open the mission in the program that wrote it, wait for the terrain, and save it again",
 )
 
@@ -98,7 +98,7 @@ ALTITUDE_FROM_TERRAIN = Rule(
         "the prediction can fly the height meant, the vehicle cannot."
     ),
     how="AltitudeMode 3, the seventh parameter null: ground of --terrain plus 'Altitude'.",
-    example="item 3 has no altitude: 30.0 m above the terrain grid, 541.2 m AMSL",
+    example="has no altitude in the file: 30 m above the terrain grid, 53 m above home",
     fix="open the mission in QGroundControl, wait for the terrain, and save it again",
 )
 
@@ -112,7 +112,7 @@ ZERO_ALTITUDE = Rule(
         "sea.  The same file means two flights."
     ),
     how="The altitude of an item in the air is 0, and it is not flown as ArduPilot would.",
-    example="item 4 has altitude 0: PX4 flies to home's level, ArduPilot keeps its height",
+    example="has altitude 0: PX4 flies to home's level, ArduPilot keeps its height",
     fix="write the altitude that is meant",
 )
 
@@ -141,7 +141,7 @@ RETURN_OVER_TERRAIN = Rule(
     summary="The vehicle returns at a height above terrain; one above home is predicted.",
     why="Over ground higher than home such a return climbs more and flies higher than predicted.",
     how="ArduPilot's RTL_ALT_TYPE is 1; RTL_ALT is counted from home.",
-    example="RTL_ALT_TYPE is 1: returns follow the terrain; they are predicted 15.0 m above home",
+    example="RTL_ALT_TYPE is 1: returns follow the terrain; they are predicted at least 15 m above home",
     fix="set RTL_ALT_TYPE to 0, or allow for the ground on the way home",
 )
 

@@ -11,7 +11,7 @@ BATTERY_UNKNOWN = Rule(
     summary="No battery is known, so nothing can be said about the margin.",
     why="A mission without a known battery cannot be judged; a silent guess would be a wrong 'go'.",
     how="Neither --battery nor the vehicle model's [battery] section gives a capacity.",
-    example="no battery: the flight needs 24.1 Wh, but the capacity is unknown",
+    example="no battery is known: the flight needs 24.1 Wh, the capacity is not given",
     fix='say what flies, for example --battery "5.2Ah@14.8V" or --battery 77Wh',
 )
 
@@ -29,7 +29,7 @@ RESERVE_BELOW_MINIMUM = Rule(
         "of the take-off to disarmed; fires where the margin is negative.  The finding names the item "
         "at which the reserve is first touched."
     ),
-    example="needs 71.3 Wh, 61.6 Wh are there above the reserve of 20 %: short by 9.7 Wh",
+    example="the flight needs 71.3 Wh, 61.6 Wh are there above the reserve of 20 %: short by 9.70 Wh",
     fix="fly less, split the mission, or take a larger or fuller battery",
 )
 
@@ -66,7 +66,10 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
         "density of the predicted flight against [valid_for] and the identified steps of the vehicle "
         "model; 0.5 m of a height, 3 % of a speed flown and 2 % of a density are let pass."
     ),
-    example="15.0 m/s is commanded, the model was identified up to 10.0 m/s",
+    example=(
+        "15.0 m/s is commanded, the model was identified from 0.0 to 10.0 m/s: time and energy of "
+        "2 legs cannot be trusted"
+    ),
     fix="keep the mission inside the identified range, or identify the vehicle on such flights",
 )
 
@@ -117,8 +120,8 @@ FAILSAFE_BEFORE_END = Rule(
         "vehicle returns or lands, information where it only warns; silent in the last landing."
     ),
     example=(
-        "the vehicle itself returns at item 9, 210 m along its leg: 7 % of the charge is left, "
-        "BAT_CRIT_THR is 7 %"
+        "the vehicle itself returns at item 9, 210 m along its leg: 7 % of the charge is left as "
+        "PX4 counts it, BAT_CRIT_THR is 7 %"
     ),
     fix="fly less, start with a fuller battery, or set the failsafe to what the battery can give",
 )
@@ -138,7 +141,7 @@ RALLY_UNREACHABLE = Rule(
         "RALLY_LIMIT_KM, RALLY_INCL_HOME) never choose the rally point, and where the energy left above "
         "the reserve does not reach it from any place."
     ),
-    example="rally point 2 is never chosen: home or another rally point is always nearer",
+    example="rally point 2 is chosen from no item: the vehicle goes home or to another rally point",
     fix="move the rally point to where the mission is far from home, or take it out",
 )
 
@@ -173,7 +176,7 @@ HOVER_THROTTLE_HIGH = Rule(
         "segment; fires above 0.7.  Asked where the battery's curve is known; PX4 keeps no hover "
         "throttle that could be told beforehand."
     ),
-    example="at item 9 hovering takes 74 % of the thrust that is there at 20.9 V",
+    example="hovering takes 74 % of the thrust that is there at 20.9 V, 51 % when full",
     fix="carry less, fly less far on one battery, or take a battery that sags less",
 )
 
@@ -205,7 +208,7 @@ CONDITION_NOT_MODELLED = Rule(
         "a hover law over air density; the age and temperature of a battery need its resistance and "
         "curves.  A payload that is not counted is an error: the flight takes more than is said."
     ),
-    example="the payload of 0.5 kg is not counted: the model does not know the vehicle's mass",
+    example="the payload of 0.50 kg is not counted: the model's power knows no mass",
     fix="use a vehicle model that carries the missing quantity",
 )
 
@@ -227,7 +230,7 @@ DISCHARGE_RATE_HIGH = Rule(
     summary="The flight draws more current than the battery is made for.",
     why="Beyond its rate a battery heats up, sags and ages; what is predicted of it does not hold.",
     how="Highest predicted current over the charge of the new battery, above its max_c_rate.",
-    example="up to 62 A, 12.4 times the charge an hour, the battery is made for 10",
+    example="up to 62 A, 12.4 times the charge an hour, the battery is made for 10.0",
     fix="take a battery of more charge or of a higher rate, or fly slower and lighter",
 )
 

@@ -20,7 +20,7 @@ FIRST_WAYPOINT_FAR = Rule(
         "Distance from home to the first item with a place: MIS_DIST_1WP or more, where that is "
         "positive.  An error for --target px4-1.15."
     ),
-    example="the first place is 12.4 km from home, MIS_DIST_1WP is 900 m",
+    example="the first place is 12.4 km from home, MIS_DIST_1WP is 900 m: PX4 warns",
     fix="check home and mission, or raise MIS_DIST_1WP",
 )
 
@@ -53,7 +53,10 @@ REQUIRED_ITEM_MISSING = Rule(
         "3 NAV_TAKEOFF, 4 VTOL_TAKEOFF, 5 a rally point within RALLY_LIMIT_KM of home, "
         "6 RETURN_TO_LAUNCH."
     ),
-    example="MIS_TKO_LAND_REQ is 3: PX4 refuses the mission without NAV_LAND",
+    example=(
+        "MIS_TKO_LAND_REQ is 3: PX4 refuses the mission without NAV_LAND; a return is no landing "
+        "to it"
+    ),
     fix="add the item, or change the parameter on the vehicle",
 )
 
@@ -70,7 +73,10 @@ RALLY_FAR = Rule(
         "Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM, where that is "
         "not 0."
     ),
-    example="rally point 1 is 1.2 km from the mission, RALLY_LIMIT_KM is 0.3",
+    example=(
+        "rally point 1 is 1.20 km from the mission, RALLY_LIMIT_KM is 0.3: ArduPilot never goes "
+        "there"
+    ),
     fix="move the rally point, or raise RALLY_LIMIT_KM",
 )
 
@@ -81,6 +87,6 @@ GATE_AT_WAYPOINT = Rule(
     summary="A gate lies at the place before or behind it.",
     why="PX4 finds no direction through the gate and refuses the mission.",
     how="CONDITION_GATE less than 5 cm from its neighbour among the items with a place.",
-    example="CONDITION_GATE is 0.00 m from the place of item 3",
+    example="is 0.00 m from item 3, one of them a gate: PX4 refuses the mission",
     fix="move the gate between two waypoints",
 )

@@ -147,7 +147,10 @@ FENCE_IN_PART = Rule(
     summary="Something about the fence could not be checked.",
     why="A check that is silent about what it leaves out is read as a check of everything.",
     how="Without a planned home the way home is that to where the flight starts.",
-    example="the file says no home: ways home are taken from where the flight starts",
+    example=(
+        "the file says no home: ways home, and distances from home, are taken from where the "
+        "flight starts"
+    ),
     fix="save the mission with its planned home",
 )
 

@@ -25,8 +25,8 @@ LOG_GAP = Rule(
     summary="Nothing was logged for a while in flight.",
     why="What happened in the gap is unknown: its energy and its distance are not in the record.",
     how=(
-        "No message of any kind used for more than 1 s.  Nothing is interpolated over it; after "
-        "60 s of silence a flight is taken to have ended."
+        "No message of any kind used for more than 1 s, or three times as long as usual where that is "
+        "more.  Nothing is interpolated over it; after 60 s of silence a flight is taken to have ended."
     ),
     example="flight.ulg: nothing was logged for 2.4 s at 81.3 s of flight 1, and 2 shorter gaps",
     fix="use a faster memory card or a smaller logging profile",
@@ -63,7 +63,7 @@ FLIGHT_LEFT_OUT = Rule(
     severity=Severity.INFO,
     summary="The vehicle was armed but did not take off.",
     why="Standing on the ground counted as flying makes the vehicle look efficient.",
-    how="From arming to disarming it neither left the ground by 1 m nor was seen in the air.",
+    how="From arming to disarming it neither rose by more than 1 m nor was seen in the air.",
     example="flight.BIN: armed for 12.3 s at 40.1 s without taking off: no flight",
     fix="nothing",
 )
@@ -78,7 +78,7 @@ BATTERIES_LEFT_OUT = Rule(
         "log tells; the power of the vehicle may be a multiple of what is used."
     ),
     how="Battery monitors other than the first that show more than 0.2 A are counted.",
-    example="flight.BIN: BAT of instance 1 shows up to 23.1 A; only instance 0 is used",
+    example="flight.BIN: BAT of another instance shows up to 23.1 A; only the first battery is used",
     fix="if the batteries share the load, do not identify a model from this log",
 )
 
@@ -92,7 +92,7 @@ VALUES_IMPOSSIBLE = Rule(
         "Latitudes beyond 90°, heights beyond 20 km, speeds beyond 300 m/s, more than 2 kV, 5 kA or "
         "1 MW, and angles beyond two turns are left out."
     ),
-    example="flight.BIN: 3 values of POS.Lat are impossible, such as -627.06: left out",
+    example="flight.BIN: 3 impossible values of POS.Lat left out, such as -627.06",
     fix="mistrust the log",
 )
 

@@ -15,7 +15,7 @@ ARX_BIASED = Rule(
         "3.6 to 6.  The article identifies this way."
     ),
     how="Fires for every model fitted by ARX without the refinement in continuous time.",
-    example="altitude: fitted by ARX alone; its poles are biased by noise of the measurement",
+    example="altitude, speed: fitted by ARX alone; noise of the measurement biases the poles",
     fix="use the default, which refines the model by output error",
 )
 
@@ -51,7 +51,7 @@ PARAMETERS_DIFFER = Rule(
     summary="Autopilot parameters differ between the flights a model is made of.",
     why="The vehicle flew in two ways; a model with one of them would be wrong for the other.",
     how="Parameters that predictions depend on are compared between the logs.",
-    example="WPNAV_SPEED, LAND_SPEED differ from flight to flight: left out of the model",
+    example="not the same in every flight, and left out of the model: WPNAV_SPEED, LAND_SPEED",
     fix="give --params with the parameters of the day to check, or identify from like flights",
 )
 
@@ -70,9 +70,9 @@ VEHICLES_DIFFER = Rule(
     code="I106",
     name="vehicles-differ",
     severity=Severity.WARNING,
-    summary="The logs name different vehicles or autopilots.",
+    summary="The logs name different vehicles.",
     why="A model made of two vehicles is a model of neither.",
-    how="Firmware, frame and autopilot of the logs are compared.",
+    how="The frames that the logs name are compared; logs of two autopilots are refused.",
     example="a.BIN is of QUAD/PLUS, b.BIN of OCTAQUAD/X: is this one vehicle?",
     fix="identify each vehicle from its own logs",
 )

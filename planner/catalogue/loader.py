@@ -14,7 +14,7 @@ REQUIRED_KEY = Rule(
         "section is missing; nothing in the missing part is checked, a fence for instance."
     ),
     how="Looks for the keys that QGroundControl's loader requires and that can be done without.",
-    example="'geoFence' is missing: QGroundControl and MAVSDK refuse the file, no fence is checked",
+    example="geoFence missing: QGroundControl refuses the file, MAVSDK too, and no fence can be checked",
     fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
 )
 
@@ -25,7 +25,7 @@ MISSION_VERSION = Rule(
     summary="The mission section is not version 2.",
     why="MAVSDK refuses it; QGroundControl does not look at it, and may misread the file.",
     how="Compares mission.version with 2.",
-    example="mission version 7, read as version 2: MAVSDK refuses it",
+    example="the mission is of version 7, read as version 2: MAVSDK refuses it",
     fix="save the plan anew from QGroundControl",
 )
 
@@ -75,7 +75,7 @@ JUMP_IDS = Rule(
         "programs count items: the vehicle may repeat another part of the mission than was meant."
     ),
     how="Looks for repeated and missing ids; told only where a DO_JUMP makes them matter.",
-    example="items 4 and 7 both have doJumpId 3",
+    example="items 4 and 7 both have doJumpId 3, in a mission with a DO_JUMP",
     fix="save the plan anew from QGroundControl, and look where the jump goes",
 )
 
@@ -86,7 +86,7 @@ FENCE_VERSION = Rule(
     summary="The fence or the rally points are of version 1, which every loader passes over.",
     why="The file looks fenced and the vehicle flies without a fence; no program says so.",
     how="Section version 1 or none, and something in it besides empty lists.",
-    example="the fence is of version 1: QGroundControl ignores it, and so does this check",
+    example="the fence is of version 1: every loader ignores what is in it, and so does this check",
     fix="draw the fence anew in QGroundControl and save",
 )
 
@@ -108,7 +108,7 @@ OLDER_ITEM = Rule(
     summary="An item is written in the form that older plans had.",
     why="QGroundControl converts it, MAVSDK and scripts that read 'params' do not.",
     how="param1 to param4, or four params, and 'coordinate'; or the type 'missionItem'.",
-    example="item 1 has 4 params and a coordinate: read as 7 params",
+    example="item 1 has its place in 'coordinate', as before plans",
     fix="open the file in QGroundControl and save it as a plan",
 )
 
@@ -122,7 +122,10 @@ COORDINATE_KEY = Rule(
         "They must say the same, or params 5 to 7 must be zero or null; then 'coordinate' is the "
         "place flown to.  Otherwise the file is refused here, too."
     ),
-    example="item 2 has 7 params and a coordinate; its place is taken from 'coordinate'",
+    example=(
+        "item 2 has 7 params and a coordinate: its place is taken from 'coordinate', "
+        "QGroundControl refuses the file"
+    ),
     fix="write the place into params 5 to 7 and delete 'coordinate'",
 )
 
@@ -133,7 +136,7 @@ COMPLEX_ITEM_UNKNOWN = Rule(
     summary="A complex item cannot be expanded: it is not in the prediction.",
     why="QGroundControl goes on loading without it: part of the mission is silently not flown.",
     how="complexItemType and version are compared with those that QGroundControl has written.",
-    example="complex item 3 is of type 'spiral': none of its items are in this prediction",
+    example="item 3 (spiral) cannot be expanded, version 1 is not known: it is not in this prediction",
     fix="upload the plan and fetch it back from the vehicle: then it holds plain items",
 )
 
@@ -144,7 +147,10 @@ COMPLEX_ITEM_VERSION = Rule(
     summary="A complex item is of a version that loaders refuse, but holds the items to fly.",
     why="QGroundControl refuses the whole plan, and MAVSDK any survey but version 5.",
     how="The version is compared with those QGroundControl accepts; the embedded items are used.",
-    example="survey version 9: its 57 embedded items are used, QGroundControl refuses the file",
+    example=(
+        "item 2 (survey) is of version 9: its embedded items are used, QGroundControl refuses the "
+        "file"
+    ),
     fix="save the plan anew from QGroundControl",
 )
 
@@ -162,7 +168,7 @@ SURVEY_REBUILT = Rule(
         "grid's angle and spacing are cut with the area, entered at the chosen corner and "
         "lengthened to turn around.  Surveys that do hold their items come out within 0.3 %."
     ),
-    example="survey of version 3 without items: 24 items computed, 11 lines 25 m apart",
+    example="item 2 (survey) holds no items: 24 items computed from its area, 11 lines 25 m apart",
     fix="open the plan in a current QGroundControl and save it: then it holds the items",
 )
 
@@ -181,7 +187,10 @@ STRUCTURE_SCAN_EXPANDED = Rule(
         "first vertex, the first half a layer from the top or bottom: 4 + layers (n + 3) items.  "
         "A warning where the layers in the file are not those QGroundControl will count."
     ),
-    example="structure scan: 42 items computed, 2 laps of 16 vertices from the first vertex",
+    example=(
+        "item 2 (StructureScan): 42 items computed, 2 laps of 16 vertices from the first vertex, "
+        "which QGroundControl does not save"
+    ),
     fix="look at the altitudes after loading the plan in QGroundControl, before the upload",
 )
 
@@ -192,7 +201,7 @@ LANDING_PATTERN_EXPANDED = Rule(
     summary="A landing pattern is expanded as QGroundControl does on upload.",
     why="The file holds where to approach and land, not the items; MAVSDK refuses the file.",
     how="DO_LAND_START, what stops the camera, the approach and the landing.",
-    example="fwLandingPattern: 3 items computed",
+    example="item 9 (fwLandingPattern): 6 items computed, the file holds none of them",
     fix="check the landing in QGroundControl before the upload",
 )
 
@@ -203,7 +212,10 @@ LEGACY_FORMAT = Rule(
     summary="The file is written in a JSON format from before plans.",
     why="QGroundControl since 3.3 opens plans only; other programs never read it.",
     how="The file has items at its top, or the file type 'Mission'.",
-    example="a mission file of version 1.0: QGroundControl no longer opens it",
+    example=(
+        "a mission file of version 1.0, from before plans: QGroundControl no longer opens it, and "
+        "it holds no fence"
+    ),
     fix="open it in an old QGroundControl and save it as a plan",
 )
 
@@ -214,7 +226,7 @@ ITEM_TYPE = Rule(
     summary="An item does not say that it is a SimpleItem, but reads like one.",
     why="QGroundControl refuses the file.",
     how="The item has a command; 'type' is missing, null or another text.",
-    example="'type' of item 1 is null: read as SimpleItem",
+    example="'type' of item 1 is null, read as SimpleItem: QGroundControl refuses the file",
     fix='write "type": "SimpleItem"',
 )
 
@@ -245,7 +257,10 @@ JUMP_INTO_COMPLEX_ITEM = Rule(
         "file if it is not there."
     ),
     how="The target has a doJumpId that only an item inside a survey or other complex item has.",
-    example="the DO_JUMP of item 9 leads to item 4, inside a complex item",
+    example=(
+        "the DO_JUMP of item 9 leads to item 4, inside a complex item: QGroundControl refuses the "
+        "file"
+    ),
     fix="let the jump lead to a simple item before or behind the complex one",
 )
 

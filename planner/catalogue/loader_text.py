@@ -14,7 +14,7 @@ TEXT_HEADER = Rule(
         "dialect (pymavlink and MAVSDK know no 120, QGroundControl splits the line at blanks)."
     ),
     how="The first line is compared with 'QGC WPL 110'.",
-    example="the header is 'QGC WP L110': read as QGC WPL 110, which other loaders refuse to do",
+    example="the header is 'QGC WP L110': read as QGC WPL 110, other loaders refuse it",
     fix="make 'QGC WPL 110' the first line, or save the mission anew from a ground station",
 )
 
@@ -28,7 +28,10 @@ TEXT_DIALECT = Rule(
         "pymavlink any white space, Mission Planner also commas; the others refuse the whole file."
     ),
     how="Each row is cut at tabs alone; rows that do not give 12 fields, and other lines, count.",
-    example="QGroundControl refuses this file: 5 lines are not 12 fields between tabs",
+    example=(
+        "QGroundControl refuses this file: not 12 fields between tabs in 5 rows (first in line "
+        "3), 1 comment"
+    ),
     fix="save the mission anew from the ground station that will upload it",
 )
 
@@ -46,7 +49,10 @@ TEXT_NO_HOME_ROW = Rule(
         "The first row is home if it is a NAV_WAYPOINT (or command 0) with sequence number 0 whose "
         "altitude is AMSL or zero, or which stands before a take-off; anything else is flown."
     ),
-    example="the first row is NAV_TAKEOFF and is flown here as item 1; QGroundControl swallows it",
+    example=(
+        "the first row is NAV_TAKEOFF, sequence 0, and not home: flown here as item 1; "
+        "QGroundControl takes it as home and drops it, ArduPilot overwrites it with its own home"
+    ),
     fix="put a home row before it: sequence 0, frame 0, command 16, altitude AMSL",
 )
 
@@ -60,7 +66,7 @@ TEXT_SEQUENCE = Rule(
         "row than its author meant."
     ),
     how="Each row's number is compared with its place in the file; a warning only with a DO_JUMP.",
-    example="row 4 has sequence number 2, its place is 3: rows are numbered by their order",
+    example="2 rows out of sequence, first 2 where 3 is due: rows are numbered by their order",
     fix="number the rows from 0 without gaps",
 )
 
@@ -75,7 +81,7 @@ TEXT_UNSET_VALUE = Rule(
         "upload is told as M112."
     ),
     how="Counts the fields that hold such a word.",
-    example="17 values are 'nan' or 'null' (first in line 3): read as not specified",
+    example="17 rows with 'nan' or 'null': read as not specified (first in line 3)",
     fix="write 0 where the autopilot is ArduPilot",
 )
 
@@ -86,7 +92,7 @@ TEXT_EXTRA_COLUMNS = Rule(
     summary="Rows have more than the format's 12 fields.",
     why="QGroundControl and pymavlink refuse such a file; what the extra fields mean is not known.",
     how="Rows whose first 12 fields make sense are read, the rest of the row is left out.",
-    example="3 rows have more than 12 fields (first in line 2): the rest is left out",
+    example="3 rows with more than 12 fields: the rest is left out (first in line 2)",
     fix="delete the extra fields, and make sure that the first 12 are what you mean",
 )
 
@@ -100,7 +106,7 @@ TEXT_FENCE_ROWS = Rule(
         "them the whole upload, or flies without the fence."
     ),
     how="Counts rows with commands 5000 to 5004 and 5100 in a file that also holds mission items.",
-    example="126 fence rows inside the mission: checked as a fence, refused by ArduPilot as items",
+    example="126 fence rows inside the mission: checked as fence and rally, refused as mission items",
     fix="save fence and rally points in files of their own",
 )
 
@@ -111,7 +117,7 @@ TEXT_NO_MISSION = Rule(
     summary="The file holds a fence or rally points and no mission.",
     why="There is nothing to fly in it: most likely the wrong file was given.",
     how="Every row is a fence or rally row, or the file is ArduPilot's old list of points.",
-    example="the file holds a fence of 4 vertices and no mission",
+    example="the file holds 4 fence rows and no mission",
     fix="give the mission file",
 )
 
@@ -122,7 +128,7 @@ FENCE_ITEM_BROKEN = Rule(
     summary="A fence area or rally point is incomplete, or has other vertices than it says.",
     why="An autopilot refuses such a fence, and the vehicle then flies without one.",
     how="The first parameter of each vertex is its polygon's number of vertices, at least 3.",
-    example="the fence polygon from line 4 says 5 vertices and has 4",
+    example="the fence polygon from line 4 has 4 vertices and says 5",
     fix="save the fence anew from a ground station",
 )
 
@@ -133,7 +139,7 @@ RALLY_ALTITUDE_REFERENCE = Rule(
     summary="A rally point's altitude is not written as height above home.",
     why="A vehicle that returns at the wrong height hits what it should clear.",
     how="AMSL altitudes are reduced by home's altitude where it is known, else read as they stand.",
-    example="rally point 1 is AMSL and home's altitude is unknown: 60 m above home assumed",
+    example="rally point 1 is not relative to home (frame 0): 60 m above home assumed",
     fix="write rally altitudes relative to home (frame 3)",
 )
 
@@ -147,7 +153,7 @@ TEXT_TERRAIN_ROWS = Rule(
         "before version 4 left their positions unscaled."
     ),
     how="Counts rows in frames 10 and 11.",
-    example="4 rows are above terrain (first in line 3): upload with Mission Planner or MAVProxy",
+    example="4 rows above terrain: QGroundControl imports them as AMSL (first in line 3)",
     fix="upload such a file with Mission Planner or MAVProxy, or save it as a plan",
 )
 
@@ -158,7 +164,7 @@ FILE_SUFFIX = Rule(
     summary="The file's suffix says another format than its content.",
     why="QGroundControl chooses the parser by the suffix and refuses the file.",
     how="Text is expected in .waypoints, .txt and .wpl, JSON in .plan, .mission and .json.",
-    example="QGC WPL text in a file named .plan: QGroundControl does not open it",
+    example="QGC WPL text in a file named .plan: QGroundControl refuses it",
     fix="rename the file",
 )
 
@@ -169,7 +175,7 @@ FILE_ENCODING = Rule(
     summary="The file is not plain UTF-8.",
     why="Loaders compare the first bytes: with a byte order mark or in UTF-16 they refuse it.",
     how="Looks for byte order marks, UTF-16 and bytes that are not UTF-8.",
-    example="the file begins with a byte order mark: pymavlink refuses it",
+    example="the file begins with a byte order mark: other loaders refuse it as text",
     fix="save the file as UTF-8 without a byte order mark",
 )
 

@@ -118,7 +118,7 @@ LOOPS_WRITTEN_OUT = Rule(
     summary="The parts of a split mission hold the items of its loops one after the other.",
     why="A part begins or ends inside a loop, where a jump would lead to what it does not hold.",
     how="DO_JUMP and DO_JUMP_TAG are followed in flown order and left out.",
-    example="jumps are written out: 24 items are flown of 9 in the file",
+    example="jumps are written out: 24 items flown of 9 in the file",
     fix="nothing: the flight is the same",
 )
 
@@ -157,6 +157,9 @@ OUTPUTS_SET_AGAIN = Rule(
         "go would let go the next one too."
     ),
     how="The last setting of each output before the place where a part is taken up is sent there again.",
-    example="servos, relays or the like keep their state on the way home, and are set again: 2 outputs",
+    example=(
+        "servos, relays or the like keep their state on the way home, and are set again where the "
+        "next part begins: 2 outputs"
+    ),
     fix="look at the outputs of each part, and take out what must not be done again",
 )

@@ -14,7 +14,7 @@ TAKEOFF_MISSING = Rule(
         "The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.  "
         "An error on PX4 where a take-off comes later: it refuses the mission."
     ),
-    example="the first flown item is NAV_WAYPOINT (item 1): a vertical take-off to 50.0 m is assumed",
+    example="the flight begins with NAV_WAYPOINT: a vertical take-off to 50 m is assumed",
     fix="add a take-off item at the start",
 )
 
@@ -28,7 +28,7 @@ LANDING_MISSING = Rule(
         "No LAND or RETURN_TO_LAUNCH is reached, so that the prediction ends at the last item, in the "
         "air; or ArduPilot's RTL_ALT_FINAL is above 0, so that its return does."
     ),
-    example="the mission ends in the air at item 12: the flight home and the landing are not counted",
+    example="the mission ends in the air: the way home and the landing are not counted",
     fix="end the mission with a return or a landing",
 )
 
@@ -39,7 +39,7 @@ NOTHING_TO_FLY = Rule(
     summary="The mission holds no flight.",
     why="An empty mission is not a 'go'; most likely the wrong file was given.",
     how="No item before the first landing makes the vehicle move.",
-    example="the mission has 0 items",
+    example="none of the 2 items is a flight",
     fix="check that this is the file you meant to fly",
 )
 
@@ -50,7 +50,7 @@ HOME_UNKNOWN = Rule(
     summary="The file does not say where home is.",
     why="The way to the first item and the way home depend on it.",
     how="No planned home; the first item with a position is taken as the take-off place.",
-    example="home unknown: the flight is taken to start at item 1",
+    example="the file does not say where home is: the flight is taken to start at the place of item 1",
     fix="set the planned home position in the mission",
 )
 
@@ -109,7 +109,7 @@ ZERO_POSITION = Rule(
         "Latitude and longitude of an item the vehicle flies to are both zero.  For a waypoint that "
         "PX4 flies this is an error: what is predicted is not its flight."
     ),
-    example="NAV_LAND at 0°, 0°: PX4 would fly there; taken as 'here'",
+    example="NAV_LAND at 0°, 0°: PX4 takes this for a place; taken as 'here'",
     fix="give the item the place it should be flown to",
 )
 
@@ -127,7 +127,10 @@ OTHER_VEHICLE = Rule(
         "landing approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
         "patterns, which are for such vehicles, are not repeated."
     ),
-    example="this may be a fixed-wing mission (item 1 takes off with a pitch of 15°)",
+    example=(
+        "this may be a fixed-wing mission (item 1 takes off with a pitch of 15°); it is predicted "
+        "as a multicopter's"
+    ),
     fix="check that this is the file you meant to fly",
 )
 
@@ -197,7 +200,7 @@ JUMP_WITHOUT_FLIGHT = Rule(
     summary="An endless jump leads round without a place to fly to.",
     why="The autopilot goes round such a loop and never finds what to fly next (ArduPilot #4701).",
     how="No item between the target of an endless jump and the jump is a flight or a wait.",
-    example="jumps back to item 3 for ever, and nothing between is flown",
+    example="jumps back for ever, and nothing on the way round is flown: the mission never goes on",
     fix="put a waypoint or a wait into the loop, or give the jump a count",
 )
 
@@ -229,6 +232,6 @@ HOME_FAR = Rule(
         "Distance from home to the nearest place of the mission, take-off and return not counted: "
         "10 km or more, an error from 100 km on.  On PX4 M104 tells of less."
     ),
-    example="home is 12,040 km from the nearest place of the mission: the way there is counted",
+    example="home is 12040 km from the nearest place of the mission: the way there is counted",
     fix="set the planned home to the place of take-off",
 )

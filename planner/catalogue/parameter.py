@@ -45,7 +45,7 @@ PARAMETER_REPEATED = Rule(
     summary="A parameter stands in the file more than once, with different values.",
     why="Which of them is on the vehicle, the file does not say.",
     how="Names are counted; the last value is used, as by the programs that load such files.",
-    example="RTL_ALT is 1500 in line 12 and 3000 in line 40: 3000 is used",
+    example="vehicle.param: RTL_ALT is 1500 in line 12 and 3000 in line 40: the last value is used",
     fix="delete the value that is not on the vehicle",
 )
 
@@ -85,7 +85,10 @@ PARAMETER_OVERRULED = Rule(
         "and overwrites them where MPC_XY_VEL_ALL, MPC_Z_VEL_ALL or SYS_VEHICLE_RESP is not "
         "negative."
     ),
-    example="MPC_XY_CRUISE = 15 m/s (line 80) is overruled: 12 m/s is flown",
+    example=(
+        "MPC_XY_CRUISE, vehicle.params line 80: MPC_XY_CRUISE = 15 m/s is overruled, 12 m/s is "
+        "flown"
+    ),
     fix="raise the limit on the vehicle, or lower the value",
 )
 

@@ -20,7 +20,7 @@ PARAMETER_NOT_AS_EXPECTED = Rule(
         "[expect.params] of --profile against the parameters of --params, under the old or the new "
         "name, compared in SI; a parameter that is not in the file is not as expected either."
     ),
-    example="RTL_ALT = 1500 cm (line 12), site.toml asks for 3000 cm",
+    example="RTL_ALT = 1500 (line 12), site.toml asks for 3000",
     fix="set the parameter on the vehicle, or correct the profile",
 )
 
@@ -31,7 +31,7 @@ TOO_HIGH_FOR_SITE = Rule(
     summary="The flight is higher above home than the profile of the site allows.",
     why="What a permit allows is no property of vehicle or mission, and nobody looks it up twice.",
     how="The greatest height of the predicted flight, more than 5 cm above max_height_above_home_m.",
-    example="121 m above home at item 4, site.toml allows 120 m",
+    example="121 m above home, site.toml allows 120 m",
     fix="fly lower",
 )
 

@@ -11,7 +11,10 @@ ENDLESS = Rule(
     summary="The mission never ends: an endless jump or an unlimited loiter.",
     why="Time and energy of an endless mission have no value; only those of one lap have.",
     how="A DO_JUMP with an endless count, or LOITER_UNLIM, is reached in flown order.",
-    example="item 9 jumps to item 4 for ever: one lap takes 3 min 10 s and 7.2 Wh",
+    example=(
+        "jumps back for ever: one lap takes 3 min 10 s and 7.20 Wh; the totals hold the way to it "
+        "and one more lap"
+    ),
     fix="give the jump a count, or end the mission with a return or a landing",
 )
 
@@ -25,7 +28,10 @@ ITEM_NOT_MODELLED = Rule(
         "least for a warning)."
     ),
     how="The command is not among those whose flight is predicted; the message says what is assumed.",
-    example="item 7 NAV_PAYLOAD_PLACE is not modelled: 0 s and 0 Wh are assumed",
+    example=(
+        "NAV_PAYLOAD_PLACE: the load is taken to touch the ground at home's level and to weigh "
+        "nothing"
+    ),
     fix="allow for the item yourself, or replace it by one that is modelled",
 )
 
@@ -36,7 +42,7 @@ ITEMS_NOT_FLOWN = Rule(
     summary="Items after the landing or return are not flown.",
     why="What stands behind the end of a mission is reached by a jump or a failsafe only, or never.",
     how="Items behind the first LAND or RETURN_TO_LAUNCH in flown order are left out.",
-    example="items 9 to 12 stand behind the landing at item 8 and are not flown",
+    example="4 items from 9 on behind the end of the flight at item 8: not flown",
     fix="move the items before the landing, or delete them",
 )
 
@@ -47,7 +53,10 @@ JUMPS_TOO_LONG = Rule(
     summary="The jumps of the mission lead past too many items to predict.",
     why="A count mistaken by a digit makes a mission of days; it is said, not waited for.",
     how="Items are followed in flown order, up to 20,000 more than there are in the file.",
-    example="the jumps lead past more than 20,000 items again: the prediction ends there",
+    example=(
+        "the jumps lead past more than 20,000 items again: the prediction ends there, the mission "
+        "goes on"
+    ),
     fix="give the jumps smaller counts",
 )
 
@@ -65,7 +74,7 @@ WAIT_NOT_COUNTED = Rule(
         "RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits for the "
         "heading it was armed with)."
     ),
-    example="item 3 waits until 14:30 UTC: not counted",
+    example="waits in the air until 14:30:00 UTC: not counted",
     fix="use a delay in seconds, or allow for the wait yourself",
 )
 

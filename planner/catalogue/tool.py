@@ -22,6 +22,9 @@ NO_TERRAIN_DATA = Rule(
     summary="No terrain is known: the ground is taken to be level with home.",
     why="Heights over ground and landing heights away from home depend on it.",
     how="No terrain grid was given; a warning where a part of the flight lies outside of those given.",
-    example="no terrain data: the ground is assumed level with home (488.0 m AMSL)",
+    example=(
+        "the ground is taken to be level with home (488 m AMSL); heights over ground are not "
+        "checked"
+    ),
     fix="check heights over ground by other means",
 )

@@ -50,7 +50,7 @@ LIST_NOT_KEPT = Rule(
     summary="The vehicle keeps no fence, or no rally points.",
     why="A fence that is not on the vehicle does not hold it.",
     how="The vehicle answers MISSION_REQUEST_LIST for this list with UNSUPPORTED.",
-    example="the vehicle keeps no rally points: its firmware was built without them",
+    example="the vehicle keeps no rally points: its firmware was built without such a list",
     fix="use a firmware that was built with them",
 )
 
@@ -61,7 +61,7 @@ PARAMETER_NAMELESS = Rule(
     summary="Parameters came under names that are none.",
     why="What they hold is not known, and no file can hold them.",
     how="A name has 1 to 16 capital letters, digits and underscores, and begins with a letter.",
-    example="2 of 912 parameters have no readable name: left out",
+    example="left out, for it has no readable name: 2 parameters",
     fix="fetch again; where it stays, something else than an autopilot answers",
 )
 

@@ -32,7 +32,7 @@ MISSION_UNTOLD = Rule(
         "others, of which changes of speed are read from the speeds it then flies by.  ArduPilot "
         "before 4.0 logs no altitude frames; heights above home are assumed."
     ),
-    example="flight.ulg: items 4 and 9 of the mission are not in the log",
+    example="flight.ulg: item 4 and 2 more are not in the log: taken to do nothing",
     fix="give the mission with --mission",
 )
 
@@ -66,7 +66,7 @@ FLIGHT_CUT = Rule(
     why="Waiting on the ground before a mission, and what follows one that ends in the air, is none.",
     how=(
         "The flight begins where the mission begins if that is on the ground, and ends with it if "
-        "the mission does not land."
+        "the mission does not land; told from more than 2 s on."
     ),
     example="flight.BIN: 41.2 s before the mission are left out",
     fix="nothing",

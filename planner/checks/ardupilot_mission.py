@@ -93,8 +93,8 @@ def check_rally(case: Case) -> Iterator[Finding]:
         if away_m > limit_m:
             remarks.add(
                 RALLY_FAR,
-                f"rally point {number} is {numbers.distance(away_m)} from the mission, "
-                f"RALLY_LIMIT_KM is {limit_m / 1000.0:g}: ArduPilot never goes there",
+                f"rally point {number} is {numbers.beside(away_m, limit_m, numbers.distance)} from the "
+                f"mission, RALLY_LIMIT_KM is {limit_m / 1000.0:g}: ArduPilot never goes there",
                 place=point.place,
             )
     yield from remarks.findings()

@@ -69,7 +69,7 @@ def check_way_home(case: Case) -> Iterator[Finding]:
     turn, empty = way.last_return, way.last_return_empty
     reach = "from nowhere" if turn is None else f"only up to {place_along(turn)}"
     message = f"gets {destination_name(way.destination)} above the reserve {reach}"
-    if empty is not None:
+    if empty is not None and (turn is None or place_along(empty) != place_along(turn)):
         message += f", and at all only up to {place_along(empty)}"
     if battery.margin_wh >= 0.0 or way.margin_wh < (1.0 + _SAME_SHORTFALL) * battery.margin_wh:
         worst = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
@@ -118,12 +118,12 @@ def check_risk(case: Case) -> Iterator[Finding]:
         returning = way.below_reserve_probability
     if landing > case.risk:
         yield RESERVE_AT_RISK.finding(
-            f"{numbers.chance(landing)} chance to land below {reserve}, {more}"
+            f"{numbers.beside(landing, case.risk, numbers.chance)} chance to land below {reserve}, {more}"
         )
     elif way is not None and returning is not None and returning > case.risk:
         yield RESERVE_AT_RISK.finding(
-            f"{numbers.chance(returning)} chance that the way home from here, or from another point, "
-            f"ends below {reserve}, {more}",
+            f"{numbers.beside(returning, case.risk, numbers.chance)} chance that the way home from here, "
+            f"or from another point, ends below {reserve}, {more}",
             item=way.tightest_item,
             place=case.mission.items[way.tightest_item - 1].place,
         )
@@ -142,13 +142,21 @@ def check_voltage(case: Case) -> Iterator[Finding]:
         )
     elif cutoff_v is not None and lowest_v < cutoff_v:
         message = (
-            f"{numbers.decimals(lowest_v, 1)} V under load, the battery counts as empty at "
-            f"{numbers.decimals(cutoff_v, 1)} V"
+            f"{numbers.beside(lowest_v, cutoff_v, _volts)} under load, the battery counts as empty at "
+            f"{_volts(cutoff_v)}"
         )
     else:
         return
     item = int(case.flight.motion.segments.item[discharge.lowest_voltage_segment])
     yield VOLTAGE_LOW.finding(message, item=item, place=case.mission.items[item - 1].place)
+
+
+def _volts(voltage_v: float) -> str:
+    return f"{numbers.decimals(voltage_v, 1)} V"
+
+
+def _rate(rate: float) -> str:
+    return numbers.decimals(rate, 1)
 
 
 def check_discharge_rate(case: Case) -> Iterator[Finding]:
@@ -162,8 +170,8 @@ def check_discharge_rate(case: Case) -> Iterator[Finding]:
     item = int(case.flight.motion.segments.item[discharge.highest_current_segment])
     yield DISCHARGE_RATE_HIGH.finding(
         f"up to {numbers.decimals(discharge.highest_current_a, 0)} A, "
-        f"{numbers.decimals(rate, 1)} times the charge an hour, "
-        f"the battery is made for {numbers.decimals(pack.max_c_rate, 1)}",
+        f"{numbers.beside(rate, pack.max_c_rate, _rate)} times the charge an hour, "
+        f"the battery is made for {_rate(pack.max_c_rate)}",
         item=item,
         place=case.mission.items[item - 1].place,
     )

@@ -99,9 +99,10 @@ def check_arming(case: Case) -> Iterator[Finding]:
         least, name = parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
         if least < 0.0:
             least, name = parameters.battery_critical_fraction, "BAT_CRIT_THR"
-        if course.fraction[0] < least:
+        charge = float(course.fraction[0])
+        if charge < least:
             yield ARMING_REFUSED.finding(
-                f"PX4 does not arm with {numbers.percent(float(course.fraction[0]))} of the charge: "
+                f"PX4 does not arm with {numbers.beside(charge, least, numbers.percent)} of the charge: "
                 f"{name} is {numbers.percent(least)}"
             )
         return

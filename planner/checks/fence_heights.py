@@ -31,15 +31,17 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
         highest = max(stages, key=lambda stage: stage.height_m)
         if highest.height_m > limit.ceiling_m + _SLACK_M:
             yield FENCE_HEIGHT.finding(
-                f"{numbers.height(highest.height_m)} above home are flown, {limit.ceiling_name} is "
+                f"{numbers.beside(highest.height_m, limit.ceiling_m, numbers.height)} above home are flown, "
+                f"{limit.ceiling_name} is "
                 f"{numbers.height(limit.ceiling_m)}",
                 item=highest.item,
                 place=case.mission.items[highest.item - 1].place,
             )
         elif parameters.return_altitude_m > limit.ceiling_m + _SLACK_M:
+            climbs = numbers.beside(parameters.return_altitude_m, limit.ceiling_m, numbers.height)
             returns = [s.item for s in stages if s.kind is StageKind.RETURN]
             yield FENCE_HEIGHT.finding(
-                f"a return climbs to {numbers.height(parameters.return_altitude_m)} above home, "
+                f"a return climbs to {climbs} above home, "
                 f"{limit.ceiling_name} is {numbers.height(limit.ceiling_m)}",
                 severity=Severity.ERROR if returns else Severity.WARNING,
                 item=returns[0] if returns else None,
@@ -51,7 +53,8 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
         lowest = min(flying, key=lambda stage: stage.height_m, default=None)
         if lowest is not None and lowest.height_m < limit.floor_m - _SLACK_M:
             yield FENCE_HEIGHT.finding(
-                f"{numbers.height(lowest.height_m)} above home are flown, {limit.floor_name} is "
+                f"{numbers.beside(lowest.height_m, limit.floor_m, numbers.height)} above home are flown, "
+                f"{limit.floor_name} is "
                 f"{numbers.height(limit.floor_m)}",
                 item=lowest.item,
                 place=case.mission.items[lowest.item - 1].place,

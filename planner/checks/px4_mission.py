@@ -98,8 +98,9 @@ def check_first_place(case: Case) -> Iterator[Finding]:
         version = None if case.target is None else case.target.version
         refuses = version is not None and version < _WARNS_ONLY
         yield FIRST_WAYPOINT_FAR.finding(
-            f"the first place is {numbers.distance(there_m)} from home, MIS_DIST_1WP is "
-            f"{numbers.distance(limit_m)}: PX4 {'refuses the mission' if refuses else 'warns'}",
+            f"the first place is {numbers.beside(there_m, limit_m, numbers.distance)} from home, "
+            f"MIS_DIST_1WP is {numbers.distance(limit_m)}: PX4 "
+            f"{'refuses the mission' if refuses else 'warns'}",
             item=number,
             place=case.mission.items[number - 1].place,
             severity=Severity.ERROR if refuses else None,
@@ -133,8 +134,8 @@ def check_speeds(case: Case) -> Iterator[Finding]:
         if item.command == Command.DO_CHANGE_SPEED and (item.param2 or 0.0) > limit_m_s:
             remarks.add(
                 SPEED_CLAMPED,
-                f"{numbers.speed(item.param2)} is commanded, MPC_XY_VEL_MAX allows "
-                f"{numbers.speed(limit_m_s)}: {numbers.speed(limit_m_s)} is flown",
+                f"{numbers.beside(item.param2 or 0.0, limit_m_s, numbers.speed)} is commanded, "
+                f"MPC_XY_VEL_MAX allows {numbers.speed(limit_m_s)}: {numbers.speed(limit_m_s)} is flown",
                 item=number,
                 place=item.place,
             )
@@ -148,7 +149,8 @@ def check_wind_limit(case: Case) -> Iterator[Finding]:
     wind_m_s = case.conditions.wind.speed_m_s
     if 0.0 < limit_m_s < wind_m_s:
         yield WIND_LIMIT.finding(
-            f"{numbers.speed(wind_m_s)} of wind, COM_WIND_MAX is {numbers.speed(limit_m_s)}"
+            f"{numbers.beside(wind_m_s, limit_m_s, numbers.speed)} of wind, COM_WIND_MAX is "
+            f"{numbers.speed(limit_m_s)}"
         )
 
 

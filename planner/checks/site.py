@@ -97,7 +97,7 @@ def check_height(case: Case) -> Iterator[Finding]:
         return
     item = case.route.stages[int(np.argmax(heights_m))].item
     yield TOO_HIGH_FOR_SITE.finding(
-        f"{numbers.height(highest_m)} above home, {profile.source} allows "
+        f"{numbers.beside(highest_m, limit_m, numbers.height)} above home, {profile.source} allows "
         f"{numbers.height(limit_m)}",
         item=item,
         place=case.mission.items[item - 1].place,
@@ -150,10 +150,11 @@ def check_distance(case: Case) -> Iterator[Finding]:
     if away_m[farthest] <= limit_m:
         return
     what, item = places[farthest][:2]
+    away = numbers.beside(float(away_m[farthest]), limit_m, numbers.distance)
     beyond = int((away_m > limit_m).sum())
     more = f", and {numbers.count(beyond - 1, 'more place')}" if beyond > 1 else ""
     yield TOO_FAR_FOR_SITE.finding(
-        f"{what} is {numbers.distance(float(away_m[farthest]))} from {origin_name}{more}; "
+        f"{what} is {away} from {origin_name}{more}; "
         f"{profile.source} allows {numbers.distance(limit_m)}",
         item=item,
         place=None if item is None else mission.items[item - 1].place,

@@ -123,7 +123,8 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
     if narrow.point is None or away_m < margin_m:
         end, about_m = start, margin_m
         message = (
-            f"the flight passes {barrier.label} at {_metres(away_m)}, nearer than the "
+            f"the flight passes {barrier.label} at {numbers.beside(away_m, margin_m, _metres)}, nearer than "
+            "the "
             f"{_metres(margin_m)} its position may be wrong"
         )
         fix = f"keep {_metres(margin_m - away_m)} farther from the fence, or move it"

@@ -56,7 +56,7 @@ def flown_parameters(
     more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
     return tuple(common), (
         PARAMETERS_DIFFER.finding(
-            f"{', '.join(differing[:_NAMED])}{more} differ from flight to flight: left out of the "
-            "model"
+            "not the same in every flight, and left out of the model: "
+            f"{', '.join(differing[:_NAMED])}{more}"
         ),
     )

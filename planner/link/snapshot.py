@@ -96,7 +96,7 @@ def make_snapshot(
     mission = mission_of_lists(lists, identity, home=state.home, source=address)
     findings: list[Finding] = [
         LIST_NOT_KEPT.finding(
-            f"the vehicle keeps no {kind.label}: its firmware was built without them"
+            f"the vehicle keeps no {kind.label}: its firmware was built without such a list"
         )
         for kind, items in lists.items()
         if items is None

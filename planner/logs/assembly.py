@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner import numbers
 from planner.catalogue.flight_log import FLIGHT_INCOMPLETE, LOG_GAP, POSITION_RESET
 from planner.catalogue.verification import MISSION_CHANGED
 from planner.logs.flights import is_off_ground, silences
@@ -197,7 +198,7 @@ def _gaps(
     if len(quiet):
         lengths_s = quiet[:, 1] - quiet[:, 0]
         longest = int(np.argmax(lengths_s))
-        more = f", and {len(quiet) - 1} shorter gaps" if len(quiet) > 1 else ""
+        more = f", and {numbers.count(len(quiet) - 1, 'shorter gap')}" if len(quiet) > 1 else ""
         yield LOG_GAP.finding(
             f"{source}: nothing was logged for {lengths_s[longest]:.1f} s at "
             f"{quiet[longest, 0] - span.begin_s:.1f} s of flight {number}{more}"
@@ -209,8 +210,7 @@ def _gaps(
     ]
     if jumps:
         size_m, time_s = max(jumps)
-        times = "time" if len(jumps) == 1 else "times"
         yield POSITION_RESET.finding(
-            f"{source}: the position estimate jumped {len(jumps)} {times} in flight {number}, by up "
-            f"to {size_m:.1f} m at {time_s - span.begin_s:.1f} s"
+            f"{source}: the position estimate jumped {numbers.count(len(jumps), 'time')} in flight "
+            f"{number}, by up to {size_m:.1f} m at {time_s - span.begin_s:.1f} s"
         )

@@ -260,7 +260,7 @@ def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
         findings.append(
             HOME_ALTITUDE_UNKNOWN.finding(
                 "the altitude of home is not known: 0 m AMSL is assumed for "
-                f"{len(course.amsl_items)} AMSL altitudes",
+                f"{numbers.count(len(course.amsl_items), 'AMSL altitude')}",
                 item=first,
                 place=mission.items[first - 1].place,
             )

@@ -227,7 +227,7 @@ def _check_dialect(content: RowText, *, has_header: bool) -> list[Finding]:
     if untabbed:
         first = untabbed[0].place.line
         reasons.append(
-            f"{numbers.count(len(untabbed), 'row')} not 12 fields between tabs (first in line {first})"
+            f"not 12 fields between tabs in {numbers.count(len(untabbed), 'row')} (first in line {first})"
         )
     if content.comment_lines:
         reasons.append(f"{numbers.count(content.comment_lines, 'comment')}")

@@ -251,7 +251,7 @@ TRAPS = (
         ).replace("3  0", "2 \t0"),
         flown_by=ARDUPILOT,
         codes=frozenset({"L151", "M115"}),
-        word="QGroundControl refuses this file: 3 rows not 12 fields between tabs",
+        word="QGroundControl refuses this file: not 12 fields between tabs in 3 rows",
         commands=(22, 20),
     ),
     Trap(

@@ -58,7 +58,7 @@ def _miscounted(*messages: str) -> Iterator[str]:
     """Yield ``1 parts`` and the like, but not ``item 1 takes``."""
     for message in messages:
         for word, counted in re.findall(
-            r"(\w*)[ (]*(?<![\w.,/])(1 (?:more )?[a-z]{3,}s)\b", message
+            r"(\w*)[ (]*(?<![\w.,/])(1 (?:more |[A-Z]+ )?[a-z]{3,}s)\b", message
         ):
             if word not in _NUMBERED:
                 yield counted
