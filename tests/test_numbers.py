@@ -98,6 +98,9 @@ def test_nothing_counts_as_minus_zero() -> None:
 
 def test_a_count_agrees_with_its_noun() -> None:
     assert [numbers.count(n, "error") for n in (0, 1, 2)] == ["0 errors", "1 error", "2 errors"]
+    assert numbers.count(0.5, "turn") == "0.5 turns"
+    assert numbers.count(1.0, "turn") == "1 turn"
+    assert [numbers.count(n, "vertex", "vertices") for n in (1, 2)] == ["1 vertex", "2 vertices"]
 
 
 FORMATTERS: tuple[Callable[[float | None], str], ...] = (
@@ -151,3 +154,18 @@ def test_a_number_beyond_sense_is_short() -> None:
     assert numbers.height(-2.5e9) == "-2.5e+09 m"
     assert numbers.decimals(999_999_999.0, 0) == "999999999"
     assert len(numbers.duration(1e300)) < 30
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "text"),
+    [
+        (60.1, 60.0, "just over 60 m"),
+        (59.9, 60.0, "just under 60 m"),
+        (60.0, 60.0, "60 m"),
+        (61.0, 60.0, "61 m"),
+    ],
+)
+def test_a_value_that_reads_as_its_limit_says_on_which_side_it_is(
+    value: float, limit: float, text: str
+) -> None:
+    assert numbers.beside(value, limit, numbers.height) == text

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from fenced_missions import rally
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
@@ -35,6 +36,8 @@ def jumping(repeats: int) -> tuple[Finding, ...]:
     """Return what is told of two items flown so often again, and none behind them."""
     return flown_order(mission(takeoff(20), jump(1, repeats)).items, ARDUPILOT).findings
 
+
+WITH_RALLY = replace(PLAIN, rally=(rally(0.0, 50.0),))
 
 CASES: Mapping[str, RuleCases] = {
     "T101": RuleCases(
@@ -98,6 +101,11 @@ CASES: Mapping[str, RuleCases] = {
             speed_m_s=6.0,
         ),
         silent=lambda: found(at_speed(6.0), PX4),
+    ),
+    "T113": RuleCases(
+        fires=lambda: found(PLAIN, PX4, "RTL_TYPE,5\n"),
+        boundary=lambda: found(WITH_RALLY, PX4, "RTL_TYPE,5\n"),
+        silent=lambda: found(PLAIN, PX4, "RTL_TYPE,0\n"),
     ),
     "T112": RuleCases(
         fires=lambda: found(PLAIN),

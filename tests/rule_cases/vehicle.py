@@ -10,7 +10,7 @@ from virtual_vehicle import wire_item
 
 from planner.link.mission_kind import MissionKind
 from planner.link.parameter_transfer import WireParameter
-from planner.link.snapshot import make_snapshot
+from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleState
 from planner.live import check_vehicle
 from planner.mission.files import read_mission_bytes
@@ -40,12 +40,16 @@ def told(
     items = (home_slot if autopilot == _ARDUPILOT else ()) + FLIGHT
     snapshot = make_snapshot(
         VehicleIdentity(system=1, component=1, autopilot_number=autopilot, vehicle_type=2),
-        VehicleState(home=home, battery=BatteryState(remaining_fraction=charge)),
-        {
-            kind: None if without.get(kind.name.lower()) else items if not kind else ()
-            for kind in MissionKind
-        },
-        tuple(WireParameter(name=name, value=1.0, content=bytes(4), kind=9) for name in names),
+        VehicleReading(
+            state=VehicleState(home=home, battery=BatteryState(remaining_fraction=charge)),
+            lists={
+                kind: None if without.get(kind.name.lower()) else items if not kind else ()
+                for kind in MissionKind
+            },
+            parameters=tuple(
+                WireParameter(name=name, value=1.0, content=bytes(4), kind=9) for name in names
+            ),
+        ),
         address="udpin:127.0.0.1:14550",
     )
     return check_vehicle(snapshot, CheckRequest()).findings
