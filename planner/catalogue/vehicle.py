@@ -85,7 +85,7 @@ RETURN_SOON_IN_FLIGHT = Rule(
     severity=Severity.WARNING,
     summary="The point of no return is near, and the mission cannot be finished.",
     why="Beyond it the way home eats into the reserve.",
-    how="The time until the margin of the way home reaches zero along the mission is under 60 s.",
+    how="The time until the margin of the way home reaches zero along the mission is 60 s or less.",
     example="the point of no return is 42 s ahead: 31.0 Wh left by charge count, 14.8 Wh home now",
     fix="turn back before then",
 )
@@ -110,7 +110,7 @@ MEASURES_DIFFER_IN_FLIGHT = Rule(
     severity=Severity.WARNING,
     summary="The measurements of the battery contradict each other.",
     why="Another battery flies than the one that was checked, or one of its measurements is wrong.",
-    how="The energies left by charge count, energy count and percentage differ by over 10 % of the battery.",
+    how="The energies left by charge count, energy count and percentage differ by more than 10 % of it.",
     example="the measurements of the battery differ: 31.0 Wh by charge count, 44.0 Wh by energy count",
     fix="check with --battery as it is, and calibrate the power module",
 )
