@@ -64,14 +64,14 @@ RALLY_FAR = Rule(
     code="M118",
     name="rally-far",
     severity=Severity.WARNING,
-    summary="A rally point is farther from the whole mission than ArduPilot looks.",
+    summary="A rally point is farther from the whole mission than ArduPilot looks, and home is nearer.",
     why=(
         "ArduPilot returns home instead of to a rally point beyond RALLY_LIMIT_KM, 300 m on Copter: "
         "the point is never used (ArduPilot #4701, #30575)."
     ),
     how=(
-        "Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM, where that is "
-        "not 0."
+        "Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM where that is "
+        "not 0, and no end of a leg is nearer to it than to home (AP_Rally::find_nearest_rally_point)."
     ),
     example=(
         "rally point 1 is 1.20 km from the mission, RALLY_LIMIT_KM is 0.3: ArduPilot never goes "

@@ -82,7 +82,11 @@ def check_land_starts(case: Case) -> Iterator[Finding]:
 
 
 def check_rally(case: Case) -> Iterator[Finding]:
-    """Yield a finding where a rally point is nowhere within RALLY_LIMIT_KM of the mission."""
+    """Yield a finding where a rally point is beyond RALLY_LIMIT_KM of the mission, and home nearer.
+
+    ``AP_Rally::find_nearest_rally_point``: beyond the limit home is taken where it is nearer.  Where it
+    is not, one end of a leg is nearer to the rally point than to home.
+    """
     rally, route, limit_m = case.mission.rally, case.route, _rally_limit_m(case)
     if not rally:
         return
@@ -90,7 +94,8 @@ def check_rally(case: Case) -> Iterator[Finding]:
     remarks = Remarks()
     for number, (point, point_m) in enumerate(zip(rally, _rally_m(case), strict=True), start=1):
         away_m = _distance_to_path_m(point_m, path_m)
-        if away_m > limit_m:
+        is_nearer = np.hypot(*(path_m - point_m).T) <= np.hypot(*path_m.T)
+        if away_m > limit_m and not is_nearer.any():
             remarks.add(
                 RALLY_FAR,
                 f"rally point {number} is {numbers.beside(away_m, limit_m, numbers.distance)} from the "

@@ -218,13 +218,28 @@ def test_a_rally_point_that_ardupilot_never_uses_is_warned_of(
     parameters: str,
     fires: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
-    # A degree of longitude at 47° has 76,055 m on WGS 84: 250 m off the middle of the leg.
+    # A degree of longitude at 47° has 76,055 m on WGS 84: off the end of the leg at home, which is
+    # nearer than the rally point from everywhere.
     point = RallyPoint(
-        latitude_deg=north(250), longitude_deg=8.0 + east_m / 76055.0, height_above_home_m=20.0
+        latitude_deg=north(0), longitude_deg=8.0 + east_m / 76055.0, height_above_home_m=20.0
     )
     made = replace(mission(takeoff(20), waypoint(500, 20), rtl()), rally=(point,))
     assert len(of("M118", made, Autopilot.ARDUPILOT, parameters)) == fires
     assert of("M118", made, Autopilot.PX4) == []
+
+
+@pytest.mark.parametrize(("north_m", "fires"), [(249.0, True), (251.0, False)])
+def test_a_rally_point_beyond_the_limit_that_is_nearer_than_home_is_used(
+    north_m: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    """From 500 m north, home is as far as a place 250 m north and 433 m east: 60° off the leg."""
+    point = RallyPoint(
+        latitude_deg=north(north_m), longitude_deg=8.0 + 433.0 / 76055.0, height_above_home_m=20.0
+    )
+    land = item(21, north(500), 0.0)
+    made = replace(mission(takeoff(20), waypoint(500, 20), land), rally=(point,))
+    assert len(of("M118", made, Autopilot.ARDUPILOT)) == fires
 
 
 @pytest.mark.parametrize(("commanded", "fires"), [(12.0, False), (12.1, True)])

@@ -108,8 +108,9 @@ def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(
     place = f"[site]\nlatitude_deg = {north(250)}\nlongitude_deg = 8.0\nmax_distance_m = 300\n"
     assert of("M122", tmp_path, place) == []
     rally = RallyPoint(latitude_deg=north(900), longitude_deg=8.0, height_above_home_m=20.0)
+    # It is where the mission's own return leads, from item 2 on nearer than home.
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, rally=(rally,)))
-    assert "rally point 1 is 650 m from the site" in finding.message
+    assert "item 3 is 650 m from the site, and 1 more place" in finding.message
     corners = ((north(-100), 7.999), (north(2250), 8.0), (north(-100), 8.001))
     fence = Fence(polygons=(FencePolygon(inclusion=True, vertices_deg=corners),))
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, fence=fence))
