@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fenced_missions import box, rally
 from made_missions import mission, rtl, takeoff, waypoint
 
+from planner.autopilot import Autopilot
 from planner.flight.conditions import Conditions
 from planner.geo.fence import Fence
 from planner.link.message import Message
@@ -29,7 +30,6 @@ from planner.vehicle.battery import Battery
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.autopilot import Autopilot
     from planner.link.simulated.flown import FlownMission
     from planner.link.simulated.setup import VehicleSetup
     from planner.link.simulated.wire import SimulatedWire
@@ -112,6 +112,8 @@ class Bench:
         self.now_s = 0.0
         self.vehicle.expire(self.now_s)
         self.send("HEARTBEAT")  # after which it has introduced itself
+        if autopilot is Autopilot.ARDUPILOT:  # which sends nothing unless it is asked to
+            self.send("REQUEST_DATA_STREAM", req_message_rate=4, start_stop=1)
 
     def send(self, name: str, sender: int = GROUND_STATION, **fields: Any) -> list[Message]:  # noqa: ANN401 - as it comes
         """Send a message to it, and return its answers."""

@@ -41,6 +41,8 @@ _STATE = (
     ("EXTENDED_SYS_STATE", 245),
 )
 _PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
+_LATEST_WORD_S = 10.0
+"""A word to a question that comes later than this is lost. [s]"""
 _WARNING = 4
 """MAV_SEVERITY_WARNING; greater numbers are less."""
 _NO_MISSION = 1
@@ -88,6 +90,9 @@ class PymavlinkLink:
     ) -> None:
         self.settings = settings or LinkSettings()
         self._on_progress = on_progress
+        self._stray = 0
+        """Words of the vehicle that may still come to what it was asked before."""
+        self._stray_until_s = 0.0
         self.file_numbers = FileNumbers(random.randrange(1 << 16))
         """Of the requests of its file protocol."""
         self.connection = Connection(
@@ -191,8 +196,7 @@ class PymavlinkLink:
 
     def _fetch_identity(self) -> VehicleIdentity:
         heard = self.connection.vehicle
-        question = MessageRequest(*_IDENTITY, self.settings, retries=self.settings.retries)
-        self.connection.run(question)
+        question = self._ask(*_IDENTITY, retries=self.settings.retries)
         version = question.answer
         identity = VehicleIdentity(
             system=heard.system,
@@ -228,9 +232,15 @@ class PymavlinkLink:
 
     def _request(self, name: str, number: int, *, retries: int) -> Message | None:
         """Return a message, which the vehicle may not have."""
-        request = MessageRequest(name, number, self.settings, retries=retries)
-        self.connection.run(request)
-        return request.answer
+        return self._ask(name, number, retries=retries).answer
+
+    def _ask(self, name: str, number: int, *, retries: int) -> MessageRequest:
+        stray = self._stray if self.connection.now_s < self._stray_until_s else 0
+        question = MessageRequest(name, number, self.settings, retries=retries, stray=stray)
+        self.connection.run(question)
+        self._stray = question.stray
+        self._stray_until_s = self.connection.now_s + _LATEST_WORD_S
+        return question
 
     def run(self, transfer: Transfer, what: str) -> None:
         """Run a transfer to its end, telling how far it is.

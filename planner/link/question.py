@@ -31,15 +31,28 @@ class Question:
         How patient to be.
     retries : int
         How often to ask again.
+    stray : int
+        Words that may still come to an earlier question, repeated, by the same command: a
+        COMMAND_ACK does not tell which.
     """
 
-    def __init__(self, request: Message, settings: LinkSettings, *, retries: int) -> None:
+    def __init__(
+        self, request: Message, settings: LinkSettings, *, retries: int, stray: int = 0
+    ) -> None:
         self._request = request
+        self._stray = stray
+        self._asked = 0
         self._timer = Retransmission(settings, retries=retries)
         self.answer: Message | None = None
         self.is_heard = False
         """Whether the vehicle said anything to it, be it that it has no such message."""
         self.is_done = False
+
+    @property
+    def stray(self) -> int:
+        """Words to this question and earlier ones, that it cannot be had, which may still come."""
+        own = 0 if self.answer is not None else self._asked
+        return max(self._stray + own, 0)
 
     @property
     def deadline_s(self) -> float:
@@ -54,6 +67,7 @@ class Question:
     def begin(self, now_s: float) -> tuple[Message, ...]:
         """Ask."""
         self._timer.sent(now_s)
+        self._asked = 1
         return (self._request,)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
@@ -64,7 +78,9 @@ class Question:
             self.is_done = self.is_heard = True
         elif self._is_word(received):
             self.is_heard = True
-            self.is_done = received["result"] not in _MAY_COME
+            is_final = received["result"] not in _MAY_COME
+            self.is_done = is_final and self._stray <= 0
+            self._stray -= is_final
         return ()
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
@@ -73,6 +89,7 @@ class Question:
             self.is_done = True
             return ()
         self._timer.repeated(now_s)
+        self._asked += 1
         return (self._request,)
 
     def _is_answer(self, received: Message) -> bool:
@@ -95,13 +112,15 @@ class MessageRequest(Question):
         Its number.
     settings : LinkSettings
         How patient to be.
-    retries : int
-        How often to ask again.
+    retries, stray : int
+        As of any question.
     """
 
-    def __init__(self, name: str, number: int, settings: LinkSettings, *, retries: int) -> None:
+    def __init__(
+        self, name: str, number: int, settings: LinkSettings, *, retries: int, stray: int = 0
+    ) -> None:
         request = message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))
-        super().__init__(request, settings, retries=retries)
+        super().__init__(request, settings, retries=retries, stray=stray)
         self._name = name
 
     def _is_answer(self, received: Message) -> bool:

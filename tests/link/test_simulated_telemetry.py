@@ -6,9 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulated_vehicles import BATTERY, WIND, Bench, named, out_and_back, request, texts
+from simulated_vehicles import (
+    BATTERY,
+    WIND,
+    Bench,
+    memory_line,
+    named,
+    out_and_back,
+    request,
+    texts,
+)
 
 from planner.autopilot import Autopilot
+from planner.link.codec import Codec
 from planner.service import CheckResult, check_read
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
@@ -108,6 +118,19 @@ def test_its_heartbeat_is_the_autopilots(
     in_air = bench.wait_for("HEARTBEAT")[-1]
     assert in_air["custom_mode"] == flying
     assert in_air["base_mode"] & 129 == 129
+
+
+def test_ardupilot_sends_nothing_but_its_heartbeat_unless_it_is_asked_to() -> None:
+    line = memory_line(ARDUPILOT)
+    codec, names = Codec(0, 0), set()
+    while line.now_s() < 5.0:
+        for _, data in line.receive(1.0):
+            names |= {one.name for one in codec.decode(data)}
+    assert names == {"HEARTBEAT", "STATUSTEXT"}
+    bench = Bench(ARDUPILOT)
+    assert len(bench.wait_for("GLOBAL_POSITION_INT", 1.9)) == 8  # four a second
+    bench.send("REQUEST_DATA_STREAM", req_message_rate=4, start_stop=0)
+    assert {one.name for one in bench.wait(3.0)} == {"HEARTBEAT"}
 
 
 def test_px4_streams_its_home_and_ardupilot_tells_it_when_asked() -> None:

@@ -26,17 +26,22 @@ _STREAMS: Mapping[str, float] = {
     "EXTENDED_SYS_STATE": 1.0,
     "GPS_RAW_INT": 1.0,
     "MISSION_CURRENT": 1.0,
+    "HOME_POSITION": 2.0,
+    "WIND_COV": 1.0,
+    "WIND": 1.0,
 }
-"""Seconds between messages that nobody asked for."""
-_OWN_STREAMS: Mapping[Autopilot, Mapping[str, float]] = {
-    Autopilot.PX4: {"HOME_POSITION": 2.0, "WIND_COV": 1.0},
-    Autopilot.ARDUPILOT: {"WIND": 1.0},
+"""Seconds between messages."""
+_UNASKED: Mapping[Autopilot, frozenset[str]] = {
+    Autopilot.PX4: frozenset(_STREAMS) - {"WIND"},
+    Autopilot.ARDUPILOT: frozenset({"HEARTBEAT"}),
 }
-"""ArduPilot sends its home only when asked, or when it changes."""
+"""What is sent at no one's request: of ArduPilot's streams, all rates are 0 at first."""
+_DATA_STREAMS = frozenset(_STREAMS) - {"HEARTBEAT", "HOME_POSITION", "WIND_COV"}
+"""What REQUEST_DATA_STREAM begins, in one or another of its groups (ArduPilot)."""
 _FASTEST_S = 0.02
 GET_HOME_POSITION, SET_MESSAGE_INTERVAL, REQUEST_MESSAGE = 410, 511, 512
 REQUEST_AUTOPILOT_CAPABILITIES = 520
-_ACCEPTED, _DENIED, _UNSUPPORTED = 0, 2, 3
+_ACCEPTED, _DENIED, _UNSUPPORTED, _FAILED = 0, 2, 3, 4
 """MAV_RESULT."""
 _NAMES = {number: name for name, number in NUMBERS.items()}
 _MOST_ACTS = 1000
@@ -66,7 +71,8 @@ class TelemetryServer:
 
     def __init__(self, situation: Callable[[float], Situation], autopilot: Autopilot) -> None:
         self._situation = situation
-        self._intervals_s = {**_STREAMS, **_OWN_STREAMS[autopilot]}
+        self._autopilot = autopilot
+        self._intervals_s = {name: _STREAMS[name] for name in _UNASKED[autopilot]}
         self._due_s = dict.fromkeys(self._intervals_s, -1.0)
         self.acts: deque[Message] = deque(maxlen=_MOST_ACTS)
         """What ground stations sent that would move, set or arm a real vehicle: none of it is done."""
@@ -83,6 +89,8 @@ class TelemetryServer:
         match received.name:
             case "COMMAND_LONG" | "COMMAND_INT":
                 return self._command(received, now_s)
+            case "REQUEST_DATA_STREAM" if self._autopilot is Autopilot.ARDUPILOT:
+                self._set_streams(received, now_s)
             case "TIMESYNC" if received["tc1"] == 0:
                 boot_ns = round(self._situation(now_s).boot_s * 1e9)
                 return (message("TIMESYNC", tc1=boot_ns, ts1=received["ts1"]),)
@@ -112,13 +120,24 @@ class TelemetryServer:
             case command if command == REQUEST_MESSAGE:
                 name = _asked_name(received)
                 sent = make_telemetry(name, self._situation(now_s))
-                result = _UNSUPPORTED if sent is None else _ACCEPTED
+                unknown = _DENIED if self._autopilot is Autopilot.PX4 else _FAILED
+                result = unknown if sent is None else _ACCEPTED
             case command if command == SET_MESSAGE_INTERVAL:
                 result = self._set_interval(received, now_s)
             case _:
                 result = _DENIED
         ack = answer(received, "COMMAND_ACK", command=received["command"], result=result)
         return (ack,) if sent is None else (ack, sent)
+
+    def _set_streams(self, received: Message, now_s: float) -> None:
+        """Begin or end what ArduPilot sends in groups, here all of them together."""
+        rate_hz = received["req_message_rate"] if received["start_stop"] else 0
+        for name in _DATA_STREAMS:
+            self._intervals_s.pop(name, None)
+            self._due_s.pop(name, None)
+            if rate_hz:
+                self._intervals_s[name] = max(1.0 / rate_hz, _FASTEST_S)
+                self._due_s[name] = now_s
 
     def _set_interval(self, received: Message, now_s: float) -> int:
         name = _asked_name(received)
