@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _RELAY, _SERVO, _ACTUATOR, _SPRAYER, _AUXILIARY = 181, 183, 187, 216, 218
 _ROI_NONE = 197
+_PARACHUTE, _RELEASED = 208, 2.0
 _TRIGGER_INTERVAL, _TRIGGER, _OBLIQUE = 214, 2003, 260
 _START_IMAGES, _STOP_IMAGES, _START_VIDEO, _STOP_VIDEO = 2000, 2001, 2500, 2501
 _ONE_IMAGE = 1.0
@@ -32,7 +33,10 @@ _FAMILIES: dict[int, str] = {
     _TRIGGER_INTERVAL: "trigger interval",
     _TRIGGER: "trigger",
     _OBLIQUE: "oblique survey",
-    **{command: f"command {command}" for command in (200, 202, 204, 207, 215, 405, 1001)},
+    **{
+        command: f"command {command}"
+        for command in (200, 202, 204, 207, _PARACHUTE, 215, 405, 1001)
+    },
     **{command: f"command {command}" for command in (530, 531, 532, 534)},
     **{command: f"output {command}" for command in (_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT)},
 }
@@ -117,9 +121,15 @@ def is_output(item: MissionItem) -> bool:
     return item.command in {_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT}
 
 
+def is_relative_yaw(item: MissionItem) -> bool:
+    """Return whether an item turns by an angle from the heading there is then."""
+    return item.command == Command.CONDITION_YAW and bool(item.param4)
+
+
 def is_repeatable(item: MissionItem) -> bool:
     """Return whether an item that is no flight may be flown twice and do no harm."""
     is_setting = item.command in _FAMILIES or item.command == Command.DO_CHANGE_SPEED
+    is_setting = is_setting and not is_relative_yaw(item)
     return (is_setting and not is_output(item)) or item.command in _PHOTOS
 
 
@@ -129,8 +139,8 @@ def _family(item: MissionItem, meaning: Autopilot | None) -> object | None:
         return ("speed", kind)
     if item.command == _START_IMAGES and item.param3 == _ONE_IMAGE:
         return None  # one photo, taken
-    if item.command == Command.CONDITION_YAW and item.param4:
-        return None  # an angle from the heading there was then
+    if is_relative_yaw(item) or (item.command == _PARACHUTE and item.param1 == _RELEASED):
+        return None
     if item.command in _OF_AN_OUTPUT:
         return (item.command, item.param1)
     if item.command == _ACTUATOR:

@@ -15,6 +15,7 @@ from planner.mission.carried_state import (
     bare_command,
     carried_state,
     is_output,
+    is_relative_yaw,
     is_repeatable,
 )
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
@@ -208,19 +209,25 @@ def _may_cut(steps: Steps, previous: int, step: int) -> bool:
     return (
         steps.stage(step).kind not in _UNCUT_BEFORE
         and steps.stage(previous).kind not in _UNCUT_BEHIND
-        and not any(item.command in _DELAYING for item in between)
+        and not any(item.command in _DELAYING or is_relative_yaw(item) for item in between)
     )
 
 
 def _is_straight(steps: Steps, step: int) -> bool:
-    """Return whether the leg to a step is a straight line that can be cut anywhere."""
+    """Return whether the leg to a step is a straight line that can be cut anywhere.
+
+    A spline leaves with the whole leg before it as its tangent: a shorter one would bend it otherwise.
+    """
     here, there = steps.stage_before(step), steps.stage(step)
+    after = bisect_left(steps.flying, step) + 1
+    bends = after < len(steps.flying) and steps.stage(steps.flying[after]).kind is StageKind.SPLINE
     item = steps.items[step]
     before = steps.mission.items[here.item - 1]
     is_terrain = item.frame in TERRAIN_FRAMES
     return (
         there.kind in {StageKind.GO, StageKind.LOITER}
         and here.kind not in _UNCUT_BEHIND
+        and not bends
         and item.command in _STRAIGHT_COMMANDS
         and is_terrain is (before.frame in TERRAIN_FRAMES)
         and not (is_terrain and not (item.altitude_m and before.altitude_m))

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
-from flown_cover import deeds, is_covered, samples
-from hypothesis import given, settings
+from flown_cover import curves, deeds, is_covered, is_same_curve, samples
+from hypothesis import Phase, given, reject, settings
 from hypothesis import strategies as st
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from qgc_rules import refuse_plan
@@ -18,9 +18,11 @@ from planner.autopilot import Autopilot
 from planner.errors import OutputError, SplitError, UsageError
 from planner.fixes.split import Split, split_mission, write_split
 from planner.geo.fence import Fence, FenceCircle, RallyPoint
+from planner.mission.parts import make_steps, possible_cuts
 from planner.mission.plan import read_plan_text
 from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
+from planner.vehicle.parameter_file import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,6 +60,9 @@ def check_cover(whole: Mission, split: Split) -> None:
     for wanted in samples(whole, every_m=25.0):
         # 1 m between samples, and the local frame against a plain one
         assert is_covered(wanted, flown, within_m=1.5), wanted
+    bent = [one for part in parts for one in curves(part)]
+    for curve in curves(whole):
+        assert any(is_same_curve(curve, one, within_m=0.5) for one in bent), curve
     done = [one for part in parts for one in deeds(part)]
     for deed in deeds(whole):
         assert deed in done
@@ -237,49 +242,6 @@ def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.Monke
     assert list(empty.iterdir()) == []
 
 
-PLACES = st.integers(1, 30).map(lambda tens: 100.0 * tens)
-
-
-def bodies() -> st.SearchStrategy[list[MissionItem]]:
-    one = st.one_of(
-        st.builds(waypoint, PLACES, st.sampled_from([30.0, 60.0])),
-        st.builds(waypoint, PLACES, st.just(45.0), hold_s=st.just(10.0)),
-        st.builds(trigger, st.sampled_from([0.0, 15.0, 40.0])),
-        st.builds(speed, st.sampled_from([5.0, 9.0, 12.0])),
-        st.builds(lambda place: item(201, north(place), 0.0), PLACES),
-        st.just(item(197, params=(0.0, 0.0, 0.0, 0.0), frame=2)),
-        st.just(item(203, params=(1.0, 0.0, 0.0, 0.0), frame=2)),
-        st.builds(
-            lambda angle: item(205, params=(angle, 0.0, 0.0, 0.0), frame=2),
-            st.sampled_from([-90.0, -45.0]),
-        ),
-        st.builds(
-            lambda on: item(181, params=(0.0, on, 0.0, 0.0), frame=2), st.sampled_from([0.0, 1.0])
-        ),
-    )
-    return st.lists(one, min_size=3, max_size=14)
-
-
-@given(body=bodies(), ends=st.booleans(), autopilot=st.sampled_from([None, Autopilot.ARDUPILOT]))
-@settings(max_examples=20, deadline=None)
-def test_the_parts_of_any_mission_fly_all_of_it(
-    body: list[MissionItem], autopilot: Autopilot | None, *, ends: bool
-) -> None:
-    whole = replace(
-        mission(takeoff(40.0), waypoint(200.0, 40.0), *body, *([rtl()] if ends else [])),
-        autopilot=autopilot,
-    )
-    result = planner.check(whole, SURVEYOR)
-    # twice as much as the farthest place and back needs, and less than the whole
-    farthest = max(one.latitude_deg or 0.0 for one in whole.items if one.command == 16)
-    out_and_back = mission(takeoff(60.0), item(16, farthest, 60.0), rtl())
-    alone = planner.check(out_and_back, SURVEYOR).totals.energy_wh
-    enough_wh = max(1.6 * alone, 0.5 * result.totals.energy_wh) / 0.8
-    split = split_mission(whole, SURVEYOR, battery=Battery(capacity_wh=enough_wh))
-    check_cover(whole, split)
-    assert math.fsum(part.result.totals.energy_wh for part in split.parts) > 0.0
-
-
 def test_more_flights_than_have_names_are_refused_at_once() -> None:
     with pytest.raises(SplitError, match="takes more than 99 flights"):
         split_mission(survey(60, 3000.0), SURVEYOR, battery=Battery(capacity_wh=10.0))
@@ -311,3 +273,140 @@ def test_a_long_search_says_how_far_it_is() -> None:
     )
     assert said[0].startswith("cutting between items: 1 part, up to item")
     assert len(said) >= len(split.parts) - 1
+
+
+def cut_items(whole: Mission) -> tuple[set[int], set[int]]:
+    """Return the items before which a mission may be cut, and on whose legs."""
+    case = planner.check(whole, SURVEYOR).case
+    assert case is not None
+    steps = make_steps(whole, case.route, Autopilot.ARDUPILOT)
+    cuts = possible_cuts(steps, inside_legs=True)
+    before = {steps.numbers[cut.step] for cut in cuts if not cut.share}
+    return before, {steps.numbers[cut.step] for cut in cuts if cut.share}
+
+
+@pytest.mark.parametrize(
+    ("command", "before", "inside"),
+    [
+        # the take-off leads to item 2, and after the last waypoint the mission returns anyway
+        (16, {3, 4, 5, 6}, {3, 4, 5, 6}),
+        # a spline leaves along the whole leg before it, and arrives towards the whole one behind it
+        (82, {3, 6}, {6}),
+        # a circle begins at its edge on the leg to it, and so does the leg behind it
+        (18, {3, 4, 6}, {3, 6}),
+    ],
+)
+def test_a_leg_that_shapes_a_curve_is_never_cut(
+    command: int, before: set[int], inside: set[int]
+) -> None:
+    bent = item(command, north(900.0), 40.0, params=(1.0, 0.0, 30.0, 0.0), longitude_deg=8.003)
+    if command != 18:
+        bent = replace(bent, param1=0.0)
+    places = [waypoint(300.0 * n, 40.0) for n in (1, 2, 2, 1)]
+    whole = mission(takeoff(40.0), *places[:2], bent, *places[2:], rtl())
+    assert cut_items(whole) == (before, inside)
+
+
+def test_a_turn_from_the_heading_there_is_stays_with_the_leg_before_it() -> None:
+    turn = item(115, params=(30.0, 0.0, 1.0, 1.0), frame=2)
+    places = [waypoint(300.0 * n, 40.0) for n in (1, 2, 1, 2)]
+    before, _ = cut_items(mission(takeoff(40.0), *places[:2], turn, *places[2:], rtl()))
+    assert before == {3, 6}
+
+
+EAST = st.sampled_from([0.0, 0.002, 0.004])
+NORTH = st.integers(1, 25).map(lambda tens: 100.0 * tens)
+
+
+def going(
+    command: int, height_m: st.SearchStrategy[float], **params: float
+) -> st.SearchStrategy[MissionItem]:
+    four = tuple(params.get(f"param{number}", 0.0) for number in range(1, 5))
+    return st.builds(
+        lambda metres, east_deg, height_m: item(
+            command, north(metres), height_m, params=four, longitude_deg=8.0 + east_deg
+        ),
+        NORTH,
+        EAST,
+        height_m,
+    )
+
+
+def setting(command: int, *choices: tuple[float, ...]) -> st.SearchStrategy[MissionItem]:
+    return st.sampled_from(choices).map(lambda params: item(command, params=params, frame=2))
+
+
+LEVELS = st.sampled_from([30.0, 60.0])
+STRAIGHT = st.one_of(going(16, LEVELS), going(16, LEVELS), going(16, LEVELS, param1=10.0))
+SETTINGS = st.one_of(
+    setting(206, (0.0, 0.0, 1.0, 0.0), (15.0, 0.0, 1.0, 0.0), (40.0, 0.0, 1.0, 0.0)),
+    setting(178, *((1.0, speed_m_s, -1.0, 0.0) for speed_m_s in (5.0, 9.0, 12.0))),
+    setting(197, (0.0, 0.0, 0.0, 0.0)),
+    setting(203, (0.0, 0.0, 0.0, 0.0)),
+    setting(205, (-90.0, 0.0, 0.0, 0.0), (-45.0, 0.0, 0.0, 0.0)),
+    going(201, st.just(0.0)),
+)
+JUMPS = setting(177, (2.0, 1.0, 0.0, 0.0), (3.0, 2.0, 0.0, 0.0))
+CURVED = st.one_of(going(82, LEVELS), going(82, LEVELS), going(18, LEVELS, param1=1.0, param3=25.0))
+OUTPUTS = setting(181, (0.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+YAWS = setting(115, (90.0, 0.0, 1.0, 0.0), (200.0, 0.0, -1.0, 0.0))
+
+
+def bodies(*kinds: st.SearchStrategy[MissionItem]) -> st.SearchStrategy[list[MissionItem]]:
+    body = st.lists(st.one_of(*kinds), min_size=4, max_size=14)
+    return st.tuples(body, st.lists(JUMPS, max_size=1)).map(lambda both: [*both[0], *both[1]])
+
+
+GENTLE = ParameterSet(
+    source="gentle.params",
+    values={
+        "MPC_Z_V_AUTO_UP": ParameterValue(2.5),
+        "MPC_Z_V_AUTO_DN": ParameterValue(1.5),
+    },
+    stack=Autopilot.PX4,
+)
+"""Within what the surveyor was identified at."""
+STACKS = {
+    Autopilot.ARDUPILOT: bodies(STRAIGHT, STRAIGHT, SETTINGS, CURVED, YAWS, OUTPUTS),
+    Autopilot.PX4: bodies(STRAIGHT, STRAIGHT, SETTINGS),
+}
+"""PX4 refuses splines, circles, turns and outputs."""
+
+
+@pytest.mark.parametrize("stack", STACKS)
+@given(data=st.data(), ends=st.booleans(), written_for=st.booleans())
+@settings(max_examples=15, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+def test_the_parts_of_any_mission_fly_all_of_it(
+    stack: Autopilot, data: st.DataObject, *, ends: bool, written_for: bool
+) -> None:
+    body = data.draw(STACKS[stack])
+    whole = replace(
+        mission(takeoff(40.0), waypoint(200.0, 40.0), *body, *([rtl()] if ends else [])),
+        autopilot=stack if written_for else None,
+    )
+    parameters = GENTLE if stack is Autopilot.PX4 else None
+
+    def check(flown: Mission) -> planner.CheckResult:
+        return planner.check(flown, SURVEYOR, autopilot=stack, parameters=parameters)
+
+    result = check(whole)
+    # twice as much as the farthest place and back needs, and less than the whole
+    farthest = max(one.latitude_deg or 0.0 for one in whole.items if one.command in {16, 82, 18})
+    out_and_back = mission(takeoff(60.0), item(16, farthest, 60.0, longitude_deg=8.004), rtl())
+    alone = check(out_and_back).totals.energy_wh
+    enough_wh = max(1.6 * alone, 0.5 * result.totals.energy_wh) / 0.8
+    try:
+        split = split_mission(
+            whole,
+            SURVEYOR,
+            autopilot=stack,
+            parameters=parameters,
+            battery=Battery(capacity_wh=enough_wh),
+        )
+    except SplitError as error:
+        # curve after curve, which cannot be cut apart
+        if "not even the shortest" in str(error) and {18, 82} & {one.command for one in body}:
+            reject()
+        raise
+    check_cover(whole, split)
+    assert math.fsum(part.result.totals.energy_wh for part in split.parts) > 0.0
