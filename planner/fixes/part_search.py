@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.flight.motion.kinematics import FloatArray
-    from planner.mission.parts import Cut, Steps
+    from planner.mission.parts import Cut
+    from planner.mission.steps import Steps
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -242,7 +243,7 @@ class PartSearch:
 
     def _check(self, start: Cut | None, end: Cut | None) -> CheckResult:
         part = part_of(self._steps, start, end, name=self._steps.mission.source)
-        return service.check(part, self._vehicle, **self._options)
+        return service.check(part.mission, self._vehicle, **self._options)
 
     def _refuse_so_many(self) -> None:
         self.refusal = (

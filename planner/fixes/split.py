@@ -20,8 +20,9 @@ from planner.mission.conversion import convert_mission
 from planner.mission.files import read_mission
 from planner.mission.items import MissionFormat
 from planner.mission.one_speed import mission_at_speed
-from planner.mission.parts import make_steps, part_of
+from planner.mission.parts import part_of
 from planner.mission.plan import read_plan_text
+from planner.mission.steps import make_steps
 from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fixes.part_search import Range
     from planner.mission.items import Mission
-    from planner.mission.parts import Cut, Steps
+    from planner.mission.parts import Cut
+    from planner.mission.steps import Steps
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -54,6 +56,10 @@ class SplitPart:
     """How far along the leg to its last item it breaks off; ``None``: it flies all of it. [m]"""
     flown_twice_m: float
     """Way that the part before has flown already. [m]"""
+    first_own_item: int
+    """Item of the part from which on it flies the mission's legs, from 1; those before lead there."""
+    last_own_item: int
+    """Last item of the part that does; those behind lead home."""
 
 
 @frozen
@@ -236,7 +242,8 @@ def _written(
 ) -> tuple[SplitPart, tuple[Finding, ...]]:
     """Return a part as it is written, checked once more as it reads back, and what that loses."""
     start, end = ends
-    conversion = convert_mission(part_of(steps, start, end, name=file), MissionFormat.PLAN)
+    made = part_of(steps, start, end, name=file)
+    conversion = convert_mission(made.mission, MissionFormat.PLAN)
     text = conversion.text
     result = check(read_plan_text(text, source=file))
     if result.verdict != "go":
@@ -256,6 +263,8 @@ def _written(
         begins_m=start.share * steps.length_m(start.step) if start and start.share else None,
         ends_m=end.share * steps.length_m(end.step) if end and end.share else None,
         flown_twice_m=_way_m(steps, start, after),
+        first_own_item=made.first_own,
+        last_own_item=made.last_own,
     )
     return part, conversion.findings
 

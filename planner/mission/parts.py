@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from planner.errors import SplitError
 from planner.frozen import frozen
-from planner.mission.carried_state import (
-    CarriedState,
-    bare_command,
-    carried_state,
-    is_output,
-    is_relative_yaw,
-    is_repeatable,
-)
-from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
+from planner.mission.carried_state import bare_command, is_output, is_relative_yaw, is_repeatable
+from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame
 from planner.mission.items import Mission, MissionFormat, MissionItem
 from planner.mission.jump_numbers import numbered_in_order
 from planner.mission.plan import PlanDocument
 from planner.mission.stage import StageKind
+from planner.mission.steps import is_takeoff_assumed
 
 if TYPE_CHECKING:
-    from planner.autopilot import Autopilot
-    from planner.mission.stage import Route, Stage
+    from planner.mission.steps import Steps
 
 OVERLAP_M = 10.0
 """Flown twice besides the way between two photos: autopilots count a waypoint as reached up to so far
@@ -37,12 +28,10 @@ _MOST_CUTS_A_LEG = 2000
 _SPEED_UNKNOWN_M_S = 15.0
 """Of legs flown at the vehicle's own speed, for photos by time: faster than surveys are. [m s⁻¹]"""
 _SAME_HEIGHT_M = 1.0
-_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
 _DELAYING = frozenset({Command.CONDITION_DELAY, Command.CONDITION_DISTANCE})
 _STRAIGHT_COMMANDS = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TIME})
 _UNCUT_BEFORE = frozenset({StageKind.SPLINE, StageKind.TAKEOFF, StageKind.RETURN})
 _UNCUT_BEHIND = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.TAKEOFF})
-_ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
 
 
 @frozen
@@ -56,126 +45,14 @@ class Cut:
 
 
 @frozen
-class Steps:
-    """A mission in flown order, jumps written out, each step with the stage that it makes."""
+class Part:
+    """A part of a mission, as a mission of its own."""
 
     mission: Mission
-    route: Route
-    meaning: Autopilot | None
-    items: tuple[MissionItem, ...]
-    numbers: tuple[int, ...]
-    """The item of the mission each step is, from 1."""
-    stages: tuple[int | None, ...]
-    """Position in the route's stages; ``None``: no flight."""
-    states: tuple[CarriedState, ...]
-    """What is set before each step, and behind the last."""
-    first: int
-    """The first step behind the take-off."""
-    flying: tuple[int, ...]
-    """The steps behind the take-off that fly."""
-    has_jumps: bool
-
-    @property
-    def ends(self) -> bool:
-        """Whether the mission ends on the ground."""
-        return self.route.stages[-1].kind in _ENDS
-
-    def stage(self, step: int) -> Stage:
-        """Return the stage of a step that flies."""
-        number = self.stages[step]
-        assert number is not None
-        return self.route.stages[number]
-
-    def stage_before(self, step: int) -> Stage:
-        """Return the stage before that of a step that flies."""
-        number = self.stages[step]
-        assert number is not None
-        return self.route.stages[number - 1]
-
-    def length_m(self, step: int) -> float:
-        """Return the length over ground of the leg to a step. [m]"""
-        here, there = self.stage_before(step), self.stage(step)
-        return math.hypot(there.east_m - here.east_m, there.north_m - here.north_m)
-
-
-def make_steps(mission: Mission, route: Route, meaning: Autopilot | None) -> Steps:
-    """Return a mission in flown order.
-
-    Parameters
-    ----------
-    mission : Mission
-        It has a home.
-    route : Route
-        What the mission asks for.
-    meaning : Autopilot, optional
-        Whose reading of the items counts.
-
-    Raises
-    ------
-    SplitError
-        If it has no end, or parts of it would not mean what they do in it.
-    """
-    _refuse_unsuitable(mission, route)
-    at = 1 if _is_takeoff_assumed(route) else 0
-    items: list[MissionItem] = []
-    numbers: list[int] = []
-    stages: list[int | None] = []
-    states = [CarriedState()]
-    for number in route.reached:
-        item = mission.items[number - 1]
-        flies = at < len(route.stages) and route.stages[at].item == number
-        if item.command not in _JUMPS:
-            items.append(item)
-            numbers.append(number)
-            stages.append(at if flies else None)
-            before = states[-1]
-            states.append(before if flies else carried_state((*before.items, item), meaning))
-        at += flies
-    first = next(step for step, stage in enumerate(stages) if stage is not None)
-    if not _is_takeoff_assumed(route):
-        first += 1
-    return Steps(
-        mission=mission,
-        route=route,
-        meaning=meaning,
-        items=tuple(items),
-        numbers=tuple(numbers),
-        stages=tuple(stages),
-        states=tuple(states),
-        first=first,
-        flying=tuple(step for step in range(first, len(items)) if stages[step] is not None),
-        has_jumps=any(
-            item.command in {Command.DO_JUMP, Command.DO_JUMP_TAG} for item in mission.items
-        ),
-    )
-
-
-def _is_takeoff_assumed(route: Route) -> bool:
-    stages = route.stages
-    return len(stages) > 1 and stages[0].item == stages[1].item
-
-
-def _refuse_unsuitable(mission: Mission, route: Route) -> None:
-    why = None
-    if mission.home is None:
-        why = "where home is must be known, for every part comes back to it: set the planned home"
-    elif route.lap is not None:
-        why = f"item {route.lap.item} jumps back for ever: give the jump a count"
-    elif route.moved_homes:
-        why = (
-            "DO_SET_HOME moves home: heights and returns of the parts would count from another "
-            "place; take it out of the mission"
-        )
-    elif len(route.stages) < 2:
-        why = "there is no leg to divide"
-    else:
-        for stage in route.stages:
-            command = mission.items[stage.item - 1].command
-            if command == Command.NAV_LOITER_UNLIM:
-                why = f"item {stage.item} {command_name(command)} never ends: give it a time"
-    if why is not None:
-        msg = f"{mission.source}: cannot be split: {why}"
-        raise SplitError(msg)
+    first_own: int
+    """The first item that flies the whole's legs, from 1; those before lead there."""
+    last_own: int
+    """The last of them; those behind lead home."""
 
 
 def possible_cuts(steps: Steps, *, inside_legs: bool) -> list[Cut]:
@@ -276,8 +153,8 @@ def _spacing_m(steps: Steps, step: int) -> float:
     return steps.states[step].trigger_spacing_m(speed_m_s)
 
 
-def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> Mission:
-    """Return the mission of one part: take-off, way to where it begins, its steps, way home.
+def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> Part:
+    """Return one part: take-off, way to where it begins, its steps, way home.
 
     Parameters
     ----------
@@ -292,19 +169,21 @@ def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> M
     """
     if start is None:
         begin, items = steps.first, list(steps.items[: steps.first])
-        if _is_takeoff_assumed(steps.route):
+        if is_takeoff_assumed(steps.route):
             items.append(_takeoff(steps, 0.0))
     else:
         begin, items = start.step, _way_out(steps, start)
+    before = len(items)
     items += steps.items[begin : len(steps.items) if end is None else end.step]
+    if end is not None and end.share > 0.0:
+        items.append(_waypoint(steps, end, steps.items[end.step]))
+    last_own = len(items)
     if end is not None:
-        if end.share > 0.0:
-            items.append(_waypoint(steps, end, steps.items[end.step]))
         items += steps.states[end.step].stopping_items()
     if end is not None or not steps.ends:
         items.append(bare_command(Command.NAV_RETURN_TO_LAUNCH))
     document = steps.mission.document
-    return replace(
+    mission = replace(
         steps.mission,
         source=name,
         file_format=MissionFormat.PLAN,
@@ -312,6 +191,7 @@ def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> M
         findings=(),
         document=document if isinstance(document, PlanDocument) else None,
     )
+    return Part(mission=mission, first_own=before + 1, last_own=last_own)
 
 
 def _way_out(steps: Steps, start: Cut) -> list[MissionItem]:
@@ -341,7 +221,7 @@ def _takeoff(steps: Steps, higher_m: float) -> MissionItem:
     """Return the take-off of a part, from home, so much higher than that of the mission."""
     home = steps.mission.home
     assert home is not None  # else the mission is refused
-    if _is_takeoff_assumed(steps.route):
+    if is_takeoff_assumed(steps.route):
         own = replace(
             bare_command(Command.NAV_RETURN_TO_LAUNCH),
             command=int(Command.NAV_TAKEOFF),

@@ -15,7 +15,16 @@ if TYPE_CHECKING:
     from planner.fixes.split import Split, SplitPart
     from planner.report.medium import Medium
 
-_PART_KEYS = ("file", "first_item", "last_item", "begins_m", "ends_m", "flown_twice_m")
+_PART_KEYS = (
+    "file",
+    "first_item",
+    "last_item",
+    "begins_m",
+    "ends_m",
+    "flown_twice_m",
+    "first_own_item",
+    "last_own_item",
+)
 
 
 def split_text(split: Split, *, medium: Medium) -> str:

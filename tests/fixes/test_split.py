@@ -18,8 +18,9 @@ from planner.autopilot import Autopilot
 from planner.errors import OutputError, SplitError, UsageError
 from planner.fixes.split import Split, split_mission, write_split
 from planner.geo.fence import Fence, FenceCircle, RallyPoint
-from planner.mission.parts import make_steps, possible_cuts
+from planner.mission.parts import possible_cuts
 from planner.mission.plan import read_plan_text
+from planner.mission.steps import make_steps
 from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameter_file import ParameterSet, ParameterValue
