@@ -69,8 +69,10 @@ def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
         write_data(columns_csv(trace.columns()), output=path)
 
 
-def write_page(results: Results, path: Path, *, sections: Sequence[str] = ()) -> None:
-    """Write results as a page, with more sections after the overview.
+def write_page(
+    results: Results, path: Path, *, sections: Sequence[str] = (), title: str = ""
+) -> None:
+    """Write results as a page, with more sections after the overview, or in its place.
 
     Raises
     ------
@@ -85,7 +87,12 @@ def write_page(results: Results, path: Path, *, sections: Sequence[str] = ()) ->
     made_at = datetime.now(UTC)
     sha256 = {result.file: _sha256(result.file) for result in results}
     page = check_html(
-        results, version=__version__, made_at=made_at, sha256=sha256, sections=sections
+        results,
+        version=__version__,
+        made_at=made_at,
+        sha256=sha256,
+        sections=sections,
+        title=title,
     )
     write_data(page, output=path)
     narrate(f"the page is in {path}")

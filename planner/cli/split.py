@@ -10,10 +10,16 @@ from planner import __version__, numbers
 from planner.cli.configuration import mission_settings
 from planner.cli.format_option import format_option
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
-from planner.cli.output import narrate, narrate_seldom, standard_medium, write_data
+from planner.cli.output import (
+    narrate,
+    narrate_seldom,
+    refuse_overwriting,
+    standard_medium,
+    write_data,
+)
 from planner.cli.requests import check_request
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
-from planner.errors import ExitCode
+from planner.errors import ExitCode, UsageError
 from planner.fixes.split import split_file, write_split
 
 
@@ -30,8 +36,20 @@ from planner.fixes.split import split_file, write_split
 @click.option("--force", is_flag=True, help="write over parts that are there already")
 @setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
 @format_option("text", "json")
+@click.option(
+    "--report",
+    metavar="FILE.html",
+    type=click.Path(path_type=Path),
+    help="write the parts, side by side and each with its pictures, as a page as well",
+)
 def command(
-    mission: str, *, folder: Path | None, force: bool, file_format: str, **options: object
+    mission: str,
+    *,
+    folder: Path | None,
+    force: bool,
+    file_format: str,
+    report: Path | None,
+    **options: object,
 ) -> ExitCode:
     """Split a mission into the fewest flights that each fit the battery.
 
@@ -42,17 +60,31 @@ def command(
 
     Exit codes: 0 every part is a go, 1 it cannot be split, 2 unusable input, usage or configuration.
     """
+    if report is not None:
+        from planner.report.html.page import refuse_without_libraries
+
+        refuse_overwriting(report, (mission,))
+        refuse_without_libraries()
     settings = mission_settings(mission, given_settings(options))
     if folder is None:
         folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
     split = split_file(mission, check_request(settings), folder=folder, on_step=narrate_seldom())
+    if report in {Path(part.file) for part in split.parts}:
+        msg = f"{report} is one of the parts: give another file to write to"
+        raise UsageError(msg)
     write_split(split, folder, force=force)
-    from planner.report import split as report
+    from planner.report.split import flights_text, split_json, split_text
 
     if file_format == "json":
-        text = report.split_json(split, version=__version__)
+        text = split_json(split, version=__version__)
     else:
-        text = report.split_text(split, medium=standard_medium())
+        text = split_text(split, medium=standard_medium())
     write_data(text)
+    if report is not None:
+        from planner.cli.attachments import write_page
+        from planner.report.html.split import split_section
+
+        results = [part.result for part in split.parts]
+        write_page(results, report, sections=[split_section(split)], title=flights_text(split))
     narrate(f"{numbers.count(len(split.parts), 'part')} written to {folder}")
     return ExitCode.GO

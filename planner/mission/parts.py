@@ -177,7 +177,8 @@ def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> P
     items += steps.items[begin : len(steps.items) if end is None else end.step]
     if end is not None and end.share > 0.0:
         items.append(_waypoint(steps, end, steps.items[end.step]))
-    last_own = len(items)
+    returns = end is None and steps.route.stages[-1].kind is StageKind.RETURN
+    last_own = len(items) - int(returns)
     if end is not None:
         items += steps.states[end.step].stopping_items()
     if end is not None or not steps.ends:

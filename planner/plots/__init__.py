@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from planner.plots.mission import mission_figures
     from planner.plots.site import map_figure
     from planner.plots.speed import speed_figure
+    from planner.plots.split import split_energy_figure, split_map_figure
     from planner.plots.verification import verification_figure
 
 __all__ = [
@@ -25,6 +26,8 @@ __all__ = [
     "power_figure",
     "profile_figure",
     "speed_figure",
+    "split_energy_figure",
+    "split_map_figure",
     "verification_figure",
     "write_figure",
     "write_figures",
@@ -38,6 +41,8 @@ _HOMES = {
     "power_figure": "planner.plots.flight",
     "profile_figure": "planner.plots.flight",
     "speed_figure": "planner.plots.speed",
+    "split_energy_figure": "planner.plots.split",
+    "split_map_figure": "planner.plots.split",
     "verification_figure": "planner.plots.verification",
     "write_figure": "planner.plots.files",
     "write_figures": "planner.plots.files",

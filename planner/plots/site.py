@@ -55,10 +55,7 @@ def map_panel(tables: FlightTables) -> Chart:
     """Return the map of tables."""
     alt = load_altair()
     marks, view = tables.marks, map_view(tables)
-    x = alt.X("east_m:Q").title("East of home [m]").axis(tickCount=8)
-    y = alt.Y("north_m:Q").title("North of home [m]").axis(tickCount=8)
-    x = x.scale(domain=[view.west_m, view.east_m], nice=False, zero=False)
-    y = y.scale(domain=[view.south_m, view.north_m], nice=False, zero=False)
+    x, y = ground_axes(view)
 
     def layer(data: Chart) -> Chart:
         return alt.Chart(data).encode(x=x, y=y)
@@ -71,9 +68,7 @@ def map_panel(tables: FlightTables) -> Chart:
             .encode(
                 detail="area:N",
                 order="order:Q",
-                strokeDash=alt.StrokeDash("kind:N")
-                .scale(domain=["stay inside", "keep out"], range=[[1, 0], [5, 3]])
-                .title("Fence"),
+                strokeDash=fence_dashes(),
             )
         )
     layers.append(
@@ -143,12 +138,34 @@ def _label_rows(marks: list[Row], view: View) -> list[Row]:
     return labels
 
 
+def ground_axes(view: View) -> tuple[Chart, Chart]:
+    """Return the axes of a map that shows so much."""
+    alt = load_altair()
+    x = alt.X("east_m:Q").title("East of home [m]").axis(tickCount=8)
+    y = alt.Y("north_m:Q").title("North of home [m]").axis(tickCount=8)
+    return (
+        x.scale(domain=[view.west_m, view.east_m], nice=False, zero=False),
+        y.scale(domain=[view.south_m, view.north_m], nice=False, zero=False),
+    )
+
+
+def fence_dashes() -> Chart:
+    """Return how the outline of a fence says which side to keep."""
+    dashes = load_altair().StrokeDash("kind:N").title("Fence")
+    return dashes.scale(domain=["stay inside", "keep out"], range=[[1, 0], [5, 3]])
+
+
 def map_view(tables: FlightTables) -> View:
     """Return what of the ground is shown: the flight, and the fence if it is not far larger."""
-    low, high = _bounds([*tables.path, *tables.marks, *tables.stretches])
+    return ground_view([*tables.path, *tables.marks, *tables.stretches], tables.fence)
+
+
+def ground_view(places: list[Row], fence: list[Row]) -> View:
+    """Return what of the ground is shown: all places, and the fence if it is not far larger."""
+    low, high = _bounds(places)
     least = max(float((high - low).max()), _LEAST_M)
-    if tables.fence:
-        fence_low, fence_high = _bounds(tables.fence)
+    if fence:
+        fence_low, fence_high = _bounds(fence)
         wide_low, wide_high = np.minimum(low, fence_low), np.maximum(high, fence_high)
         if float((wide_high - wide_low).max()) <= _FAR_FENCE * least:
             low, high = wide_low, wide_high

@@ -95,7 +95,7 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
         result=result,
         case=case,
         flight=_flight_rows(case, trace, most_rows),
-        path=_path_rows(case, trace),
+        path=path_rows(case, trace),
         states=_state_rows(case),
         returns=_return_rows(case, most_rows) if case.vehicle.is_power_known else [],
         marks=item_rows(case) + place_rows(case),
@@ -140,10 +140,23 @@ def _flight_rows(case: Case, trace: Trace, most_rows: int) -> list[Row]:
     return _rows(columns, kept)
 
 
-def _path_rows(case: Case, trace: Trace) -> list[Row]:
+def path_rows(case: Case, trace: Trace, chosen: slice = slice(None)) -> list[Row]:
+    """Return the way over ground, a row for each corner that can be seen.
+
+    Parameters
+    ----------
+    case : Case
+        What is flown.
+    trace : Trace
+        Its samples.
+    chosen : slice
+        Which of them.
+    """
     import shapely
 
-    east_m, north_m = case.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
+    east_m, north_m = case.route.frame.east_north_m(
+        trace.latitude_deg[chosen], trace.longitude_deg[chosen]
+    )
     number = np.arange(len(east_m), dtype=np.float64)
     kept = np.arange(len(east_m))
     if len(kept) > 2:
@@ -152,8 +165,8 @@ def _path_rows(case: Case, trace: Trace) -> list[Row]:
         thin = shapely.simplify(line, _PATH_TOLERANCE * extent_m, preserve_topology=False)
         kept = shapely.get_coordinates(thin, include_z=True)[:, 2].astype(np.intp)
     columns = {
-        "time_min": _rounded(trace.time_s / 60.0, 4),
-        "item": trace.item.tolist(),
+        "time_min": _rounded(trace.time_s[chosen] / 60.0, 4),
+        "item": trace.item[chosen].tolist(),
         "east_m": _rounded(east_m, 1),
         "north_m": _rounded(north_m, 1),
     }

@@ -13,6 +13,7 @@ from planner.report.table import table_lines
 
 if TYPE_CHECKING:
     from planner.fixes.split import Split, SplitPart
+    from planner.report.json_document import Document
     from planner.report.medium import Medium
 
 _PART_KEYS = (
@@ -30,14 +31,11 @@ _PART_KEYS = (
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
     whole = split.whole.totals
-    flights = numbers.count(len(split.parts), "flight")
-    one = numbers.energy(whole.energy_wh)
-    lines = [f"{printable(split.file)}: {flights} instead of one of {one}", ""]
+    lines = [f"{flights_text(split)} of {numbers.energy(whole.energy_wh)}", ""]
     heads = ("", "file", "flies", "time", "energy", "above reserve", "on the way home")
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")
-    time_s = sum(part.result.totals.time_s for part in split.parts)
-    energy_wh = sum(part.result.totals.energy_wh for part in split.parts)
+    time_s, energy_wh = together(split).values()
     lines += ["", f"together {numbers.duration(time_s)} and {numbers.energy(energy_wh)}"]
     if split.findings:
         lines.append("")
@@ -52,20 +50,37 @@ def split_json(split: Split, *, version: str) -> str:
         envelope(version)
         | {
             "file": value(split, "file"),
+            "together": together(split),
             "whole": {"verdict": split.whole.verdict, **figures(split.whole)},
             "parts": [
-                values(part, _PART_KEYS)
-                | {
-                    "verdict": part.result.verdict,
-                    **figures(part.result),
-                    "findings": [finding_document(finding) for finding in part.result.findings],
-                }
+                part_document(part)
+                | {"findings": [finding_document(finding) for finding in part.result.findings]}
                 for part in split.parts
             ],
             "findings": [finding_document(finding) for finding in split.findings],
         },
         indent=2,
     )
+
+
+def part_document(part: SplitPart) -> Document:
+    """Return the figures of a part, as the keys of the JSON."""
+    return values(part, _PART_KEYS) | {"verdict": part.result.verdict, **figures(part.result)}
+
+
+def together(split: Split) -> dict[str, float]:
+    """Return the time and the energy of all parts together, as the keys of the JSON."""
+    totals = [part.result.totals for part in split.parts]
+    return {
+        "time_s": sum(one.time_s for one in totals),
+        "energy_wh": sum(one.energy_wh for one in totals),
+    }
+
+
+def flights_text(split: Split) -> str:
+    """Return how many flights a mission became: ``site.plan: 3 flights instead of one``."""
+    flights = numbers.count(len(split.parts), "flight")
+    return f"{printable(split.file)}: {flights} instead of one"
 
 
 def _row(part: SplitPart) -> tuple[str, ...]:

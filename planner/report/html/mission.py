@@ -137,7 +137,7 @@ def mission_view(
     }
     focus: Sequence[object] = payload.get("focus", [None] * len(result.findings))
     views = [
-        _finding_view(finding, index, has_place=focus[index] is not None)
+        finding_view(finding, index, has_place=focus[index] is not None)
         for index, finding in enumerate(result.findings)
     ]
     return MissionView(
@@ -152,7 +152,7 @@ def mission_view(
         graver=tuple(view for view in views if view.finding.severity > Severity.INFO),
         notes=tuple(view for view in views if view.finding.severity is Severity.INFO),
         suppressed=tuple(
-            (_finding_view(finding, -1, has_place=False), printable(finding.suppression))
+            (finding_view(finding, -1, has_place=False), printable(finding.suppression))
             for finding in result.suppressed
         ),
         closing=closing_line(result.findings, suppressed=result.suppressed),
@@ -187,7 +187,8 @@ def tally_text(result: CheckResult | UnreadableMission) -> str:
     return finding_tally(result.findings) or numbers.ABSENT
 
 
-def _finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingView:
+def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingView:
+    """Return a finding as the page shows it; ``number`` is its place among its like."""
     where = []
     if finding.item is not None:
         where.append(f"item {finding.item}")

@@ -42,6 +42,45 @@
     some();
   }
 
+  // A picture as wide as there is room; a map keeps its metres as long in both directions.
+  async function embed(canvas, name, spec) {
+    const room = canvas.clientWidth;
+    if (name === "map") {
+      const inside = Math.min(room - 62, 1.2 * spec.width);
+      spec.height = Math.round(inside * spec.height / spec.width);
+      spec.width = Math.round(inside);
+    } else {
+      spec.width = room;
+      spec.autosize = { type: "fit-x", contains: "padding" };
+    }
+    const done = await vegaEmbed(canvas, spec, { ast: true, renderer: "svg", actions: false, config });
+    const svg = canvas.querySelector("svg");
+    svg.setAttribute("role", "img");
+    svg.setAttribute("aria-label", spec.description);
+    svg.removeAttribute("aria-roledescription");
+    for (const part of svg.querySelectorAll("[aria-label], [role], [aria-roledescription]")) {
+      for (const attribute of ["aria-label", "role", "aria-roledescription"]) part.removeAttribute(attribute);
+      part.setAttribute("aria-hidden", "true");
+    }
+    return done.view;
+  }
+
+  // Draws at once, as a page that is printed or photographed unseen gets no resize, and when its room changes.
+  function drawWhereThereIsRoom(element, draw) {
+    let width = 0;
+    let waiting;
+    const look = () => {
+      if (!element.clientWidth || element.clientWidth === width) return;
+      width = element.clientWidth;
+      draw();
+    };
+    new ResizeObserver(() => {
+      clearTimeout(waiting);
+      waiting = setTimeout(look, width ? 150 : 0);
+    }).observe(element);
+    look();
+  }
+
   class Mission {
     constructor(element) {
       this.element = element;
@@ -49,7 +88,6 @@
       this.views = {};
       this.tables = {};
       this.focused = null;
-      this.width = 0;
       for (const [name, table] of Object.entries(this.payload.tables || {})) {
         this.tables[name] = table.rows.map(
           (row) => Object.fromEntries(table.columns.map((column, index) => [column, row[index]])));
@@ -72,18 +110,10 @@
       for (const button of element.querySelectorAll("[data-zoom]")) {
         button.addEventListener("click", () => this.zoom(Number(button.dataset.zoom)));
       }
-      let waiting;
-      new ResizeObserver(() => {
-        clearTimeout(waiting);
-        waiting = setTimeout(() => this.draw(), this.width ? 150 : 0);
-      }).observe(element.querySelector(".charts"));
-      this.draw(); // at once: a page that is printed or photographed unseen gets no resize
+      drawWhereThereIsRoom(element.querySelector(".charts"), () => this.draw());
     }
 
     async draw() {
-      const width = this.element.querySelector(".charts").clientWidth;
-      if (!width || width === this.width) return;
-      this.width = width;
       for (const canvas of this.element.querySelectorAll("[data-chart]")) {
         await this.embed(canvas, canvas.dataset.chart);
       }
@@ -95,34 +125,17 @@
       const spec = structuredClone(this.payload.charts[name]);
       for (const table of ["cursor", "focus_time", "focus_place"]) spec.datasets[table] = [];
       Object.assign(spec.datasets, this.tables);
-      const room = canvas.clientWidth;
-      if (name === "map") {
-        const inside = Math.min(room - 62, 1.2 * spec.width);
-        spec.height = Math.round(inside * spec.height / spec.width);
-        spec.width = Math.round(inside);
-        if (matchMedia("(pointer: coarse)").matches) {
-          for (const layer of spec.layer) for (const param of layer.params || []) param.select.translate = false;
-        }
-      } else {
-        spec.width = room;
-        spec.autosize = { type: "fit-x", contains: "padding" };
+      if (name === "map" && matchMedia("(pointer: coarse)").matches) {
+        for (const layer of spec.layer) for (const param of layer.params || []) param.select.translate = false;
       }
       if (this.views[name]) this.views[name].finalize();
-      const done = await vegaEmbed(canvas, spec, { ast: true, renderer: "svg", actions: false, config });
-      this.views[name] = done.view;
+      this.views[name] = await embed(canvas, name, spec);
       const svg = canvas.querySelector("svg");
-      svg.setAttribute("role", "img");
-      svg.setAttribute("aria-label", spec.description);
-      svg.removeAttribute("aria-roledescription");
-      for (const part of svg.querySelectorAll("[aria-label], [role], [aria-roledescription]")) {
-        for (const attribute of ["aria-label", "role", "aria-roledescription"]) part.removeAttribute(attribute);
-        part.setAttribute("aria-hidden", "true");
-      }
       if (name === "map") this.whole = ["view_east_m", "view_north_m"].map((key, axis) =>
         this.views.map.scale(axis ? "y" : "x").domain());
       else canvas.addEventListener("pointermove", (event) => {
         const time = this.views[name].scale("x").invert(
-          (event.clientX - svg.getBoundingClientRect().left) * (svg.viewBox.baseVal.width || room)
+          (event.clientX - svg.getBoundingClientRect().left) * (svg.viewBox.baseVal.width || canvas.clientWidth)
             / svg.getBoundingClientRect().width - this.views[name].origin()[0]);
         if (time >= 0 && time <= this.end) {
           this.slider.value = String(Math.round(time / this.end * this.slider.max));
@@ -195,6 +208,17 @@
       });
       view.runAsync();
     }
+  }
+
+  // Pictures of a section: nothing in them moves.
+  for (const element of document.querySelectorAll("[data-pictures]")) {
+    const specs = JSON.parse(document.getElementById(`pictures-${element.dataset.pictures}`).textContent);
+    drawWhereThereIsRoom(element.querySelector(".charts"), async () => {
+      for (const canvas of element.querySelectorAll("[data-picture]")) {
+        await embed(canvas, canvas.dataset.picture, structuredClone(specs[canvas.dataset.picture]));
+      }
+      element.dataset.drawn = "true";
+    });
   }
 
   for (const element of document.querySelectorAll("[data-mission]")) {

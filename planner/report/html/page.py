@@ -57,6 +57,7 @@ def check_html(
     made_at: datetime,
     sha256: Mapping[str, str] | None = None,
     sections: Sequence[str] = (),
+    title: str = "",
 ) -> str:
     """Return all missions of a call as a page.
 
@@ -72,6 +73,9 @@ def check_html(
         Hashes of the missions' files by their names, in hexadecimal.
     sections : sequence of markupsafe.Markup
         More of the page, after the overview: such as `planner.report.html.comparison` makes.
+    title : str
+        Of a page whose sections say of all missions what there is to overview: they follow in the order
+        of the call.
 
     Raises
     ------
@@ -85,20 +89,22 @@ def check_html(
         mission_view(result, number=number, sha256=hashes.get(result.file, ""), most_rows=rows)
         for number, result in enumerate(results)
     ]
-    order = sorted(missions, key=lambda view: badness(results[view.number]))
+    order = missions
+    if not title:
+        order = sorted(missions, key=lambda view: badness(results[view.number]))
     style, script = (_text(name) for name in ("page.css", "page.js"))
     scripts = [plotting_bundle(), script] if any(view.charts for view in missions) else [script]
     text = template("page.html.j2").render(
-        title=tally(results) if len(results) != 1 else missions[0].file,
-        tally=tally(results),
+        title=title or (missions[0].file if len(results) == 1 else tally(results)),
+        is_one=len(results) == 1 and not title,
         missions=order,
-        overview=_overview([results[view.number] for view in order], order),
+        overview=() if title else _overview([results[view.number] for view in order], order),
         sections=sections,
         style=style,
         scripts=scripts,
         policy=_policy(scripts),
-        config=_json(chart_config("page")),
-        payloads=[_json(view.payload) for view in missions],
+        config=page_json(chart_config("page")),
+        payloads=[page_json(view.payload) for view in missions],
         version=version,
         made_at=made_at.strftime("%Y-%m-%d %H:%M %Z").strip(),
     )
@@ -165,7 +171,7 @@ def _policy(scripts: Sequence[str]) -> str:
     )
 
 
-def _json(value: object) -> str:
+def page_json(value: object) -> str:
     """Return JSON that cannot end the element it stands in."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

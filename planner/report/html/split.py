@@ -1,0 +1,74 @@
+"""A mission split into flights, as a section of the page: who flies what, and each one's budget."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from planner import numbers
+from planner.plots.split import split_energy_figure, split_map_figure
+from planner.report.html.mission import finding_view
+from planner.report.html.page import page_json, template
+from planner.report.html.quantities import Quantity, Shown, shown_number
+from planner.report.split import flown_items, part_document, together
+
+if TYPE_CHECKING:
+    from planner.fixes.split import Split
+
+_COLUMNS = (
+    Quantity("totals.time_s", "Time", numbers.duration),
+    Quantity("totals.distance_m", "Distance", numbers.distance),
+    Quantity("totals.energy_wh", "Energy", numbers.energy),
+    Quantity("battery.used_fraction", "Of the battery", numbers.percent),
+    Quantity("battery.margin_wh", "Above the reserve", numbers.energy),
+    Quantity("return.margin_wh", "On the way home", numbers.energy),
+)
+_TITLES = {"map": "Map of the parts", "energy": "Energy of each part"}
+
+
+def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, loaded late
+    """Return a section that shows the parts of a mission, for `check_html`.
+
+    Parameters
+    ----------
+    split : Split
+        As `planner.split_mission` returns it.  Its parts are taken to be the missions of the page, in
+        their order.
+
+    Returns
+    -------
+    markupsafe.Markup
+        One ``section`` element, all text escaped.
+
+    Raises
+    ------
+    UsageError
+        If a library of ``mavjoule[report]`` is missing.
+    """
+    figures = {"map": split_map_figure(split), "energy": split_energy_figure(split)}
+    payload = {name: figure.to_dict(validate=False) for name, figure in figures.items()}
+    documents = [part_document(part) for part in split.parts]
+    sums = together(split)
+    rows = [
+        {
+            "verdict": part.result.verdict,
+            "flies": flown_items(part),
+            "numbers": [shown_number(document, one) for one in _COLUMNS],
+        }
+        for part, document in zip(split.parts, documents, strict=True)
+    ]
+    totals = {
+        "time_s": Shown("", numbers.duration(sums["time_s"]), "time_s", sums["time_s"]),
+        "energy_wh": Shown("", numbers.energy(sums["energy_wh"]), "energy_wh", sums["energy_wh"]),
+    }
+    return template("split.html.j2").module.split(
+        heads=[one.label for one in _COLUMNS],
+        columns=[one.path.partition(".")[2] for one in _COLUMNS],
+        rows=rows,
+        totals=totals,
+        charts=_TITLES,
+        payload=page_json(payload),
+        findings=[
+            finding_view(finding, number, has_place=False)
+            for number, finding in enumerate(split.findings)
+        ],
+    )
