@@ -12,6 +12,8 @@ from planner.plots.tables import make_tables, with_data
 from planner.plots.theme import BLUE, GREEN, ORANGE, PURPLE, RED
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.flight.motion.kinematics import FloatArray
     from planner.plots.places import Row
     from planner.plots.tables import FlightTables
@@ -27,6 +29,7 @@ _MOST_NUMBERS = 40
 """Items that have their number beside them: more hide each other."""
 _NEAR_PX = 12.0
 """Marks nearer to each other share one name."""
+_FENCE_DASHES = {"stay inside": [1, 0], "keep out": [5, 3]}
 _KINDS = ("item", "home", "rally point")
 
 
@@ -68,7 +71,7 @@ def map_panel(tables: FlightTables) -> Chart:
             .encode(
                 detail="area:N",
                 order="order:Q",
-                strokeDash=fence_dashes(),
+                strokeDash=fence_dashes(tables.fence),
             )
         )
     layers.append(
@@ -149,10 +152,11 @@ def ground_axes(view: View) -> tuple[Chart, Chart]:
     )
 
 
-def fence_dashes() -> Chart:
-    """Return how the outline of a fence says which side to keep."""
+def fence_dashes(fence: list[Row]) -> Chart:
+    """Return how the outlines of a fence say which side to keep."""
     dashes = load_altair().StrokeDash("kind:N").title("Fence")
-    return dashes.scale(domain=["stay inside", "keep out"], range=[[1, 0], [5, 3]])
+    kinds = [kind for kind in _FENCE_DASHES if any(row["kind"] == kind for row in fence)]
+    return dashes.scale(domain=kinds, range=[_FENCE_DASHES[kind] for kind in kinds])
 
 
 def map_view(tables: FlightTables) -> View:
@@ -160,7 +164,7 @@ def map_view(tables: FlightTables) -> View:
     return ground_view([*tables.path, *tables.marks, *tables.stretches], tables.fence)
 
 
-def ground_view(places: list[Row], fence: list[Row]) -> View:
+def ground_view(places: list[Row], fence: Sequence[Row] = ()) -> View:
     """Return what of the ground is shown: all places, and the fence if it is not far larger."""
     low, high = _bounds(places)
     least = max(float((high - low).max()), _LEAST_M)
@@ -178,7 +182,7 @@ def ground_view(places: list[Row], fence: list[Row]) -> View:
     return View(west, east, south, north)
 
 
-def _bounds(rows: list[Row]) -> tuple[FloatArray, FloatArray]:
+def _bounds(rows: Sequence[Row]) -> tuple[FloatArray, FloatArray]:
     places = np.array([(row["east_m"], row["north_m"]) for row in rows])
     return places.min(axis=0), places.max(axis=0)
 

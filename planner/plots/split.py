@@ -18,6 +18,7 @@ from planner.plots.theme import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.flight.motion.kinematics import FloatArray
     from planner.plots.places import Row
     from planner.service import CheckResult
 
@@ -28,6 +29,8 @@ _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY)
 
 _ON_COLOURS = "#000000"
 """Ink on them, whatever the page's is."""
+_LABEL_PLACES = 41
+"""Looked at for the number of a part, evenly along its way."""
 _OWN = 1
 """Of the stretches of a part: the way there, its own legs, the way home."""
 
@@ -71,7 +74,7 @@ def split_map_figure(split: FlownParts) -> Chart:
     assert case is not None  # a part that is a go is flown
     legs = [row for number in range(len(split.parts)) for row in _leg_rows(split, number)]
     marks, fence = place_rows(case), fence_rows(case)
-    view = ground_view([*legs, *marks], fence)
+    view = ground_view([*legs, *marks])
     x, y = ground_axes(view)
 
     def layer(rows: list[Row]) -> Chart:
@@ -82,7 +85,7 @@ def split_map_figure(split: FlownParts) -> Chart:
         layers.append(
             layer(fence)
             .mark_line(strokeWidth=1.8, clip=True, color=RED)
-            .encode(detail="area:N", order="order:Q", strokeDash=fence_dashes())
+            .encode(detail="area:N", order="order:Q", strokeDash=fence_dashes(fence))
         )
     layers.append(
         layer([row for row in legs if not row["is_own"]])
@@ -182,14 +185,24 @@ def _leg_rows(split: FlownParts, number: int) -> list[Row]:
 
 
 def _label_rows(own: list[Row]) -> list[Row]:
-    """Return the places of the numbers: the middle of the way of each part's own legs."""
-    rows = []
-    for name in dict.fromkeys(row["part"] for row in own):
-        path = [row for row in own if row["part"] == name]
-        places = np.array([(row["east_m"], row["north_m"]) for row in path])
-        way = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))))
-        east_m, north_m = (np.interp(0.5 * way[-1], way, column) for column in places.T)
-        rows.append(
-            {"part": name, "east_m": round(float(east_m), 1), "north_m": round(float(north_m), 1)}
-        )
-    return rows
+    """Return the places of the numbers: on each part's own way, apart from other parts and numbers."""
+    ways = {
+        name: np.array([(row["east_m"], row["north_m"]) for row in own if row["part"] == name])
+        for name in dict.fromkeys(row["part"] for row in own)
+    }
+    placed: dict[str, FloatArray] = {}
+    for name, way in ways.items():
+        along_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
+        shares_m = np.linspace(0.0, along_m[-1], _LABEL_PLACES)
+        places = np.column_stack([np.interp(shares_m, along_m, column) for column in way.T])
+        others = [*(way for other, way in ways.items() if other != name), *placed.values()]
+        if others:
+            apart = places[:, None] - np.concatenate(others)
+            chosen = int(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1).argmax())
+        else:
+            chosen = _LABEL_PLACES // 2
+        placed[name] = places[[chosen]]
+    return [
+        {"part": name, "east_m": round(float(east_m), 1), "north_m": round(float(north_m), 1)}
+        for name, [[east_m, north_m]] in placed.items()
+    ]
