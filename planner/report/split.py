@@ -30,8 +30,7 @@ _PART_KEYS = (
 
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
-    whole = split.whole.totals
-    lines = [f"{flights_text(split)} of {numbers.energy(whole.energy_wh)}", ""]
+    lines = [flights_text(split, energy=numbers.energy(split.whole.totals.energy_wh)), ""]
     heads = ("", "file", "flies", "time", "energy", "above reserve", "on the way home")
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")
@@ -77,10 +76,20 @@ def together(split: Split) -> dict[str, float]:
     }
 
 
-def flights_text(split: Split) -> str:
-    """Return how many flights a mission became: ``site.plan: 3 flights instead of one``."""
-    flights = numbers.count(len(split.parts), "flight")
-    return f"{printable(split.file)}: {flights} instead of one"
+def flights_text(split: Split, *, energy: str = "") -> str:
+    """Return how many flights a mission became: ``site.plan: 3 flights instead of one``.
+
+    Parameters
+    ----------
+    split : Split
+        As `planner.split_mission` returns it.
+    energy : str
+        What the one flight would take; left out where it is not told.
+    """
+    of = f" of {energy}" if energy else ""
+    count = len(split.parts)
+    flights = f"one flight{of} is enough" if count == 1 else f"{count} flights instead of one{of}"
+    return f"{printable(split.file)}: {flights}"
 
 
 def _row(part: SplitPart) -> tuple[str, ...]:

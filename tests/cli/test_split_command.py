@@ -78,3 +78,19 @@ def test_a_speed_is_written_into_the_parts(across: str) -> None:
     for name in Path("across-parts").iterdir():
         commanded = [one.param2 for one in planner.read_mission(name).items if one.command == 178]
         assert commanded == [8.0]
+
+
+def test_the_parts_are_shown_on_a_page(across: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["split", across, *FITS, "--report", "page.html"]) == 0
+    assert "the page is in page.html" in capsys.readouterr().err
+    page = Path("page.html").read_text(encoding="utf-8")
+    assert "flights instead of one" in page
+    assert page.count('data-mission="') == len(list(Path("across-parts").iterdir()))
+
+
+@pytest.mark.parametrize("where", ["across.waypoints", str(Path("across-parts", "part-01.plan"))])
+def test_a_page_takes_the_place_of_no_mission(across: str, where: str) -> None:
+    before = Path(across).read_bytes()
+    assert main(["split", across, *FITS, "--report", where]) == 2
+    assert Path(across).read_bytes() == before
+    assert not Path("across-parts").exists()

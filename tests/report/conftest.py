@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
+from page_browser import CHROMIUM, DRIVER, FLAGS
 
 from planner.catalogue.energy import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.catalogue.tool import FILE_UNREADABLE
@@ -13,6 +16,27 @@ from planner.flight.segment import ItemArrival, Segment
 from planner.flight.state import FlightState
 from planner.physics.wind import Wind
 from planner.service import CheckResult, UnreadableMission
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from selenium.webdriver import Chrome
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chrome]:
+    """A headless Chromium, one for all pages."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM or ""
+    for flag in (*FLAGS, f"user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    yield driver
+    driver.quit()
 
 
 @pytest.fixture

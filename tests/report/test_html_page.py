@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-import base64
 import json
-import re
-import shutil
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
+from page_browser import (
+    NEEDS_BROWSER,
+    PHONE_PX,
+    WAIT_S,
+    asked_for,
+    at,
+    grave_violations,
+    messages,
+    opened,
+    sheets,
+    shown,
+    until,
+)
 
 from planner import numbers
 from planner.flight.conditions import Conditions
@@ -22,8 +32,6 @@ from planner.service import CheckRequest, check_file
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from selenium.webdriver import Chrome
 
     from planner.service import CheckResult, UnreadableMission
@@ -31,45 +39,12 @@ if TYPE_CHECKING:
     Result = CheckResult | UnreadableMission
 
 MISSIONS = Path(__file__).resolve().parents[2] / "missions"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-DRIVER = shutil.which("chromedriver")
 END, ENTER = "\ue010", "\ue007"
 """Keys, as WebDriver names them."""
-PHONE_PX = 390
-WAIT_S = 30.0
-"""Far more than a page takes; a machine may be busy."""
 ATTACK = "<script>document.title='taken'<x>.plan"
 """What a file may be called where no slash is allowed."""
 
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None or DRIVER is None, reason="chromium and chromedriver are not installed"
-)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chrome]:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM or ""
-    for flag in (
-        "headless=new",
-        "no-sandbox",
-        "disable-gpu",
-        "disable-dev-shm-usage",
-        "disable-background-networking",
-        "disable-component-update",
-        "disable-sync",
-        "no-first-run",
-        "window-size=1200,900",
-        f"user-data-dir={tmp_path_factory.mktemp('profile')}",
-    ):
-        options.add_argument(f"--{flag}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-    yield driver
-    driver.quit()
+pytestmark = NEEDS_BROWSER
 
 
 @pytest.fixture(scope="module")
@@ -116,49 +91,6 @@ def written(folder: Path, *results: Result) -> str:
 @pytest.fixture(scope="module")
 def address(folder: Path, survey: Result) -> str:
     return written(folder, survey)
-
-
-def opened(browser: Chrome, address: str, *, scheme: str = "light", width: int = 0) -> None:
-    """Open a page and wait until its pictures are drawn."""
-    from selenium.webdriver.support.wait import WebDriverWait
-
-    browser.execute_cdp_cmd(
-        "Emulation.setEmulatedMedia",
-        {"features": [{"name": "prefers-color-scheme", "value": scheme}]},
-    )
-    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-    if width:
-        size = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    browser.get(
-        "about:blank"
-    )  # else an address that differs in its anchor alone is not loaded anew
-    browser.get(address)
-    waiting = "article[data-mission]:not([data-drawn]) [data-chart]"
-    WebDriverWait(browser, WAIT_S).until(
-        lambda driver: driver.execute_script(f"return !document.querySelector('{waiting}')")
-    )
-
-
-def messages(browser: Chrome, log: str = "browser") -> list[str]:
-    """Return what a log of the browser holds, and empty it."""
-    entries = browser.get_log(log)  # type: ignore[no-untyped-call]  # selenium has no type for it
-    return [entry["message"] for entry in entries]
-
-
-def shown(browser: Chrome) -> list[tuple[str, str, str]]:
-    """Return path, value and text of every number that says which of the JSON it is."""
-    found = browser.execute_script(
-        "return [...document.querySelectorAll('data[data-key]')]"
-        ".map(one => [one.dataset.key, one.value, one.textContent])"
-    )
-    return [(key, value, text) for key, value, text in found]
-
-
-def at(document: Any, path: str) -> Any:  # noqa: ANN401 - whatever JSON holds
-    for key in path.split("."):
-        document = document[int(key) if isinstance(document, list) else key]
-    return document
 
 
 def test_every_number_of_the_page_is_that_of_the_json(
@@ -232,14 +164,7 @@ def test_the_page_says_nothing_to_the_console_and_asks_nobody(
     browser: Chrome, address: str
 ) -> None:
     messages(browser)
-    messages(browser, "performance")
-    opened(browser, address)
-    events = [json.loads(one)["message"] for one in messages(browser, "performance")]
-    asked = {
-        event["params"]["request"]["url"]
-        for event in events
-        if event["method"] == "Network.requestWillBeSent"
-    }
+    asked = asked_for(browser, address)
     assert address in asked, "requests are seen"
     assert {url for url in asked if not url.startswith(("file:", "about:", "data:"))} == set()
     assert {url for url in asked if url.startswith("file:")} == {address}
@@ -291,12 +216,6 @@ def test_a_click_on_a_finding_shows_its_place(
     until(browser, f"return document.querySelectorAll('{marks}').length === 0")
 
 
-def until(browser: Chrome, script: str) -> object:
-    from selenium.webdriver.support.wait import WebDriverWait
-
-    return WebDriverWait(browser, WAIT_S).until(lambda driver: driver.execute_script(script))
-
-
 def test_the_slider_tells_the_flight_at_its_time(
     browser: Chrome, survey: Result, address: str
 ) -> None:
@@ -330,22 +249,8 @@ def test_the_map_can_be_zoomed_with_the_keyboard_and_back(browser: Chrome, addre
 
 @pytest.mark.parametrize(("scheme", "width"), [("light", 0), ("dark", 0), ("light", PHONE_PX)])
 def test_axe_finds_nothing_serious(browser: Chrome, address: str, scheme: str, width: int) -> None:
-    reason = "axe-core-python is not installed"
-    axe = Path(pytest.importorskip("axe_core_python.base", reason=reason).AXE_FILE_PATH)
     opened(browser, address, scheme=scheme, width=width)
-    for summary in browser.find_elements("css selector", "summary"):
-        browser.execute_script("arguments[0].parentElement.open = true", summary)
-    browser.execute_script(axe.read_text(encoding="utf-8"))
-    found = browser.execute_async_script(
-        "const done = arguments[arguments.length - 1];"
-        "axe.run({resultTypes: ['violations']}).then(result => done(result.violations))"
-    )
-    grave = [
-        (one["id"], [node["html"][:200] for node in one["nodes"]][:3])
-        for one in found
-        if one["impact"] in {"serious", "critical"}
-    ]
-    assert grave == []
+    assert grave_violations(browser) == []
 
 
 def test_a_phone_does_not_scroll_sideways(browser: Chrome, address: str) -> None:
@@ -363,11 +268,7 @@ def test_pictures_take_the_ink_of_the_page(browser: Chrome, address: str, scheme
 
 def test_a_printed_page_takes_two_or_three_sheets(browser: Chrome, address: str) -> None:
     opened(browser, address)
-    printed = browser.execute_cdp_cmd(
-        "Page.printToPDF", {"printBackground": True, "preferCSSPageSize": True}
-    )
-    sheets = re.findall(rb"/Type\s*/Page\b", base64.b64decode(printed["data"]))
-    assert len(sheets) in {2, 3}
+    assert sheets(browser) in {2, 3}
 
 
 def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(

@@ -9,7 +9,7 @@ from planner.plots.split import split_energy_figure, split_map_figure
 from planner.report.html.mission import finding_view
 from planner.report.html.page import page_json, template
 from planner.report.html.quantities import Quantity, Shown, shown_number
-from planner.report.split import flown_items, part_document, together
+from planner.report.split import flown_text, part_document, together
 
 if TYPE_CHECKING:
     from planner.fixes.split import Split
@@ -51,7 +51,7 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
     rows = [
         {
             "verdict": part.result.verdict,
-            "flies": flown_items(part),
+            "flies": flown_text(part),
             "numbers": [shown_number(document, one) for one in _COLUMNS],
         }
         for part, document in zip(split.parts, documents, strict=True)
