@@ -125,3 +125,21 @@ PARAMETER_UNKNOWN_TO_TARGET = Rule(
     example="ArduCopter 4.7 does not know WPNAV_SPEED (line 3), it is WP_SPD there",
     fix="save the parameters again from the vehicle",
 )
+
+PARAMETER_MISSPELT = Rule(
+    code="P110",
+    name="parameter-misspelt",
+    severity=Severity.ERROR,
+    summary="A parameter's name is known to no version, and is a letter away from one that counts.",
+    why=(
+        "A vehicle ignores a name it does not know and keeps what it had, and the prediction takes the "
+        "default: neither is what was written."
+    ),
+    how=(
+        "Names of the parameter file that are not known here, against those the flight depends on and "
+        "the file does not hold: one letter too many, too few or wrong, or two that changed "
+        "places.  A digit makes another parameter (BATT2_CAPACITY)."
+    ),
+    example="WPNAV_SPEEED = 500 (line 3) is no parameter: is it WPNAV_SPEED?",
+    fix="correct the name, or delete the line",
+)

@@ -15,6 +15,7 @@ from planner.catalogue.site import (
 )
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
+from planner.vehicle.keys import nearest_hint
 from planner.vehicle.parameter_table import parameter_table
 from planner.vehicle.parameters import PARAMETERS_OF
 
@@ -69,7 +70,9 @@ def _not_as_expected(
         None,
     )
     if present is None:
-        return f"{expected.name} is not in {given.source}"
+        return (
+            f"{expected.name} is not in {given.source}{nearest_hint(expected.name, given.values)}"
+        )
     entry = given.values[present]
     if entry.value is None:
         return f"{present} holds no number"

@@ -9,6 +9,7 @@ from planner import numbers
 from planner.autopilot import Autopilot, Target
 from planner.catalogue.parameter import (
     PARAMETER_IMPOSSIBLE,
+    PARAMETER_MISSPELT,
     PARAMETER_OVERRULED,
     PARAMETER_RENAMED,
     PARAMETER_UNIT_SUSPECT,
@@ -108,6 +109,7 @@ def resolve_parameters(
     if file is not None:
         if file.stack is None or file.stack is autopilot:
             resolution.take(file, OriginKind.FILE)
+            resolution.note_misspelt(file)
         else:
             resolution.refuse(file, file.stack)
     if model is not None and model.reference is autopilot:
@@ -151,6 +153,7 @@ class _Resolution:
         self.impossible: list[str] = []
         self.suspect: list[str] = []
         self.unknown: list[str] = []
+        self.misspelt: list[str] = []
         self.disagreeing: list[str] = []
         self.agreeing: list[str] = []
         self.findings: list[Finding] = []
@@ -190,6 +193,29 @@ class _Resolution:
                     f"{_described(given, spelling)} cannot be meant: "
                     f"{_with_unit(row.default, row.now)}, the default, is assumed"
                 )
+
+    def note_misspelt(self, given: ParameterSet) -> None:
+        """Note names of a file that are nobody's, and a letter away from one that is missing."""
+        from planner.vehicle.parameter_names import misspelt_names
+
+        known = {
+            spelling.name
+            for kind in PARAMETERS_OF.values()
+            for row in parameter_table(kind).values()
+            for spelling in row.spellings
+        }
+        missing = [
+            spelling.name
+            for quantity, row in self.table.items()
+            if quantity not in self.origins
+            for spelling in row.spellings
+        ]
+        nobodys = [name for name in given.values if name not in known]
+        for name, meant in misspelt_names(nobodys, missing):
+            entry = given.values[name]
+            value = "" if entry.value is None else f" = {entry.value:g}"
+            line = "" if entry.line is None else f" (line {entry.line})"
+            self.misspelt.append(f"{name}{value}{line} is no parameter: is it {meant}?")
 
     def _note_unknown(self, row: Parameter, given: ParameterSet, spelling: Spelling) -> None:
         """Note a name that the version asked for does not know."""
@@ -263,6 +289,7 @@ class _Resolution:
             *_joined(PARAMETER_IMPOSSIBLE, self.impossible),
             *_joined(PARAMETER_UNIT_SUSPECT, self.suspect),
             *_joined(PARAMETER_UNKNOWN_TO_TARGET, self.unknown),
+            *_joined(PARAMETER_MISSPELT, self.misspelt),
             *_joined(PARAMETER_OVERRULED, list(self._overruled(values))),
         ]
         if assumed:

@@ -276,3 +276,51 @@ def test_the_version_asked_for_decides_between_an_old_and_a_new_name() -> None:
         result = resolve_parameters(Autopilot.ARDUPILOT, file=file_of(text), version=version)
         assert isinstance(result.values, ArduPilotParameters)
         assert result.values.cruise_speed_m_s == speed_m_s
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("WPNAV_SPEEED", "WPNAV_SPEED"),  # one letter too many
+        ("WPNAV_SPED", "WPNAV_SPEED"),  # one too few
+        ("WPNAV_SPEAD", "WPNAV_SPEED"),  # a wrong one
+        ("WPNAV_SPEDE", "WPNAV_SPEED"),  # two that changed places
+        ("WPNAVSPEED", "WPNAV_SPEED"),
+        ("BATT2_CAPACITY", None),  # another battery
+        ("WPNAV_SPEED2", None),
+        ("WPNAV_SPEDD_X", None),
+        ("WPNAV_TER_MARGIN", None),  # of the vehicle, and nothing to a mission
+        ("WPNAV_SPEED", None),
+        ("MPC_XY_CRUISE", None),  # of the other autopilot
+    ],
+)
+def test_a_name_a_letter_away_from_one_that_counts_is_an_error(
+    name: str, meant: str | None
+) -> None:
+    result = resolve_parameters(
+        Autopilot.ARDUPILOT, file=replace(file_of(f"{name},500\n"), stack=None)
+    )
+    said = [f"{name} = 500 (line 1) is no parameter: is it {meant}?"] if meant else []
+    assert messages(result, "P110") == [(Severity.ERROR, one) for one in said]
+
+
+def test_a_name_near_one_that_is_in_the_file_as_well_is_left_alone() -> None:
+    assert not messages(resolved("WPNAV_SPEED,500\nWPNAV_SPEEED,500\n"), "P110")
+    both = messages(resolved("WPNAV_SPEEED,500\nRTL_ATL,500\n"), "P110")
+    assert [message for _, message in both] == [
+        "WPNAV_SPEEED = 500 (line 1) is no parameter: is it WPNAV_SPEED?, and 1 more parameter"
+    ]
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_no_name_that_counts_is_a_slip_of_another(autopilot: Autopilot) -> None:
+    from planner.vehicle.parameters import PARAMETERS_OF
+
+    names = {
+        spelling.name
+        for row in parameter_table(PARAMETERS_OF[autopilot]).values()
+        for spelling in row.spellings
+    }
+    for name in names:
+        result = resolve_parameters(autopilot, file=file_of(f"{name},1\n"))
+        assert not messages(result, "P110"), name
