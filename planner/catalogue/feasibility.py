@@ -60,6 +60,21 @@ REQUIRED_ITEM_MISSING = Rule(
     fix="add the item, or change the parameter on the vehicle",
 )
 
+TOO_MANY_JUMPS = Rule(
+    code="M125",
+    name="too-many-jumps",
+    severity=Severity.WARNING,
+    summary="The mission has more counted jumps than ArduPilot keeps count of.",
+    why="Jumps beyond that number are not taken: the vehicle flies fewer rounds than planned, in silence.",
+    how=(
+        "Items DO_JUMP with a count that the flight passes, against AP_MISSION_MAX_NUM_DO_JUMP_COMMANDS: "
+        "15 on boards with less than 500 kB of memory, 100 on others; an error above 100.  Endless jumps "
+        "are not counted.  All jumps are predicted as taken."
+    ),
+    example="the flight passes 16 jumps with a count: ArduPilot takes no more than 15 on small boards",
+    fix="write the rounds out, or nest fewer jumps",
+)
+
 RALLY_FAR = Rule(
     code="M118",
     name="rally-far",

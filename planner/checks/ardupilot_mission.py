@@ -14,8 +14,11 @@ from planner.catalogue.feasibility import (
     LAND_START_WITHOUT_LANDING,
     RALLY_FAR,
     REQUIRED_ITEM_MISSING,
+    TOO_MANY_JUMPS,
 )
+from planner.findings import Severity
 from planner.mission.commands import Command
+from planner.mission.jumps import is_counted
 from planner.mission.remarks import Remarks
 
 if TYPE_CHECKING:
@@ -34,6 +37,9 @@ _REQUIRED: Mapping[int, Command] = {
     6: Command.NAV_RETURN_TO_LAUNCH,
 }
 """Item by bit of ARMING_MIS_ITEMS (AP_Arming.cpp, ``mission_checks``)."""
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
+_FEWEST_COUNTED, _MOST_COUNTED = 15, 100
+"""AP_MISSION_MAX_NUM_DO_JUMP_COMMANDS, by the memory of the board (AP_Mission.h)."""
 _RALLY_BIT = 5
 _RALLY_LIMIT_M = 300.0
 """Copter's default of RALLY_LIMIT_KM. [m]"""
@@ -79,6 +85,27 @@ def check_land_starts(case: Case) -> Iterator[Finding]:
             message = "DO_LAND_START: no landing follows"
             remarks.add(LAND_START_WITHOUT_LANDING, message, item=number, place=item.place)
     yield from remarks.findings()
+
+
+def check_jumps(case: Case) -> Iterator[Finding]:
+    """Yield a finding where there are more jumps with a count than ArduPilot keeps count of."""
+    reached = set(case.route.reached)
+    counted = [
+        (number, item)
+        for number, item in enumerate(case.mission.items, start=1)
+        if item.command in _JUMPS and number in reached and is_counted(item)
+    ]
+    if len(counted) <= _FEWEST_COUNTED:
+        return
+    number, item = counted[_FEWEST_COUNTED]
+    too_many = len(counted) > _MOST_COUNTED
+    most = f"{_MOST_COUNTED}" if too_many else f"{_FEWEST_COUNTED} on small boards"
+    yield TOO_MANY_JUMPS.finding(
+        f"the flight passes {len(counted)} jumps with a count: ArduPilot takes no more than {most}",
+        item=number,
+        place=item.place,
+        severity=Severity.ERROR if too_many else None,
+    )
 
 
 def check_rally(case: Case) -> Iterator[Finding]:
@@ -134,5 +161,6 @@ def _distance_to_path_m(point_m: npt.NDArray[np.float64], path_m: npt.NDArray[np
 ARDUPILOT_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
     check_required_items,
     check_land_starts,
+    check_jumps,
     check_rally,
 )

@@ -24,6 +24,7 @@ MOST_VISITS = 20_000
 """A mission whose jumps lead past so many items again is cut here, and said to be."""
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
+_ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
 
 
 @frozen
@@ -76,7 +77,7 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
             break
         else:
             repeats = _repeats(item)
-            is_endless = repeats in {_FOREVER, _FOREVER_IN_16_BITS}
+            is_endless = repeats in _ENDLESS
             if is_endless and target <= at:
                 closed = (at, len(visits))
                 at = target
@@ -131,6 +132,11 @@ def _targets(
                 )
             )
     return targets, findings
+
+
+def is_counted(item: MissionItem) -> bool:
+    """Return whether a jump is taken a number of times, and not for ever."""
+    return _repeats(item) not in _ENDLESS
 
 
 def _repeats(item: MissionItem) -> int:

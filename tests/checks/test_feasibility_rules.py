@@ -339,3 +339,30 @@ def test_the_target_of_another_autopilot_is_a_mistake() -> None:
 
 def test_every_event_of_px4_is_told_by_a_rule_there_is() -> None:
     assert set(PX4_EVENTS.values()) <= set(catalogue.rules())
+
+
+@pytest.mark.parametrize(
+    ("jumps", "repeats", "severity"),
+    [
+        (15, 1.0, None),
+        (16, 1.0, Severity.WARNING),
+        (100, 1.0, Severity.WARNING),
+        (101, 1.0, Severity.ERROR),
+        (16, 0.0, Severity.WARNING),  # counted, though never taken
+    ],
+)
+def test_more_jumps_than_ardupilot_counts_are_told(
+    jumps: int, repeats: float, severity: Severity | None
+) -> None:
+    # Items 2, 4, 6 … are waypoints, each followed by a jump back to it.
+    pairs = [
+        one
+        for number in range(jumps)
+        for one in (waypoint(10.0 + number, 20), jump(2 + 2 * number, repeats))
+    ]
+    found = of("M125", mission(takeoff(20), *pairs, rtl()), Autopilot.ARDUPILOT)
+    assert [finding.severity for finding in found] == [severity] * (severity is not None)
+    if found:
+        assert found[0].item == 33  # the sixteenth
+        assert f"{jumps} jumps with a count" in found[0].message
+    assert of("M125", mission(takeoff(20), *pairs, rtl()), Autopilot.PX4) == []
