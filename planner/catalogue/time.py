@@ -27,7 +27,11 @@ ITEM_NOT_MODELLED = Rule(
         "Planners that count such items as nothing do so in silence (QGroundControl #6445 asks at "
         "least for a warning)."
     ),
-    how="The command is not among those whose flight is predicted; the message says what is assumed.",
+    how=(
+        "The command is not among those whose flight is predicted; the message says what is assumed.  An "
+        "error where the vehicle may fly elsewhere, wait or stop for it: arcs, scripts, parachutes, "
+        "commands that are not known."
+    ),
     example=(
         "NAV_PAYLOAD_PLACE: the load is taken to touch the ground at home's level and to weigh "
         "nothing"

@@ -150,6 +150,18 @@ _ARDUPILOT_UNKNOWN = """
 """
 
 
+_FLIES_ON = """
+    CONDITION_GATE DO_GRIPPER DO_WINCH DO_SPRAYER DO_SEND_SCRIPT_MESSAGE DO_AUX_FUNCTION
+    DO_AUTOTUNE_ENABLE DO_ENGINE_CONTROL
+"""
+"""Not modelled, but the vehicle flies on as it did; what it carries may weigh less, or take power."""
+
+
+def goes_on_flying(command: int) -> bool:
+    """Return whether a vehicle flies on past an item that is not modelled, as if it were not there."""
+    return command in _load_tables().flies_on
+
+
 def command_effect(command: int) -> CommandEffect:
     """Return the one class a command is in; a number MAVLink does not know is NOT_MODELLED."""
     return _load_tables().effects.get(command, CommandEffect.NOT_MODELLED)
@@ -208,6 +220,7 @@ class _Tables:
     px4_without_position: frozenset[int]
     ardupilot: Mapping[int, Support]
     ardupilot_since: Mapping[int, tuple[int, int]]
+    flies_on: frozenset[int]
 
 
 def _px4_commands_in(frame: int, tables: _Tables) -> frozenset[int]:
@@ -243,5 +256,6 @@ def _load_tables() -> _Tables:
             **dict.fromkeys(find(_ARDUPILOT_SKIPPED), Support.SKIPPED),
             **dict.fromkeys(find(_ARDUPILOT_UNKNOWN), Support.UNKNOWN),
         },
+        flies_on=find(_FLIES_ON),
         ardupilot_since={numbers[name]: since for name, since in _ARDUPILOT_SINCE.items()},
     )

@@ -13,7 +13,7 @@ from planner.catalogue.mission import HEADING_NORTH, VALUE_STORED_OTHERWISE
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED, WAIT_NOT_COUNTED, WAITS_FOR_EVER
 from planner.findings import Severity
 from planner.mission import ardupilot_storage
-from planner.mission.command_support import CommandEffect, command_effect
+from planner.mission.command_support import CommandEffect, command_effect, goes_on_flying
 from planner.mission.commands import (
     RELATIVE_FRAMES,
     TERRAIN_FRAMES,
@@ -239,6 +239,7 @@ class Course(Whereabouts):
             item,
             "NAV_ARC_WAYPOINT is not modelled: a straight flight to its place is assumed, not the "
             f"arc of {abs(item.param1 or 0.0):g}°{longer}",
+            severity=Severity.ERROR if longer else None,
         )
 
     @staticmethod
@@ -325,7 +326,13 @@ class Course(Whereabouts):
             assumed = "a straight flight to its place is assumed"
         else:
             assumed = "0 s and 0 Wh are assumed"
-        self.remark(ITEM_NOT_MODELLED, number, item, f"{name} is not modelled: {assumed}")
+        self.remark(
+            ITEM_NOT_MODELLED,
+            number,
+            item,
+            f"{name} is not modelled: {assumed}",
+            severity=None if goes_on_flying(item.command) else Severity.ERROR,
+        )
 
     def _hold_s(self, number: int, item: MissionItem) -> float:
         hold = item.param1 or 0.0

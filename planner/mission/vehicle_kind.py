@@ -43,7 +43,12 @@ _VTOL_ONLY = frozenset(
     {Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND, Command.DO_VTOL_TRANSITION}
 )
 _FIXED_WING_ONLY = frozenset(
-    {Command.NAV_CONTINUE_AND_CHANGE_ALT, Command.DO_GO_AROUND, Command.DO_INVERTED_FLIGHT}
+    {
+        Command.NAV_CONTINUE_AND_CHANGE_ALT,
+        Command.NAV_ALTITUDE_WAIT,
+        Command.DO_GO_AROUND,
+        Command.DO_INVERTED_FLIGHT,
+    }
 )
 _ROVER_ONLY = frozenset({Command.DO_SET_REVERSE, Command.NAV_SET_YAW_SPEED})
 _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})

@@ -10,6 +10,7 @@ from made_missions import item, mission, north, rtl, takeoff, waypoint
 from pymavlink.dialects.v20 import ardupilotmega, common
 
 from planner.autopilot import Autopilot
+from planner.findings import Severity
 from planner.mission.command_support import (
     EFFECTS,
     CommandEffect,
@@ -138,3 +139,39 @@ def test_no_command_ardupilot_takes_is_passed_over_in_silence() -> None:
         flown = any(stage.item == 3 for stage in found.stages)
         told = any(finding.item == 3 for finding in found.findings)
         assert told or flown, number
+
+
+STAYS_A_WARNING = {
+    "CONDITION_GATE",
+    "DO_GRIPPER",
+    "DO_WINCH",
+    "DO_SPRAYER",
+    "DO_SEND_SCRIPT_MESSAGE",
+    "DO_AUX_FUNCTION",
+    "DO_AUTOTUNE_ENABLE",
+    "DO_ENGINE_CONTROL",
+    "NAV_PAYLOAD_PLACE",  # flown down and up, its load is not known
+    "NAV_ARC_WAYPOINT",  # of 0°, as here
+}
+"""The vehicle flies on as if they were not there."""
+
+
+@pytest.mark.parametrize("command", [*sorted(DIALECTS), 50_001])
+def test_what_is_not_modelled_is_no_go_where_the_vehicle_may_fly_otherwise(command: int) -> None:
+    if command_effect(command) in {CommandEffect.MODELLED, CommandEffect.NO_EFFECT}:
+        return
+    if command in FLOWN_AS_MULTICOPTERS:
+        return
+    route = flown(TAKEOFF, item(command, frame=2), LEG, rtl(), meaning=None)
+    [finding] = [one for one in route.findings if one.code == "T102"]
+    is_warning = DIALECTS.get(command) in STAYS_A_WARNING
+    assert finding.severity is (Severity.WARNING if is_warning else Severity.ERROR)
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "severity"), [(0.0, Severity.WARNING), (-90.0, Severity.ERROR)]
+)
+def test_an_arc_flown_straight_is_no_go(angle_deg: float, severity: Severity) -> None:
+    arc = item(36, north(100), 30.0, params=(angle_deg, 0.0, 0.0, 0.0))
+    found = make_route(mission(TAKEOFF, arc, rtl()), meaning=Autopilot.ARDUPILOT).findings
+    assert [one.severity for one in found if one.code == "T102"] == [severity]

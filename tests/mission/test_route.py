@@ -398,7 +398,7 @@ def test_an_arc_is_flown_straight_and_how_much_longer_it_is_is_told(
     [
         (1.0, ARDUPILOT, [("T108", Severity.ERROR)]),
         (0.0, ARDUPILOT, []),
-        (1.0, None, [("T102", Severity.WARNING)]),
+        (1.0, None, [("T102", Severity.ERROR)]),
     ],
 )
 def test_handing_over_to_a_companion_never_ends_by_itself(

@@ -73,6 +73,7 @@ def test_a_generic_vehicle_type_says_nothing() -> None:
         (85, VehicleKind.VTOL),
         (3000, VehicleKind.VTOL),
         (30, VehicleKind.FIXED_WING),
+        (83, VehicleKind.FIXED_WING),
         (191, VehicleKind.FIXED_WING),
         (210, VehicleKind.FIXED_WING),
         (194, VehicleKind.ROVER),
