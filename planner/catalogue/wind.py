@@ -38,6 +38,27 @@ AIRSPEED_LIMIT = Rule(
     fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
 )
 
+CIRCLE_LEAN = Rule(
+    code="W105",
+    name="circle-lean",
+    severity=Severity.WARNING,
+    summary="A circle in this wind asks for more lean than the vehicle may take.",
+    why=(
+        "ArduPilot turns the target of a circle on at a steady rate and does not wait for the vehicle: "
+        "one that cannot lean enough cuts the circle, or is blown off it to leeward, while its turns "
+        "are counted."
+    ),
+    how=(
+        "At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
+        "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U.  The time of the circle stays."
+    ),
+    example=(
+        "1 circle from item 3 on: 5.0 m/s over ground in 6.0 m/s of wind asks for the lean of 11.5 m/s "
+        "of airspeed, the vehicle's limit is 10.3 m/s"
+    ),
+    fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX)",
+)
+
 WIND_BEYOND_MODEL = Rule(
     code="W103",
     name="wind-beyond-model",

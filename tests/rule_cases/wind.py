@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -35,6 +36,20 @@ def in_wind(
     return found(PLAIN, autopilot, parameters, wind=Wind(speed_m_s=wind_m_s))
 
 
+def circling(wind_m_s: float) -> tuple[Finding, ...]:
+    """Return what is told of a circle of 20 m at 5 m/s, by a vehicle that can lean for 15 m/s."""
+    there = replace(waypoint(0, 20), command=18, param1=2.0, param3=20.0)
+    return found(
+        mission(takeoff(20), there),
+        ARDUPILOT,
+        vehicle=replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=15.0),
+        wind=Wind(speed_m_s=wind_m_s),
+    )
+
+
+# sqrt(0.5 · 2.5 · 20) = 5 m/s, 1.25 m/s² across; at 30° of lean drag is 5.66/15 per second.
+CIRCLE_WIND_M_S = 15.0 - math.hypot(5.0, 1.25 * 15.0 / (9.80665 * math.tan(math.radians(30.0))))
+
 CASES: Mapping[str, RuleCases] = {
     "W101": RuleCases(
         fires=lambda: against(15.0, 15.0),
@@ -52,6 +67,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: in_wind(10.0),  # the article's vehicle was identified up to it
         fires_at_boundary=True,
         silent=lambda: in_wind(9.9),
+    ),
+    "W105": RuleCases(
+        fires=lambda: circling(CIRCLE_WIND_M_S + 0.1),
+        boundary=lambda: circling(CIRCLE_WIND_M_S),
+        silent=lambda: circling(CIRCLE_WIND_M_S - 0.1),
     ),
     "W104": RuleCases(
         fires=lambda: in_wind(8.1, PX4, "COM_WIND_MAX,8\n"),

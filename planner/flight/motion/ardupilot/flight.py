@@ -7,31 +7,34 @@ that of the target.  Everything follows from the vehicle's parameters; constants
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.ardupilot.circles import (
+    circle_findings,
+    circling_s,
+    leaving_circles,
+    plan_circles,
+)
 from planner.flight.motion.ardupilot.legs import SLOTS, plan_legs
 from planner.flight.motion.ardupilot.returns import over_home_m, return_findings
 from planner.flight.motion.ardupilot.splines import plan_splines
 from planner.flight.motion.ardupilot.stages import (
-    circle_rate_rad_s,
     is_kind,
     metres_of_autopilot,
     return_columns,
     stage_columns,
 )
 from planner.flight.motion.ardupilot.stops import settling_waits_s, stopping_distance_m
-from planner.flight.motion.ardupilot.timeline import Circles, make_motion
+from planner.flight.motion.ardupilot.timeline import make_motion
 from planner.flight.motion.ardupilot.vertical import (
     change_of_height,
     landing,
     set_down,
     takeoff,
 )
-from planner.flight.motion.kinematics import CircleLaw
-from planner.flight.motion.manoeuvres import hold, make_manoeuvres
+from planner.flight.motion.manoeuvres import hold
 from planner.flight.state import FlightState
 from planner.mission.stage import StageKind
 
@@ -41,15 +44,12 @@ if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.motion.kinematics import FloatArray, Motion
     from planner.flight.motion.manoeuvres import Manoeuvres
     from planner.mission.stage import Stage
     from planner.physics.wind import Wind
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import Responses
-
-_LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
-"""``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""
 
 
 def fly_ardupilot(
@@ -152,7 +152,7 @@ def _flown(
     """Return the motion of stages."""
     splines = plan_splines(stages, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
     legs = plan_legs(stages, splines, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
-    circles = _circles(stages, parameters)
+    circles = plan_circles(stages, parameters)
 
     def stopping(speed_m_s: FloatArray) -> FloatArray:
         return stopping_distance_m(
@@ -165,7 +165,7 @@ def _flown(
         *_landings(stages, parameters),
         *_changes_of_height(stages, parameters),
         *_set_down(stages, parameters),
-        *_leaving_circles(stages, circles),
+        *leaving_circles(stages, circles),
         *_flown_splines(stages, splines, legs),
         *_settling(legs, responses, parameters),
     ]
@@ -176,7 +176,14 @@ def _flown(
         item=stages.item,
         scale=scale,
         stopping_distance_m=stopping,
-        findings=(*legs.findings, *splines.findings, *return_findings(stages, parameters)),
+        findings=(
+            *legs.findings,
+            *splines.findings,
+            *circle_findings(
+                stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
+            ),
+            *return_findings(stages, parameters),
+        ),
     )
 
 
@@ -226,7 +233,7 @@ def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeu
         (
             spinning * SLOTS + 1,
             stages.edge_m[spinning],
-            _circling_s(stages, spinning, parameters)[1],
+            circling_s(stages, spinning, parameters)[1],
         ),
     )
     return [
@@ -291,78 +298,6 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
     if not len(rows):
         return ()
     return set_down(rows * SLOTS + 1, stages.end_m[rows], stages.climb_m_s[rows], parameters)
-
-
-def _circling_s(
-    stages: StageColumns, rows: IntArray, parameters: ArduPilotParameters
-) -> tuple[FloatArray, FloatArray]:
-    """Return mean rates and durations of circles. (n,) [rad s⁻¹], (n,) [s]
-
-    ``AC_Circle::update_ms``: the rate rises by A/R (2°/s² at least) to its limit, and the turns are
-    counted by the rate.
-    """
-    radius = stages.radius_m[rows]
-    rate = np.array(
-        [
-            circle_rate_rad_s(float(r), float(v), parameters)
-            for r, v in zip(radius, stages.speed_m_s[rows], strict=True)
-        ]
-    )
-    size = np.abs(radius)
-    rising = np.maximum(
-        np.divide(parameters.acceleration_m_s2, size, out=rate.copy(), where=size > 0.0),
-        _LEAST_ANGULAR_ACCELERATION_RAD_S2,
-    )
-    angle = 2.0 * math.pi * stages.turns[rows]
-    turning = (rate > 0.0) & (angle > 0.0)
-    duration = np.zeros(len(rate))
-    duration[turning] = angle[turning] / rate[turning] + 0.5 * rate[turning] / rising[turning]
-    mean = np.divide(angle, duration, out=np.zeros(len(rate)), where=duration > 0.0)
-    return mean, duration
-
-
-def _circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circles:
-    """Return the circles that lead round something."""
-    rows = stages.where(StageKind.CIRCLE)
-    rate, duration = _circling_s(stages, rows, parameters)
-    round_one = (stages.radius_m[rows] != 0.0) & (duration > 0.0)
-    rows, rate, duration = rows[round_one], rate[round_one], duration[round_one]
-    start, centre = stages.edge_m[rows], stages.place_m[rows, :2]
-    size = np.hypot(start[:, 0] - centre[:, 0], start[:, 1] - centre[:, 1])
-    return Circles(
-        key=rows * SLOTS + 1,
-        law=CircleLaw(
-            start_m=start,
-            centre_m=centre,
-            rate_rad_s=-np.copysign(rate, stages.radius_m[rows]),
-        ),
-        duration_s=duration,
-        speed_m_s=rate * size,
-    )
-
-
-def _leaving_circles(stages: StageColumns, circles: Circles) -> tuple[Manoeuvres, ...]:
-    """Return how the vehicle brakes out of circles, along the tangent to its stopping point."""
-    if not len(circles.key):
-        return ()
-    rows = circles.key // SLOTS
-    last = circles.law.state_at(np.arange(len(rows)), circles.duration_s)
-    exit_m = np.column_stack((last.east_m, last.north_m, last.height_m))
-    velocity = np.column_stack((last.east_m_s, last.north_m_s, last.climb_m_s))
-    end = stages.end_m[rows]
-    way = np.sqrt(((end - exit_m) ** 2).sum(axis=1))
-    speed = circles.speed_m_s
-    duration = np.divide(2.0 * way, speed, out=np.zeros_like(way), where=speed > 0.0)
-    return (
-        make_manoeuvres(
-            rows * SLOTS + 2,
-            FlightState.BRAKE,
-            position_m=np.stack((exit_m, end), axis=1),
-            velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
-            duration_s=duration[:, None],
-            stopping_distance_m=way,
-        ),
-    )
 
 
 def _flown_splines(stages: StageColumns, splines: Splines, legs: Legs) -> tuple[Manoeuvres, ...]:

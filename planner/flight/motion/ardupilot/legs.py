@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
-from planner.flight.motion.ardupilot.limits import limits_along
+from planner.flight.motion.ardupilot.limits import drag_per_s, limits_along
 from planner.flight.motion.ardupilot.returns import return_height_m
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.ardupilot.stops import jerk_rise_s
@@ -16,7 +16,6 @@ from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.s_curve import s_curves
 from planner.frozen import frozen
 from planner.mission.stage import StageKind
-from planner.units import GRAVITY_M_S2
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -273,11 +272,11 @@ def _start_delay_s(
     delay = lag * np.where(still, 1.0, level**2) + _VERTICAL_LAG_S * upward**2
     if airspeed_limit_m_s is None:
         return delay
-    drag_per_s = GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad) / airspeed_limit_m_s
+    drag = drag_per_s(parameters, airspeed_limit_m_s)
     late_s = _VELOCITY_GAIN_PER_S / _VELOCITY_INTEGRAL_PER_S2
     speeding_s = np.maximum(
         speed_m_s / acceleration_m_s2 + acceleration_m_s2 / parameters.jerk_m_s3, late_s
     )
-    lost = drag_per_s / _VELOCITY_INTEGRAL_PER_S2 * np.log(speeding_s / late_s)
+    lost = drag / _VELOCITY_INTEGRAL_PER_S2 * np.log(speeding_s / late_s)
     forgiven = _TIME_BUFFER * (speeding_s - late_s)
     return delay + level**2 * np.maximum(lost - forgiven, 0.0)

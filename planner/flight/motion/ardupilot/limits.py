@@ -1,13 +1,17 @@
-"""Limits along lines in space, from the horizontal and the vertical one."""
+"""Limits along lines in space, from the horizontal and the vertical one; drag from the lean limit."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.units import GRAVITY_M_S2
+
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 
 def limits_along(
@@ -31,3 +35,8 @@ def limits_along(
         np.divide(vertical * size, upward, out=over, where=upward > 0.0),
     )
     return np.where(size > 0.0, limit, horizontal)
+
+
+def drag_per_s(parameters: ArduPilotParameters, airspeed_limit_m_s: float) -> float:
+    """Return the deceleration by drag over the airspeed: at the limit the greatest lean holds it. [s⁻¹]"""
+    return GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad) / airspeed_limit_m_s

@@ -15,29 +15,18 @@ from planner.flight.motion.ardupilot.leg_times import (
 from planner.flight.motion.ardupilot.legs import SLOTS
 from planner.flight.motion.kinematics import CircleLaw, Motion, PolynomialLaw, SegmentColumns
 from planner.flight.state import STATE_INDEX, FlightState
-from planner.frozen import frozen
 from planner.physics.quadrature import unit_quadrature
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.findings import Finding
+    from planner.flight.motion.ardupilot.circles import Circles
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.manoeuvres import Manoeuvres
 
 _NODES, _WEIGHTS = unit_quadrature(3)
-
-
-@frozen(eq=False)
-class Circles:
-    """Circles, one per row."""
-
-    key: IntArray
-    """Place in the order of the flight. (n,)"""
-    law: CircleLaw
-    duration_s: FloatArray
-    speed_m_s: FloatArray
 
 
 def make_motion(

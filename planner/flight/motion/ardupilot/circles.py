@@ -1,0 +1,178 @@
+"""Circles as ArduPilot flies them: a target that turns at a steady rate, whatever becomes of the vehicle."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import numbers
+from planner.catalogue.wind import CIRCLE_LEAN, NO_HEADWAY
+from planner.flight.motion.ardupilot.legs import SLOTS
+from planner.flight.motion.ardupilot.limits import drag_per_s
+from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
+from planner.flight.motion.kinematics import CircleLaw
+from planner.flight.motion.manoeuvres import make_manoeuvres
+from planner.flight.state import FlightState
+from planner.frozen import frozen
+from planner.mission.stage import StageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.findings import Finding
+    from planner.flight.motion.ardupilot.stages import StageColumns
+    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.physics.wind import Wind
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+_LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
+"""``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""
+
+
+@frozen(eq=False)
+class Circles:
+    """Circles, one per row."""
+
+    key: IntArray
+    """Place in the order of the flight. (n,)"""
+    law: CircleLaw
+    duration_s: FloatArray
+    speed_m_s: FloatArray
+
+
+def circling_s(
+    stages: StageColumns, rows: IntArray, parameters: ArduPilotParameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return mean rates and durations of circles. (n,) [rad s⁻¹], (n,) [s]
+
+    ``AC_Circle::update_ms``: the rate rises by A/R (2°/s² at least) to its limit, and the turns are
+    counted by the rate.
+    """
+    rate, size = _greatest_rate_rad_s(stages, rows, parameters), np.abs(stages.radius_m[rows])
+    rising = np.maximum(
+        np.divide(parameters.acceleration_m_s2, size, out=rate.copy(), where=size > 0.0),
+        _LEAST_ANGULAR_ACCELERATION_RAD_S2,
+    )
+    angle = 2.0 * math.pi * stages.turns[rows]
+    turning = (rate > 0.0) & (angle > 0.0)
+    duration = np.zeros(len(rate))
+    duration[turning] = angle[turning] / rate[turning] + 0.5 * rate[turning] / rising[turning]
+    mean = np.divide(angle, duration, out=np.zeros(len(rate)), where=duration > 0.0)
+    return mean, duration
+
+
+def _greatest_rate_rad_s(
+    stages: StageColumns, rows: IntArray, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return the rates that circles reach. (n,) [rad s⁻¹]"""
+    return np.array(
+        [
+            circle_rate_rad_s(float(radius), float(speed), parameters)
+            for radius, speed in zip(stages.radius_m[rows], stages.speed_m_s[rows], strict=True)
+        ]
+    )
+
+
+def plan_circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circles:
+    """Return the circles that lead round something."""
+    rows = stages.where(StageKind.CIRCLE)
+    rate, duration = circling_s(stages, rows, parameters)
+    round_one = (stages.radius_m[rows] != 0.0) & (duration > 0.0)
+    rows, rate, duration = rows[round_one], rate[round_one], duration[round_one]
+    start, centre = stages.edge_m[rows], stages.place_m[rows, :2]
+    size = np.hypot(start[:, 0] - centre[:, 0], start[:, 1] - centre[:, 1])
+    return Circles(
+        key=rows * SLOTS + 1,
+        law=CircleLaw(
+            start_m=start,
+            centre_m=centre,
+            rate_rad_s=-np.copysign(rate, stages.radius_m[rows]),
+        ),
+        duration_s=duration,
+        speed_m_s=rate * size,
+    )
+
+
+def leaving_circles(stages: StageColumns, circles: Circles) -> tuple[Manoeuvres, ...]:
+    """Return how the vehicle brakes out of circles, along the tangent to its stopping point."""
+    if not len(circles.key):
+        return ()
+    rows = circles.key // SLOTS
+    last = circles.law.state_at(np.arange(len(rows)), circles.duration_s)
+    exit_m = np.column_stack((last.east_m, last.north_m, last.height_m))
+    velocity = np.column_stack((last.east_m_s, last.north_m_s, last.climb_m_s))
+    end = stages.end_m[rows]
+    way = np.sqrt(((end - exit_m) ** 2).sum(axis=1))
+    speed = circles.speed_m_s
+    duration = np.divide(2.0 * way, speed, out=np.zeros_like(way), where=speed > 0.0)
+    return (
+        make_manoeuvres(
+            rows * SLOTS + 2,
+            FlightState.BRAKE,
+            position_m=np.stack((exit_m, end), axis=1),
+            velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
+            duration_s=duration[:, None],
+            stopping_distance_m=way,
+        ),
+    )
+
+
+def circle_findings(
+    stages: StageColumns,
+    circles: Circles,
+    parameters: ArduPilotParameters,
+    *,
+    wind: Wind | None,
+    airspeed_limit_m_s: float | None,
+) -> Iterator[Finding]:
+    r"""Yield where circles ask for more lean than ANGLE_MAX.
+
+    Parameters
+    ----------
+    stages : StageColumns
+        At least one.
+    circles : Circles
+        The circles among them.
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    wind : Wind, optional
+        ``None``: none.
+    airspeed_limit_m_s : float, optional
+        Airspeed at the greatest lean angle; ``None``: no limit. [m s⁻¹]
+
+    Notes
+    -----
+    ``AC_Circle::update_ms`` moves the target on by its rate and counts the turns by it; unlike along a
+    leg nothing waits for the vehicle.  So a circle takes its time in any wind, and a vehicle that cannot
+    lean enough cuts inside or is blown off.  At a ground speed v on a radius R it leans for v²/R across
+    and, with c the drag per airspeed, for c v along and c w against the wind.  Somewhere on the circle
+    both add up: with c U = g tan(ANGLE_MAX) at the airspeed limit U it needs
+
+    .. math:: \sqrt{v^2 + (v^2 / c R)^2} + w \le U .
+    """
+    if airspeed_limit_m_s is None or not len(circles.key):
+        return
+    rows = circles.key // SLOTS
+    rate = _greatest_rate_rad_s(stages, rows, parameters)
+    speed = rate * circles.speed_m_s / np.abs(circles.law.rate_rad_s)
+    across = rate * speed / drag_per_s(parameters, airspeed_limit_m_s)
+    strength = np.zeros(len(rows))
+    if wind is not None:
+        strength = wind.speed_m_s * wind.speed_factor(circles.law.start_m[:, 2])
+    needed = np.hypot(speed, across) + strength
+    stuck = strength >= airspeed_limit_m_s
+    for rule, some in ((NO_HEADWAY, stuck), (CIRCLE_LEAN, (needed > airspeed_limit_m_s) & ~stuck)):
+        if not some.any():
+            continue
+        worst = int(np.argmax(np.where(some, needed, 0.0)))
+        first = int(stages.item[rows[some][0]])
+        count = numbers.count(int(some.sum()), "circle")
+        yield rule.finding(
+            f"{count} from item {first} on: {speed[worst]:.1f} m/s over ground in "
+            f"{strength[worst]:.1f} m/s of wind asks for the lean of {needed[worst]:.1f} m/s of "
+            f"airspeed, the vehicle's limit is {airspeed_limit_m_s:.1f} m/s",
+            item=first,
+        )
