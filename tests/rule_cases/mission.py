@@ -112,6 +112,17 @@ FARTHEST_M = float(
 )
 TEXT = replace(PLAIN, file_format=MissionFormat.WPL)
 
+
+def with_jumps(count: int) -> tuple[Finding, ...]:
+    """Return what ArduPilot's rules tell of so many waypoints, each with a jump back to it."""
+    pairs = [
+        one
+        for number in range(count)
+        for one in (waypoint(10.0 + number, 20), jump(2 + 2 * number, 1.0))
+    ]
+    return found(mission(takeoff(20), *pairs, rtl()), ARDUPILOT)
+
+
 CASES: Mapping[str, RuleCases] = {
     "M101": RuleCases(
         fires=lambda: found(mission(waypoint(100, 20), rtl())),
@@ -230,5 +241,10 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: far_away(10_000.0 + 1e-8),
         fires_at_boundary=True,
         silent=lambda: far_away(9_999.0),
+    ),
+    "M125": RuleCases(
+        fires=lambda: with_jumps(16),
+        boundary=lambda: with_jumps(15),
+        silent=lambda: with_jumps(1),
     ),
 }

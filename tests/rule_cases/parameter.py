@@ -85,4 +85,9 @@ CASES: Mapping[str, RuleCases] = {
             PLAIN, ARDUPILOT, "WPNAV_SPEED,500\n", target=TARGETS["arducopter-4.6"]
         ),
     ),
+    "P110": RuleCases(
+        fires=lambda: found(PLAIN, ARDUPILOT, "WPNAV_SPEEED,500\n"),
+        boundary=lambda: found(PLAIN, ARDUPILOT, "WPNAV_SPEEEED,500\n"),  # two letters away
+        silent=lambda: found(PLAIN, ARDUPILOT, "WPNAV_SPEED,500\n"),
+    ),
 }
