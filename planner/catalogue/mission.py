@@ -39,7 +39,7 @@ NOTHING_TO_FLY = Rule(
     summary="The mission holds no flight.",
     why="An empty mission is not a 'go'; most likely the wrong file was given.",
     how="No item before the first landing makes the vehicle move.",
-    example="none of the 2 items is a flight",
+    example="no flight in 2 items",
     fix="check that this is the file you meant to fly",
 )
 

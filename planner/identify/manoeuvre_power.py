@@ -177,7 +177,7 @@ def identify_manoeuvre_power(
     """
     level = [m for m in means if m.climb_rate_m_s == 0.0]
     if len(level) < _LEAST_LEGS:
-        said = f"{len(level)} level legs with power and airspeed: too few"
+        said = f"too few level legs with power and airspeed: {len(level)}"
         outcome = StateOutcome(name="hover", status=Status.LEFT_OUT, said=said, segments=refusals)
         return PowerIdentification(outcomes=(outcome,))
     speeds = np.array([m.airspeed_m_s for m in level])

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from planner import numbers
 from planner.errors import IdentificationError
 from planner.identify.noise import least_squares_covariance
 from planner.identify.residuals import LEAST_FACTOR, Residuals, basis_answers
@@ -79,7 +80,8 @@ def fit_response(
     residuals = Residuals(manoeuvres, structure)
     after = min(m.time_s.size - m.first_change for m in manoeuvres)
     if after <= 2 * structure.free_size:
-        msg = f"{after} samples after a command are too few for {structure.free_size} parameters"
+        size = numbers.count(structure.free_size, "parameter")
+        msg = f"too few samples after a command for {size}: {after}"
         raise IdentificationError(msg)
     span_s = min(float(m.time_s[-1]) - m.command_s for m in manoeuvres)
     delay_s = 0.5 * span_s if longest_delay_s is None else longest_delay_s

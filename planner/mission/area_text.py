@@ -96,7 +96,7 @@ def read_rally_list(text: str, *, source: str) -> Mission:
                 place=place,
             )
         )
-    what = f"the file holds {len(points)} rally points and no mission"
+    what = f"the file holds {numbers.count(len(points), 'rally point')} and no mission"
     return _make_mission(text, what, rally=tuple(points), source=source)
 
 

@@ -146,8 +146,8 @@ class ComplexItemReader:
         drawn = self._drawn_path(item, place, first_number)
         if drawn:
             message = (
-                f"{item.title} holds no items: flown along the {len(drawn)} points it is drawn "
-                "with; QGroundControl and MAVSDK refuse the file"
+                f"{item.title} holds no items: flown along the path it is drawn with, "
+                f"{numbers.count(len(drawn), 'point')}; QGroundControl and MAVSDK refuse the file"
             )
             self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
             return drawn

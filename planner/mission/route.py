@@ -219,7 +219,7 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
     if not any(draft.kind not in _ENDS for draft in course.drafts):
         course.drafts.clear()
-        return [NOTHING_TO_FLY.finding(f"none of the {len(mission.items)} items is a flight")]
+        return [NOTHING_TO_FLY.finding(f"no flight in {numbers.count(len(mission.items), 'item')}")]
     findings: list[Finding] = []
     first = course.drafts[0]
     if first.kind is not StageKind.TAKEOFF:

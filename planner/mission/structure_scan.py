@@ -69,7 +69,10 @@ def expand_structure_scan(
     if 4 + layers * (len(outline) + 3) > MOST_ITEMS:
         scan.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "Layers")
     if layers * abs(layer_m) > LARGEST_LENGTH_M:
-        scan.refuse(f"{layers} layers of {layer_m:g} m are higher than anybody flies", "Layers")
+        scan.refuse(
+            f"{numbers.count(layers, 'layer')} of {layer_m:g} m: higher than anybody flies",
+            "Layers",
+        )
     path, is_moved = _flown_outline(np.array(outline), camera.length("DistanceToSurface"))
 
     relative = Frame.GLOBAL_RELATIVE_ALT

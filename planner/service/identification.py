@@ -56,6 +56,7 @@ def identify_logs(
     OutputError
         If the model file cannot be written.
     """
+    from planner import numbers
     from planner.identify.identification import identify_vehicle
     from planner.logs.files import read_log
 
@@ -63,7 +64,7 @@ def identify_logs(
     for path in paths:
         on_log(f"reading {path}")
         records += read_log(path, mapping)
-    on_log(f"identifying {settings.name} from {len(records)} flights")
+    on_log(f"identifying {settings.name} from {numbers.count(len(records), 'flight')}")
     identification = identify_vehicle(records, settings, on_step=on_step)
     if output is not None:
         from planner.vehicle.writer import write_vehicle

@@ -214,7 +214,7 @@ def test_a_pack_of_cells_is_read_in_series_and_in_parallel() -> None:
             "health",
             "resistance_temperature_c = [0, 20]\nresistance_factor = [1.5]\nhealth",
             "battery.resistance_factor",
-            "has 1 values",
+            "has 1 value",
         ),
         (
             "health",

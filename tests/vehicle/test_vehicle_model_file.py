@@ -265,7 +265,7 @@ def test_a_model_of_an_autopilot_carries_its_parameters_and_density_law() -> Non
         ("date = 2026-01-02", 'date = "2026-01-02"', "provenance.date", "must be a date"),
         ("date = 2026-01-02", "date = 2026-01-02T03:04:05", "provenance.date", "must be a date"),
         ('logs = ["a.ulg"]', 'logs = "a.ulg"', "provenance.logs", "list of texts"),
-        ('logs = ["a.ulg"]', "logs = []", "provenance.logs_sha256", "has 1 values, logs has 0"),
+        ('logs = ["a.ulg"]', "logs = []", "provenance.logs_sha256", "has 1 value, logs has 0"),
         ('["00', '["g0', "provenance.logs_sha256", "hexadecimal"),
         ("time_fraction = 0.02", "time_fraction = -0.02", "spread.time_fraction", "below 0"),
         ("time_fraction = 0.02", "time_fraction = 20", "spread.time_fraction", "above 10"),
