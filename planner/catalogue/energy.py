@@ -64,7 +64,8 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     how=(
         "Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "
         "density of the predicted flight against [valid_for] and the identified steps of the vehicle "
-        "model; 0.5 m of a height, 3 % of a speed flown and 2 % of a density are let pass."
+        "model; 0.5 m of a height, 3 % of a speed flown and 2 % of a density are let pass.  What was "
+        "measured higher up, or in other air, is only noted."
     ),
     example=(
         "15.0 m/s is commanded, the model was identified from 0.0 to 10.0 m/s: time and energy of "
@@ -139,7 +140,7 @@ RALLY_UNREACHABLE = Rule(
     how=(
         "From the ends of the mission's stages, or 200 of them: where the vehicle's own rules (RTL_TYPE; "
         "RALLY_LIMIT_KM, RALLY_INCL_HOME) never choose the rally point, and where the energy left above "
-        "the reserve does not reach it from any place."
+        "the reserve does not reach it from any place: a warning; the first is only noted."
     ),
     example="rally point 2 is chosen from no item: the vehicle goes home or to another rally point",
     fix="move the rally point to where the mission is far from home, or take it out",

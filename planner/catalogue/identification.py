@@ -28,7 +28,10 @@ STATE_LEFT_OUT = Rule(
         "What no flight shows cannot be identified, and nothing is invented: predictions by the model "
         "lack this state, or the model lacks its power altogether."
     ),
-    how="Every segment of the state is looked at; those refused are counted with their reasons.",
+    how=(
+        "Every segment of the state is looked at; those refused are counted with their reasons.  How an "
+        "autopilot is followed is only noted: predictions for it need no such response."
+    ),
     example="brake_power: left out: the flights hold no such manoeuvre",
     fix="fly the manoeuvre that is missing, or name a base model with --base",
 )

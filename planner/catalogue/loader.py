@@ -200,7 +200,10 @@ LANDING_PATTERN_EXPANDED = Rule(
     severity=Severity.INFO,
     summary="A landing pattern is expanded as QGroundControl does on upload.",
     why="The file holds where to approach and land, not the items; MAVSDK refuses the file.",
-    how="DO_LAND_START, what stops the camera, the approach and the landing.",
+    how=(
+        "DO_LAND_START, what stops the camera, the approach and the landing.  A warning where one of "
+        "its altitudes counts from home and the other does not."
+    ),
     example="item 9 (fwLandingPattern): 6 items computed, the file holds none of them",
     fix="check the landing in QGroundControl before the upload",
 )

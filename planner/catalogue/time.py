@@ -45,7 +45,10 @@ ITEMS_NOT_FLOWN = Rule(
     severity=Severity.INFO,
     summary="Items after the landing or return are not flown.",
     why="What stands behind the end of a mission is reached by a jump or a failsafe only, or never.",
-    how="Items behind the first LAND or RETURN_TO_LAUNCH in flown order are left out.",
+    how=(
+        "Items behind the first LAND or RETURN_TO_LAUNCH in flown order are left out; a warning where "
+        "they take off again."
+    ),
     example="4 items from 9 on behind the end of the flight at item 8: not flown",
     fix="move the items before the landing, or delete them",
 )
@@ -125,7 +128,7 @@ WAITS_FOR_EVER = Rule(
     ),
     how=(
         "An item with autoContinue off is reached in flown order on PX4, or NAV_GUIDED_ENABLE on "
-        "ArduPilot."
+        "ArduPilot.  A warning where it is not known which of them flies."
     ),
     example="autoContinue is off: PX4 holds here; the flight is taken to go on",
     fix="set autoContinue, unless a pilot will continue the mission",

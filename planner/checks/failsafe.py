@@ -139,15 +139,20 @@ def check_rally(case: Case) -> Iterator[Finding]:
     points = homeward.points(ends, np.ones(len(ends)))
     chosen = np.unique(homeward.chosen(points))
     above_wh = case.battery.usable_wh - case.battery.reserve_wh - points.used_wh - points.stop_wh
-    never, out_of_reach = [], []
+    never: list[int] = []
+    out_of_reach: list[int] = []
+    missed_by_wh: list[float] = []
     for number in range(1, len(rally) + 1):
         _, way_wh = homeward.way(points.stop_m, points.stage, number)
-        if not (way_wh <= above_wh).any():
+        short_wh = float((way_wh - above_wh).min())
+        if short_wh > 0.0:
             out_of_reach.append(number)
+            missed_by_wh.append(short_wh)
         elif number not in chosen:
             never.append(number)
+    short = numbers.energy(missed_by_wh[0]) if missed_by_wh else ""
     for numbers_of, why in (
-        (out_of_reach, "cannot be reached above the reserve from any item"),
+        (out_of_reach, f"cannot be reached above the reserve from any item: short by {short}"),
         (never, "is chosen from no item: the vehicle goes home or to another rally point"),
     ):
         if numbers_of:

@@ -146,7 +146,8 @@ def _px4_homeward(flown: Mission = FLOWN) -> Homeward:
 
 
 def test_px4_reckons_a_return_by_its_own_formula() -> None:
-    # users.md test 17: 1.1 t + 100 s.  1000 m away at 50 m: home at 5 m/s, down at 1.5 m/s.
+    # RTL_TIME_FACTOR and RTL_TIME_MARGIN: 1.1 t + 100 s.  1000 m away at 50 m: home at 5 m/s, down at
+    # 1.5 m/s.
     homeward = _px4_homeward()
     far_s = homeward.start_s[np.searchsorted(homeward.segment_stage, 2)]
     found = px4_safe_return_s(homeward, np.array([far_s]), Px4Parameters())

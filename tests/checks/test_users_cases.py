@@ -1,11 +1,16 @@
 """Missions that users sent to their projects, each with what it must lead to here.
 
-Numbers of threads: see the explanation of each rule.
+Numbers of threads: see the explanation of each rule.  Of the others, 1 and 2 (a long leg past a small
+exclusion, the rim of a loiter), 5 (rally point outside) and 6 (inclusions apart) are in
+test_fence_flight.py, 11 (absurd payload and capacity) in test_margins.py and 17 (PX4's own estimate of
+a return) in test_failsafe_rules.py.  8 and 9 are of several vehicles, which nothing here flies yet.
 """
 
 from __future__ import annotations
 
 import json
+import math
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +21,7 @@ from planner.autopilot import Autopilot
 from planner.errors import OtherVehicleError
 from planner.findings import Severity
 from planner.mission.files import read_mission
+from planner.physics.wind import Wind
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -89,6 +95,49 @@ def test_case_7_old_and_new_names_of_a_speed_fly_the_same() -> None:
     assert old.totals == new.totals
     default = checked(one, "ardupilot")
     assert old.totals.time_s > default.totals.time_s + 30.0  # 400 m at 5 for 10 m/s, there and back
+
+
+@pytest.mark.parametrize("vehicle", ["step", "ardupilot", "px4"])
+def test_case_10_a_home_on_another_continent_is_an_error_and_its_way_is_told(vehicle: str) -> None:
+    """MissionPlanner #1947: a survey in the south, home left in the north of another project."""
+    there = [item(16, -35.3629 + 0.001 * n, 20.0, longitude_deg=149.1651) for n in range(2)]
+    result = checked(mission(takeoff(20), *there, rtl()), vehicle)
+    [finding] = [f for f in result.findings if f.code == "M124"]
+    assert (finding.severity, finding.item) == (Severity.ERROR, 3)  # the northern of both
+    said = re.match(r"home is (\d+) km from the nearest place of the mission", finding.message)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(great_circle_km(47.0, 8.0, -35.3629, 149.1651), rel=0.01)
+    assert result.verdict == "no-go"
+
+
+def great_circle_km(from_lat: float, from_lon: float, to_lat: float, to_lon: float) -> float:
+    """Return the haversine distance on a sphere of 6,371 km."""
+    north_rad = math.radians(to_lat - from_lat)
+    east_rad = math.radians(to_lon - from_lon)
+    cosines = math.cos(math.radians(from_lat)) * math.cos(math.radians(to_lat))
+    half = math.sin(0.5 * north_rad) ** 2 + cosines * math.sin(0.5 * east_rad) ** 2
+    return 2.0 * 6371.0 * math.asin(math.sqrt(half))
+
+
+@pytest.mark.parametrize("from_deg", [0.0, 180.0])
+def test_case_12_out_and_back_in_wind_costs_more_than_in_calm(from_deg: float) -> None:
+    """Whichever way the wind blows: the leg against it costs more than the other one saves."""
+    far = mission(takeoff(50), waypoint(5000, 50), waypoint(0, 50), item(21, north(0), 0.0))
+    wind = Wind(speed_m_s=5.0, from_deg=from_deg)
+    calm, windy = (check(far, COPTER, battery=BATTERY, wind=blows) for blows in (None, wind))
+    legs = [
+        sum(s.energy_wh for s in windy.segments if s.item == number)
+        - sum(s.energy_wh for s in calm.segments if s.item == number)
+        for number in (2, 3)
+    ]
+    against, along = legs if from_deg == 0.0 else reversed(legs)
+    assert against > 0.0 > along
+    assert against > -along
+    assert windy.totals.energy_wh > calm.totals.energy_wh
+    # The article's model knows no power over airspeed: the wind is not counted, and that is said.
+    article = check(far, STEP, battery=BATTERY, wind=wind)
+    assert article.totals.energy_wh == check(far, STEP, battery=BATTERY).totals.energy_wh
+    assert "E108" in codes(article, Severity.WARNING)
 
 
 def _vtol(tmp_path: Path, **items: object) -> Path:

@@ -105,7 +105,7 @@ def test_a_complete_file_leaves_nothing_to_say() -> None:
 
 
 def test_a_mission_at_5_m_s_is_the_same_by_the_old_and_the_new_name() -> None:
-    # users.md 5.7: WPNAV_SPEED = 500 and WP_SPD = 5
+    # WPNAV_SPEED = 500 cm/s and WP_SPD = 5 m/s
     assert resolved("WPNAV_SPEED,500\n").values == resolved("WP_SPD,5\n").values
 
 
