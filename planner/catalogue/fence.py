@@ -15,8 +15,8 @@ INVALID_POLYGON = Rule(
     ),
     how=(
         "Fewer than 3 different vertices, a vertex that is no position, edges that cross or fold "
-        "back, an area thinner than 2 cm, a radius that is not positive. Vertices given twice in "
-        "a row are a warning. The direction of turning does not matter."
+        "back, an area thinner than 2 cm, a radius that is not positive.  Vertices given twice in "
+        "a row are a warning.  The direction of turning does not matter."
     ),
     example="inclusion polygon 1 crosses itself: the edge after vertex 2 meets that after vertex 4",
     fix="draw the fence area again",
@@ -32,7 +32,7 @@ INCLUSION_SEMANTICS = Rule(
         "inside every one of them: with areas apart from each other every flight is a breach."
     ),
     how=(
-        "The intersection of all inclusion polygons and circles is empty, or thinner than 2 cm. "
+        "The intersection of all inclusion polygons and circles is empty, or thinner than 2 cm.  "
         "ArduPilot takes their union where FENCE_OPTIONS has bit 1; then the rule does not apply."
     ),
     example="inclusion polygon 1 and inclusion circle 1 have no place in common",
@@ -51,8 +51,8 @@ PATH_CROSSES = Rule(
     how=(
         "The whole path as it is flown, corners cut or flown through, splines, take-off and landing, "
         "against every area of the fence and the circle that GF_MAX_HOR_DIST or FENCE_RADIUS draws "
-        "around home. Curves are divided until straight pieces are within 5 cm of them; whole pieces "
-        "are cut with whole edges, so that nothing lies between two samples. Legs and edges are drawn "
+        "around home.  Curves are divided until straight pieces are within 5 cm of them; whole pieces "
+        "are cut with whole edges, so that nothing lies between two samples.  Legs and edges are drawn "
         "as the autopilot takes them: PX4's edges are straight in degrees and its legs in metres, "
         "ArduPilot's are both straight in its own metres."
     ),
@@ -74,10 +74,10 @@ STOP_BUFFER = Rule(
         "At every place of the flight, straight on in the direction of motion: speed times reaction "
         "time, plus the model's distance to stand still from that speed, plus the reaction time times "
         "the wind from behind; and within the position error (or ArduPilot's FENCE_MARGIN) of all of "
-        "that. A warning where this is not free; an error where a stop begun at once ends beyond the "
+        "that.  A warning where this is not free; an error where a stop begun at once ends beyond the "
         "fence. --reaction-time is 1 s (an autopilot's own check takes some tenths of it, a hand on the "
         "switch all of it), --position-error 2.5 m (half of the fixes of a common single-frequency "
-        "receiver are nearer). Places where the vehicle is braking already count at the beginning "
+        "receiver are nearer).  Places where the vehicle is braking already count at the beginning "
         "and the end of the braking."
     ),
     example=(
@@ -133,7 +133,7 @@ RTL_PATH_CROSSES = Rule(
     how=(
         "The straight way from every place of the flight to where the vehicle itself would return, home "
         "or a rally point or the mission's landing: the triangle between each piece of the path and the "
-        "target, so that no place is left out. The return a mission flies itself is part of its path: "
+        "target, so that no place is left out.  The return a mission flies itself is part of its path: "
         "F101."
     ),
     example="the straight way home from here crosses exclusion circle 1, as from 4 items in all",
@@ -164,7 +164,7 @@ FENCE_HEIGHT = Rule(
     how=(
         "The highest place of the flight over home, and the return altitude, against GF_MAX_VER_DIST "
         "(PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1); the lowest waypoint against FENCE_ALT_MIN "
-        "(bit 8), to 1 cm. An error for the mission, a warning for a return the mission does not fly."
+        "(bit 8), to 1 cm.  An error for the mission, a warning for a return the mission does not fly."
     ),
     example="120 m above home are flown, FENCE_ALT_MAX is 100 m",
     fix="fly lower, or raise the limit",
@@ -178,7 +178,7 @@ FENCE_OFF = Rule(
     why="A fence that is uploaded but switched off looks like one that protects.",
     how=(
         "ArduPilot: FENCE_ENABLE and FENCE_AUTOENABLE are 0, FENCE_TYPE has no bit 4 (polygons and "
-        "circles), or FENCE_ACTION is 0 (it only reports). PX4: GF_ACTION is 0 or 1 (it only warns). "
+        "circles), or FENCE_ACTION is 0 (it only reports).  PX4: GF_ACTION is 0 or 1 (it only warns).  "
         "Only where a parameter file says so."
     ),
     example="FENCE_ENABLE, vehicle.param line 12: the fence is off",
@@ -193,7 +193,7 @@ FENCE_TOO_LARGE = Rule(
     why="A fence that does not fit is refused or cut, and then none is there.",
     how=(
         "PX4 stores 64 points (16 on small boards): the vertices of all polygons and one for each "
-        "circle. ArduPilot counts the vertices of a polygon in one byte: 255 at most."
+        "circle.  ArduPilot counts the vertices of a polygon in one byte: 255 at most."
     ),
     example="the fence has 80 points, PX4 holds 64",
     fix="draw the fence with fewer vertices",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
+from planner import catalogue
 from planner.findings import Rule
 
 PLANNER = Path(__file__).parents[2] / "planner"
@@ -43,3 +45,12 @@ def test_every_rule_of_the_catalogue_is_told_somewhere() -> None:
     rules = _assigned_rules()
     assert len(rules) > 100
     assert rules - _used_names() == set()
+
+
+def test_the_texts_of_a_rule_are_sentences_and_its_fix_is_none() -> None:
+    for rule in catalogue.rules().values():
+        for text in (rule.summary, rule.why, rule.how):
+            assert text.endswith("."), rule.code
+            assert not re.search(r"[a-z0-9)]\. [A-Z]|[^.?!:]  |\b(\w+) \1\b", text), rule.code
+        for text in (rule.fix, rule.example):
+            assert not text.endswith("."), rule.code
