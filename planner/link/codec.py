@@ -35,10 +35,6 @@ def load_dialect() -> ModuleType:
     UsageError
         If pymavlink is not installed.
     """
-    import os
-
-    # mavutil, should anyone import it, then speaks version 2 from the first message on.
-    os.environ.setdefault("MAVLINK20", "1")
     try:
         from pymavlink.dialects.v20 import ardupilotmega
     except ImportError as error:

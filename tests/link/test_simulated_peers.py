@@ -21,7 +21,6 @@ from simulated_vehicles import free_port, request, vehicle
 
 from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
-from planner.link.codec import load_dialect
 from planner.link.mission_kind import MissionKind
 from planner.link.pymavlink_link import open_vehicle
 from planner.simulation import open_simulation
@@ -194,7 +193,6 @@ def test_a_ground_station_hangs_up_and_comes_again_over_tcp() -> None:
 
 @BOTH
 def test_pymavlink_walks_through_the_mission(autopilot: Autopilot) -> None:
-    load_dialect()
     from pymavlink import mavutil
 
     port, address = _tcp()
