@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.fixes.comparison import Comparison, compare_results
-    from planner.fixes.speed import SpeedCurve, predict_speed_curve
+    from planner.fixes.speed import predict_speed_curve
+    from planner.fixes.speed_curve import SpeedCurve
     from planner.fixes.split import Split, split_mission, write_split
     from planner.flight.conditions import Conditions
     from planner.flight.reserve import Reserve
@@ -84,7 +85,7 @@ _HOMES = {
     "Reserve": "planner.flight.reserve",
     "Selection": "planner.checks.selection",
     "Severity": "planner.findings",
-    "SpeedCurve": "planner.fixes.speed",
+    "SpeedCurve": "planner.fixes.speed_curve",
     "Split": "planner.fixes.split",
     "Spread": "planner.flight.spread",
     "Target": "planner.autopilot",

@@ -18,7 +18,7 @@ from planner.errors import ExitCode
 from planner.fixes.speed import predict_file_speed_curve
 
 if TYPE_CHECKING:
-    from planner.fixes.speed import SpeedCurve
+    from planner.fixes.speed_curve import SpeedCurve
 
 _SPEED = SettingType(SETTINGS["speed_m_s"])
 _OTHER_SETTINGS = tuple(

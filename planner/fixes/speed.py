@@ -1,18 +1,16 @@
-"""The speed curve: energy and time of a mission over the speed of its level legs."""
+"""The search for the best speeds: the mission checked, or predicted, at many."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from planner import service
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
+from planner.fixes.speed_curve import FlownSpeed, SpeedCurve
 from planner.flight.prediction import predict_flight
-from planner.frozen import frozen
 from planner.mission.files import read_mission
 from planner.mission.one_speed import level_speeds, route_at_speed
 from planner.service.arguments import refuse_wrong_types
@@ -21,16 +19,10 @@ from planner.units import wh_from_j
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy.typing as npt
-
     from planner.checks.case import Case
-    from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.service import CheckResult
-    from planner.vehicle.keys import Interval
     from planner.vehicle.model import VehicleModel
-
-    FloatArray = npt.NDArray[np.float64]
 
 FINEST_M_S = 0.01
 """Speeds are found to this: no vehicle keeps one better. [m s⁻¹]"""
@@ -48,91 +40,6 @@ _METRES_PER_KILOMETRE = 1000.0
 _SAME = 1e-9
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
-
-
-@frozen
-class FlownSpeed:
-    """A mission flown at one speed; everything but time is ``None`` where the power is not known."""
-
-    speed_m_s: float | None
-    """Over ground, on every level leg; ``None``: legs have several, as the file commands. [m s⁻¹]"""
-    time_s: float
-    energy_wh: float | None
-    mean_power_w: float | None
-    energy_wh_per_km: float | None
-    """Over the distance flown. [Wh km⁻¹]"""
-    margin_wh: float | None
-    """Above the reserve at landing; ``None`` with no battery. [Wh]"""
-    return_margin_wh: float | None
-    """Above the reserve at home, from the point whose way home is tightest. [Wh]"""
-    fits: bool | None
-    """Whether the battery does for it: no finding of energy makes it a no-go; ``None``: not known."""
-    verdict: str
-    against: tuple[str, ...]
-    """Codes of the findings that make it a no-go, and of those about the fence."""
-
-
-@frozen
-class SpeedCurve:
-    """Energy and time of a mission over the speed of its level legs, and the speeds worth knowing."""
-
-    file: str
-    vehicle_name: str
-    vehicle_source: str
-    points: tuple[FlownSpeed, ...]
-    """Rising speeds, evenly over the range."""
-    present: FlownSpeed
-    """As the file commands it."""
-    best_endurance: FlownSpeed | None
-    """Least mean power; this and the next are ``None`` where the model knows no power over speed."""
-    best_range: FlownSpeed | None
-    """Least energy, and so least energy per distance in this wind."""
-    fastest_fitting: FlownSpeed | None
-    """Fastest the battery does for, above the reserve and on every way home; ``None``: none."""
-    fastest_clear: FlownSpeed | None
-    """Fastest that is a go with room to the fence, too: no finding of it; ``None``: none."""
-    identified_m_s: Interval | None
-    """Airspeeds the model was identified at. [m s⁻¹]"""
-    is_power_over_speed_known: bool
-    """Whether the model knows how its power changes with the airspeed."""
-    findings: tuple[Finding, ...]
-    """Of the mission as the file commands it."""
-
-    @property
-    def speed_m_s(self) -> FloatArray:
-        """Speeds of the points. (n,) [m s⁻¹]"""
-        return _column(self.points, "speed_m_s")
-
-    @property
-    def time_s(self) -> FloatArray:
-        """Time of the mission at each. (n,) [s]"""
-        return _column(self.points, "time_s")
-
-    @property
-    def energy_wh(self) -> FloatArray:
-        """Energy of the mission at each, NaN where it is not known. (n,) [Wh]"""
-        return _column(self.points, "energy_wh")
-
-    @property
-    def mean_power_w(self) -> FloatArray:
-        """Mean power at each, NaN where it is not known. (n,) [W]"""
-        return _column(self.points, "mean_power_w")
-
-    @property
-    def margin_wh(self) -> FloatArray:
-        """Energy above the reserve at each, NaN where no battery is known. (n,) [Wh]"""
-        return _column(self.points, "margin_wh")
-
-    def marks(self) -> tuple[tuple[str, FlownSpeed], ...]:
-        """Return the speeds worth knowing by name, those there are."""
-        named = (
-            ("present", self.present),
-            ("best endurance", self.best_endurance),
-            ("best range", self.best_range),
-            ("fastest that fits", self.fastest_fitting),
-            ("fastest clear of all", self.fastest_clear),
-        )
-        return tuple((name, flown) for name, flown in named if flown is not None)
 
 
 def predict_speed_curve(
@@ -224,11 +131,6 @@ def predict_speed_curve(
         is_power_over_speed_known=is_known,
         findings=present.findings,
     )
-
-
-def _column(points: tuple[FlownSpeed, ...], name: str) -> FloatArray:
-    values = [getattr(point, name) for point in points]
-    return np.array([math.nan if value is None else value for value in values], dtype=np.float64)
 
 
 class _Missions:

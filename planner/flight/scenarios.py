@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.homeward import Homeward, Points
-    from planner.flight.motion.kinematics import FloatArray
+    from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.vehicle.battery import Battery
@@ -184,6 +184,49 @@ def predict_scenarios(
     )
 
 
+def predict_energy_band(
+    homeward: Homeward,
+    conditions: Conditions,
+    segments: IntArray,
+    *,
+    spread: ModelSpread,
+    charge: tuple[float, float] = (1.0, 0.0),
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return the energy that one flight of ten stays below, and one exceeds, along a flight.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight in mean conditions.
+    conditions : Conditions
+        With their standard deviations.
+    segments : ndarray of int
+        Segments at whose ends it is asked for. (n,)
+    spread : ModelSpread
+        Of the model that flies.
+    charge : tuple of float
+        Mean and standard deviation of the state of charge at the start. [-]
+
+    Returns
+    -------
+    tuple of ndarray or None
+        By the draws of `predict_scenarios`, so that at the end of the last segment it is the totals'.
+        ``None`` where the power of the vehicle or the spread of its energy is not known.
+        Both (n,) [Wh]
+    """
+    flight = homeward.flight
+    power = flight.power
+    if not power.vehicle.is_power_known or spread.energy_fraction is None:
+        return None
+    draws = make_draws(spread, conditions, power, charge=charge)
+    weather = Weather(draws, power)
+    powers = tuple(weather.powers())
+    used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
+    energy_wh = wh_from_j(weather.with_errors(used_j, draws))
+    low_wh, high_wh = np.quantile(energy_wh, (_LOW, _HIGH), axis=0)
+    return low_wh, high_wh
+
+
 def _tightest_points(
     searched: ReturnSearch, weather: Weather
 ) -> tuple[Points | None, FloatArray | None]:
@@ -230,14 +273,7 @@ def _energies_j(
     powers, flight = tuple(powers), homeward.flight
     count = 0 if points is None else len(points.segment)
     energies_j = np.empty((len(powers), 1 + count, len(STATES)))
-    states = flight.motion.segments.state
-    flown: Iterable[FloatArray] = (flight.segment_energy_j,)
-    if len(powers) > 1:  # else all draws have the conditions of the prediction
-        flown = segment_energies_j(flight.motion, flight.transients, powers)
-    for row, own_j in zip(energies_j, flown, strict=True):
-        used_j = np.zeros((len(states) + 1, len(STATES)))
-        used_j[np.arange(1, len(states) + 1), states] = own_j
-        np.cumsum(used_j, axis=0, out=used_j)
+    for row, used_j in zip(energies_j, _used_by_state_j(flight, powers), strict=True):
         row[0] = used_j[-1]
         if points is not None:
             before_j, after_j = used_j[points.segment], used_j[points.segment + 1]
@@ -248,6 +284,22 @@ def _energies_j(
         for row, way_j in zip(energies_j, ways, strict=True):
             row[1:] += way_j
     return energies_j
+
+
+def _used_by_state_j(flight: Flight, powers: tuple[SteadyPower, ...]) -> Iterator[FloatArray]:
+    """Yield the energies of a flight by state in several conditions, before each segment and at last.
+
+    (segments + 1, states) [J]
+    """
+    states = flight.motion.segments.state
+    flown: Iterable[FloatArray] = (flight.segment_energy_j,)
+    if len(powers) > 1:  # else all draws have the conditions of the prediction
+        flown = segment_energies_j(flight.motion, flight.transients, powers)
+    for own_j in flown:
+        used_j = np.zeros((len(states) + 1, len(STATES)))
+        used_j[np.arange(1, len(states) + 1), states] = own_j
+        np.cumsum(used_j, axis=0, out=used_j)
+        yield used_j
 
 
 def _home_by_state_j(

@@ -23,6 +23,8 @@ _HEIGHTS = ("altitude_amsl_m", "ground_amsl_m")
 _TIME = "Time [min]"
 _LABELLED_BAND = 0.055
 """Share of the flight that a band of a state takes at least to hold the state's name. [-]"""
+_SPREAD = "8 of 10 flights"
+_BAND_OPACITY = 0.35
 _USED, _NEEDED = "used so far", "used once home, turning back here"
 
 
@@ -153,6 +155,7 @@ def energy_panel(tables: FlightTables) -> Chart:
     legend = alt.Legend(labelLimit=400, columns=1)
     battery = tables.result.battery
     highest_wh = [row["needed_wh"] for row in tables.returns] + [tables.result.totals.energy_wh]
+    highest_wh += [row["p90_wh"] for row in tables.band[-1:]]
     top_wh = round(1.1 * max([*highest_wh, 0.0 if battery is None else battery.usable_wh]), 3)
     domain = [_USED, _NEEDED]
     colour = alt.Color("curve:N", legend=legend).title("Energy")
@@ -172,6 +175,21 @@ def energy_panel(tables: FlightTables) -> Chart:
         )
 
     layers = []
+    if tables.band:
+        spread = alt.Fill(
+            "spread:N", legend=alt.Legend(symbolType="square", symbolOpacity=_BAND_OPACITY)
+        )
+        layers.append(
+            alt.Chart(alt.NamedData("band"))
+            .transform_calculate(spread=f"'{_SPREAD}'")
+            .mark_area(opacity=_BAND_OPACITY)
+            .encode(
+                x=x,
+                y=alt.Y("p10_wh:Q"),
+                y2="p90_wh:Q",
+                fill=spread.title("Used so far").scale(domain=[_SPREAD], range=[ORANGE]),
+            )
+        )
     if tables.case.vehicle.is_power_known:
         layers += [
             curve(alt.NamedData("flight"), "used_wh", _USED),

@@ -29,6 +29,8 @@ _MOST_NUMBERS = 40
 """Items that have their number beside them: more hide each other."""
 _NEAR_PX = 12.0
 """Marks nearer to each other share one name."""
+_ROOM = "room to react and stop, position error"
+_ROOM_OPACITY = 0.3
 _FENCE_DASHES = {"stay inside": [1, 0], "keep out": [5, 3]}
 _KINDS = ("item", "home", "rally point")
 
@@ -64,6 +66,26 @@ def map_panel(tables: FlightTables) -> Chart:
         return alt.Chart(data).encode(x=x, y=y)
 
     layers = []
+    if tables.room:
+        legend = alt.Legend(
+            symbolType="square", symbolStrokeWidth=0, symbolOpacity=_ROOM_OPACITY, labelLimit=400
+        )
+        fill = alt.Fill("what:N", legend=legend)
+        layers.append(
+            layer(alt.NamedData("room"))
+            .transform_calculate(what=f"'{_ROOM}'")
+            .mark_line(
+                interpolate="linear-closed",
+                strokeWidth=0,
+                fillOpacity=_ROOM_OPACITY,
+                clip=True,
+            )
+            .encode(
+                detail="area:N",
+                order="order:Q",
+                fill=fill.title("Buffer").scale(domain=[_ROOM], range=[ORANGE]),
+            )
+        )
     if tables.fence:
         layers.append(
             layer(alt.NamedData("fence"))

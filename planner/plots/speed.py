@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Protocol
 
+from planner.fixes.speed_curve import SpeedCurve
 from planner.plots.library import Chart, load_altair
 from planner.plots.theme import BLUE, ORANGE
 
@@ -39,7 +40,8 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
     table : SpeedTable
         Such as `planner.fixes.speed` makes.
     marks : mapping of str to float, optional
-        Speeds worth knowing, by what they are called. [m s⁻¹]
+        Speeds worth knowing, by what they are called; default those of a `SpeedCurve`: the present one,
+        best endurance, best range, the fastest that fits and the fastest clear of all. [m s⁻¹]
 
     Raises
     ------
@@ -47,6 +49,12 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
         If Altair is missing.
     """
     alt = load_altair()
+    if marks is None and isinstance(table, SpeedCurve):
+        marks = {
+            name: flown.speed_m_s
+            for name, flown in table.marks()
+            if flown.speed_m_s is not None  # legs have several
+        }
     rows = [
         {
             "speed_m_s": float(speed_m_s),
@@ -57,6 +65,8 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
             table.speed_m_s, table.energy_wh, table.time_s, strict=True
         )
     ]
+    shown = [row["speed_m_s"] for row in rows] + list((marks or {}).values())
+    middle_m_s = 0.5 * (min(shown) + max(shown))
     x = alt.X("speed_m_s:Q").title("Cruise speed [m/s]").scale(zero=False, nice=False)
     panels = (("energy_wh", "Energy [Wh]", ORANGE), ("time_min", "Time [min]", BLUE))
     known = any(row["energy_wh"] is not None for row in rows)
@@ -66,7 +76,7 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
                 alt.Chart(alt.InlineData(values=rows))
                 .mark_line(color=colour, strokeWidth=1.8)
                 .encode(x=x, y=alt.Y(f"{column}:Q").title(title).scale(zero=False)),
-                *_mark_layers(marks or {}),
+                *_mark_layers(marks or {}, middle_m_s),
             ).properties(width=WIDTH, height=HEIGHT)
             for column, title, colour in panels
             if known or column != "energy_wh"
@@ -74,8 +84,8 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
     ).properties(description="Energy and time of the mission over its cruise speed")
 
 
-def _mark_layers(marks: Mapping[str, float]) -> list[Chart]:
-    """Return a line with a name for each speed, names of equal speeds joined."""
+def _mark_layers(marks: Mapping[str, float], middle_m_s: float) -> list[Chart]:
+    """Return a line with a name for each speed, names of equal speeds joined, none beyond an edge."""
     alt = load_altair()
     names: dict[float, list[str]] = {}
     for name, speed_m_s in marks.items():
@@ -85,8 +95,10 @@ def _mark_layers(marks: Mapping[str, float]) -> list[Chart]:
         rule = alt.Chart(alt.InlineData(values=[{"speed_m_s": speed_m_s}])).encode(x="speed_m_s:Q")
         layers += [
             rule.mark_rule(strokeDash=[2, 3]),
-            rule.mark_text(align="left", baseline="top", dx=3).encode(
-                y=alt.value(4 + 14 * number), text=alt.value(", ".join(several))
-            ),
+            rule.mark_text(
+                align="left" if speed_m_s < middle_m_s else "right",
+                baseline="top",
+                dx=3 if speed_m_s < middle_m_s else -3,
+            ).encode(y=alt.value(4 + 14 * number), text=alt.value(", ".join(several))),
         ]
     return layers

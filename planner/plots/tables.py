@@ -13,11 +13,13 @@ import numpy as np
 
 from planner.errors import UsageError
 from planner.flight.return_profile import return_profile
+from planner.flight.scenarios import predict_energy_band
 from planner.flight.state import STATES
 from planner.flight.trace import sample_trace
 from planner.frozen import frozen
 from planner.mission.stage import StageKind
 from planner.plots.places import fence_rows, item_rows, place_rows, stretch_rows
+from planner.plots.stop_room import stop_room_rows
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
@@ -36,6 +38,8 @@ _EXTREMES = 7
 """Rows kept of each short time: the first, and the extremes of power, altitude and speed."""
 _LANDINGS = (StageKind.LAND, StageKind.RETURN)
 """Where the vehicle lands anyway: nothing is left to turn back from."""
+_BAND_POINTS = 121
+"""Times that the spread of the energy is looked at."""
 _BANDS = 500
 """Most bands of states; with more, each shows what takes most of its time."""
 _PATH_TOLERANCE = 1.0 / 4_000
@@ -62,6 +66,10 @@ class FlightTables:
     """Outlines of its areas."""
     stretches: list[Row]
     """Where over ground findings are."""
+    room: list[Row]
+    """What the flight would pass over if told to stop; empty without a fence."""
+    band: list[Row]
+    """Energy that one flight of ten stays below, and one exceeds; empty without a spread."""
 
     @property
     def named(self) -> dict[str, list[Row]]:
@@ -74,6 +82,8 @@ class FlightTables:
             "marks": self.marks,
             "fence": self.fence,
             "stretches": self.stretches,
+            "room": self.room,
+            "band": self.band,
         }
         return {name: table for name, table in rows.items() if table}
 
@@ -101,6 +111,8 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
         marks=item_rows(case) + place_rows(case),
         fence=fence_rows(case),
         stretches=stretch_rows(result),
+        room=stop_room_rows(case),
+        band=_band_rows(case),
     )
 
 
@@ -228,6 +240,32 @@ def _return_rows(case: Case, most_rows: int) -> list[Row]:
     }
     kept = _extremes(profile.time_s[turning], (needed_wh[turning],), most_rows // _EXTREMES)
     return _rows(columns, turning[kept])
+
+
+def _band_rows(case: Case) -> list[Row]:
+    if case.vehicle.spread is None:
+        return []
+    columns = case.flight.motion.segments
+    even_s = np.linspace(0.0, case.flight.time_s, _BAND_POINTS)[1:]
+    segments = np.unique(np.searchsorted(columns.end_s, even_s).clip(max=len(columns.end_s) - 1))
+    band = predict_energy_band(
+        case.homeward,
+        case.conditions,
+        segments,
+        spread=case.vehicle.spread,
+        charge=(case.charge, case.charge_sd),
+    )
+    if band is None:
+        return []
+    at_start = np.zeros(1)
+    times_s = np.concatenate((at_start, columns.end_s[segments]))
+    low_wh, high_wh = (np.concatenate((at_start, wh)) for wh in band)
+    rows = {
+        "time_min": _rounded(times_s / 60.0, 4),
+        "p10_wh": _rounded(low_wh, 3),
+        "p90_wh": _rounded(high_wh, 3),
+    }
+    return _rows(rows, np.arange(len(times_s)))
 
 
 def _used_wh(case: Case, trace: Trace) -> FloatArray:

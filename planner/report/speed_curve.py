@@ -12,7 +12,7 @@ from planner.report.plain_text import printable
 from planner.report.table import table_lines
 
 if TYPE_CHECKING:
-    from planner.fixes.speed import FlownSpeed, SpeedCurve
+    from planner.fixes.speed_curve import FlownSpeed, SpeedCurve
 
 _KEYS = (
     "speed_m_s",

@@ -267,3 +267,17 @@ def test_the_ground_is_drawn_where_it_is_known_and_only_there() -> None:
             assert row["ground_amsl_m"] is None
     chart = json.dumps(plots.profile_figure(result).to_dict())
     assert "ground_amsl_m" in chart
+
+
+def test_the_band_of_the_energy_is_drawn_where_the_model_has_a_spread(out: CheckResult) -> None:
+    spread = checked(*OUT, vehicle="arducopter-sitl-quad")
+    assert spread.totals.energy_wh_p90 is not None
+    [start, *_, end] = make_tables(spread).band
+    assert (start["time_min"], start["p10_wh"], start["p90_wh"]) == (0.0, 0.0, 0.0)
+    assert end["p90_wh"] == pytest.approx(spread.totals.energy_wh_p90, abs=1e-3)
+    assert end["time_min"] == pytest.approx(spread.totals.time_s / 60.0, abs=1e-4)
+    drawn = plots.energy_figure(spread).to_dict()
+    assert "8 of 10 flights" in str(drawn)
+    assert out.totals.energy_wh_p90 is None
+    assert make_tables(out).band == []
+    assert "8 of 10 flights" not in str(plots.energy_figure(out).to_dict())

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from made_missions import mission, rtl, takeoff, waypoint
 
+import planner
 from planner import plots
 from planner.identify.manoeuvre import Manoeuvre
 from planner.identify.outcome import ResponseEvidence
@@ -152,3 +154,26 @@ def test_hovers_are_drawn_with_their_errors_on_the_law(
     assert points[0]["high"] == pytest.approx(220.0 + 1.96 * 2.0)
     assert "Height above home [m]" in texts(figures["hover"], tmp_path / "hover.svg")
     assert "Open-circuit voltage [V]" in texts(figures["battery"], tmp_path / "battery.svg")
+
+
+def test_the_speeds_worth_knowing_are_marked_on_a_curve_unless_others_are_given(
+    tmp_path: Path,
+) -> None:
+    made = mission(takeoff(50.0), waypoint(2000.0, 50.0), waypoint(0.0, 50.0), rtl())
+    vehicle = planner.load_vehicle("arducopter-sitl-quad")
+    curve = planner.predict_speed_curve(
+        made, vehicle, from_m_s=4.0, step_m_s=4.0, battery=planner.Battery(capacity_wh=100.0)
+    )
+    figure = plots.speed_figure(curve)
+    svg = texts(figure, tmp_path / "speed.svg")
+    names = [name for name, _ in curve.marks()]
+    assert {"present", "best endurance", "best range", "fastest that fits"} <= set(names)
+    assert all(name in svg for name in names)
+    rules = [
+        row["speed_m_s"]
+        for layer in figure.to_dict()["vconcat"][0]["layer"][1:]
+        for row in layer["data"]["values"]
+    ]
+    marked = {round(flown.speed_m_s or 0.0, 3) for _, flown in curve.marks()}
+    assert set(rules) == marked
+    assert "best range" not in texts(plots.speed_figure(curve, {}), tmp_path / "bare.svg")
