@@ -65,7 +65,7 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
             table.speed_m_s, table.energy_wh, table.time_s, strict=True
         )
     ]
-    shown = [row["speed_m_s"] for row in rows] + list((marks or {}).values())
+    shown = [*map(float, table.speed_m_s), *(marks or {}).values()]
     middle_m_s = 0.5 * (min(shown) + max(shown))
     x = alt.X("speed_m_s:Q").title("Cruise speed [m/s]").scale(zero=False, nice=False)
     panels = (("energy_wh", "Energy [Wh]", ORANGE), ("time_min", "Time [min]", BLUE))
