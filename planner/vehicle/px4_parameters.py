@@ -64,6 +64,9 @@ class Px4Parameters:
     trajectory_gain_per_s: float = parameter(
         "MPC_XY_TRAJ_P", "1/s", 0.5, "gain of the corner speed", above=0.0, at_most=10.0
     )
+    position_gain_per_s: float = parameter(
+        "MPC_XY_P", "1/s", 0.95, "speed per position error", above=0.0, at_most=10.0
+    )
     position_error_max_m: float = parameter(
         "MPC_XY_ERR_MAX", "m", 2.0, "error at which time stands still", above=0.0
     )

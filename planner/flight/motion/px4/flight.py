@@ -12,9 +12,10 @@ from planner.flight.motion.kinematics import Motion, SegmentColumns
 from planner.flight.motion.px4.gaps import gap_findings
 from planner.flight.motion.px4.headings import yaw_waits_s
 from planner.flight.motion.px4.landings import add_landings
-from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, pace_of, steep_moves
+from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import flight_times_s, fly_legs
 from planner.flight.motion.px4.moves import moves_home, moves_of_stages
+from planner.flight.motion.px4.pace import Pace
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,
@@ -88,7 +89,7 @@ def fly_px4(
         moves_of_stages(stages, parameters),
         len(stages),
         parameters,
-        pace=pace_of(hover_noise_m, parameters),
+        pace=Pace.of(hover_noise_m, parameters),
         has_range_sensor=has_range_sensor,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
@@ -137,7 +138,7 @@ def px4_ways_home(
         moves_home(places, homes, parameters, rally_height_m, ways),
         len(places),
         parameters,
-        pace=pace_of(hover_noise_m, parameters),
+        pace=Pace.of(hover_noise_m, parameters),
         has_range_sensor=has_range_sensor,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
@@ -149,7 +150,7 @@ def _fly(
     stages: int,
     parameters: Px4Parameters,
     *,
-    pace: float,
+    pace: Pace,
     has_range_sensor: bool,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.straights import Straights
     from planner.vehicle.px4_parameters import Px4Parameters
 
+_LEAST_SHARE = 0.5
+"""Of b, that of a braking law which leads to a stop: below it the vehicle is too fast. [-]"""
+
 
 def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
     """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
@@ -26,18 +29,27 @@ def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
     return layout.is_leg & (layout.hold_s > 0.0) & _is_on_law(limits, straights)
 
 
+def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
+    """Return b'/2 of the braking laws that lead from where legs end to a stop at the target. (n,)"""
+    rows = np.arange(len(limits.tail_m))
+    a, speed = limits.brake_m_s2[rows, straights.near], straights.end_m_s
+    half_b: FloatArray = 0.5 * (2.0 * a * limits.tail_m / np.maximum(speed, 1e-9) - speed)
+    return half_b
+
+
 def _is_on_law(limits: Limits, straights: Straights) -> BoolArray:
     rows = np.arange(len(limits.tail_m))
     near = straights.near
-    a, speed = limits.brake_m_s2[rows, near], straights.end_m_s
-    half_b = half_b_m_s(a, limits.brake_m_s3[rows, near])
-    way = speed * (speed + 2.0 * half_b) / (2.0 * a)
+    share = creeping_half_b_m_s(limits, straights) / half_b_m_s(
+        limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near]
+    )
     stops = (limits.final_m_s[rows, near] == 0.0) & limits.binds[rows, near]
     creeping: BoolArray = (
         stops
         & (limits.length_m > STILL_M)
-        & (speed > 0.0)
-        & (np.abs(way - limits.tail_m) < STILL_M * (1.0 + limits.tail_m))
+        & (straights.end_m_s > 0.0)
+        & (share > _LEAST_SHARE)
+        & (share < 1.0 + STILL_M)
     )
     return creeping
 
@@ -100,7 +112,7 @@ def ends_of_moves(
     settling = np.flatnonzero(holds & ~creeping & (part.is_leg | part.stands))
     if creeping.any():
         near = straights.near
-        half_b = half_b_m_s(limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near])
+        half_b = np.where(creeping, creeping_half_b_m_s(limits, straights), 1.0)
         a = limits.brake_m_s2[rows, near]
         begun = np.where(creeping, speed / half_b, 1.0)
         left = half_b * wright_omega(begun + np.log(begun) - part.hold_s * a / half_b)

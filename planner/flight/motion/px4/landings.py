@@ -15,6 +15,7 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.px4.pace import Pace
     from planner.flight.motion.px4.pieces import Pieces
     from planner.vehicle.px4_parameters import Px4Parameters
 
@@ -24,9 +25,11 @@ three times 1 s, and 0.6 s until the thrust has gone (measured; ``MulticopterLan
 LANDED_AFTER_BLIND_S = 1.6
 """The same without a range sensor: three times a third of a second. [s]"""
 
-STANDS_M = 1e-4
-"""Way left from which a trajectory in single precision moves no more, some hundred metres from its origin.
-[m]"""
+_STANDS_M = 1e-5
+"""Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory stands. [m]"""
+_FINE_M = 2.0
+"""Distance from its origin, about home, up to which a trajectory in single precision comes so near; farther
+away its steps get lost, and it creeps for ever. [m]"""
 
 
 @frozen
@@ -86,7 +89,7 @@ def add_landings(
     is_return: BoolArray,
     *,
     parameters: Px4Parameters,
-    pace: float,
+    pace: Pace,
     has_range_sensor: bool,
 ) -> None:
     """Add the pieces of landings.
@@ -104,23 +107,22 @@ def add_landings(
         disarms at once. (k,)
     parameters : Px4Parameters
         The vehicle's.
-    pace : float
-        Seconds of PX4's trajectory per second of flight while the vehicle is behind half of the time.
+    pace : Pace
+        How fast PX4's time passes.
     has_range_sensor : bool
         Whether the vehicle measures its distance to the ground.
 
     Notes
     -----
-    Where the trajectory stands still over the place, the vehicle counts as behind all of the time:
-    ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the error points backward.
+    The trajectory creeps to the place landed on.  Once it stands still over it, the vehicle counts as
+    behind all of the time: ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the
+    error points backward.  Recorded: so in all of two landings from standing; from 12 s on in one.
     """
     if not len(move):
         return
     descents = _Descents.over(place_m, ground_m, parameters)
     descents.fall(DescentProfile.of(parameters, has_range_sensor=has_range_sensor), parameters)
-    offset = place_m[:, :2] - ground_m[:, :2]
-    stands = np.hypot(offset[:, 0], offset[:, 1]) < STANDS_M
-    descents.add_to(pieces, move, np.where(stands, 2.0 * pace - 1.0, pace))
+    descents.add_to(pieces, move, pace)
     landed = LANDED_AFTER_S if has_range_sensor else LANDED_AFTER_BLIND_S
     disarmed = landed + np.where(is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
     zero = np.zeros(len(move))
@@ -208,8 +210,15 @@ class _Descents:
         place[:, :2] += self._offset_m(self.elapsed_s)
         return place
 
-    def add_to(self, pieces: Pieces, move: IntArray, pace: FloatArray) -> None:
-        """Add the parts as pieces."""
+    def standing_from_s(self) -> FloatArray:
+        """Return from when trajectories stand still over the place landed on. (k,) [s]"""
+        off = np.hypot(self.offset_m[:, 0], self.offset_m[:, 1])
+        creeping_s = np.log(np.maximum(off / _STANDS_M, 1.0)) / self.settling_per_s
+        fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
+        return np.where(fine | (off == 0.0), creeping_s, np.inf)
+
+    def add_to(self, pieces: Pieces, move: IntArray, pace: Pace) -> None:
+        """Add the parts as pieces, each at its mean pace."""
         count = len(self.parts)
         rows = np.tile(np.arange(len(move)), count)
         begun = np.concatenate([part[0] for part in self.parts])
@@ -217,6 +226,10 @@ class _Descents:
         coefficients[:, :, 0] = self.ground_m[rows]
         coefficients[:, 2] += np.concatenate([part[2] for part in self.parts])
         across = self.settling_per_s[rows]
+        duration = np.concatenate([part[1] for part in self.parts])
+        creeping = np.clip(np.tile(self.standing_from_s(), count) - begun, 0.0, duration)
+        flown_s = creeping / pace.upright + (duration - creeping) / pace.standing
+        lasts = duration > 0.0
         fading = np.repeat([part[4] for part in self.parts], len(move))
         amplitude = np.empty((len(rows), 3))
         amplitude[:, :2] = self.offset_m[rows] * np.exp(-across * begun)[:, None]
@@ -226,8 +239,8 @@ class _Descents:
                 move=move[rows],
                 order=np.repeat(np.arange(count), len(move)),
                 slot=np.full(len(rows), RAMP),
-                duration_s=np.concatenate([part[1] for part in self.parts]),
-                pace=pace[rows],
+                duration_s=duration,
+                pace=np.divide(duration, flown_s, out=np.ones_like(duration), where=lasts),
             ),
             SettlingLaw(
                 coefficients=coefficients,

@@ -2,63 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.px4.curves import Curves
-from planner.flight.motion.px4.holds import creeps, settlings
+from planner.flight.motion.px4.holds import creeping_half_b_m_s, creeps, settlings
 from planner.flight.motion.px4.laws import BrakeLaw
 from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Lines, Places
 from planner.flight.motion.px4.ramps import ramp_time_s
-from planner.flight.motion.px4.speeds import braking_time_s, half_b_m_s
+from planner.flight.motion.px4.speeds import braking_time_s
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import FlownMoves, Legs
+    from planner.flight.motion.px4.pace import Pace
     from planner.flight.motion.px4.pieces import Pieces
     from planner.vehicle.px4_parameters import Px4Parameters
 
 BRAKING_FRACTION = 0.98
 """A vehicle brakes from where its speed has fallen to this fraction of the cruise. [-]"""
-
 # Places among the pieces of a move; a take-off has some before.
 _TURN, _PAUSE, _RAMP, _CRUISE, _ONSET = 3, 4, 5, 8, 9
 _FAR, _HELD, _NEAR, _FINAL, _HOLD, _REST = range(12, 18)
-
-
-def pace_of(hover_noise_m: float, parameters: Px4Parameters) -> float:
-    """Return the seconds of PX4's trajectory per second of flight while the vehicle may fall behind it.
-
-    Parameters
-    ----------
-    hover_noise_m : float
-        Mean horizontal position error. [m]
-    parameters : Px4Parameters
-        MPC_XY_ERR_MAX.
-
-    Raises
-    ------
-    ValueError
-        If the error is not zero or more and below MPC_XY_ERR_MAX, where time stands still.
-
-    Notes
-    -----
-    The trajectory waits for the vehicle: its time is slowed by (1 − error/MPC_XY_ERR_MAX) while the
-    vehicle is behind (``PositionSmoothing::_generateTrajectory``), with noise half of the time.  That
-    counts for climbs, descents, turns and speeding up.  Cruising, a trajectory that waits is caught up
-    with at once; braking, the vehicle is ahead.  Left out, as measured at 0.31 m: 0.06 m/s less in a
-    cruise, and 0.2 m/s of wandering while hovering, which adds way.  PX4 after 1.17 slows the height by
-    its own error only.
-    """
-    share = hover_noise_m / parameters.position_error_max_m
-    if not 0.0 <= share < 1.0:
-        msg = (
-            f"hover_noise_m must be from 0 to below MPC_XY_ERR_MAX "
-            f"({parameters.position_error_max_m:g} m), got {hover_noise_m}"
-        )
-        raise ValueError(msg)
-    return 1.0 - 0.5 * share
 
 
 def steep_moves(legs: Legs) -> BoolArray:
@@ -67,7 +34,7 @@ def steep_moves(legs: Legs) -> BoolArray:
     return np.abs(direction[:, 2]) > np.hypot(direction[:, 0], direction[:, 1])
 
 
-def add_legs(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pace: float) -> None:
+def add_legs(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pace: Pace) -> None:
     """Add the pieces of all legs; those of steep ones are one segment."""
     move = np.flatnonzero(flown.layout.is_leg)
     if not len(move):
@@ -86,7 +53,7 @@ def _add_turns(
     flown: FlownMoves,
     parameters: Px4Parameters,
     *,
-    pace: float,
+    pace: Pace,
 ) -> None:
     """Add turns, and the braking and waiting for a heading."""
     turning = (flown.legs.turn_s[move] > 0.0) & ~flown.layout.is_takeoff[move]
@@ -101,6 +68,10 @@ def _add_turns(
     )
     turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
     straights = legs.straights
+    turned = legs.limits.direction * speed[:, None] - legs.velocity_m_s
+    level = np.hypot(legs.limits.direction[:, 0], legs.limits.direction[:, 1])
+    lag_s = pace.lag_s(speed, level * straights.peak_m_s, np.hypot(turned[:, 0], turned[:, 1]))
+    turn_s = np.where(pausing, turn_s, turn_s + lag_s)
     leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
     after = legs.limits.direction * np.where(pausing, 0.0, leaving)[:, None]
     count = len(move)
@@ -114,6 +85,7 @@ def _add_turns(
         level_m_s=layout.speed_m_s,
         upright_m_s=np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
     )
+    turning_pace = pace.between(speed, np.hypot(after[:, 0], after[:, 1]))
     for duration, coefficients in curves.parts(turn_s):
         pieces.add_cubics(
             Places(
@@ -121,7 +93,7 @@ def _add_turns(
                 order=np.full(count, _TURN),
                 slot=np.where(pausing, PAUSE, RAMP),
                 duration_s=duration,
-                pace=np.full(count, pace),
+                pace=turning_pace,
             ),
             coefficients,
         )
@@ -131,7 +103,7 @@ def _add_turns(
             move=move,
             order=np.full(count, _PAUSE),
             slot=np.full(count, PAUSE),
-            duration_s=legs.turn_s - turn_s,
+            duration_s=np.where(pausing, legs.turn_s - turn_s, 0.0),
             pace=np.ones(count),
         ),
         Lines(
@@ -145,7 +117,7 @@ def _add_turns(
 
 
 def _add_changes(
-    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: float
+    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: Pace
 ) -> FloatArray:
     """Add ramps and the onsets of braking; return how far along their legs cruises begin. (n,) [m]
 
@@ -189,8 +161,12 @@ def _add_changes(
     before = np.where(straights.cruise_m > 0.0, CRUISE, BRAKE)
     slot = np.empty(duration.shape, dtype=np.intp)
     slot[:3], slot[3], slot[4:] = RAMP, before, BRAKE
-    paces = np.ones_like(duration)
-    paces[:3] = np.where(sign < 0.0, 1.0, pace)
+    level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
+    after = speed + duration * (acceleration + 0.5 * jerks * duration)
+    paces = pace.between(level * speed, level * after)
+    # Braking, the vehicle is ahead of its trajectory.
+    paces[:3] = np.where((sign < 0.0) & ~steep, 1.0, paces[:3])
+    paces[4:] = np.where(steep, paces[4:], 1.0)
     order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])
     part, row = np.nonzero(duration > 0.0)
     direction = limits.direction[row]
@@ -200,7 +176,7 @@ def _add_changes(
             order=order[part],
             slot=np.where(steep, RAMP, slot)[part, row],
             duration_s=duration[part, row],
-            pace=np.where(steep, pace, paces)[part, row],
+            pace=paces[part, row],
         ),
         Lines(
             place_m=legs.straight_m[row] + direction * way[part, row, None],
@@ -221,11 +197,12 @@ def _add_steady_parts(
     cruise_from_m: FloatArray,
     *,
     steep: BoolArray,
-    pace: float,
+    pace: Pace,
 ) -> None:
     """Add what is flown at constant speed: cruises, and between and behind braking."""
     limits, straights = legs.limits, legs.straights
-    near_m = limits.way_m(straights.crossing_m_s, straights.near)
+    near_m = straights.near_way_m(limits, straights.crossing_m_s)
+    level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
     for order, slot, speed, way, begins in (
         (_CRUISE, CRUISE, straights.peak_m_s, straights.cruise_m, cruise_from_m),
         (
@@ -247,13 +224,14 @@ def _add_steady_parts(
         if not len(row):
             continue
         zero, direction = np.zeros(len(row)), limits.direction[row]
+        paces = pace.between(level * speed, level * speed)
         pieces.add_lines(
             Places(
                 move=move[row],
                 order=np.full(len(row), order),
                 slot=np.where(steep[row], RAMP, slot),
                 duration_s=way[row] / speed[row],
-                pace=np.where(steep[row], pace, 1.0),
+                pace=np.where(steep[row] | (slot == CRUISE), paces[row], 1.0),
             ),
             Lines(
                 place_m=legs.straight_m[row] + direction * begins[row, None],
@@ -265,49 +243,63 @@ def _add_steady_parts(
         )
 
 
-def _brake_law(legs: Legs, law: IntArray, start_m_s: FloatArray) -> BrakeLaw:
-    """Return the braking of legs by one of their laws, from speeds on."""
+def _brake_law(legs: Legs, law: IntArray, half_b_m_s: FloatArray, beyond_m: FloatArray) -> BrakeLaw:
+    """Return the braking of legs by one of their laws, from their end speeds on."""
     limits = legs.limits
-    rows = np.arange(len(start_m_s))
-    a = limits.brake_m_s2[rows, law]
-    aim = legs.straight_m + limits.direction * (limits.length_m + limits.tail_m)[:, None]
+    rows = np.arange(len(law))
+    way = limits.length_m + limits.tail_m + beyond_m
     return BrakeLaw(
-        aim_m=aim,
+        aim_m=legs.straight_m + limits.direction * way[:, None],
         direction=limits.direction,
-        start_m_s=start_m_s,
+        start_m_s=legs.straights.end_m_s,
         final_m_s=limits.final_m_s[rows, law],
-        acceleration_m_s2=a,
-        half_b_m_s=half_b_m_s(a, limits.brake_m_s3[rows, law]),
-        rate=np.ones_like(start_m_s),
+        acceleration_m_s2=limits.brake_m_s2[rows, law],
+        half_b_m_s=half_b_m_s,
+        rate=np.ones(len(law)),
     )
 
 
 def _add_brakes(
-    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: float
+    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: Pace
 ) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
-    for order, law, start, end in (
-        (_FAR, straights.far, straights.joined_m_s, straights.crossing_m_s),
-        (_NEAR, straights.near, straights.crossing_m_s, straights.end_m_s),
+    for order, law, half_b, start, end in (
+        (
+            _FAR,
+            straights.far,
+            straights.half_b_m_s[:, 0],
+            straights.joined_m_s,
+            straights.crossing_m_s,
+        ),
+        (
+            _NEAR,
+            straights.near,
+            straights.half_b_m_s[:, 1],
+            straights.crossing_m_s,
+            straights.end_m_s,
+        ),
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
         if not len(rows):
             continue
-        brake = _brake_law(legs.select(rows), law[rows], start[rows])
-        a, half_b = brake.acceleration_m_s2, brake.half_b_m_s
-        first, last = start[rows], end[rows]
-        time = braking_time_s(first, last, acceleration_m_s2=a, jerk_m_s3=2.0 * a**2 / half_b)
+        brake = replace(
+            _brake_law(legs.select(rows), law[rows], half_b[rows], straights.beyond_m[rows]),
+            start_m_s=start[rows],
+        )
+        a, first, last = brake.acceleration_m_s2, start[rows], end[rows]
+        level = np.hypot(brake.direction[:, 0], brake.direction[:, 1])
+        time = braking_time_s(first, last, acceleration_m_s2=a, half_b_m_s=brake.half_b_m_s)
         pieces.add_brakes(
             Places(
                 move=move[rows],
                 order=np.full(len(rows), order),
                 slot=np.where(steep[rows], RAMP, BRAKE),
                 duration_s=time,
-                pace=np.where(steep[rows], pace, 1.0),
+                pace=np.where(steep[rows], pace.between(level * first, level * last), 1.0),
             ),
             brake,
-            (first - last) * (first + last + 2.0 * half_b) / (2.0 * a),
+            (first - last) * (first + last + 2.0 * brake.half_b_m_s) / (2.0 * a),
         )
 
 
@@ -322,7 +314,12 @@ def add_holds(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters) -> N
         begin = legs.straight_m + legs.limits.direction * legs.limits.length_m[:, None]
         pieces.add_brakes(
             _hold_places(move, _HOLD, layout.hold_s[move]),
-            _brake_law(legs, legs.straights.near, legs.straights.end_m_s),
+            _brake_law(
+                legs,
+                legs.straights.near,
+                creeping_half_b_m_s(legs.limits, legs.straights),
+                np.zeros(len(move)),
+            ),
             ((legs.end_m - begin) * legs.limits.direction).sum(axis=1),
         )
     move = np.flatnonzero(holding & ~creeping)

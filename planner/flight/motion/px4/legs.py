@@ -230,6 +230,8 @@ def _unmoved(speed_m_s: FloatArray) -> Straights:
         held_m=zero.copy(),
         end_m_s=speed_m_s.copy(),
         final_m=zero.copy(),
+        half_b_m_s=np.ones((len(speed_m_s), 2)),
+        beyond_m=zero.copy(),
     )
 
 
@@ -246,7 +248,7 @@ def flight_times_s(flown: FlownMoves) -> FloatArray:
         np.where(brakes, joined, 1.0),
         np.where(brakes, end, 1.0),
         acceleration_m_s2=limits.brake_m_s2[rows, straights.far],
-        jerk_m_s3=limits.brake_m_s3[rows, straights.far],
+        half_b_m_s=straights.half_b_m_s[:, 0],
     )
     moving = flown.layout.is_leg & (limits.length_m > 0.0)
     braking_s = np.where(brakes, braking_s, 0.0) + straights.onset_s + straights.steady_s

@@ -75,18 +75,19 @@ def braking_time_s(
     final_m_s: FloatArray,
     *,
     acceleration_m_s2: FloatArray,
-    jerk_m_s3: FloatArray,
+    half_b_m_s: FloatArray,
 ) -> FloatArray:
-    """Return the time from one speed to a lower one along the braking law. [s]
+    """Return the time from one speed to a lower one along a braking law with this b/2. [s]
 
     Notes
     -----
-    t = (u₀ − u₁)/a + (2a/j) ln(u₀/u₁), the integral of −du (2u + b)/(2 a u).  Both speeds are greater
+    t = (u₀ − u₁)/a + (b/2a) ln(u₀/u₁), the integral of −du (2u + b)/(2 a u).  Both speeds are greater
     than zero.
     """
-    return (speed_m_s - final_m_s) / acceleration_m_s2 + (
-        2.0 * acceleration_m_s2 / jerk_m_s3
-    ) * np.log(speed_m_s / final_m_s)
+    time: FloatArray = (
+        speed_m_s - final_m_s + half_b_m_s * np.log(speed_m_s / final_m_s)
+    ) / acceleration_m_s2
+    return time
 
 
 def corner_speed_m_s(
