@@ -74,7 +74,7 @@ def test_the_way_kept_for_braking_allows_the_speed_it_is_kept_for(
 
 
 def test_slowing_down_in_steps_takes_as_long_as_in_one() -> None:
-    limits = {"acceleration_m_s2": np.array(3.0), "jerk_m_s3": np.array(4.0)}
+    limits = {"acceleration_m_s2": np.array(3.0), "half_b_m_s": np.array(4.5)}
     whole = braking_time_s(np.array(10.0), np.array(1.0), **limits)
     parts = braking_time_s(np.array(10.0), np.array(4.0), **limits) + braking_time_s(
         np.array(4.0), np.array(1.0), **limits
@@ -123,15 +123,6 @@ def test_only_stops_and_cruises_have_a_stopping_distance() -> None:
     assert cruising == pytest.approx(7.17, abs=0.01)
 
 
-def trailing_s(speed_m_s: float, a: float = 3.0, j: float = 4.0) -> float:
-    """Return how much sooner a smoothed speed comes down than the allowed one it trails.
-
-    It is u̇²/2j above with u̇ = 2 a u/(2u + b): the integral over the braking is (a/2j) ln((2v + b)/b).
-    """
-    b = 4.0 * a**2 / j
-    return a / (2.0 * j) * float(np.log((2.0 * speed_m_s + b) / b))
-
-
 @pytest.mark.parametrize("speed_m_s", [3.0, 5.0, 8.0, 12.0, 16.0])
 @pytest.mark.parametrize("length_m", [4.0, 8.0, 15.0, 25.0, 40.0, 60.0, 120.0])
 def test_legs_of_any_length_take_as_long_as_a_point_stepped_along_them(
@@ -143,9 +134,8 @@ def test_legs_of_any_length_take_as_long_as_a_point_stepped_along_them(
     motion = fly_px4((takeoff(), go(0.0, hold=30.0), there), parameters)
     end_s = motion.segments.end_s
     took = end_s[motion.arrival_segment[2]] - end_s[motion.arrival_segment[1]] - 30.0
-    longer = took - leg_time_s(length_m, speed_m_s)
-    # Two steps of a navigator at 20 Hz to either side.
-    assert -0.1 < longer < trailing_s(speed_m_s) + 0.1
+    # A peak that is hardly a cruise is left in one jerk here, in several there.
+    assert took == pytest.approx(leg_time_s(length_m, speed_m_s), abs=0.13)
 
 
 @settings(deadline=None, max_examples=25)
@@ -168,7 +158,7 @@ def test_legs_follow_acceleration_jerk_and_radius_as_a_stepped_point_does(
     took = end_s[motion.arrival_segment[2]] - end_s[motion.arrival_segment[1]] - 60.0
     stepped = leg_time_s(length_m, speed_m_s, acceleration_m_s2=a, jerk_m_s3=j, radius_m=radius_m)
     # A peak that is no cruise is left a little early or late, the more the softer the jerk.
-    assert -0.1 - 0.03 * took < took - stepped < trailing_s(speed_m_s, a, j) + 0.1
+    assert took == pytest.approx(stepped, rel=0.03, abs=0.1)
 
 
 def test_a_diagonal_is_sped_up_along_faster_than_an_axis() -> None:

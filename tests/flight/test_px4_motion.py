@@ -48,6 +48,8 @@ def leg_s(length_m: float, speed_m_s: float, *, a: float = A, j: float = J, r: f
     brake_m = (speed_m_s**2 + b * speed_m_s) / (2.0 * a)  # before the stop, where v is allowed
     last = 0.5 * (-b + math.sqrt(b**2 + 8.0 * a * r))
     braking = (speed_m_s - last) / a + 2.0 * a / j * math.log(speed_m_s / last)
+    # Flown is u + u̇²/2j, u̇ = 2 a u/(2 u + b): sooner by the integral of u̇²/2j dt/u.
+    braking -= a / (2.0 * j) * math.log((2.0 * speed_m_s + b) / (2.0 * last + b))
     ramp = speed_m_s / (2.0 * a) + a / (2.0 * j)
     return (length_m - r) / speed_m_s + ramp + braking - (brake_m - r) / speed_m_s
 

@@ -104,6 +104,8 @@ def height_change_s(way_m: float, v: float, *, a: float, j: float, r: float = 0.
     last = math.sqrt(half_b**2 + 2.0 * a * r) - half_b
     ramp = v / a + a / j if v >= a**2 / j else 2.0 * math.sqrt(v / j)
     braking = (v - last) / a + 2.0 * a / j * math.log(v / last)
+    # Flown is u + u̇²/2j, u̇ = 2 a u/(2 u + b): sooner by the integral of u̇²/2j dt/u.
+    braking -= a / (2.0 * j) * math.log((v + half_b) / (last + half_b))
     before = v * (v + 2.0 * half_b) / (2.0 * a)
     return ramp + braking + (way_m - 0.5 * v * ramp - before) / v
 

@@ -213,9 +213,15 @@ class _Descents:
     def standing_from_s(self) -> FloatArray:
         """Return from when trajectories stand still over the place landed on. (k,) [s]"""
         off = np.hypot(self.offset_m[:, 0], self.offset_m[:, 1])
-        creeping_s = np.log(np.maximum(off / _STANDS_M, 1.0)) / self.settling_per_s
+        moves = off > _STANDS_M
+        creeping_s = np.divide(
+            np.log(np.maximum(off / _STANDS_M, 1.0)),
+            self.settling_per_s,
+            out=np.zeros_like(off),
+            where=moves,
+        )
         fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
-        return np.where(fine | (off == 0.0), creeping_s, np.inf)
+        return np.where(fine | ~moves, creeping_s, np.inf)
 
     def add_to(self, pieces: Pieces, move: IntArray, pace: Pace) -> None:
         """Add the parts as pieces, each at its mean pace."""

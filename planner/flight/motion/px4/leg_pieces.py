@@ -68,10 +68,6 @@ def _add_turns(
     )
     turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
     straights = legs.straights
-    turned = legs.limits.direction * speed[:, None] - legs.velocity_m_s
-    level = np.hypot(legs.limits.direction[:, 0], legs.limits.direction[:, 1])
-    lag_s = pace.lag_s(speed, level * straights.peak_m_s, np.hypot(turned[:, 0], turned[:, 1]))
-    turn_s = np.where(pausing, turn_s, turn_s + lag_s)
     leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
     after = legs.limits.direction * np.where(pausing, 0.0, leaving)[:, None]
     count = len(move)
@@ -85,7 +81,10 @@ def _add_turns(
         level_m_s=layout.speed_m_s,
         upright_m_s=np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
     )
-    turning_pace = pace.between(speed, np.hypot(after[:, 0], after[:, 1]))
+    turned = np.where(pausing[:, None], 0.0, after - legs.velocity_m_s)
+    turning_pace = pace.lagging(
+        turn_s, speed, np.hypot(after[:, 0], after[:, 1]), np.hypot(turned[:, 0], turned[:, 1])
+    )
     for duration, coefficients in curves.parts(turn_s):
         pieces.add_cubics(
             Places(
@@ -103,7 +102,7 @@ def _add_turns(
             move=move,
             order=np.full(count, _PAUSE),
             slot=np.full(count, PAUSE),
-            duration_s=np.where(pausing, legs.turn_s - turn_s, 0.0),
+            duration_s=legs.turn_s - turn_s,
             pace=np.ones(count),
         ),
         Lines(
@@ -144,7 +143,14 @@ def _add_changes(
         )
     )
     acceleration = np.stack(
-        (ramp_jerk * begun, accelerated, accelerated, zero, -jerk * kept, -limits.ramp_m_s2)
+        (
+            ramp_jerk * begun,
+            accelerated,
+            accelerated,
+            zero,
+            -jerk * kept,
+            -jerk * straights.onset_s,
+        )
     )
     jerks = np.stack((ramp_jerk, zero, -ramp_jerk, -jerk, -jerk, zero))
     speed = np.empty_like(duration)
@@ -164,7 +170,10 @@ def _add_changes(
     level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
     after = speed + duration * (acceleration + 0.5 * jerks * duration)
     paces = pace.between(level * speed, level * after)
-    # Braking, the vehicle is ahead of its trajectory.
+    lagging = pace.lagging(duration[:3], level * speed[:3], level * after[:3], 0.0 * speed[:3])
+    # Braking, the vehicle is ahead of its trajectory; what it lags by from standing, it nearly is ahead
+    # by at the next stop.
+    paces[:3] = np.where(steep | (legs.turn_s == 0.0), paces[:3], lagging)
     paces[:3] = np.where((sign < 0.0) & ~steep, 1.0, paces[:3])
     paces[4:] = np.where(steep, paces[4:], 1.0)
     order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])

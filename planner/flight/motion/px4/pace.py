@@ -51,6 +51,8 @@ class Pace:
     """ē/MPC_XY_ERR_MAX. [-]"""
     half_speed_m_s: float
     """v₀: speed at which half of the slowing down is left. [m s⁻¹]"""
+    lag_s: float
+    """Time by which the vehicle lags as far as it is lost. [s]"""
     wander_m_s: float
     """Ground speed of the vehicle where its trajectory stands. [m s⁻¹]"""
 
@@ -71,9 +73,11 @@ class Pace:
             )
             raise ValueError(msg)
         gain = parameters.position_gain_per_s
+        lag_m = _LAG_S * parameters.acceleration_m_s2 / gain
         return cls(
             share=share,
             half_speed_m_s=2.0 / math.pi * gain * parameters.position_error_max_m,
+            lag_s=_LAG_S * min(hover_noise_m / lag_m, 1.0),
             wander_m_s=_WANDER_SHARE * gain * hover_noise_m,
         )
 
@@ -99,29 +103,40 @@ class Pace:
         pace: FloatArray = 1.0 - 0.5 * self.share * self.half_speed_m_s / low * mean
         return pace
 
-    def lag_s(
-        self, first_m_s: FloatArray, last_m_s: FloatArray, turned_m_s: FloatArray
+    def lagging(
+        self,
+        duration_s: FloatArray,
+        first_m_s: FloatArray,
+        last_m_s: FloatArray,
+        turned_m_s: FloatArray,
     ) -> FloatArray:
-        """Return the time trajectories lose to a vehicle that lags where they speed up. [s]
+        """Return the mean pace where a vehicle speeds up or turns.
 
         Parameters
         ----------
+        duration_s : ndarray
+            In the trajectory's time. [s]
         first_m_s, last_m_s : ndarray
             Horizontal speeds before and after. [m s⁻¹]
         turned_m_s : ndarray
-            Change of the velocity's direction before, as the length of a velocity. [m s⁻¹]
+            Length of the change of the velocity in a turn. [m s⁻¹]
 
         Notes
         -----
-        Accelerating at a the vehicle's speed lags by _LAG_S a, so that ẋ = _LAG_S a − MPC_XY_P x − v x/E,
-        E = MPC_XY_ERR_MAX.  At rest x/E = _LAG_S a/(MPC_XY_P E + v), which sums up to _LAG_S
-        ln((MPC_XY_P E + v₂)/(MPC_XY_P E + v₁)).  In a turn the lag is across the way as well, _LAG_S
-        |a|/MPC_XY_P, and the vehicle is behind for half of it: _LAG_S |Δv|/(2 MPC_XY_P E).
+        Accelerating at a the vehicle lags: ẋ = w + T a − MPC_XY_P x − v x/E, T = _LAG_S, E = MPC_XY_ERR_MAX.
+        At rest x/E = T a/(MPC_XY_P E + v), which sums up to T ln((MPC_XY_P E + v₂)/(MPC_XY_P E + v₁)).  In
+        a turn the lag, T |a|/MPC_XY_P, is across the way and the vehicle behind for half of it: T |Δv|/(2
+        MPC_XY_P E).  As braking puts it ahead by as much before, that is only lost with a noise as large
+        as the lag itself, and with none next to nothing.
         """
         catching_m_s = 0.5 * math.pi * self.half_speed_m_s
         gained = np.log1p(np.maximum(last_m_s - first_m_s, 0.0) / (catching_m_s + first_m_s))
-        lag: FloatArray = _LAG_S * (gained + 0.5 * turned_m_s / catching_m_s)
-        return lag
+        lag = self.lag_s * (gained + 0.5 * turned_m_s / catching_m_s)
+        flown = duration_s / self.between(first_m_s, last_m_s) + lag
+        pace: FloatArray = np.divide(
+            duration_s, flown, out=np.ones_like(flown), where=duration_s > 0.0
+        )
+        return pace
 
     def wandered_m(self, time_s: FloatArray, way_m: FloatArray) -> FloatArray:
         """Return how much longer than their ways on the map flights of some time are. [m]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _ROUNDS = 6
 """Newton's steps on a smooth rising function, from above: to millimetres."""
-_VANISHING_M_S = 1e-9
+_SOFTER = 1.0 + 1e-6
 _LEAST_SHARE, _MOST_SHARE = 0.2, 5.0
 """Bounds of b'/b. [-]"""
 
@@ -40,7 +40,7 @@ class Straights(Columns):
     onset_s: FloatArray
     """Time in which the deceleration grows at limited jerk."""
     steady_s: FloatArray
-    """Time at the greatest deceleration."""
+    """Time at the deceleration it has grown to."""
     joined_m_s: FloatArray
     """Speed at which braking joins the allowed speed."""
     far: IntArray
@@ -275,12 +275,8 @@ class _Followed:
         true_half_b = half_b_m_s(limits.brake_m_s2, limits.brake_m_s3)
         b = 2.0 * true_half_b[rows, far]
 
-        # Both laws trailed alike, where one takes over from the other.
-        moving = np.maximum(speed, _VANISHING_M_S)
-        share = (2.0 * a * left + final**2 - moving**2) / (moving * b)
-        half_b = true_half_b * np.clip(share, _LEAST_SHARE, 1.0)[:, None]
-        crossing = np.maximum(_crossings_m_s(limits, far, near, half_b), final)
-        end = _law_speeds_m_s(limits, near, half_b, tail)
+        crossing = np.maximum(_crossings_m_s(limits, far, near), final)
+        end = limits.lowest_allowed_m_s(tail)
         crosses = (far != near) & (crossing > end) & (crossing <= speed)
 
         # One law: through where it is joined and where it leaves.
@@ -293,9 +289,8 @@ class _Followed:
         lone_end = np.sqrt(np.maximum(square, alone**2)) - alone
         lone_beyond = (speed * (speed + 2.0 * alone) - final**2) / (2.0 * a) - left
 
-        pair = np.column_stack((half_b[rows, far], half_b[rows, near]))
-        leaves = np.where(crossing < speed, _ways_m(limits, far, pair[:, 0], crossing), left)
-        held = leaves - _ways_m(limits, near, pair[:, 1], crossing)
+        leaves = np.where(crossing < speed, limits.way_m(crossing, far), left)
+        held = leaves - limits.way_m(crossing, near)
         return cls(
             far=far,
             near=np.where(crosses, near, far),
@@ -303,11 +298,13 @@ class _Followed:
             held_m=np.where(crosses, np.maximum(held, 0.0), 0.0),
             end_m_s=np.where(crosses, end, lone_end),
             final_m=np.where(
-                crosses,
-                np.maximum(_ways_m(limits, near, pair[:, 1], end) - tail, 0.0),
-                leaves_m - tail,
+                crosses, np.maximum(limits.way_m(end, near) - tail, 0.0), leaves_m - tail
             ),
-            half_b_m_s=np.where(crosses[:, None], pair, alone[:, None]),
+            half_b_m_s=np.where(
+                crosses[:, None],
+                np.column_stack((true_half_b[rows, far], true_half_b[rows, near])),
+                alone[:, None],
+            ),
             beyond_m=np.where(crosses, 0.0, lone_beyond),
         )
 
@@ -338,29 +335,9 @@ def _leaving(
     return np.where(within, met, tail), np.where(within, final, allowed + above)
 
 
-def _law_speeds_m_s(
-    limits: Limits, law: IntArray, half_b_m_s: FloatArray, left_m: FloatArray
-) -> FloatArray:
-    """Return the speeds laws have with other half b at distances from their targets. (n,)"""
-    rows = np.arange(len(law))
-    a, final, half_b = limits.brake_m_s2[rows, law], limits.final_m_s[rows, law], half_b_m_s[rows, law]
-    speed = np.sqrt(half_b**2 + 2.0 * a * left_m + final**2) - half_b
-    return np.maximum(speed, final)
-
-
-def _ways_m(
-    limits: Limits, law: IntArray, half_b_m_s: FloatArray, speed_m_s: FloatArray
-) -> FloatArray:
-    """Return how far before the target laws with other half b have speeds. (n,) [m]"""
-    rows = np.arange(len(law))
-    a, final = limits.brake_m_s2[rows, law], limits.final_m_s[rows, law]
-    way: FloatArray = (speed_m_s * (speed_m_s + 2.0 * half_b_m_s) - final**2) / (2.0 * a)
-    return way
-
-
 @frozen(eq=False)
 class _Onsets(Columns):
-    """The beginnings of braking: deceleration at limited jerk, then the greatest."""
+    """The beginnings of braking: deceleration at limited jerk, then a steady one."""
 
     onset_s: FloatArray
     steady_s: FloatArray
@@ -382,13 +359,15 @@ def _onsets(
     limits, peak, begins = limits.select(rows), peak_m_s[rows], begins_m[rows]
     a, j, tail = limits.ramp_m_s2, limits.ramp_m_s3, limits.tail_m
 
-    # Until full deceleration, or no speed left to lose, unless the speed is allowed before.
-    whole = np.minimum(a / j, np.sqrt(peak / j))
+    # Until full deceleration, or no speed left to lose, unless the speed is allowed before: trailing,
+    # that with its deceleration taken back, which has fallen twice as far.
+    trails = _trails(limits, begins)
+    fall = np.where(trails, 1.0, 0.5) * j
+    whole = np.minimum(a / j, np.sqrt(peak / fall))
 
     def shortfall_m_s(time: FloatArray, at: IntArray | slice = slice(None)) -> FloatArray:
         here = np.maximum(begins[at] - time * (peak[at] - j[at] * time**2 / 6.0), 0.0)
-        # With its deceleration taken back the speed has fallen twice as far.
-        short: FloatArray = some.lowest_allowed_m_s(here) - (peak[at] - j[at] * time**2)
+        short: FloatArray = some.lowest_allowed_m_s(here) - (peak[at] - fall[at] * time**2)
         return short
 
     some, time = limits, whole.copy()
@@ -406,15 +385,16 @@ def _onsets(
         )
     now = peak - 0.5 * j * time**2
     here = begins - time * (peak - j * time**2 / 6.0)
-    # At full deceleration until the last of the laws allows the speed.
-    goes_on = (time >= whole * (1.0 - 1e-9)) & ~ends
-    joined = _joined_m_s(limits, now, here)
+    # At the deceleration there is by now until the last of the laws allows the speed.
+    goes_on = (trails | (time >= whole * (1.0 - 1e-9))) & ~ends
+    rate = np.maximum(j * time, 1e-9)
+    joined = _joined_m_s(limits, now, here, rate_m_s2=rate, trails=trails)
     joined = np.clip(joined, limits.final_m_s.min(axis=1, where=limits.binds, initial=np.inf), now)
-    after = here - (now**2 - joined**2) / (2.0 * a)
+    after = here - (now**2 - joined**2) / (2.0 * rate)
     short = after < tail
-    stopped = np.sqrt(np.maximum(now**2 - 2.0 * a * np.maximum(here - tail, 0.0), 0.0))
+    stopped = np.sqrt(np.maximum(now**2 - 2.0 * rate * np.maximum(here - tail, 0.0), 0.0))
     joined = np.where(short, stopped, joined)
-    steady[rows] = np.where(goes_on, (now - joined) / a, 0.0)
+    steady[rows] = np.where(goes_on, (now - joined) / rate, 0.0)
     onset[rows] = time
     speed[rows] = np.where(goes_on, joined, now)
     at_end = ends | (goes_on & short)
@@ -422,17 +402,36 @@ def _onsets(
     return _Onsets(onset_s=onset, steady_s=steady, speed_m_s=speed, left_m=left)
 
 
-def _joined_m_s(limits: Limits, speed_m_s: FloatArray, left_m: FloatArray) -> FloatArray:
-    """Return the speeds at which full deceleration comes down to what all laws let follow. (n,) [m s⁻¹]
+def _trails(limits: Limits, left_m: FloatArray) -> BoolArray:
+    """Return which straights are braked by one law, softer than the vehicle can brake. (n,)
 
-    That is u + c, c = u̇²/2j: full deceleration eases off to u̇ meanwhile.  With 2 d = 2 d₀ − (v₀² − v²)/a,
+    What asks for more is braked at full deceleration, not trailed.
+    """
+    far = np.argmin(limits.allowed_m_s(left_m), axis=1)
+    near = np.argmin(limits.allowed_m_s(limits.tail_m), axis=1)
+    softer = limits.brake_m_s2[np.arange(len(far)), far] <= limits.ramp_m_s2 * _SOFTER
+    trails: BoolArray = (far == near) & softer
+    return trails
+
+
+def _joined_m_s(
+    limits: Limits,
+    speed_m_s: FloatArray,
+    left_m: FloatArray,
+    *,
+    rate_m_s2: FloatArray,
+    trails: BoolArray,
+) -> FloatArray:
+    """Return the speeds at which a deceleration comes down to what all laws allow. (n,) [m s⁻¹]
+
+    Trailing, that is u + c, c = u̇²/2j: the deceleration a eases off to u̇ meanwhile.  With 2 d = 2 d₀ − (v₀² − v²)/a,
     ((v − c)² + 2 (b/2) (v − c) − v_f²)/a_k = 2 d, first for no c, then for that of the u it gives.
     """
-    a, law = limits.ramp_m_s2[:, None], limits.brake_m_s2
+    a, law = rate_m_s2[:, None], limits.brake_m_s2
     half_b = half_b_m_s(law, limits.brake_m_s3)
     p = 1.0 / law - 1.0 / a
     twice = speed_m_s[:, None] ** 2 / a - 2.0 * left_m[:, None]
-    joined = trailing = np.zeros_like(law)
+    joined = trailing = square = np.zeros_like(law)
     for _ in range(2):
         q = (half_b - trailing) / law
         taken = (trailing * (trailing - 2.0 * half_b) - limits.final_m_s**2) / law
@@ -442,20 +441,19 @@ def _joined_m_s(limits: Limits, speed_m_s: FloatArray, left_m: FloatArray) -> Fl
         joined = np.divide(-r, q + root, out=np.zeros_like(r), where=q + root > 0.0)
         joined = np.maximum(joined, limits.final_m_s)
         rate = law * joined / (joined + half_b)
-        trailing = 0.5 * rate**2 / limits.brake_m_s3
+        trailing = np.where(trails[:, None], 0.5 * rate**2 / limits.brake_m_s3, 0.0)
     # Without a crossing a law that brakes harder than the vehicle allows every speed.
     lowest: FloatArray = np.where(limits.binds & (square >= 0.0), joined, np.inf).min(axis=1)
     return lowest
 
 
-def _crossings_m_s(
-    limits: Limits, far: IntArray, near: IntArray, half_b_m_s: FloatArray
-) -> FloatArray:
+def _crossings_m_s(limits: Limits, far: IntArray, near: IntArray) -> FloatArray:
     """Return the speeds at which two braking laws allow the same; −1 where there is none."""
     rows = np.arange(len(far))
 
     def terms(law: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        a, half_b = limits.brake_m_s2[rows, law], half_b_m_s[rows, law]
+        a = limits.brake_m_s2[rows, law]
+        half_b = half_b_m_s(a, limits.brake_m_s3[rows, law])
         return 1.0 / a, half_b / a, limits.final_m_s[rows, law] ** 2 / a
 
     (a1, b1, c1), (a2, b2, c2) = terms(far), terms(near)
