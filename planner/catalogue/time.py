@@ -92,13 +92,16 @@ NOISE_ASSUMED = Rule(
     summary="How noisy the vehicle's position is was taken from its model.",
     why=(
         "PX4 slows its trajectory down while the vehicle is off it: flights of one vehicle took up to "
-        "6 % longer with a noisy position than with a quiet one."
+        "6 % longer with a noisy position than with a quiet one, and wandered 0.2 m/s in a hover."
     ),
     how=(
-        "Climbs, descents, turns and speeding up take 1/(1 − e/(2 MPC_XY_ERR_MAX)) as long, a landing "
-        "from standing 1/(1 − e/MPC_XY_ERR_MAX), with e the mean horizontal error in a hover."
+        "With e the mean horizontal error in a hover, E = MPC_XY_ERR_MAX and P = MPC_XY_P time passes "
+        "by e/2E more slowly in climbs and descents, by (e/2E)/(1 + v/v0), v0 = 2PE/π, at a speed v, and by "
+        "e/E in a landing once it stands over its place at home; a turn and what speeds up after it take up "
+        "to 0.1 s (ln((PE + v2)/(PE + v1)) + |Δv|/2PE) longer.  The distance holds 0.7 P e a second of "
+        "wandering (totals.wander_m)."
     ),
-    example="a position noise of 0.08 m is taken from px4-sih-quad: PX4 slows down for it",
+    example="a position noise of 0.31 m is taken from px4-sih-quad: PX4 slows down for it and wanders",
     fix="give the mean position error of a hover from a log of the vehicle with --position-noise",
 )
 

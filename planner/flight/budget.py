@@ -34,6 +34,7 @@ class Totals:
 
     time_s: float
     distance_m: float
+    """Over the ground, what the vehicle wanders about its way included. [m]"""
     climb_m: float
     descent_m: float
     energy_wh: float
@@ -49,6 +50,8 @@ class Totals:
     time_s_p90: float | None = None
     charge_mah_p10: float | None = None
     charge_mah_p90: float | None = None
+    wander_m: float = 0.0
+    """Share of the distance that no segment has: PX4 wanders with a noisy position. [m]"""
 
 
 @frozen
@@ -143,13 +146,14 @@ def flight_totals(
         charge_ah = energy_wh / battery.voltage_v
     return Totals(
         time_s=flight.time_s,
-        distance_m=float(columns.distance_m.sum()),
+        distance_m=float(columns.distance_m.sum()) + flight.motion.wander_m,
         climb_m=float(columns.climb_m[columns.climb_m > 0.0].sum()),
         descent_m=float(-columns.climb_m[columns.climb_m < 0.0].sum()),
         energy_wh=energy_wh,
         charge_mah=(None if charge_ah is None else charge_ah * MILLIAMPERE_HOURS_PER_AMPERE_HOUR),
         mean_power_w=flight.energy_j / flight.time_s if flight.time_s > 0.0 else 0.0,
         peak_power_w=flight.peak_power_w,
+        wander_m=flight.motion.wander_m,
     )
 
 

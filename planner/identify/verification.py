@@ -241,7 +241,7 @@ def _predicted(flight: Flight, *, has_power: bool) -> Figures:
     return Figures(
         time_s=flight.time_s,
         energy_wh=wh_from_j(flight.energy_j) if has_power else None,
-        distance_m=float(flight.motion.segments.distance_m.sum()),
+        distance_m=float(flight.motion.segments.distance_m.sum()) + flight.motion.wander_m,
     )
 
 

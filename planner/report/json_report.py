@@ -45,6 +45,7 @@ _TOTALS_KEYS = (
     "time_s_p90",
     "charge_mah_p10",
     "charge_mah_p90",
+    "wander_m",
 )
 _BATTERY_KEYS = (
     "capacity_wh",

@@ -388,7 +388,7 @@ def _noise_findings(vehicle: VehicleModel, flown_by: Autopilot) -> list[Finding]
     return [
         NOISE_ASSUMED.finding(
             f"a position noise of {vehicle.position_noise_m:g} m is taken from {vehicle.name}: "
-            "PX4 slows down for it"
+            "PX4 slows down for it and wanders"
         )
     ]
 

@@ -107,6 +107,8 @@ class Motion:
     """For each stage the last segment that serves it; −1 for none. (stages,)"""
     piece_is_grounded: BoolArray | None = None
     """Whether a piece stands on the ground with idle motors, at no power; ``None``: none does. (p,)"""
+    wander_m: float = 0.0
+    """Way beyond that of the segments, which a vehicle wanders about them. [m]"""
     findings: tuple[Finding, ...] = ()
 
     def piece_start_s(self) -> FloatArray:

@@ -81,9 +81,9 @@ def fly_px4(
 
     Notes
     -----
-    Motion is that of the trajectory PX4 lets the vehicle follow.  What it leaves out was measured and
-    nearly cancels: braking, the smoothed speed trails the allowed one (stops up to 0.4 s sooner); speeding
-    up, the vehicle trails the trajectory, which waits for it (starts 0.2 to 0.3 s later).
+    Motion is that of the trajectory PX4 lets the vehicle follow.  What it leaves out was measured in ten
+    stops and nearly cancels: braking, the vehicle is 0.4 m ahead of the trajectory (there 0.3 s sooner);
+    starting from standing, it lags and the trajectory waits for it (0.2 s later).
     """
     motion = _fly(
         moves_of_stages(stages, parameters),
@@ -199,8 +199,16 @@ def _fly(
         arrival_segment=done,
         done_segment=done,
         piece_is_grounded=ordered.is_grounded,
+        wander_m=_wander_m(ordered, pace),
         findings=findings,
     )
+
+
+def _wander_m(ordered: Ordered, pace: Pace) -> float:
+    """Return how much longer than their segments noise makes flights. [m]"""
+    flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
+    segment_s = np.bincount(ordered.segment, flying_s, minlength=len(ordered.segment_s))
+    return float(pace.wandered_m(segment_s.astype(np.float64), ordered.segment_distance_m).sum())
 
 
 def _stage_segments(ordered: Ordered, moves: Moves, stages: int) -> IntArray:

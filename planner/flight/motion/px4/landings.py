@@ -221,7 +221,7 @@ class _Descents:
             where=moves,
         )
         fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
-        return np.where(fine | ~moves, creeping_s, np.inf)
+        return np.where(fine, creeping_s, np.inf)
 
     def add_to(self, pieces: Pieces, move: IntArray, pace: Pace) -> None:
         """Add the parts as pieces, each at its mean pace."""
