@@ -80,6 +80,7 @@ FIGURES: tuple[tuple[str, tuple[Quantity, ...]], ...] = (
             Quantity("totals.time_s_p10", "8 of 10 flights: from", numbers.duration),
             Quantity("totals.time_s_p90", "8 of 10 flights: to", numbers.duration),
             Quantity("totals.distance_m", "Distance", numbers.distance),
+            Quantity("totals.wander_m", "of it wandered", numbers.distance),
             Quantity("totals.climb_m", "Climb", numbers.height),
             Quantity("totals.descent_m", "Descent", numbers.height),
         ),
