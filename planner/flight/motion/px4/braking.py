@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 _ROUNDS = 6
 """Newton's steps on a smooth rising function, from above: to millimetres."""
 _SOFTER = 1.0 + 1e-6
-_LEAST_SHARE, _MOST_SHARE = 0.2, 5.0
-"""Bounds of b'/b. [-]"""
+_LEAST_SHARE = 0.2
+"""Least of b'/b, the greatest being 1. [-]"""
+_SLOWER = 1e-6
+"""Share of a speed by which it is no slower. [-]"""
 
 
 def root(
@@ -203,10 +205,13 @@ class Followed:
 
         # One law: through where it is joined and where it leaves.
         leaves_m, leaves_m_s = _leaving(limits, far, left)
-        slower = np.maximum(speed - leaves_m_s, 1e-6 * (1.0 + speed))
-        kept = np.maximum(left - leaves_m, 0.0)
-        alone = (2.0 * a * kept - slower * (speed + leaves_m_s)) / slower
-        alone = 0.5 * np.clip(alone, _LEAST_SHARE * b, _MOST_SHARE * b)
+        slower = np.maximum(speed - leaves_m_s, 0.0)
+        # With b' = b; what is left then is flown at the speed it leaves with.
+        kept = slower * (speed + leaves_m_s + b) / (2.0 * a)
+        kept = np.minimum(kept, np.maximum(left - leaves_m, 0.0))
+        brakes = slower > _SLOWER * (1.0 + speed)
+        twice = np.divide(2.0 * a * kept, slower, out=speed + leaves_m_s + b, where=brakes)
+        alone = 0.5 * np.clip(twice - speed - leaves_m_s, _LEAST_SHARE * b, b)
         square = (speed + alone) ** 2 - 2.0 * a * kept
         lone_end = np.sqrt(np.maximum(square, alone**2)) - alone
         lone_beyond = (speed * (speed + 2.0 * alone) - final**2) / (2.0 * a) - left
@@ -220,7 +225,7 @@ class Followed:
             held_m=np.where(crosses, np.maximum(held, 0.0), 0.0),
             end_m_s=np.where(crosses, end, lone_end),
             final_m=np.where(
-                crosses, np.maximum(limits.way_m(end, near) - tail, 0.0), leaves_m - tail
+                crosses, np.maximum(limits.way_m(end, near) - tail, 0.0), left - kept - tail
             ),
             half_b_m_s=np.where(
                 crosses[:, None],
