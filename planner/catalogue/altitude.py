@@ -123,14 +123,18 @@ TERRAIN_NOT_FOLLOWED = Rule(
     summary="ArduPilot follows the ground between two items; a straight line is predicted.",
     why=(
         "Heights above terrain are kept all along a leg: over hills the vehicle climbs and descends "
-        "more than its items say, and waits where the ground rises faster than it can climb "
-        "(AC_WPNav, WP_TER_MARGIN)."
+        "more than its items say.  That it slows down where the ground rises faster than it can climb "
+        "(AC_WPNav, WP_TER_MARGIN) is predicted for models flown by ArduPilot, what the climbs take is not."
     ),
     how=(
         "Legs to items in a terrain frame, flown by ArduPilot over known ground (--terrain) that "
         "lies more than 2 m off the line between the ground at both ends."
     ),
-    example="the ground on the way lies up to 23 m off the line predicted and is up to 31 % steep",
+    example=(
+        "the ground on the way lies up to 23 m off the line predicted and is up to 31 % steep: ArduPilot "
+        "follows it, more slowly where it cannot climb so fast; the energy of climbing and descending on "
+        "the way is not counted"
+    ),
     fix="put items where the ground bends, so that the legs lie along it",
 )
 

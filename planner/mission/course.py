@@ -116,34 +116,39 @@ class Course(Whereabouts):
     def _go(self, kind: StageKind, number: int, item: MissionItem, hold_s: float = 0.0) -> None:
         from_deg = (self.latitude_deg, self.longitude_deg)
         self.move_to(number, item)
+        ground_m: tuple[float, ...] = ()
         if item.frame in TERRAIN_FRAMES and self.meaning is Autopilot.ARDUPILOT:
-            self._look_at_ground(number, item, from_deg)
+            ground_m = self._followed_ground_m(number, item, from_deg)
         self.height_m = self.height_of_m(number, item)
         draft = self._add(kind, number)
+        draft.followed_ground_m = ground_m
         draft.hold_s = hold_s
         draft.yaw_deg = item.param4
         if kind is StageKind.GO and item.param2 is not None and item.param2 > 0.0:
             draft.acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
 
-    def _look_at_ground(
+    def _followed_ground_m(
         self, number: int, item: MissionItem, from_deg: tuple[float, float]
-    ) -> None:
-        """Tell of ground on the way that ArduPilot follows and a straight line does not."""
+    ) -> tuple[float, ...]:
+        """Return the ground on the way; tell of it where a straight line does not follow it."""
         if self.terrain is None:
-            return
+            return ()
         from planner.mission.terrain_following import ground_between
 
         ground = ground_between(self.terrain, from_deg, (self.latitude_deg, self.longitude_deg))
-        if ground is None or ground.off_line_m <= _GROUND_OFF_LINE_M:
-            return
-        self.remark(
-            TERRAIN_NOT_FOLLOWED,
-            number,
-            item,
-            f"the ground on the way lies up to {numbers.height(ground.off_line_m)} off the line "
-            f"predicted and is up to {numbers.percent(ground.steepest)} steep: ArduPilot follows it, "
-            "and slows down where it cannot climb so fast",
-        )
+        if ground is None:
+            return ()
+        if ground.off_line_m > _GROUND_OFF_LINE_M:
+            self.remark(
+                TERRAIN_NOT_FOLLOWED,
+                number,
+                item,
+                f"the ground on the way lies up to {numbers.height(ground.off_line_m)} off the line "
+                f"predicted and is up to {numbers.percent(ground.steepest)} steep: ArduPilot follows "
+                "it, more slowly where it cannot climb so fast; the energy of climbing and descending on "
+                "the way is not counted",
+            )
+        return ground.height_amsl_m
 
     def take_off(self, number: int, item: MissionItem) -> None:
         """Leave the ground."""

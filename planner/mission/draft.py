@@ -30,3 +30,4 @@ class Draft:
     yaw_deg: float | None = None
     turns: float = 0.0
     radius_m: float = 0.0
+    followed_ground_m: tuple[float, ...] = ()

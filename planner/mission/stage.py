@@ -64,6 +64,9 @@ class Stage:
     """Turns of a circle. [-]"""
     radius_m: float = 0.0
     """Radius of a circle; negative for counter-clockwise. [m]"""
+    followed_ground_m: tuple[float, ...] = ()
+    """Heights of the ground on the way, evenly spaced from its beginning to its end, where the vehicle
+    follows it. [m AMSL]"""
     rally_height_m: float = 0.0
     """Height above its ground of the rally point a return leads to; 0 for home. [m]"""
     way: ReturnWay | None = None

@@ -21,6 +21,8 @@ class GroundBetween(NamedTuple):
     """Farthest from the straight line that joins the ground at both ends. [m]"""
     steepest: float
     """Steepest rise or fall over horizontal distance. [-]"""
+    height_amsl_m: tuple[float, ...]
+    """Evenly spaced from one end to the other. [m AMSL]"""
 
 
 def ground_between(
@@ -50,4 +52,5 @@ def ground_between(
     return GroundBetween(
         off_line_m=float(np.abs(height - line).max()),
         steepest=float(np.abs(np.diff(height)).max()) * (_SAMPLES - 1) / length_m,
+        height_amsl_m=tuple(height.tolist()),
     )

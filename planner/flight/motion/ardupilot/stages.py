@@ -51,7 +51,7 @@ class StageColumns:
     edge_m: FloatArray
     """Where a circle begins; the place of all others. (n, 3) [m]"""
     speed_m_s: FloatArray
-    """Commanded horizontal speed. (n,) [m s⁻¹]"""
+    """Horizontal speed as commanded, or less where ground is followed. (n,) [m s⁻¹]"""
     climb_m_s: FloatArray
     descent_m_s: FloatArray
     hold_s: FloatArray
@@ -156,6 +156,21 @@ def stage_columns(
     start, end, edge = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed
     )
+    followed = [row for row, each in enumerate(stages) if each.followed_ground_m]
+    if followed:
+        from planner.flight.motion.ardupilot.terrain import followed_speed_m_s
+
+        rows = np.array(followed)
+        way = place[rows, :2] - start[rows, :2]
+        speed[rows] = followed_speed_m_s(
+            rows,
+            np.array([stages[row].followed_ground_m for row in followed]),
+            np.hypot(way[:, 0], way[:, 1]),
+            speed[rows],
+            climb_m_s=climb[rows],
+            descent_m_s=descent[rows],
+            parameters=parameters,
+        )
     takeoff = kind == KIND_INDEX[StageKind.TAKEOFF]
     landed = np.concatenate(([True], kind[:-1] == KIND_INDEX[StageKind.LAND]))
     through = is_kind(kind, StageKind.GO, StageKind.SPLINE)

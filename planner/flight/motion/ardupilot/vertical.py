@@ -25,7 +25,7 @@ _VERTICAL_JERK_M_S3 = 5.0
 """PSC_JERK_D (before 4.7 PSC_JERK_Z), its default. [m s⁻³]"""
 _HEIGHT_GAIN_PER_S = 1.0
 """PSC_D_POS_P (before 4.7 PSC_POSZ_P), its default. [s⁻¹]"""
-_BRAKING_SHARE = 0.5
+BRAKING_SHARE = 0.5
 """``shape_pos_vel_accel`` plans to stop with half the acceleration. [-]"""
 _DONE_SPEED_SHARE = 0.1
 """A take-off is complete within the stopping distance of this share of the climb speed. [-]"""
@@ -38,6 +38,11 @@ _LANDED_S = 1.6
 ``LAND_DETECTOR_TRIGGER_SEC`` 1.0. [s]"""
 _PLACED_S = 0.5
 """``placed_check_duration_ms``: a load must stand so long before it is let go. [s]"""
+
+
+def height_gain_per_s(parameters: ArduPilotParameters) -> float:
+    """Return the gain k = J/2A with which ``shape_pos_vel_accel`` approaches a height. [s⁻¹]"""
+    return 0.5 * _VERTICAL_JERK_M_S3 / parameters.vertical_acceleration_m_s2
 
 
 def takeoff(
@@ -102,8 +107,8 @@ def _climb(
     e is the stopping distance from a tenth of the climb speed.
     """
     full = parameters.vertical_acceleration_m_s2
-    braking = _BRAKING_SHARE * full
-    gain = _BRAKING_SHARE * _VERTICAL_JERK_M_S3 / full
+    braking = BRAKING_SHARE * full
+    gain = height_gain_per_s(parameters)
     ahead = full * braking / _VERTICAL_JERK_M_S3
     linear = braking / gain
     # V²/2A to speed up, V²/2b + b/2k² to slow down.

@@ -1,0 +1,132 @@
+"""ArduPilot over ground it follows: how much it slows down, by hand.
+
+By default it climbs at 2.5 m/s, descends at 1.5 m/s, changes either by 1 m/s², flies at 10 m/s, and slows
+down between 5 m and 10 m of error, half of WP_TER_MARGIN and all of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from ardupilot_missions import DEFAULTS, fly, go, states, takeoff, took_s
+from made_missions import item, mission, north, rtl
+from made_missions import takeoff as takeoff_item
+from made_terrain import ground
+
+from planner.flight.motion.ardupilot.terrain import followed_speed_m_s
+from planner.service import check
+from planner.vehicle.library import load_vehicle
+
+if TYPE_CHECKING:
+    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+
+def leg_s(
+    ground_m: list[float], length_m: float, parameters: ArduPilotParameters = DEFAULTS
+) -> float:
+    """Return the time of one leg at 10 m/s over ground."""
+    [speed] = followed_speed_m_s(
+        np.array([1]),
+        np.array([ground_m]),
+        np.array([length_m]),
+        np.array([10.0]),
+        climb_m_s=np.array([parameters.climb_speed_m_s]),
+        descent_m_s=np.array([parameters.descent_speed_m_s]),
+        parameters=parameters,
+    )
+    return length_m / float(speed)
+
+
+def steadily_s(rise_m: float, rate_m_s: float, slope: float, margin_m: float = 10.0) -> float:
+    """A long slope: all of the rise at the vertical limit but the error it is flown at in the end.
+
+    There the horizontal speed is limit/slope, of 10 m/s so much is left as 2 − e/(m/2); reaching the
+    limit with 1 m/s² loses half of the time it takes.
+    """
+    error_m = (2.0 - rate_m_s / slope / 10.0) * 0.5 * margin_m
+    return (rise_m - error_m) / rate_m_s + 0.5 * rate_m_s / 1.0
+
+
+@pytest.mark.parametrize(("slope", "length_m"), [(0.4, 2000.0), (0.6, 1500.0)])
+def test_a_long_rise_is_climbed_at_the_climb_speed(slope: float, length_m: float) -> None:
+    rise_m = slope * length_m
+    # Half a second: speeding up ends a little before the limit, along the square root.
+    assert leg_s([0.0, rise_m], length_m) == pytest.approx(steadily_s(rise_m, 2.5, slope), abs=0.5)
+
+
+def test_a_long_fall_is_descended_at_the_descent_speed() -> None:
+    assert leg_s([800.0, 0.0], 2000.0) == pytest.approx(steadily_s(800.0, 1.5, 0.4), abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "expected_s"),
+    [
+        (replace(DEFAULTS, climb_speed_m_s=2.0), steadily_s(800.0, 2.0, 0.4)),
+        (replace(DEFAULTS, terrain_margin_m=20.0), steadily_s(800.0, 2.5, 0.4, 20.0)),
+        (replace(DEFAULTS, terrain_margin_m=0.0), 200.0),  # it does not wait at all
+    ],
+    ids=["WP_SPD_UP", "WP_TER_MARGIN", "WP_TER_MARGIN 0"],
+)
+def test_each_parameter_moves_a_long_rise_as_the_law_says(
+    parameters: ArduPilotParameters, expected_s: float
+) -> None:
+    assert leg_s([0.0, 800.0], 2000.0, parameters) == pytest.approx(expected_s, abs=0.6)
+
+
+def test_a_slope_near_the_climb_speed_is_flown_at_the_error_it_needs() -> None:
+    # Shaped at sqrt(2 · 0.5 (e − 0.04)) = 2.4 m/s · (2 − e/5): e = 5.25 m, 95 % of 10 m/s.
+    assert leg_s([0.0, 2400.0], 10_000.0) == pytest.approx(10_000.0 / 9.5, rel=2e-3)
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.2])
+def test_a_gentle_slope_costs_nothing(slope: float) -> None:
+    # sqrt(5 − 0.04) = 2.23 m/s is climbed at an error of 5 m, where slowing down begins.
+    assert leg_s([0.0, 1000.0 * slope], 1000.0) == pytest.approx(100.0)
+
+
+def test_a_low_step_costs_nothing_however_steep() -> None:
+    step = [0.0] * 32 + [4.9] * 33
+    assert leg_s(step, 640.0) == pytest.approx(64.0)
+    assert leg_s([2.0 * height for height in step], 640.0) > 64.5
+
+
+def test_a_leg_begins_as_the_one_before_it_ended() -> None:
+    # Two halves of a long rise take as long as the whole: 400 m up each.
+    speeds = followed_speed_m_s(
+        np.array([1, 2]),
+        np.array([[0.0, 400.0], [400.0, 800.0]]),
+        np.array([1000.0, 1000.0]),
+        np.array([10.0, 10.0]),
+        climb_m_s=np.array([2.5, 2.5]),
+        descent_m_s=np.array([1.5, 1.5]),
+        parameters=DEFAULTS,
+    )
+    assert (1000.0 / speeds).sum() == pytest.approx(leg_s([0.0, 800.0], 2000.0), abs=0.1)
+
+
+def test_a_flight_over_a_ridge_takes_longer_and_a_level_one_does_not() -> None:
+    ridge = (0.0,) * 20 + (10.0, 20.0, 30.0, 40.0, 50.0, 40.0, 30.0, 20.0, 10.0) + (0.0,) * 20
+    there = go(1000.0, hold=1.0)
+    flat, level, steep = (
+        fly(takeoff(), replace(there, followed_ground_m=ground))
+        for ground in ((), (100.0,) * 49, ridge)
+    )
+    assert took_s(level, 1) == took_s(flat, 1)
+    # 50 m up at 2.5 m/s and down at 1.5 m/s, for 208 m at 10 m/s, less errors of some 8 m twice.
+    longer_s = took_s(steep, 1) - took_s(flat, 1)
+    assert longer_s == pytest.approx(42.0 / 2.5 + 42.0 / 1.5 - 20.8, rel=0.25)
+    assert states(steep) == states(flat)
+
+
+def test_a_checked_leg_over_terrain_is_slower_than_one_over_home() -> None:
+    def took(frame: int) -> float:
+        there = item(16, north(900.0), 30.0, frame=frame)
+        one = mission(takeoff_item(30.0), there, rtl())
+        vehicle = load_vehicle("arducopter-sitl-quad")
+        return check(one, vehicle, terrain=ground(100.0)).totals.time_s
+
+    # A wall of 100 m is overrun before the vehicle has slowed down; it then stands until it is over it.
+    assert took(10) - took(3) > 30.0
