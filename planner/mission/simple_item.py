@@ -290,7 +290,9 @@ class SimpleItemReader:
             and type(shown) in _NUMBER_TYPES
             and not altitude - _COPY_TOLERANCE_M <= shown <= altitude + _COPY_TOLERANCE_M
         ):
-            message = f"item {number} is shown at {shown:.10g} m and flown at {altitude:.10g} m"
+            # A whole number of JSON may be larger than any float.
+            text = describe(shown) if abs(shown) > LARGEST_LENGTH_M else f"{shown:.10g}"
+            message = f"item {number} is shown at {text} m and flown at {altitude:.10g} m"
             self._remarks.add(ALTITUDE_COPY, message, item=number, place=place)
         flown = ALTITUDE_MODE_OF_FRAME[frame]
         if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
