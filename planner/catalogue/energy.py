@@ -267,3 +267,62 @@ RESERVE_AT_RISK = Rule(
     example="12 % chance to land below the reserve of 20 %, more than 5 %",
     fix="leave more margin: fly less, or take a larger or fuller battery",
 )
+
+LIFT_UNKNOWN = Rule(
+    code="E120",
+    name="lift-unknown",
+    severity=Severity.ERROR,
+    summary="The flight takes far more thrust than the flights the model was identified on.",
+    why=(
+        "Power goes on growing in a model where the vehicle no longer leaves the ground: nothing in it "
+        "says how much the rotors can lift (ArduPilot #5244: nearly lost at 77 % of the throttle)."
+    ),
+    how=(
+        "Mass with payload over the heaviest of [valid_for] (else the model's own), times the thinnest "
+        "air of [valid_for] (else 1.225 kg/m³) over the air at the highest point of the flight: more than "
+        "1.5.  Thrust falls with the density of the air as weight grows."
+    ),
+    example=(
+        "8.50 kg in air of 1.18 kg/m³ takes 2.4 times the thrust of the flights the model was identified "
+        "on: whether the vehicle has it is not known"
+    ),
+    fix="carry less, fly lower, or identify the vehicle on such flights",
+)
+
+BATTERY_VOLTAGE_DIFFERS = Rule(
+    code="E121",
+    name="battery-voltage-differs",
+    severity=Severity.ERROR,
+    summary="The battery has another voltage than the one the vehicle flies with.",
+    why=(
+        "A battery of fewer cells does not turn the rotors fast enough, one of more burns the speed "
+        "controllers; mostly the battery of another vehicle was typed."
+    ),
+    how=(
+        "Nominal voltage of the battery over that of the model's own: less than 0.85 or more than 1.18, "
+        "so that one cell of six fewer is outside and another chemistry of as many cells is not."
+    ),
+    example="the battery has 14.8 V, that of arducopter-sitl-quad has 22.2 V",
+    fix="give the battery that will fly, or ignore the code where the vehicle is made for both",
+)
+
+BATTERY_COLD = Rule(
+    code="E122",
+    name="battery-cold",
+    severity=Severity.WARNING,
+    summary="The battery is colder than it is known at.",
+    why=(
+        "A lithium battery gives less the colder it is, and its voltage breaks down under load; the energy "
+        "on a label is that of a warm one."
+    ),
+    how=(
+        "The temperature given for the battery, else for the air, below 0 °C and below the temperatures "
+        "at which its resistance is known; an error below −10 °C.  Without a temperature given nothing "
+        "is said."
+    ),
+    example=(
+        "the battery, taken to be as cold as the air, has −12 °C: it does not say what it gives in the cold"
+    ),
+    fix="keep the battery warm and give its temperature with --battery-temperature, or allow for the "
+    "cold with --battery-health",
+)

@@ -46,8 +46,9 @@ ITEMS_NOT_FLOWN = Rule(
     summary="Items after the landing or return are not flown.",
     why="What stands behind the end of a mission is reached by a jump or a failsafe only, or never.",
     how=(
-        "Items behind the first LAND or RETURN_TO_LAUNCH in flown order are left out; a warning where "
-        "they take off again."
+        "Items behind the first LAND or RETURN_TO_LAUNCH in flown order are left out.  An error where a "
+        "take-off is among them: a vehicle that goes on after the landing (ArduPilot's MIS_OPTIONS), or is "
+        "started again, flies what is not counted."
     ),
     example="4 items from 9 on behind the end of the flight at item 8: not flown",
     fix="move the items before the landing, or delete them",
@@ -77,8 +78,8 @@ WAIT_NOT_COUNTED = Rule(
         "it); a wait on the ground before the take-off costs next to nothing."
     ),
     how=(
-        "NAV_DELAY with a time of day, or before the take-off; ArduPilot's return where "
-        "RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits for the "
+        "NAV_DELAY with a time of day (an error in the air), or before the take-off; ArduPilot's return "
+        "where RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits for the "
         "heading it was armed with)."
     ),
     example="waits in the air until 14:30:00 UTC: not counted",

@@ -31,6 +31,8 @@ from planner.checks.envelope import (
     check_speed,
 )
 from planner.checks.fence import check_fence
+from planner.checks.lift import check_lift
+from planner.checks.pack import check_cold, check_pack_voltage
 from planner.checks.structure import (
     check_curves,
     check_endless,
@@ -65,7 +67,10 @@ CHECKS: tuple[Check, ...] = (
     check_rates,
     check_air_and_mass,
     check_power_known,
+    check_lift,
     check_conditions,
+    check_pack_voltage,
+    check_cold,
     check_responses,
     check_autopilot,
     check_endless,

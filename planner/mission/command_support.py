@@ -157,9 +157,18 @@ _FLIES_ON = """
 """Not modelled, but the vehicle flies on as it did; what it carries may weigh less, or take power."""
 
 
-def goes_on_flying(command: int) -> bool:
-    """Return whether a vehicle flies on past an item that is not modelled, as if it were not there."""
-    return command in _load_tables().flies_on
+def goes_on_flying(command: int, autopilot: Autopilot | None) -> bool:
+    """Return whether a vehicle flies on past an item that is not modelled, as if it were not there.
+
+    Parameters
+    ----------
+    command : int
+        MAV_CMD number.
+    autopilot : Autopilot or None
+        That flies the mission, and may skip the item; ``None``: not known.
+    """
+    skips = autopilot is not None and support(command, autopilot) is Support.SKIPPED
+    return skips or command in _load_tables().flies_on
 
 
 def command_effect(command: int) -> CommandEffect:

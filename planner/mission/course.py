@@ -207,9 +207,11 @@ class Course(Whereabouts):
                 until = ":".join("--" if p is None or p < 0.0 else f"{p:02.0f}" for p in clock)
                 where = "in the air" if in_air else "on the ground"
                 message = f"waits {where} until {until} UTC: not counted"
+                severity = Severity.ERROR if in_air else None  # a hover of any length
                 if self.meaning is Autopilot.PX4:
                     message = f"PX4 knows no time of day: it does not wait until {until} UTC"
-                self.remark(WAIT_NOT_COUNTED, number, item, message)
+                    severity = None
+                self.remark(WAIT_NOT_COUNTED, number, item, message, severity=severity)
         elif seconds > 0.0 and not in_air:
             self.remark(
                 WAIT_NOT_COUNTED,
@@ -336,7 +338,7 @@ class Course(Whereabouts):
             number,
             item,
             f"{name} is not modelled: {assumed}",
-            severity=None if goes_on_flying(item.command) else Severity.ERROR,
+            severity=None if goes_on_flying(item.command, self.meaning) else Severity.ERROR,
         )
 
     def _hold_s(self, number: int, item: MissionItem) -> float:

@@ -203,12 +203,12 @@ def _left_out(
         for n in missed
     )
     only = ", reached by a failsafe only" if landing else ""
-    # A vehicle set to go on after a landing would fly what stands behind it.
+    # A vehicle set to go on after a landing, or started again, flies what stands behind it.
     takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
     return [
         ITEMS_NOT_FLOWN.finding(
             f"{which} behind the end of the flight at item {drafts[-1].item}: not flown{only}",
-            severity=Severity.WARNING if takes_off_again and not landing else None,
+            severity=Severity.ERROR if takes_off_again and not landing else None,
             item=missed[0],
             place=mission.items[missed[0] - 1].place,
         )

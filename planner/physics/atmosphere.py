@@ -26,6 +26,8 @@ LAPSE_RATE_K_M = 0.0065
 """Fall of temperature with height in the troposphere, ISO 2533:1975, table 4. [K m⁻¹]"""
 GAS_CONSTANT_J_KG_K = 287.05287
 """Specific gas constant of dry air, ISO 2533:1975, table 1. [J kg⁻¹ K⁻¹]"""
+SEA_LEVEL_DENSITY_KG_M3 = 1.225
+"""Of the standard atmosphere. [kg m⁻³]"""
 
 
 def standard_temperature_c(altitude_amsl_m: float) -> float:

@@ -175,3 +175,10 @@ def test_an_arc_flown_straight_is_no_go(angle_deg: float, severity: Severity) ->
     arc = item(36, north(100), 30.0, params=(angle_deg, 0.0, 0.0, 0.0))
     found = make_route(mission(TAKEOFF, arc, rtl()), meaning=Autopilot.ARDUPILOT).findings
     assert [one.severity for one in found if one.code == "T102"] == [severity]
+
+
+def test_what_the_autopilot_skips_is_no_go_only_where_it_is_not_known_who_flies() -> None:
+    set_mode = item(176, frame=2, params=(1.0, 6.0, 0.0, 0.0))
+    for meaning, severity in ((Autopilot.ARDUPILOT, Severity.WARNING), (None, Severity.ERROR)):
+        found = make_route(mission(TAKEOFF, set_mode, LEG, rtl()), meaning=meaning).findings
+        assert [one.severity for one in found if one.code == "T102"] == [severity]

@@ -579,7 +579,24 @@ def test_a_return_or_a_landing_alone_is_no_flight() -> None:
     assert codes(route(item(21, 47.0, 0.0))) == ["M108"]
 
 
-def test_a_second_takeoff_behind_a_landing_is_a_warning() -> None:
+def test_a_second_takeoff_behind_a_landing_is_an_error() -> None:
     items = (takeoff(20), item(21, north(50), 0.0), takeoff(20), waypoint(900, 20), rtl())
     [finding] = [f for f in route(*items).findings if f.code == "T104"]
-    assert finding.severity is Severity.WARNING
+    assert finding.severity is Severity.ERROR
+
+
+@pytest.mark.parametrize(
+    ("meaning", "before", "severity"),
+    [
+        (ARDUPILOT, (takeoff(20), waypoint(100, 20)), Severity.ERROR),
+        (None, (takeoff(20), waypoint(100, 20)), Severity.ERROR),
+        (Autopilot.PX4, (takeoff(20), waypoint(100, 20)), Severity.WARNING),  # it does not wait
+        (ARDUPILOT, (), Severity.WARNING),  # on the ground
+    ],
+)
+def test_a_wait_in_the_air_until_a_time_of_day_is_no_go(
+    meaning: Autopilot | None, before: tuple[MissionItem, ...], severity: Severity
+) -> None:
+    wait = item(93, frame=2, params=(-1.0, 14.0, 30.0, 0.0))
+    found = route(*before, wait, takeoff(30), waypoint(200, 20), rtl(), meaning=meaning)
+    assert [one.severity for one in found.findings if one.code == "T107"] == [severity]

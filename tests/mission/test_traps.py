@@ -400,7 +400,7 @@ TRAPS = (
         ),
         flown_by=ARDUPILOT,
         codes=frozenset({"M115", "T107"}),
-        word="on the ground before the take-off: not counted (and 1 more)",
+        word="waits in the air until 14:30:-- UTC: not counted",
         commands=(93, 22, 93, 93, 20),
         also=lambda _, route: [stage.hold_s for stage in route.stages] == [0.0, 30.0, 0.0],
     ),

@@ -125,6 +125,30 @@ def at_risk(more: float) -> tuple[Finding, ...]:
     return found(OUT_AND_BACK, battery=battery, vehicle=CAUTIOUS, risk=below_reserve() + more)
 
 
+def lifting(times: float) -> tuple[Finding, ...]:
+    """Return what is told of so many times the mass of the model, in the air it knows."""
+    quad = vehicle_of(ARDUPILOT)
+    known = replace(quad, valid_for=replace(quad.valid_for, air_density_kg_m3=None))
+    assert quad.mass_kg is not None
+    # 1.225 kg/m³ at the highest point, 20 m up: a warmer day than the standard one at sea level.
+    return found(
+        PLAIN,
+        ARDUPILOT,
+        vehicle=known,
+        payload_kg=(times - 1.0) * quad.mass_kg,
+        home_amsl_m=-20.0,
+    )
+
+
+def with_share_of_voltage(share: float) -> tuple[Finding, ...]:
+    """Return what is told of a battery with such a share of the voltage of the vehicle's own."""
+    own = vehicle_of(ARDUPILOT).battery
+    assert own is not None
+    assert own.voltage_v is not None
+    battery = Battery(capacity_ah=100.0, nominal_voltage_v=share * own.voltage_v)
+    return found(PLAIN, ARDUPILOT, battery=battery)
+
+
 CASES: Mapping[str, RuleCases] = {
     "E100": RuleCases(
         fires=lambda: found(PLAIN, battery=None),
@@ -207,5 +231,21 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "E119": RuleCases(
         fires=lambda: at_risk(-1e-9), boundary=lambda: at_risk(0.0), silent=lambda: at_risk(0.01)
+    ),
+    "E120": RuleCases(
+        # Half as heavy again as the 3.5 kg of the model, in air as thin as it knows.
+        fires=lambda: lifting(1.51),
+        boundary=lambda: lifting(1.5 - 1e-9),
+        silent=lambda: lifting(1.0),
+    ),
+    "E121": RuleCases(
+        fires=lambda: with_share_of_voltage(0.849),
+        boundary=lambda: with_share_of_voltage(0.85 + 1e-12),
+        silent=lambda: with_share_of_voltage(1.0),
+    ),
+    "E122": RuleCases(
+        fires=lambda: found(PLAIN, ARDUPILOT, temperature_c=-0.1),
+        boundary=lambda: found(PLAIN, ARDUPILOT, temperature_c=0.0),
+        silent=lambda: found(PLAIN, ARDUPILOT, temperature_c=-0.1, battery_temperature_c=20.0),
     ),
 }

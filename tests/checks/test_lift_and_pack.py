@@ -1,0 +1,130 @@
+"""What has to be lifted, in what air, and with what battery."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from made_missions import mission, rtl, takeoff, waypoint
+
+from planner.findings import Severity
+from planner.service import check
+from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
+
+QUAD = load_vehicle("arducopter-sitl-quad")
+"""3.5 kg, identified in air of 1.11 to 1.18 kg/m³; its battery has 22.3 V."""
+ARTICLE = load_vehicle("falkowski-2023-quadrotor")
+"""Knows neither mass nor density."""
+OUT_AND_BACK = mission(takeoff(30), waypoint(300, 30), rtl())
+PLENTY = Battery(capacity_wh=5000.0)
+
+
+def told(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[Severity, str]]:
+    options = {"battery": PLENTY, **given}
+    result = check(OUT_AND_BACK, vehicle, **options)  # type: ignore[arg-type]  # a table of options
+    return [(one.severity, one.message) for one in result.findings if one.code == code]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        # 1.175 kg/m³ at 430 m AMSL, denser than the 1.1127 the model knows: 0.947 times.
+        ({"payload_kg": 2.0}, None),  # 5.5 kg: 1.571 times, 1.49 together
+        ({"payload_kg": 2.3}, "5.80 kg in air of 1.18 kg/m³ takes 1.6 times the thrust"),
+        ({"payload_kg": 50.0}, "53.5 kg in air of 1.18 kg/m³ takes 14.5 times the thrust"),
+        # 1.1127 over the standard atmosphere: 1.46 at 4730 m, 1.51 at 5030 m.
+        ({"home_amsl_m": 4700.0}, None),
+        ({"home_amsl_m": 5000.0}, "3.50 kg in air of 0.73 kg/m³ takes"),
+        # 4.5 kg are 1.286 times, 0.906 kg/m³ at 3030 m 1.225 times.
+        ({"payload_kg": 1.0}, None),
+        ({"home_amsl_m": 3000.0}, None),
+        ({"payload_kg": 1.0, "home_amsl_m": 3000.0}, "takes 1.6 times the thrust"),
+    ],
+)
+def test_far_more_thrust_than_was_ever_seen_is_no_go(
+    given: dict[str, float], said: str | None
+) -> None:
+    found = told("E120", **given)
+    assert [severity for severity, _ in found] == [Severity.ERROR] * (said is not None)
+    assert said is None or said in found[0][1]
+
+
+@pytest.mark.parametrize(
+    ("home_amsl_m", "severity"),
+    [
+        (700.0, None),  # 1.144 kg/m³: 1.07 times thinner than at sea level
+        (1500.0, Severity.WARNING),  # 1.055 kg/m³: 1.16
+        (2500.0, Severity.ERROR),  # 0.954 kg/m³: 1.28
+    ],
+)
+def test_thin_air_that_a_model_does_not_count_is_told(
+    home_amsl_m: float, severity: Severity | None
+) -> None:
+    found = told("E108", ARTICLE, home_amsl_m=home_amsl_m)
+    assert [one for one, _ in found] == [severity] * (severity is not None)
+    assert told("E108", QUAD, home_amsl_m=home_amsl_m) == []
+    if severity is not None:
+        assert "thinner than at sea level" in found[0][1]
+
+
+@pytest.mark.parametrize(
+    ("voltage_v", "fires"),
+    [
+        (14.8, True),  # four cells for six
+        (18.5, True),  # five
+        (19.2, False),  # six of iron phosphate
+        (22.2, False),
+        (22.8, False),  # six of high voltage
+        (25.9, False),  # seven full at 3.7: 1.16 times
+        (29.6, True),  # eight
+    ],
+)
+def test_a_battery_of_another_voltage_than_the_vehicle_s_is_no_go(
+    voltage_v: float, *, fires: bool
+) -> None:
+    battery = Battery(capacity_ah=100.0, nominal_voltage_v=voltage_v)
+    found = told("E121", battery=battery)
+    assert [severity for severity, _ in found] == [Severity.ERROR] * fires
+    assert told("E121", ARTICLE, battery=battery) == []  # its own is not known
+
+
+@pytest.mark.parametrize(
+    ("air_c", "battery_c", "severity"),
+    [
+        (None, None, None),
+        (1.0, None, None),
+        (0.0, None, None),
+        (-1.0, None, Severity.WARNING),
+        (-10.0, None, Severity.WARNING),
+        (-11.0, None, Severity.ERROR),
+        (-30.0, 20.0, None),  # kept warm
+        (20.0, -15.0, Severity.ERROR),
+    ],
+)
+def test_a_battery_colder_than_it_is_known_at_is_told(
+    air_c: float | None, battery_c: float | None, severity: Severity | None
+) -> None:
+    own = QUAD.battery
+    found = told("E122", battery=own, temperature_c=air_c, battery_temperature_c=battery_c)
+    assert [one for one, _ in found] == [severity] * (severity is not None)
+
+
+@pytest.mark.parametrize(
+    ("coldest_c", "battery_c", "severity"),
+    [
+        (-20.0, -20.0, None),
+        (-20.0, -21.0, Severity.ERROR),
+        (10.0, 5.0, None),  # the room is warm enough
+        (10.0, -5.0, Severity.WARNING),
+    ],
+)
+def test_a_battery_that_knows_its_resistance_in_the_cold_is_believed(
+    coldest_c: float, battery_c: float, severity: Severity | None
+) -> None:
+    assert QUAD.battery is not None
+    known = replace(
+        QUAD.battery, resistance_temperature_c=(coldest_c, 25.0), resistance_factor=(3.0, 1.0)
+    )
+    found = told("E122", battery=known, battery_temperature_c=battery_c)
+    assert [one for one, _ in found] == [severity] * (severity is not None)
