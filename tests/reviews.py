@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from textual.widgets import Input, Static
 
 from planner.cli.configuration import mission_settings
+from planner.cli.settings import SETTINGS
 from planner.tui.app import ReviewApp
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from textual.screen import Screen
 
 TOO_FAR = "crossing-too-far.plan"
+SURVEY = "survey-vineyard.plan"
+TOO_SMALL = {"battery": SETTINGS["battery"].read("1.3Ah@14.8V")}
+"""Too small for the survey in one flight at its speed."""
 
 
 def what_if_of(file: str, given: Mapping[str, object] | None = None) -> WhatIf:

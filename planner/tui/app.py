@@ -9,7 +9,7 @@ from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 
 from planner.tui.screens.review import ReviewScreen
-from planner.tui.themes import HIGH_CONTRAST, THEMES
+from planner.tui.themes import HIGH_CONTRAST, LIGHT, THEMES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -34,6 +34,7 @@ class ReviewApp(App[None]):
     """
 
     TITLE = "mavjoule review"
+    CSS = "Input > .input--placeholder { color: $text-muted; }"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("t", "turn_theme", "Theme", show=False),
     ]
@@ -46,6 +47,7 @@ class ReviewApp(App[None]):
         link: LinkRequest | None = None,
     ) -> None:
         super().__init__()
+        self.register_theme(LIGHT)
         self.register_theme(HIGH_CONTRAST)
         self.missions = tuple(missions)
         self.what_if_of = what_if_of

@@ -11,6 +11,7 @@ ReviewScreen.-narrow .pane.-current, ReviewScreen.-low .pane.-current { display:
 ReviewScreen.-narrow #findings, ReviewScreen.-low #findings { height: 2fr; max-height: 40%; }
 ReviewScreen.-narrow #details, ReviewScreen.-low #details {
     border-top: solid $foreground 40%;
+    border-title-color: $foreground;
     height: 3fr;
 }
 ReviewScreen.-narrow #details.-small, ReviewScreen.-low #details.-small {

@@ -10,7 +10,7 @@ HIGH_CONTRAST = Theme(
     secondary="#ffffff",
     accent="#ffff00",
     warning="#ffff00",
-    error="#ff6060",
+    error="#ff9a9a",
     success="#00ff00",
     foreground="#ffffff",
     background="#000000",
@@ -24,10 +24,27 @@ HIGH_CONTRAST = Theme(
         "block-cursor-foreground": "#000000",
         "footer-key-foreground": "#ffff00",
         "text-muted": "#ffffff",
-        "text-error": "#ff6060",
+        "text-error": "#ff9a9a",
         "text-warning": "#ffff00",
         "text-success": "#00ff00",
     },
 )
-THEMES = ("textual-dark", "textual-light", HIGH_CONTRAST.name)
+LIGHT = Theme(
+    name="mavjoule-light",
+    primary="#004578",
+    secondary="#0178d4",
+    accent="#8f4700",
+    warning="#8f4700",
+    error="#b0002e",
+    success="#1c6b34",
+    foreground="#181818",
+    background="#e8e8e8",
+    surface="#f4f4f4",
+    panel="#dcdcdc",
+    boost="#e4e4e4",
+    dark=False,
+    variables={"text-muted": "#484848"},
+)
+DARK = "textual-dark"
+THEMES = (DARK, LIGHT.name, HIGH_CONTRAST.name)
 """The themes a key turns through; the palette offers all that Textual has."""

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from reviews import TOO_FAR, review_app, rows_of, settled, text_of, what_if_of
+from reviews import SURVEY, TOO_FAR, TOO_SMALL, review_app, rows_of, settled, text_of, what_if_of
 from textual.widgets import Input
 
-from planner.cli.settings import SETTINGS
 from planner.service import CheckResult
 from planner.tui.checked import checked
 from planner.tui.saving import save, save_parts
@@ -22,10 +21,6 @@ if TYPE_CHECKING:
 
     from planner.tui.suggestions import Suggestion
 
-SURVEY = "survey-vineyard.plan"
-SMALL = {"battery": SETTINGS["battery"].read("1.3Ah@14.8V")}
-"""Too small for the survey in one flight at its speed."""
-
 
 def _offered(file: str, given: dict[str, object]) -> dict[str, Suggestion]:
     """Return what is offered, by its first word."""
@@ -33,37 +28,39 @@ def _offered(file: str, given: dict[str, object]) -> dict[str, Suggestion]:
 
 
 def test_a_larger_battery_another_speed_and_a_split_are_offered_and_go() -> None:
-    offered = _offered(SURVEY, SMALL)
+    offered = _offered(SURVEY, TOO_SMALL)
     assert list(offered) == ["battery", "all", "split"]
     assert all(one.is_go for one in offered.values())
     for one in offered.values():
         if one.changes:
-            changed = what_if_of(SURVEY, SMALL).with_changes(dict(one.changes))
+            changed = what_if_of(SURVEY, TOO_SMALL).with_changes(dict(one.changes))
             assert checked(SURVEY, changed).result.verdict == "go"
 
 
 def test_the_mission_at_the_offered_speed_goes_from_its_file_too() -> None:
-    what_if = what_if_of(SURVEY, SMALL).with_changes(dict(_offered(SURVEY, SMALL)["all"].changes))
+    what_if = what_if_of(SURVEY, TOO_SMALL).with_changes(
+        dict(_offered(SURVEY, TOO_SMALL)["all"].changes)
+    )
     save(checked(SURVEY, what_if), "offered.plan")
-    assert checked("offered.plan", what_if_of("offered.plan", SMALL)).result.verdict == "go"
-    assert checked(SURVEY, what_if_of(SURVEY, SMALL)).result.verdict == "no-go"
+    assert checked("offered.plan", what_if_of("offered.plan", TOO_SMALL)).result.verdict == "go"
+    assert checked(SURVEY, what_if_of(SURVEY, TOO_SMALL)).result.verdict == "no-go"
 
 
 def test_no_flight_is_faster_than_the_offered_speed_allows() -> None:
-    fastest = float(dict(_offered(SURVEY, SMALL)["all"].changes)["speed_m_s"])
+    fastest = float(dict(_offered(SURVEY, TOO_SMALL)["all"].changes)["speed_m_s"])
     # a tenth faster: past what the model was identified for, or what the battery does for
-    faster = what_if_of(SURVEY, SMALL).changed("speed_m_s", f"{1.1 * fastest:.3f}")
+    faster = what_if_of(SURVEY, TOO_SMALL).changed("speed_m_s", f"{1.1 * fastest:.3f}")
     assert checked(SURVEY, faster).result.verdict == "no-go"
 
 
 def test_the_parts_of_the_offered_split_go_from_their_files() -> None:
-    split = _offered(SURVEY, SMALL)["split"].split
+    split = _offered(SURVEY, TOO_SMALL)["split"].split
     assert split is not None
     assert save_parts(split, Path("parts")) == f"{len(split.parts)} parts in parts"
     files = sorted(Path("parts").glob("*.plan"))
     assert len(files) == len(split.parts) > 1
     for file in files:
-        result = checked(str(file), what_if_of(str(file), SMALL)).result
+        result = checked(str(file), what_if_of(str(file), TOO_SMALL)).result
         assert result.verdict == "go"
         assert isinstance(result, CheckResult)
 
@@ -98,7 +95,7 @@ async def _choose(pilot: Pilot[None], word: str) -> None:
 
 @pytest.mark.asyncio
 async def test_the_split_is_shown_and_its_parts_saved_by_keys() -> None:
-    async with review_app(SURVEY, given=SMALL).run_test(size=(100, 30)) as pilot:
+    async with review_app(SURVEY, given=TOO_SMALL).run_test(size=(100, 30)) as pilot:
         review = await settled(pilot)
         await pilot.press("w")
         await settled(pilot)
@@ -123,7 +120,7 @@ async def test_the_split_is_shown_and_its_parts_saved_by_keys() -> None:
 
 @pytest.mark.asyncio
 async def test_the_offered_speed_is_tried_by_keys() -> None:
-    async with review_app(SURVEY, given=SMALL).run_test(size=(160, 48)) as pilot:
+    async with review_app(SURVEY, given=TOO_SMALL).run_test(size=(160, 48)) as pilot:
         screen = await settled(pilot)
         assert "3 changes would make it go" in text_of(screen, "#verdict")
         await _choose(pilot, "level legs")

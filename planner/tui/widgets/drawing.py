@@ -27,11 +27,11 @@ class Drawing(Widget, can_focus=True):
     Drawing {
         background: $surface;
         color: $foreground;
-        & > .drawing--curve { color: $primary; }
-        & > .drawing--second { color: $accent; }
+        & > .drawing--curve { color: $text-primary; }
+        & > .drawing--second { color: $text-accent; }
         & > .drawing--limit { color: $text-error; }
         & > .drawing--cursor { color: $foreground; text-style: bold; }
-        & > .drawing--axis { color: $foreground 60%; }
+        & > .drawing--axis { color: $text-muted; }
         & > .drawing--inclusion { color: $text-success; }
         & > .drawing--exclusion { color: $text-error; }
         & > .drawing--mark { color: $foreground; text-style: bold; }

@@ -15,10 +15,13 @@ from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
 from planner.tui.widgets.drawing import VEHICLE, Drawing
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from textual import events
 
     from planner.findings import FlightStretch
     from planner.tui.ground import Ground, Scale
+
+    FloatArray = npt.NDArray[np.float64]
 
 _FINEST_M = 0.05
 """A dot is no less than this. [m]"""
@@ -196,17 +199,19 @@ class GroundMap(Drawing):
             at = np.linspace(*self._span_s, 200)
             east_m = np.interp(at, ground.time_s, ground.east_m)
             north_m = np.interp(at, ground.time_s, ground.north_m)
-            canvas.line(*scale.dots(east_m, north_m), "stretch")
+            self._draw_stretch(canvas, *scale.dots(east_m, north_m))
         if self._stretch is not None:
-            x, y = scale.dots(*ground.stretch_m(self._stretch))
-            canvas.line(x, y, "stretch")
-            for column, row in zip(
-                (x // DOTS_ACROSS).tolist(), (y // DOTS_DOWN).tolist(), strict=True
-            ):
-                canvas.write(int(column), int(row), "○", "stretch")
+            self._draw_stretch(canvas, *scale.dots(*ground.stretch_m(self._stretch)))
         self._write_at(canvas, ground.place_m(self._cursor_s), scale, "◆")
         if self._vehicle_m is not None:
             self._write_at(canvas, self._vehicle_m, scale, VEHICLE)
+
+    @staticmethod
+    def _draw_stretch(canvas: Canvas, x: FloatArray, y: FloatArray) -> None:
+        """Draw the stretch in question, a sign at its ends so that no colour is needed."""
+        canvas.line(x, y, "stretch")
+        for end in (0, -1):
+            canvas.write(int(x[end] // DOTS_ACROSS), int(y[end] // DOTS_DOWN), "○", "stretch")
 
     @staticmethod
     def _write_at(canvas: Canvas, place_m: tuple[float, float], scale: Scale, sign: str) -> None:

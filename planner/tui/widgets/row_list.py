@@ -44,7 +44,7 @@ class RowList(ScrollView, can_focus=True):
         & > .row-list--error { color: $text-error; }
         & > .row-list--warning { color: $text-warning; }
         & > .row-list--info { color: $text-muted; }
-        &:focus > .row-list--cursor { background: $primary; color: $text; text-style: bold; }
+        &:focus > .row-list--cursor { background: $primary-darken-2; color: auto 100%; text-style: bold; }
     }
     """
     BINDINGS: ClassVar[list[BindingType]] = [

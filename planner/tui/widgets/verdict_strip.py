@@ -31,14 +31,17 @@ class VerdictStrip(Static):
         """Show another summary; the note tells what is under way or changed."""
         self.set_class(summary.is_go, "-go")
         self.set_class(not summary.is_go, "-no-go")
-        sign = "✔" if summary.is_go else "✖" if summary.verdict == "NO-GO" else "?"
-        style = "bold $text-success" if summary.is_go else "bold $text-error"
-        first = [
-            Content.styled(f"{sign} {summary.verdict}", style),
-            Content(f"  {summary.file}"),
-        ]
+        first = verdict_line(summary)
         if note:
-            first.append(Content.styled(f"  {note}", "italic"))
-        lines = [Content.assemble(*first), Content(summary.headline)]
+            first = Content.assemble(first, Content.styled(f"  {note}", "italic"))
+        lines = [first, Content(summary.headline)]
         lines += [Content(summary.way_home)] if summary.way_home else [Content(summary.closing)]
         self.update(Content("\n").join(lines))
+
+
+def verdict_line(summary: Summary) -> Content:
+    """Return the verdict with its sign, and what it is of."""
+    sign = "✔" if summary.is_go else "✖" if summary.verdict == "NO-GO" else "?"
+    style = "bold $text-success" if summary.is_go else "bold $text-error"
+    said = Content.styled(f"{sign} {summary.verdict}", style)
+    return Content.assemble(said, Content(f"  {summary.file}"))

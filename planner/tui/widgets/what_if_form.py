@@ -33,8 +33,7 @@ class WhatIfForm(VerticalScroll):
         & Horizontal, & Vertical { height: auto; }
         & .labels { width: 12; padding: 0 0 0 1; }
         & Input { width: 1fr; background: $boost; }
-        & Input > .input--placeholder { color: $text-muted; }
-        & Input:focus { background: $panel-lighten-2; }
+        & Input:focus { background: $panel; }
         & Input.-wrong { color: $text-error; text-style: underline; }
         & .outcome { padding: 1 1 0 1; width: 1fr; }
         & RowList { height: auto; max-height: 6; min-height: 2; margin-top: 1; }

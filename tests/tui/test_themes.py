@@ -1,0 +1,215 @@
+"""What is read on the screen can be read: in every theme, and without its colours."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree as ET
+
+import pytest
+from reviews import SURVEY, TOO_FAR, TOO_SMALL, missions_shown, review_app, settled, what_if_of
+from textual.containers import Vertical
+
+from planner.findings import Severity
+from planner.service import CheckResult
+from planner.tui.checked import checked
+from planner.tui.checklist import checklist_rows
+from planner.tui.mission_list import EntryRows, entries_given
+from planner.tui.rows import MARKS, FindingRows, item_rows
+from planner.tui.search import HitRows, hits
+from planner.tui.suggestions import SuggestionRows, suggestions
+from planner.tui.themes import HIGH_CONTRAST, THEMES
+from planner.tui.verdict import Summary
+from planner.tui.widgets.ground_map import GroundMap
+from planner.tui.widgets.profile_plot import ProfilePlot
+from planner.tui.widgets.verdict_strip import verdict_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from textual.geometry import Region
+
+    from planner.tui.rows import Rows
+LEAST_TEXT, LEAST_TEXT_HIGH, LEAST_DRAWING = 4.5, 7.0, 3.0
+"""WCAG 2.2: 1.4.3, 1.4.6 and 1.4.11."""
+SIZES = [(80, 24), (100, 30), (142, 42)]
+CELL = 12.2, 24.4
+"""Width and height of a character in a screenshot."""
+BRAILLE = range(0x2800, 0x2900)
+
+
+class Shown(NamedTuple):
+    """A run of characters as it is shown."""
+
+    text: str
+    colour: str
+    ground: str
+
+    @property
+    def contrast(self) -> float:
+        """The ratio of WCAG 2.2."""
+        light, dark = sorted((_luminance(self.colour), _luminance(self.ground)), reverse=True)
+        return (light + 0.05) / (dark + 0.05)
+
+
+def _luminance(colour: str) -> float:
+    """Return the relative luminance of WCAG 2.2 of ``#rrggbb``."""
+    shares = [int(colour[at : at + 2], 16) / 255.0 for at in (1, 3, 5)]
+    linear = [one / 12.92 if one <= 0.04045 else ((one + 0.055) / 1.055) ** 2.4 for one in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def shown(svg: str, region: Region | None) -> Iterator[Shown]:
+    """Yield what a screenshot shows."""
+    fills = dict(re.findall(r"\.(terminal-\d+-r\d+) \{ fill: (#[0-9a-f]{6})", svg))
+    root = ET.fromstring(svg)
+    namespace = "{http://www.w3.org/2000/svg}"
+    grounds = [
+        (
+            float(one.get("x", 0)),
+            float(one.get("y", 0)),
+            float(one.get("width", 0)),
+            one.get("fill"),
+        )
+        for one in root.iter(f"{namespace}rect")
+        if one.get("shape-rendering") == "crispEdges"
+    ]
+    for one in root.iter(f"{namespace}text"):
+        colour = fills.get(one.get("class", ""))
+        if colour is None or not (one.text or "").strip():
+            continue
+        x, y = float(one.get("x", 0)) + 1.0, float(one.get("y", 0))
+        cell = int(x / CELL[0]), int((y - CELL[1] / 2.0) / CELL[1])
+        if region is not None and not region.contains(*cell):
+            continue
+        under = [
+            fill
+            for left, top, width, fill in grounds
+            if left <= x < left + width and top < y <= top + 24.65
+        ]
+        yield Shown(
+            text=(one.text or "").replace("\xa0", " ").strip(),
+            colour=colour,
+            ground=under[-1] or "",
+        )
+
+
+def unreadable(svg: str, theme: str, region: Region | None = None) -> list[Shown]:
+    """Return what is too faint, in a part of the screen."""
+    least = LEAST_TEXT_HIGH if theme == HIGH_CONTRAST.name else LEAST_TEXT
+    found = []
+    for one in shown(svg, region):
+        is_text = any(character.isalnum() for character in one.text)
+        is_drawn = any(ord(character) in BRAILLE for character in one.text)
+        if one.contrast < (least if is_text else LEAST_DRAWING if is_drawn else 0.0):
+            found.append(one)
+    return found
+
+
+def test_the_contrast_of_black_and_white_is_that_of_the_standard() -> None:
+    assert Shown("a", "#ffffff", "#000000").contrast == pytest.approx(21.0)
+    # the grey that WCAG's own examples call just enough on white
+    assert Shown("a", "#767676", "#ffffff").contrast == pytest.approx(4.54, abs=0.01)
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("size", SIZES, ids=str)
+async def test_everything_on_the_review_can_be_read(theme: str, size: tuple[int, int]) -> None:
+    async with review_app(TOO_FAR).run_test(size=size) as pilot:
+        pilot.app.theme = theme
+        await settled(pilot)
+        found: list[Shown] = []
+        for keys in ("1", "2 p p p", "3", "4 down", "5", "6", "escape"):
+            await pilot.press(*keys.split())
+            await settled(pilot)
+            found += unreadable(pilot.app.export_screenshot(), theme)
+    assert sorted(set(found)) == []
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("theme", THEMES)
+async def test_everything_on_the_other_screens_can_be_read(theme: str) -> None:
+    async with review_app(".").run_test(size=(100, 30)) as pilot:
+        pilot.app.theme = theme
+        await missions_shown(pilot)
+        svgs = [pilot.app.export_screenshot()]
+        await pilot.press("enter")
+        await settled(pilot)
+        await pilot.press("c")
+        await pilot.pause()
+        svgs.append(pilot.app.export_screenshot())
+        await pilot.press("space")
+        await pilot.pause()
+        svgs.append(pilot.app.export_screenshot())
+    assert sorted({one for svg in svgs for one in unreadable(svg, theme)}) == []
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("theme", THEMES)
+async def test_what_lies_over_the_review_can_be_read(theme: str) -> None:
+    async with review_app(SURVEY, given=TOO_SMALL).run_test(size=(100, 30)) as pilot:
+        pilot.app.theme = theme
+        await settled(pilot)
+        found: list[Shown] = []
+        for keys in ("slash e 1", "s enter", "y"):
+            await pilot.press(*keys.split())
+            await pilot.pause()
+            region = pilot.app.screen.query_one(Vertical).region
+            found += unreadable(pilot.app.export_screenshot(), theme, region)
+            await pilot.press("escape")
+            await pilot.pause()
+    assert sorted(set(found)) == []
+
+
+def test_every_severity_has_a_sign_of_its_own() -> None:
+    assert set(MARKS) == set(Severity)
+    assert len({mark for mark in MARKS.values() if mark.strip()}) == len(Severity)
+
+
+def test_no_row_is_told_apart_by_its_colour_alone() -> None:
+    one = checked(TOO_FAR, what_if_of(TOO_FAR))
+    assert isinstance(one.result, CheckResult)
+    entries = entries_given([TOO_FAR, SURVEY, "new.plan", "."])
+    results = {TOO_FAR: one.result, SURVEY: checked(SURVEY, what_if_of(SURVEY)).result}
+    offered = tuple(suggestions(one))
+    tables: list[Rows] = [
+        FindingRows(findings=one.result.findings),
+        item_rows(one.result),
+        HitRows(hits=hits(one.result, one.result.findings, "e")),
+        EntryRows(entries=entries, results=results),
+        checklist_rows(one, done=frozenset(), opened=frozenset()),
+        SuggestionRows(suggestions=offered),
+    ]
+    for rows in tables:
+        tones: dict[str, set[str]] = {}
+        for index in range(len(rows)):
+            sign, text = rows.cells(index)[0].strip(), rows.cells(index)[1].strip()
+            tones.setdefault(sign or text[:1], set()).add(rows.tone(index))
+        assert all(len(tone) == 1 for tone in tones.values()), (type(rows), tones)
+
+
+@pytest.mark.parametrize("verdict", ["GO", "NO-GO", "NO VERDICT"])
+def test_each_verdict_has_its_sign_and_its_words(verdict: str) -> None:
+    signs = {"GO": "✔", "NO-GO": "✖", "NO VERDICT": "?"}
+    said = Summary(
+        verdict=verdict, is_go=verdict == "GO", file="a", headline="", way_home="", closing=""
+    )
+    assert verdict_line(said).plain == f"{signs[verdict]} {verdict}  a"
+
+
+@pytest.mark.asyncio
+async def test_the_stretch_in_question_has_signs_on_map_and_profile() -> None:
+    async with review_app(TOO_FAR).run_test(size=(160, 48)) as pilot:
+        screen = await settled(pilot)
+        await pilot.press("4", "end", "up", "up")
+        await settled(pilot)
+        drawn = {
+            kind: "".join(
+                screen.query_one(kind).render_line(y).text
+                for y in range(screen.query_one(kind).size.height)
+            )
+            for kind in (GroundMap, ProfilePlot)
+        }
+        assert "○" in drawn[GroundMap]
+        assert "▔" in drawn[ProfilePlot]
