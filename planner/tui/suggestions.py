@@ -64,7 +64,7 @@ class SuggestionRows:
         suggestion = self.suggestions[index]
         verdict = "GO" if suggestion.is_go else "NO-GO"
         sign = "✔" if suggestion.is_go else MARKS[Severity.ERROR]
-        return sign, f"{suggestion.text}: {verdict}"
+        return sign, f"{verdict}: {suggestion.text}"
 
     def tone(self, index: int) -> str:  # noqa: ARG002 - as the other rows
         """Return nothing: the sign says it."""
@@ -137,7 +137,7 @@ def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
         flights = numbers.count(len(split.parts), "flight")
         energy_wh = sum(part.result.totals.energy_wh for part in split.parts)
         yield Suggestion(
-            text=f"split into {flights}, each",
+            text=f"split into {flights}",
             changes=(),
             is_go=True,  # each part was checked as it reads back
             outcome=f"together {numbers.energy(energy_wh)}",

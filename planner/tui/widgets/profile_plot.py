@@ -175,5 +175,6 @@ class ProfilePlot(Drawing):
             column = _LABELS + round(self._vehicle_s / end_s * (across - 1))
             canvas.write(column, canvas.rows - 1, VEHICLE, "cursor")
         text = f"{picture.name}: {picture.shown(value)} at {numbers.duration(self._cursor_s)}"
-        text += "  (p: next)" if len(self._pictures) > 1 else ""
+        hint = "  (p: next)" if len(self._pictures) > 1 else ""
+        text += hint if len(text) + len(hint) < canvas.columns else ""
         canvas.write(1, 0, text, "cursor")

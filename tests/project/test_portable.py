@@ -1,0 +1,74 @@
+"""Nothing needs a POSIX system: what is not everywhere is not imported, and not used unasked."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+PLANNER = Path(__file__).parents[2] / "planner"
+POSIX_MODULES = ("curses", "fcntl", "grp", "pty", "pwd", "readline", "resource", "termios", "tty")
+POSIX_NAMES = {
+    "os": {
+        "fork",
+        "getuid",
+        "geteuid",
+        "getpgid",
+        "killpg",
+        "mkfifo",
+        "openpty",
+        "setsid",
+        "uname",
+    },
+    "signal": {
+        "SIGALRM",
+        "SIGCHLD",
+        "SIGHUP",
+        "SIGKILL",
+        "SIGQUIT",
+        "SIGUSR1",
+        "SIGWINCH",
+        "alarm",
+    },
+    "select": {"epoll", "kqueue", "poll"},
+    "time": {"tzset"},
+}
+"""Names that Windows lacks, by their modules."""
+
+
+def test_no_module_names_what_windows_lacks() -> None:
+    found = []
+    for path in sorted(PLANNER.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names: set[str] = set()
+            match node:
+                case ast.Import(names=aliases):
+                    names = {alias.name for alias in aliases} & set(POSIX_MODULES)
+                case ast.ImportFrom(module=str(module), names=aliases):
+                    names = {module} & set(POSIX_MODULES)
+                    names |= {alias.name for alias in aliases} & POSIX_NAMES.get(module, set())
+                case ast.Attribute(value=ast.Name(id=module), attr=name):
+                    names = {name} & POSIX_NAMES.get(module, set())
+                case _:
+                    continue
+            found += [f"{path.relative_to(PLANNER)}:{node.lineno}: {name}" for name in names]
+    assert found == []
+
+
+def test_command_line_and_terminal_ui_load_without_the_modules_windows_lacks() -> None:
+    modules = [
+        ".".join(path.relative_to(PLANNER.parent).with_suffix("").parts)
+        for folder in ("cli", "tui")
+        for path in sorted((PLANNER / folder).rglob("*.py"))
+        if path.stem != "__init__"
+    ]
+    assert {"planner.cli.review", "planner.tui.app"} <= set(modules)
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({POSIX_MODULES!r}))\n"
+        "from importlib import import_module\n"
+        f"for name in {modules!r}: import_module(name)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert done.returncode == 0
