@@ -59,7 +59,7 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     why=(
         "A model says nothing about flight it was not identified on.  A longer climb is made of "
         "manoeuvres inside the range and only marked; a speed beyond the range cannot be, and is an "
-        "error."
+        "error, as is a climb or descent twice as fast as any."
     ),
     how=(
         "Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "

@@ -106,8 +106,8 @@ ZERO_POSITION = Rule(
         "means two flights."
     ),
     how=(
-        "Latitude and longitude of an item the vehicle flies to are both zero.  For a waypoint that "
-        "PX4 flies this is an error: what is predicted is not its flight."
+        "Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both zero.  "
+        "Where PX4 flies this is an error: what is predicted is not its flight."
     ),
     example="NAV_LAND at 0°, 0°: PX4 takes this for a place; taken as 'here'",
     fix="give the item the place it should be flown to",

@@ -32,6 +32,8 @@ _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""
 _OVERSHOOT = 0.03
 """A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
+_FAR = 2.0
+"""A climb or descent so many times as fast as any identified is an error. [-]"""
 _DENSITY_SLACK = 0.02
 """A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
 
@@ -146,18 +148,23 @@ def check_rates(case: Case) -> Iterator[Finding]:
                 severity=Severity.ERROR,
             )
     if (limit := box.climb_rate_m_s) is not None:
-        slack = _OVERSHOOT * max(abs(limit.low), abs(limit.high))
+        widest = max(abs(limit.low), abs(limit.high))
+        slack = _OVERSHOOT * widest
         for extreme, beyond in (
             (extremes.climb_m_s, extremes.climb_m_s.value - limit.high),
             (extremes.descent_m_s, limit.low - extremes.descent_m_s.value),
         ):
             if beyond > slack:
+                edge = limit.high if extreme.value > limit.high else min(limit.low, 0.0)
                 yield _outside(
                     case,
                     extreme,
                     f"a climb rate of {numbers.speed(extreme.value)} is flown, the model was "
                     f"identified from {numbers.decimals(limit.low, 1)} to "
                     f"{numbers.speed(limit.high)}",
+                    severity=Severity.ERROR
+                    if abs(extreme.value) > _FAR * (abs(edge) or widest)
+                    else None,
                 )
 
 

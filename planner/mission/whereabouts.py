@@ -109,8 +109,8 @@ class Whereabouts:
             return True
         is_going = item.command in _GOING
         if self.meaning is Autopilot.PX4 or (is_going and self.meaning is None):
-            # PX4 flies on to a waypoint there, and has no energy for it: the totals are not its flight
-            is_lost = is_going and self.meaning is Autopilot.PX4
+            # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
+            is_lost = self.meaning is Autopilot.PX4
             self.remark(
                 ZERO_POSITION,
                 number,

@@ -199,3 +199,30 @@ def test_an_item_the_autopilot_refuses_is_an_error(
 def test_splines_flown_straight_are_said() -> None:
     [finding] = found("T102", takeoff(100), item(82, north(50), 100.0), rtl())
     assert "1 spline" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("climb_m_s", "descent_m_s", "severities"),
+    [
+        (2.5, 1.5, []),  # identified from −1.6 to 2.6 m/s
+        (5.0, 1.5, [Severity.WARNING]),
+        (5.5, 1.5, [Severity.ERROR]),
+        (2.5, 3.0, [Severity.WARNING]),
+        (2.5, 3.5, [Severity.ERROR]),
+    ],
+)
+def test_a_climb_or_descent_twice_as_fast_as_any_identified_is_an_error(
+    climb_m_s: float, descent_m_s: float, severities: list[Severity]
+) -> None:
+    fast = mission(
+        takeoff(20),
+        speed(climb_m_s, 2.0),
+        speed(descent_m_s, 3.0),
+        waypoint(50, 120),
+        waypoint(100, 20),
+        rtl(),
+    )
+    found = check(fast, load_vehicle("arducopter-sitl-quad"), battery=BATTERY).findings
+    assert [
+        f.severity for f in found if f.code == "E105" and "climb rate" in f.message
+    ] == severities

@@ -109,7 +109,7 @@ def test_an_amsl_altitude_that_is_not_above_home_is_an_error() -> None:
     assert codes(route(takeoff(50), item(16, north(100), 400.0, frame=5), rtl())) == ["A107"]
 
 
-def test_zero_latitude_and_longitude_mean_here_and_px4_is_warned_of() -> None:
+def test_zero_latitude_and_longitude_mean_here_and_not_so_to_px4() -> None:
     items = (takeoff(20), waypoint(100, 20), item(21, 0.0, 0.0, longitude_deg=0.0))
     ardupilot = route(*items, meaning=ARDUPILOT)
     assert ardupilot.stages[-1].north_m == pytest.approx(100.0, abs=0.1)
@@ -119,16 +119,23 @@ def test_zero_latitude_and_longitude_mean_here_and_px4_is_warned_of() -> None:
     assert codes(px4) == ["M110"]
 
 
-def test_a_waypoint_at_zero_zero_is_an_error_where_px4_flies_it() -> None:
+@pytest.mark.parametrize(
+    ("command", "else_told"),
+    [(16, [Severity.WARNING]), (17, []), (21, []), (22, []), (179, [])],
+)
+def test_a_place_at_zero_zero_is_an_error_where_px4_flies_there(
+    command: int, else_told: list[Severity]
+) -> None:
     """PX4 flies to the Gulf of Guinea, 5000 km away, and no energy of that is in the totals."""
-    items = (takeoff(20), item(16, 0.0, 20.0, longitude_deg=0.0), rtl())
+    odd = item(command, 0.0, 20.0, longitude_deg=0.0)
+    items = (odd, rtl()) if command == 22 else (takeoff(20), waypoint(50, 20), odd, rtl())
     severities = {
         meaning: [f.severity for f in route(*items, meaning=meaning).findings if f.code == "M110"]
         for meaning in (PX4, ARDUPILOT, None)
     }
     assert severities[PX4] == [Severity.ERROR]
     assert severities[ARDUPILOT] == []
-    assert severities[None] == [Severity.WARNING]
+    assert severities[None] == else_told
 
 
 def test_ardupilot_takes_off_where_it_stands_px4_flies_to_the_takeoffs_place() -> None:
