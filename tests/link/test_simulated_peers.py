@@ -17,12 +17,12 @@ from mavsdk.plugins.log_files import LogFiles
 from mavsdk.plugins.mission_raw import MissionRaw
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
-from simulated_vehicles import free_port, request, vehicle
+from simulated_vehicles import free_port, memory_line, request, vehicle
 
 from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
 from planner.link.mission_kind import MissionKind
-from planner.link.pymavlink_link import open_vehicle
+from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
 from planner.simulation import open_simulation
 
 if TYPE_CHECKING:
@@ -100,6 +100,27 @@ def test_mavsdk_reads_mission_fence_rally_points_and_parameters(autopilot: Autop
         for one in made.setup.parameters:
             # MAVSDK reads ArduPilot's whole numbers as they are, PX4's byte for byte.
             assert values[one.name] == pytest.approx(one.value, rel=1e-6), one.name
+
+
+@BOTH
+def test_mavsdk_reads_what_we_read(autopilot: Autopilot) -> None:
+    port, address = _udp()
+    link = PymavlinkLink(memory_line(autopilot), name="simulated")
+    with _simulated(autopilot, address), _mavsdk(port) as (_, system):
+        raw = MissionRaw(system)
+        for kind, theirs in (
+            (MissionKind.MISSION, raw.download_mission()),
+            (MissionKind.FENCE, raw.download_geofence()),
+            (MissionKind.RALLY, raw.download_rallypoints()),
+        ):
+            ours = link.fetch_items(kind) or ()
+            assert [
+                *((one.command, one.frame, one.x, one.y, one.z, one.autocontinue) for one in ours)
+            ] == [(one.command, one.frame, one.x, one.y, one.z, one.autocontinue) for one in theirs]
+            for one, other in zip(ours, theirs, strict=True):
+                for name in ("param1", "param2", "param3", "param4"):
+                    value = getattr(other, name)
+                    assert getattr(one, name) == pytest.approx(value, nan_ok=True)
 
 
 @BOTH
