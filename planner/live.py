@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from planner.link.address import LinkAddress
     from planner.link.log_transfer import VehicleLog
-    from planner.link.pymavlink_link import OnProgress
+    from planner.link.pymavlink_link import OnProgress, PymavlinkLink
     from planner.link.upload import UploadResult
     from planner.link.vehicle import VehicleSnapshot
     from planner.mission.difference import Difference
@@ -50,11 +50,38 @@ class LinkRequest:
     """System id of this program; COM_ARM_AUTH_ID names that of a guard."""
 
 
-def _silent(what: str, done: int, count: int | None) -> None:
+def silent(what: str, done: int, count: int | None) -> None:
     """Hear of progress and say nothing."""
 
 
-def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = _silent) -> VehicleSnapshot:
+def open_link(
+    request: LinkRequest,
+    *,
+    purpose: Purpose = Purpose.READ,
+    on_progress: OnProgress = silent,
+) -> closing[PymavlinkLink]:
+    """Return the vehicle of a request, to be closed.
+
+    Raises
+    ------
+    LinkError
+        If the line cannot be opened, no vehicle answers, or several do.
+    UsageError
+        If a library is missing.
+    """
+    return closing(
+        open_vehicle(
+            request.address,
+            settings=request.settings,
+            purpose=purpose,
+            system=request.system,
+            own_system=request.own_system,
+            on_progress=on_progress,
+        )
+    )
+
+
+def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = silent) -> VehicleSnapshot:
     """Return everything that a vehicle tells of itself.
 
     Raises
@@ -64,14 +91,7 @@ def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = _silent) ->
     UsageError
         If a library is missing.
     """
-    link = open_vehicle(
-        request.address,
-        settings=request.settings,
-        system=request.system,
-        own_system=request.own_system,
-        on_progress=on_progress,
-    )
-    with closing(link):
+    with open_link(request, on_progress=on_progress) as link:
         return fetch_snapshot(link, address=request.address.text)
 
 
@@ -172,7 +192,7 @@ class MissionComparison:
 
 
 def compare_with_vehicle(
-    mission: Mission, request: LinkRequest, *, on_progress: OnProgress = _silent
+    mission: Mission, request: LinkRequest, *, on_progress: OnProgress = silent
 ) -> MissionComparison:
     """Return what differs between a mission and the one on a vehicle, home left out.
 
@@ -181,14 +201,7 @@ def compare_with_vehicle(
     LinkError
         If no vehicle answers, or a transfer stalls.
     """
-    link = open_vehicle(
-        request.address,
-        settings=request.settings,
-        system=request.system,
-        own_system=request.own_system,
-        on_progress=on_progress,
-    )
-    with closing(link):
+    with open_link(request, on_progress=on_progress) as link:
         lists = {kind: link.fetch_items(kind) for kind in MissionKind}
         name = request.address.text
         read = mission_of_lists(lists, link.identity, home=mission.home, source=name)
@@ -226,7 +239,7 @@ def send_mission(
     may_send: Callable[[VehicleSnapshot, CheckResult | UnreadableMission], bool],
     listen_s: float,
     is_charge_given: bool = False,
-    on_progress: OnProgress = _silent,
+    on_progress: OnProgress = silent,
 ) -> Upload:
     """Check a mission with what a vehicle tells, and send it there if it may be.
 
@@ -254,15 +267,7 @@ def send_mission(
     UsageError
         If an item cannot be sent.
     """
-    link = open_vehicle(
-        request.address,
-        settings=request.settings,
-        system=request.system,
-        own_system=request.own_system,
-        purpose=Purpose.UPLOAD,
-        on_progress=on_progress,
-    )
-    with closing(link):
+    with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
         snapshot = fetch_snapshot(link, address=request.address.text)
         result = check_vehicle(
             snapshot, check_request, mission=mission, is_charge_given=is_charge_given
@@ -289,7 +294,7 @@ def fetch_logs(
     names: Sequence[str] = (),
     is_all: bool = False,
     folder: Path,
-    on_progress: OnProgress = _silent,
+    on_progress: OnProgress = silent,
 ) -> FetchedLogs:
     """List the logs of a vehicle, and download some or all of them.
 
@@ -317,14 +322,7 @@ def fetch_logs(
     """
     from planner.link.log_files import download_logs, fetch_log_list
 
-    link = open_vehicle(
-        request.address,
-        settings=request.settings,
-        system=request.system,
-        own_system=request.own_system,
-        on_progress=on_progress,
-    )
-    with closing(link):
+    with open_link(request, on_progress=on_progress) as link:
         listed = fetch_log_list(link)
         known = {log.name for log in listed}
         for name in names:

@@ -15,8 +15,7 @@ from planner.link.guard_session import GuardSession
 from planner.link.guarding import GuardSettings, Part
 from planner.link.judgement import go_judgement, no_go_judgement, unknown_judgement
 from planner.link.outgoing import Purpose
-from planner.link.pymavlink_link import open_vehicle
-from planner.live import check_vehicle
+from planner.live import check_vehicle, open_link, silent
 from planner.service import UnreadableMission
 from planner.vehicle.library import load_vehicle
 
@@ -50,10 +49,6 @@ class GuardRequest:
     warn_before_s: float = 60.0
 
 
-def _silent(what: str, done: int, count: int | None) -> None:
-    """Hear of progress and say nothing."""
-
-
 def guard_vehicle(
     request: LinkRequest,
     check: CheckRequest,
@@ -62,7 +57,7 @@ def guard_vehicle(
     on_decision: Callable[[Decision], None],
     on_status: Callable[[GuardStatus], None],
     on_lost: Callable[[str], None] = lambda _: None,
-    on_progress: OnProgress = _silent,
+    on_progress: OnProgress = silent,
 ) -> None:
     """Guard a vehicle until something stops it.
 
@@ -122,16 +117,7 @@ def _guard_once(
         settings = replace(settings, needed=settings.needed - {Part.BATTERY})
     with ExitStack() as stack:
         link = stack.enter_context(
-            closing(
-                open_vehicle(
-                    request.address,
-                    settings=request.settings,
-                    purpose=Purpose.GUARD,
-                    system=request.system,
-                    own_system=request.own_system,
-                    on_progress=on_progress,
-                )
-            )
+            open_link(request, purpose=Purpose.GUARD, on_progress=on_progress)
         )
         authoriser: Authoriser | None = None
         if guard.uses_mavsdk:

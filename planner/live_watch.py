@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import MavjouleError, UsageError
 from planner.link.guard_session import GuardSession
 from planner.link.guarding import GuardSettings, Part
-from planner.link.pymavlink_link import open_vehicle
 from planner.link.snapshot import make_snapshot, read_vehicle
+from planner.live import open_link
 from planner.live_guard import judge_vehicle
 
 if TYPE_CHECKING:
@@ -116,17 +116,7 @@ def _watch_once(
     if is_charge_given:
         settings = replace(settings, needed=settings.needed - {Part.BATTERY})
     with ExitStack() as stack:
-        link = stack.enter_context(
-            closing(
-                open_vehicle(
-                    request.address,
-                    settings=request.settings,
-                    system=request.system,
-                    own_system=request.own_system,
-                    on_progress=tell_progress,
-                )
-            )
-        )
+        link = stack.enter_context(open_link(request, on_progress=tell_progress))
         known = read_vehicle(link)
         tell.received(make_snapshot(link.identity, known, address=request.address.text))
         executor = ThreadPoolExecutor(1)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.link.chunks import ChunkStream
+from planner.link.exchange import Exchange
 from planner.link.file_packet import (
     MOST_CONTENT,
     FileError,
@@ -39,7 +40,7 @@ class FileRefusedError(LinkError):
     """The vehicle refuses a file or a folder."""
 
 
-class FolderListing:
+class FolderListing(Exchange):
     """The entries of one folder.
 
     Parameters
@@ -62,8 +63,8 @@ class FolderListing:
         *,
         retries: int | None = None,
     ) -> None:
+        super().__init__(settings, retries=retries)
         self._path = path
-        self._timer = Retransmission(settings, retries=retries)
         self._numbers = numbers
         self._number = numbers.following()
         self._session = 0
@@ -71,22 +72,11 @@ class FolderListing:
         """Sizes by name. [B]"""
         self.folders: list[str] = []
         self._entries = 0
-        self.is_done = False
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
         """Entries so far."""
         return self._entries, None
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for the first entries."""
-        self._timer.sent(now_s)
-        return (self._request(),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle.
@@ -122,21 +112,11 @@ class FolderListing:
         self._number = self._numbers.following()
         self._timer.answered(now_s)
         self._timer.sent(now_s)
-        return (self._request(),)
+        return self._requests()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask again, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was asked often enough.
-        """
-        if self._timer.is_used_up:
-            msg = f"the folder {self._path} stalled at entry {self._entries + 1}"
-            raise LinkError(msg)
-        self._timer.repeated(now_s)
-        return (self._request(),)
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        msg = f"the folder {self._path} stalled at entry {self._entries + 1}"
+        raise LinkError(msg)
 
     def _take_entry(self, entry: str) -> None:
         kind, name = entry[:1], entry[1:]
@@ -146,19 +126,18 @@ class FolderListing:
             name, _, size = name.partition("\t")
             self.files[name] = int(size) if size.isascii() and size.isdigit() else 0
 
-    def _request(self) -> Message:
-        return packet_message(
-            FilePacket(
-                number=self._number,
-                operation=Operation.LIST_DIRECTORY,
-                session=self._session,
-                offset=self._entries,
-                content=self._path.encode()[:MOST_CONTENT],
-            )
+    def _requests(self) -> tuple[Message, ...]:
+        asked = FilePacket(
+            number=self._number,
+            operation=Operation.LIST_DIRECTORY,
+            session=self._session,
+            offset=self._entries,
+            content=self._path.encode()[:MOST_CONTENT],
         )
+        return (packet_message(asked),)
 
 
-class FileDownload:
+class FileDownload(Exchange):
     """One file by its path.
 
     Parameters
@@ -183,33 +162,21 @@ class FileDownload:
         settings: LinkSettings,
         numbers: FileNumbers,
     ) -> None:
+        super().__init__(settings)
         self._path = path
         self._start = start
         self._write = write
-        self._settings = settings
-        self._timer = Retransmission(settings)
         self._numbers = numbers
         self._number = numbers.following(leaving=_BETWEEN_FILES)
         self._opened_number = self._number
         self._session: int | None = None
         self._stream: ChunkStream | None = None
         self._openings = 0
-        self.is_done = False
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
         """Bytes so far, and how many there are."""
         return (0, None) if self._stream is None else (self._stream.offset, self._stream.size)
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for the file to be opened."""
-        self._timer.sent(now_s)
-        return (self._opening(),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle.
@@ -233,21 +200,14 @@ class FileDownload:
             return self._take_piece(packet, now_s)
         return ()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for what is missing, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was asked for often enough.
-        """
-        if self._timer.is_used_up:
-            done, size = self.progress
-            at = "before it was opened" if size is None else f"at {done} of {size} bytes"
-            msg = f"{self._path} stalled {at}; what came is kept, call again to go on"
-            raise LinkError(msg)
-        self._timer.repeated(now_s)
+    def _requests(self) -> tuple[Message, ...]:
         return (self._opening() if self._session is None else self._reading(),)
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        done, size = self.progress
+        at = "before it was opened" if size is None else f"at {done} of {size} bytes"
+        msg = f"{self._path} stalled {at}; what came is kept, call again to go on"
+        raise LinkError(msg)
 
     def _take_opened(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
         if packet.operation == Operation.NAK and packet.error in _BUSY:

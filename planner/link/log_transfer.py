@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from planner.errors import LinkError
 from planner.frozen import frozen
 from planner.link.chunks import ChunkStream
+from planner.link.exchange import Exchange
 from planner.link.message import message
-from planner.link.retransmission import Retransmission
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +34,7 @@ class VehicleLog:
     """In the log protocol."""
 
 
-class LogListing:
+class LogListing(Exchange):
     """The logs a vehicle is asked for.
 
     Parameters
@@ -44,15 +44,9 @@ class LogListing:
     """
 
     def __init__(self, settings: LinkSettings) -> None:
-        self._timer = Retransmission(settings)
+        super().__init__(settings)
         self._count: int | None = None
         self._sizes: dict[int, int] = {}
-        self.is_done = False
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
@@ -63,11 +57,6 @@ class LogListing:
     def sizes(self) -> dict[int, int]:
         """Size by number, once it is done. [B]"""
         return dict(sorted(self._sizes.items()))
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for all of them."""
-        self._timer.sent(now_s)
-        return (message("LOG_REQUEST_LIST", start=0, end=_ALL),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle."""
@@ -80,23 +69,16 @@ class LogListing:
         self.is_done = len(self._sizes) >= self._count
         return ()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask again, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was asked often enough.
-        """
-        if self._timer.is_used_up:
-            got, count = self.progress
-            msg = f"the list of logs stalled at {got} of {'?' if count is None else count}"
-            raise LinkError(msg)
-        self._timer.repeated(now_s)
+    def _requests(self) -> tuple[Message, ...]:
         return (message("LOG_REQUEST_LIST", start=0, end=_ALL),)
 
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        got, count = self.progress
+        msg = f"the list of logs stalled at {got} of {'?' if count is None else count}"
+        raise LinkError(msg)
 
-class LogDownload:
+
+class LogDownload(Exchange):
     """One log by its number, after the vehicle was asked for its list.
 
     LOG_REQUEST_END is not part of it: PX4 forgets its list by it, and sends no other log.
@@ -116,26 +98,16 @@ class LogDownload:
     def __init__(
         self, log: VehicleLog, start: int, write: Callable[[bytes], None], settings: LinkSettings
     ) -> None:
+        super().__init__(settings)
         self._log = log
         self._stream = ChunkStream(log.size_bytes, start, write)
-        self._timer = Retransmission(settings)
         self._asked_until = 0
         self.is_done = self._stream.is_whole
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
         """Bytes so far, and how many there are."""
         return self._stream.offset, self._stream.size
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for the first bytes that are missing."""
-        self._timer.sent(now_s)
-        return (self._request(),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle."""
@@ -151,31 +123,21 @@ class LogDownload:
             self._timer.answered(now_s)
             self._timer.sent(now_s)
         if has_grown and self._stream.offset >= self._asked_until:
-            return (self._request(),)
+            return self._requests()
         if offset + len(content) >= self._asked_until:  # the end of what was asked for is here
-            return (self._request(),)
+            return self._requests()
         return ()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for what is missing, or give up.
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        done, size = self.progress
+        msg = (
+            f"{self._log.name} stalled at {done} of {size} bytes; what came is kept, call again to "
+            "go on"
+        )
+        raise LinkError(msg)
 
-        Raises
-        ------
-        LinkError
-            If it was asked for often enough.
-        """
-        if self._timer.is_used_up:
-            done, size = self.progress
-            msg = (
-                f"{self._log.name} stalled at {done} of {size} bytes; what came is kept, call "
-                "again to go on"
-            )
-            raise LinkError(msg)
-        self._timer.repeated(now_s)
-        return (self._request(),)
-
-    def _request(self) -> Message:
+    def _requests(self) -> tuple[Message, ...]:
         start = self._stream.offset
         count = min(self._stream.gap() or _WINDOW, _WINDOW, self._stream.size - start)
         self._asked_until = start + count
-        return message("LOG_REQUEST_DATA", id=self._log.number, ofs=start, count=count)
+        return (message("LOG_REQUEST_DATA", id=self._log.number, ofs=start, count=count),)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.frozen import frozen
+from planner.link.exchange import Exchange
 from planner.link.message import message
 from planner.link.mission_kind import BUSY, MissionKind, MissionResult, result_name
-from planner.link.retransmission import Retransmission
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ class WireItem:
     autocontinue: int = 1
 
 
-class MissionDownload:
+class MissionDownload(Exchange):
     """A list of items that a vehicle is asked for.
 
     Parameters
@@ -59,25 +59,18 @@ class MissionDownload:
     """
 
     def __init__(self, kind: MissionKind, settings: LinkSettings) -> None:
+        super().__init__(settings)
         self._kind = kind
-        self._settings = settings
-        self._timer = Retransmission(settings)
         self._count: int | None = None
         self._items: list[WireItem] = []
         self._restarts = 0
         self._furthest = 0
         self._refusal = ""
         self._last_progress_s = 0.0
-        self.is_done = False
         self.is_supported = True
         """Whether the vehicle knows such a list."""
         self.list_id = 0
         """By what number the vehicle tells this list from another; 0 where it tells none."""
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
@@ -92,8 +85,7 @@ class MissionDownload:
     def begin(self, now_s: float) -> tuple[Message, ...]:
         """Ask for the number of items."""
         self._last_progress_s = now_s
-        self._timer.sent(now_s)
-        return (self._request(),)
+        return super().begin(now_s)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; others than of this list are passed over."""
@@ -116,17 +108,19 @@ class MissionDownload:
         LinkError
             If it was asked often enough.
         """
-        if self._timer.is_used_up:
-            raise LinkError(self._stalled(now_s))
-        if self._count is not None and now_s - self._last_progress_s > _FORGOTTEN_S:
+        is_forgotten = now_s - self._last_progress_s > _FORGOTTEN_S
+        if self._count is not None and is_forgotten and not self._timer.is_used_up:
             return self._restart(now_s, "it stopped answering")
-        self._timer.repeated(now_s)
-        return (self._request(),)
+        return super().expire(now_s)
 
-    def _request(self) -> Message:
+    def _requests(self) -> tuple[Message, ...]:
+        kind = int(self._kind)
         if self._count is None:
-            return message("MISSION_REQUEST_LIST", mission_type=int(self._kind))
-        return message("MISSION_REQUEST_INT", seq=len(self._items), mission_type=int(self._kind))
+            return (message("MISSION_REQUEST_LIST", mission_type=kind),)
+        return (message("MISSION_REQUEST_INT", seq=len(self._items), mission_type=kind),)
+
+    def _give_up(self, now_s: float) -> None:
+        raise LinkError(self._stalled(now_s))
 
     def _take_count(self, count: int, now_s: float) -> tuple[Message, ...]:
         if self._count is not None:
@@ -152,7 +146,7 @@ class MissionDownload:
             self.is_done = True
             return (message("MISSION_ACK", type=0, mission_type=int(self._kind)),)
         self._timer.sent(now_s)
-        return (self._request(),)
+        return self._requests()
 
     def _take_refusal(self, result: int, now_s: float) -> tuple[Message, ...]:
         if result == MissionResult.ACCEPTED:
@@ -183,7 +177,7 @@ class MissionDownload:
         self._last_progress_s = now_s
         # A busy vehicle is left a moment; the attempts since it last made progress still count.
         self._timer.repeated(now_s)
-        return (self._request(),)
+        return self._requests()
 
     def _stalled(self, now_s: float) -> str:
         got, count = self.progress
@@ -205,7 +199,7 @@ class UploadOutcome(Enum):
     REJECTED = "rejected"
 
 
-class MissionUpload:
+class MissionUpload(Exchange):
     """A list of items that is sent to a vehicle.
 
     Parameters
@@ -221,34 +215,23 @@ class MissionUpload:
     def __init__(
         self, kind: MissionKind, items: Sequence[WireItem], settings: LinkSettings
     ) -> None:
+        super().__init__(settings)
         self._kind = kind
         self._sent = tuple(items)
-        self._timer = Retransmission(settings)
         self._most_answers = (len(items) + 1) * (settings.retries + 2)
         self._answers = 0
         self._asked: set[int] = set()
         self._last_asked: int | None = None
         self._busy = 0
         self._closing = 0
-        self.is_done = False
         self.outcome: UploadOutcome | None = None
         self.rejection = ""
         """In a rejection: what the vehicle answered, and to which item."""
 
     @property
-    def deadline_s(self) -> float:
-        """When to send again. [s]"""
-        return self._timer.deadline_s
-
-    @property
     def progress(self) -> tuple[int, int | None]:
         """Items asked for so far, and how many there are."""
         return len(self._asked), len(self._sent)
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Announce the number of items."""
-        self._timer.sent(now_s)
-        return (self._announcement(),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; others than of this list are passed over."""
@@ -273,12 +256,15 @@ class MissionUpload:
             if self._closing > _CLOSING_RETRIES or self._timer.is_used_up:
                 self._finish(UploadOutcome.UNCONFIRMED)
                 return ()
-        elif self._timer.is_used_up:
-            raise LinkError(self._stalled(now_s))
-        self._timer.repeated(now_s)
+        return super().expire(now_s)
+
+    def _requests(self) -> tuple[Message, ...]:
         if self._last_asked is None:
             return (self._announcement(),)
         return (self._item(self._last_asked),)
+
+    def _give_up(self, now_s: float) -> None:
+        raise LinkError(self._stalled(now_s))
 
     @property
     def _has_sent_all(self) -> bool:

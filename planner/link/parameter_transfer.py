@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.frozen import frozen
+from planner.link.exchange import Exchange
 from planner.link.message import message
-from planner.link.retransmission import Retransmission
 
 if TYPE_CHECKING:
     from planner.link.message import Message
@@ -63,7 +63,7 @@ class WireParameter:
         return self.kind < 9
 
 
-class ParameterDownload:
+class ParameterDownload(Exchange):
     """Every parameter that a vehicle is asked for.
 
     Parameters
@@ -73,18 +73,12 @@ class ParameterDownload:
     """
 
     def __init__(self, settings: LinkSettings) -> None:
-        self._timer = Retransmission(settings)
+        super().__init__(settings)
         self._count: int | None = None
         self._counts = 0
         self._by_index: dict[int, WireParameter] = {}
         self._outstanding: set[int] = set()
         self._is_repeated = False
-        self.is_done = False
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
@@ -95,11 +89,6 @@ class ParameterDownload:
     def parameters(self) -> tuple[WireParameter, ...]:
         """All of them, in the vehicle's order, once it is done."""
         return tuple(self._by_index[index] for index in sorted(self._by_index))
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for all of them."""
-        self._timer.sent(now_s)
-        return (message("PARAM_REQUEST_LIST"),)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; others than PARAM_VALUE are passed over.
@@ -137,20 +126,13 @@ class ParameterDownload:
         self._timer.sent(now_s)
         return ()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for what is missing, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was asked for often enough.
-        """
-        if self._timer.is_used_up:
-            raise LinkError(self._stalled(now_s))
-        self._timer.repeated(now_s)
+    def _requests(self) -> tuple[Message, ...]:
         if self._count is None:
             return (message("PARAM_REQUEST_LIST"),)
         return self._missing()
+
+    def _give_up(self, now_s: float) -> None:
+        raise LinkError(self._stalled(now_s))
 
     def _end(self, now_s: float) -> tuple[Message, ...]:
         """End, or ask for all again, once, where one has come under two numbers."""

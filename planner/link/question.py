@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.link.exchange import Exchange
 from planner.link.message import message
-from planner.link.retransmission import Retransmission
 
 if TYPE_CHECKING:
     from planner.link.message import Message
@@ -20,7 +20,7 @@ HASH_NAME = "_HASH_CHECK"
 _BY_NAME = -1
 
 
-class Question:
+class Question(Exchange):
     """One request, and the message that answers it: ``None`` where it does not come.
 
     Parameters
@@ -39,14 +39,13 @@ class Question:
     def __init__(
         self, request: Message, settings: LinkSettings, *, retries: int, stray: int = 0
     ) -> None:
+        super().__init__(settings, retries=retries)
         self._request = request
         self._stray = stray
         self._asked = 0
-        self._timer = Retransmission(settings, retries=retries)
         self.answer: Message | None = None
         self.is_heard = False
         """Whether the vehicle said anything to it, be it that it has no such message."""
-        self.is_done = False
 
     @property
     def stray(self) -> int:
@@ -55,20 +54,9 @@ class Question:
         return max(self._stray + own, 0)
 
     @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
-
-    @property
     def progress(self) -> tuple[int, int | None]:
         """Whether it is there."""
         return int(self.answer is not None), 1
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask."""
-        self._timer.sent(now_s)
-        self._asked = 1
-        return (self._request,)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle."""
@@ -83,14 +71,12 @@ class Question:
             self._stray -= is_final
         return ()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask again, or do without it."""
-        if self._timer.is_used_up:
-            self.is_done = True
-            return ()
-        self._timer.repeated(now_s)
+    def _requests(self) -> tuple[Message, ...]:
         self._asked += 1
         return (self._request,)
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
+        self.is_done = True
 
     def _is_answer(self, received: Message) -> bool:
         raise NotImplementedError

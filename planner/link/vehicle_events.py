@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from planner.catalogue.px4_events import PX4_EVENTS
 from planner.frozen import frozen
+from planner.link.exchange import Exchange
 from planner.link.message import message
-from planner.link.retransmission import Retransmission
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -132,7 +132,7 @@ class EventRecord:
         self._latest = sequence
 
 
-class EventRequest:
+class EventRequest(Exchange):
     """Asks for the events that are missing; one that cannot be had is done without.
 
     Parameters
@@ -146,39 +146,24 @@ class EventRequest:
     """
 
     def __init__(self, record: EventRecord, settings: LinkSettings, *, retries: int) -> None:
+        super().__init__(settings, retries=retries)
         self._record = record
-        self._timer = Retransmission(settings, retries=retries)
         self._wanted = len(record.missing)
         self.is_done = not record.missing
-
-    @property
-    def deadline_s(self) -> float:
-        """When to ask again. [s]"""
-        return self._timer.deadline_s
 
     @property
     def progress(self) -> tuple[int, int | None]:
         """Events that came, and how many were missing."""
         return self._wanted - len(self._record.missing), self._wanted
 
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Ask for all of them."""
-        self._timer.sent(now_s)
-        return self._requests()
-
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every transfer
         """Take a message of the vehicle, which the record has taken before."""
         self.is_done = not self._record.missing
         return ()
 
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask again, or do without."""
-        if self._timer.is_used_up:
-            self._record.give_up()
-            self.is_done = True
-            return ()
-        self._timer.repeated(now_s)
-        return self._requests()
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
+        self._record.give_up()
+        self.is_done = True
 
     def _requests(self) -> tuple[Message, ...]:
         return tuple(

@@ -232,11 +232,11 @@ def _short() -> EnergyState:
 async def test_a_missing_library_ends_the_review_with_a_sentence(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def open_vehicle(*_: object, **__: object) -> None:
+    def open_link(*_: object, **__: object) -> None:
         msg = "a link needs pymavlink"
         raise UsageError(msg)
 
-    monkeypatch.setattr(live_watch, "open_vehicle", open_vehicle)
+    monkeypatch.setattr(live_watch, "open_link", open_link)
     link = LinkRequest(address=read_address("udpin:127.0.0.1:14550"))
     app = ReviewApp(("udpin:127.0.0.1:14550",), lambda _: what_if_of("-"), link=link)
     async with asyncio.timeout(DEADLINE_S), app.run_test() as pilot:
