@@ -73,6 +73,7 @@ def messages(browser: Chrome, log: str = "browser") -> list[str]:
 
 def asked_for(browser: Chrome, address: str) -> set[str]:
     """Open a page and return the addresses that are asked for."""
+    browser.get("about:blank")  # the browser's own first page asks for its parts
     messages(browser, "performance")
     opened(browser, address)
     events = [json.loads(one)["message"] for one in messages(browser, "performance")]
@@ -80,6 +81,7 @@ def asked_for(browser: Chrome, address: str) -> set[str]:
         event["params"]["request"]["url"]
         for event in events
         if event["method"] == "Network.requestWillBeSent"
+        and not event["params"]["request"]["url"].startswith("chrome:")
     }
 
 

@@ -70,7 +70,12 @@ def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
 
 
 def write_page(
-    results: Results, path: Path, *, sections: Sequence[str] = (), title: str = ""
+    results: Results,
+    path: Path,
+    *,
+    sections: Sequence[str] = (),
+    title: str = "",
+    names: Sequence[str] = (),
 ) -> None:
     """Write results as a page, with more sections after the overview, or in its place.
 
@@ -93,6 +98,7 @@ def write_page(
         sha256=sha256,
         sections=sections,
         title=title,
+        names=names,
     )
     write_data(page, output=path)
     narrate(f"the page is in {path}")

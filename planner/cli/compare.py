@@ -88,7 +88,9 @@ def command(
         from planner.report.html.comparison import comparison_section
 
         section = comparison_section(comparison.a, comparison.b)
-        write_page((comparison.a, comparison.b), report, sections=[section])
+        both = (comparison.a, comparison.b)
+        title = "Two checks side by side"
+        write_page(both, report, sections=[section], title=title, names=("A", "B"))
     return ExitCode.GO
 
 

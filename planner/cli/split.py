@@ -85,6 +85,12 @@ def command(
         from planner.report.html.split import split_section
 
         results = [part.result for part in split.parts]
-        write_page(results, report, sections=[split_section(split)], title=flights_text(split))
+        write_page(
+            results,
+            report,
+            sections=[split_section(split)],
+            title=flights_text(split),
+            names=[f"Part {number}" for number in range(1, len(results) + 1)],
+        )
     narrate(f"{numbers.count(len(split.parts), 'part')} written to {folder}")
     return ExitCode.GO

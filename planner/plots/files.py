@@ -53,6 +53,19 @@ def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -
             raise UsageError(msg)
 
 
+def still_svg(figure: Chart) -> str:
+    """Return a picture as SVG to stand in a page, in the page's ink and without labels of its parts.
+
+    Raises
+    ------
+    UsageError
+        If a library is missing.
+    """
+    config = chart_config("page") | {"aria": False}
+    svg: str = load_converter().vegalite_to_svg(figure.to_dict(validate=False) | {"config": config})
+    return svg
+
+
 def write_figures(
     figures: Mapping[str, Chart],
     folder: Path | str,

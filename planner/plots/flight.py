@@ -23,6 +23,8 @@ _HEIGHTS = ("altitude_amsl_m", "ground_amsl_m")
 _TIME = "Time [min]"
 _LABELLED_BAND = 0.055
 """Share of the flight that a band of a state takes at least to hold the state's name. [-]"""
+_CHARACTER_PX = 6.2
+"""Width of a character of a state's name, about."""
 _SPREAD = "8 of 10 flights"
 _BAND_OPACITY = 0.35
 _USED, _NEEDED = "used so far", "used once home, turning back here"
@@ -129,11 +131,13 @@ def power_panel(tables: FlightTables) -> Chart:
     named = [
         {
             "middle_min": round(0.5 * (row["start_min"] + row["end_min"]), 4),
+            "share": round((row["end_min"] - row["start_min"]) / whole_min, 4),
             "state": row["state"],
         }
         for row in tables.states
         if row["end_min"] - row["start_min"] > _LABELLED_BAND * whole_min
     ]
+    has_room = alt.ExprRef(f"datum.share * width > {_CHARACTER_PX} * length(datum.state) ? 1 : 0")
     if tables.case.vehicle.is_power_known:
         layers.append(
             alt.Chart(alt.NamedData("flight"))
@@ -142,7 +146,7 @@ def power_panel(tables: FlightTables) -> Chart:
         )
     layers.append(
         alt.Chart(alt.InlineData(values=named))
-        .mark_text(baseline="top", dy=4)
+        .mark_text(baseline="top", dy=4, fillOpacity=has_room)
         .encode(x="middle_min:Q", y=alt.value(0), text="state:N")
     )
     return _panel(alt.layer(*layers), "Electrical power over time, on bands of the flight's states")

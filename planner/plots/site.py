@@ -32,6 +32,9 @@ _NEAR_PX = 12.0
 _ROOM = "room to react and stop, position error"
 _ROOM_OPACITY = 0.3
 _FENCE_DASHES = {"stay inside": [1, 0], "keep out": [5, 3]}
+_MOST_NAMES = 3
+_CHARACTER_PX = 6.0
+"""Width of a character of a name, about."""
 _KINDS = ("item", "home", "rally point")
 
 
@@ -147,20 +150,38 @@ def map_panel(tables: FlightTables) -> Chart:
 
 
 def _label_rows(marks: list[Row], view: View) -> list[Row]:
-    """Return the names beside the marks; those of marks too near to each other share a place."""
-    near_m = _NEAR_PX * (view.east_m - view.west_m) / WIDTH
-    labels: list[Row] = []
+    """Return the names beside the marks, as far as they do not hide each other.
+
+    Those of marks too near to each other share a place, many of them as the first and the last.
+    """
+    metres_per_px = (view.east_m - view.west_m) / WIDTH
+    together: list[list[Row]] = []
     for mark in marks:
-        for row in labels:
-            away_m = np.hypot(row["east_m"] - mark["east_m"], row["north_m"] - mark["north_m"])
-            if away_m < near_m:
-                row["label"] += f", {mark['short']}"
+        for group in together:
+            east_m, north_m = (group[0][key] - mark[key] for key in ("east_m", "north_m"))
+            if np.hypot(east_m, north_m) < _NEAR_PX * metres_per_px:
+                group.append(mark)
                 break
         else:
-            labels.append(
-                {key: mark[key] for key in ("east_m", "north_m")} | {"label": mark["short"]}
-            )
+            together.append([mark])
+    labels: list[Row] = []
+    for group in together:
+        names = [mark["short"] for mark in group]
+        first = group[0]
+        label = ", ".join(names) if len(names) <= _MOST_NAMES else f"{names[0]} … {names[-1]}"
+        row = {"east_m": first["east_m"], "north_m": first["north_m"], "label": label}
+        if not any(_hide_each_other(row, other, metres_per_px) for other in labels):
+            labels.append(row)
     return labels
+
+
+def _hide_each_other(one: Row, other: Row, metres_per_px: float) -> bool:
+    left, right = sorted((one, other), key=lambda row: row["east_m"])
+    return bool(
+        right["east_m"] - left["east_m"]
+        < (_CHARACTER_PX * len(left["label"]) + _NEAR_PX) * metres_per_px
+        and abs(one["north_m"] - other["north_m"]) < _NEAR_PX * metres_per_px
+    )
 
 
 def ground_axes(view: View) -> tuple[Chart, Chart]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from planner.flight.motion.kinematics import FloatArray
     from planner.plots.places import Row
+    from planner.plots.site import View
     from planner.service import CheckResult
 
 _BAR_PX = 24
@@ -73,8 +74,9 @@ def split_map_figure(split: FlownParts) -> Chart:
     case = split.parts[0].result.case
     assert case is not None  # a part that is a go is flown
     legs = [row for number in range(len(split.parts)) for row in _leg_rows(split, number)]
-    marks, fence = place_rows(case), fence_rows(case)
+    marks = place_rows(case)
     view = ground_view([*legs, *marks])
+    fence = _seen(fence_rows(case), view)
     x, y = ground_axes(view)
 
     def layer(rows: list[Row]) -> Chart:
@@ -165,6 +167,18 @@ def split_energy_figure(split: FlownParts) -> Chart:
         height=_BAR_PX * len(rows),
         description="Energy of each part, a mark where its battery's reserve begins",
     )
+
+
+def _seen(fence: list[Row], view: View) -> list[Row]:
+    """Return the outlines of the areas of a fence that cross what is shown of the ground."""
+    import shapely
+
+    window = shapely.box(view.west_m, view.south_m, view.east_m, view.north_m)
+    outlines: dict[int, list[tuple[float, float]]] = {}
+    for row in fence:
+        outlines.setdefault(row["area"], []).append((row["east_m"], row["north_m"]))
+    seen = {area for area, line in outlines.items() if window.intersects(shapely.LineString(line))}
+    return [row for row in fence if row["area"] in seen]
 
 
 def _leg_rows(split: FlownParts, number: int) -> list[Row]:

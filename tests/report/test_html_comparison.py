@@ -63,3 +63,30 @@ def test_what_cannot_be_read_has_nothing_to_compare(
 ) -> None:
     tables = dict(compared_tables(flown, unreadable))
     assert all(row.second == "—" and not row.difference for row in tables["Flight"])
+
+
+def test_a_chance_that_stays_as_small_differs_by_nothing(flown: CheckResult) -> None:
+    assert flown.battery is not None
+    battery = dataclasses.replace(flown.battery, below_reserve_probability=0.0)
+    more = dataclasses.replace(battery, below_reserve_probability=0.0004)
+    results = [dataclasses.replace(flown, battery=one) for one in (battery, battery, more)]
+    for other, said in ((results[1], "0 %"), (results[2], "< 0.1 %")):
+        tables = dict(compared_tables(results[0], other))
+        [row] = [row for row in tables["Battery"] if row.label == "Chance to land below it"]
+        assert (row.first, row.difference) == ("< 0.1 %", said)
+
+
+def test_a_page_with_a_title_has_no_overview_and_names_its_missions(
+    flown: CheckResult, longer: CheckResult
+) -> None:
+    page = check_html(
+        [flown, longer],
+        version="1",
+        made_at=datetime(2026, 1, 2, tzinfo=UTC),
+        sections=[comparison_section(flown, longer)],
+        title="Two checks",
+        names=("A", "B"),
+    )
+    assert 'id="overview"' not in page
+    assert "<h1>Two checks</h1>" in page
+    assert page.index("<h2>A: ") < page.index("<h2>B: ")

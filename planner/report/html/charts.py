@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from planner.plots.files import still_svg
 from planner.plots.mission import mission_panels
-from planner.plots.tables import make_tables
+from planner.plots.tables import with_data
 from planner.plots.theme import ORANGE
 
 if TYPE_CHECKING:
     from planner.plots.places import Row
     from planner.plots.tables import FlightTables
-    from planner.service import CheckResult
 
     Spec = dict[str, Any]
 
@@ -29,17 +29,8 @@ TITLES = {
 }
 
 
-def page_charts(result: CheckResult, *, most_rows: int) -> dict[str, object]:
-    """Return the charts of a result and their data, as JSON the page's script reads.
-
-    Parameters
-    ----------
-    result : CheckResult
-        With a flight.
-    most_rows : int
-        Of each table.
-    """
-    tables = make_tables(result, most_rows=most_rows)
+def page_charts(tables: FlightTables) -> dict[str, object]:
+    """Return the charts of a result and their data, as JSON the page's script reads."""
     specs: dict[str, Spec] = {
         name: panel.to_dict(validate=False) for name, panel in mission_panels(tables).items()
     }
@@ -51,6 +42,13 @@ def page_charts(result: CheckResult, *, most_rows: int) -> dict[str, object]:
             for name, rows in tables.named.items()
         },
         "focus": finding_focus(tables),
+    }
+
+
+def still_charts(tables: FlightTables) -> dict[str, str]:
+    """Return the charts of a result as SVG, for readers without JavaScript."""
+    return {
+        name: still_svg(with_data(panel, tables)) for name, panel in mission_panels(tables).items()
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from planner import numbers
 from planner.report.html.page import template
 from planner.report.html.quantities import FIGURES, Quantity, number_at
 from planner.report.json_report import mission_document
@@ -97,8 +98,11 @@ def _rows(
 def _row(quantity: Quantity, a: float | None, b: float | None) -> ComparedRow:
     is_place = quantity.path.endswith(_WITHOUT_DIFFERENCE)
     difference = None if a is None or b is None or is_place else b - a
-    sign = "+" if difference is not None and difference > 0.0 else ""
-    text = "" if difference is None else f"{sign}{quantity.text(difference)}"
+    # a difference may be none, and below nothing, as no chance is
+    told = numbers.percent if quantity.text is numbers.chance else quantity.text
+    text = "" if difference is None else told(difference)
+    if difference is not None and difference > 0.0 and text[0].isdecimal():
+        text = f"+{text}"
     return ComparedRow(quantity.label, quantity.text(a), quantity.text(b), text, difference)
 
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from planner import catalogue, numbers
 from planner.findings import Severity
 from planner.frozen import frozen
+from planner.plots.tables import make_tables
 from planner.report.finding_text import closing_line, said
 from planner.report.finding_text import tally as finding_tally
-from planner.report.html.charts import TITLES, page_charts
+from planner.report.html.charts import TITLES, page_charts, still_charts
 from planner.report.html.quantities import (
     SEGMENT_DIGITS,
     Quantity,
@@ -87,6 +88,8 @@ class MissionView:
     """Everything the template asks of one mission."""
 
     number: int
+    name: str
+    """What it is called, besides its file; empty: nothing."""
     file: str
     verdict: str
     headline: str
@@ -105,6 +108,8 @@ class MissionView:
     """Name, text, value and origin of each."""
     charts: tuple[tuple[str, str], ...]
     """Name and title of each."""
+    stills: dict[str, str]
+    """SVG of each by name, for readers without JavaScript; empty where there are too many to make."""
     counts: dict[str, int]
     """Rows of the long tables."""
     sha256: str
@@ -113,7 +118,13 @@ class MissionView:
 
 
 def mission_view(
-    result: CheckResult | UnreadableMission, *, number: int, sha256: str, most_rows: int
+    result: CheckResult | UnreadableMission,
+    *,
+    number: int,
+    sha256: str,
+    most_rows: int,
+    has_stills: bool = False,
+    name: str = "",
 ) -> MissionView:
     """Return what the page tells of a mission.
 
@@ -127,10 +138,15 @@ def mission_view(
         Of its file; empty where that is not known.
     most_rows : int
         Of each table behind a picture.
+    has_stills : bool
+        Whether its pictures are made for readers without JavaScript, too.
+    name : str
+        What it is called, besides its file.
     """
     document = mission_document(result)
     flown = result if isinstance(result, CheckResult) and result.case is not None else None
-    payload: dict[str, Any] = {} if flown is None else page_charts(flown, most_rows=most_rows)
+    tables = None if flown is None else make_tables(flown, most_rows=most_rows)
+    payload: dict[str, Any] = {} if tables is None else page_charts(tables)
     payload["long"] = {
         name: _long_table(document, name, keys)
         for name, keys in (("segments", SEGMENT_KEYS), ("items", ITEM_KEYS))
@@ -142,6 +158,7 @@ def mission_view(
     ]
     return MissionView(
         number=number,
+        name=name,
         file=printable(result.file),
         verdict=result.verdict,
         headline=headline(result),
@@ -160,6 +177,7 @@ def mission_view(
         readings=() if flown is None or flown.case is None else _readings(flown.case.vehicle),
         parameters=_parameters(document),
         charts=tuple((name, TITLES[name]) for name in payload.get("charts", ())),
+        stills=still_charts(tables) if has_stills and tables is not None else {},
         counts={name: len(table["text"]) for name, table in payload["long"].items()},
         sha256=sha256,
         payload=payload,

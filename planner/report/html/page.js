@@ -2,6 +2,7 @@
 (() => {
   const config = JSON.parse(document.getElementById("config").textContent);
   const ROWS_AT_ONCE = 250;
+  const NARROW_PX = 560; // legends beside each other need more
 
   // Thousands of rows are made when their table is opened, some at a time.
   function fillLong(details, table) {
@@ -53,7 +54,11 @@
       spec.width = room;
       spec.autosize = { type: "fit-x", contains: "padding" };
     }
-    const done = await vegaEmbed(canvas, spec, { ast: true, renderer: "svg", actions: false, config });
+    const stacked = { ...config.legend, columns: 2, layout: { bottom: { anchor: "start", direction: "vertical" } } };
+    const done = await vegaEmbed(canvas, spec, {
+      ast: true, renderer: "svg", actions: false,
+      config: room < NARROW_PX ? { ...config, legend: stacked } : config,
+    });
     const svg = canvas.querySelector("svg");
     svg.setAttribute("role", "img");
     svg.setAttribute("aria-label", spec.description);

@@ -58,6 +58,7 @@ def check_html(
     sha256: Mapping[str, str] | None = None,
     sections: Sequence[str] = (),
     title: str = "",
+    names: Sequence[str] = (),
 ) -> str:
     """Return all missions of a call as a page.
 
@@ -76,6 +77,8 @@ def check_html(
     title : str
         Of a page whose sections say of all missions what there is to overview: they follow in the order
         of the call.
+    names : sequence of str
+        What each mission is called, besides its file.
 
     Raises
     ------
@@ -86,7 +89,14 @@ def check_html(
     hashes = sha256 or {}
     rows = max(min(_ROWS_OF_ONE, _ROWS_OF_ALL // max(len(results), 1)), _FEWEST_ROWS)
     missions = [
-        mission_view(result, number=number, sha256=hashes.get(result.file, ""), most_rows=rows)
+        mission_view(
+            result,
+            number=number,
+            sha256=hashes.get(result.file, ""),
+            most_rows=rows,
+            has_stills=len(results) == 1,
+            name=names[number] if names else "",
+        )
         for number, result in enumerate(results)
     ]
     order = missions

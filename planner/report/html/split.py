@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planner import numbers
+from planner.plots.files import still_svg
 from planner.plots.split import split_energy_figure, split_map_figure
 from planner.report.html.mission import finding_view
 from planner.report.html.page import page_json, template
@@ -66,6 +67,7 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
         rows=rows,
         totals=totals,
         charts=_TITLES,
+        stills={name: still_svg(figure) for name, figure in figures.items()},
         payload=page_json(payload),
         findings=[
             finding_view(finding, number, has_place=False)
