@@ -99,7 +99,7 @@ TEXT_EXTRA_COLUMNS = Rule(
 TEXT_FENCE_ROWS = Rule(
     code="L156",
     name="text-fence-rows",
-    severity=Severity.WARNING,
+    severity=Severity.ERROR,
     summary="Fence or rally rows stand among the items of a mission.",
     why=(
         "They belong to lists of their own: an autopilot refuses them inside a mission, and with "

@@ -111,14 +111,14 @@ SETTING_NOT_FOLLOWED = Rule(
     name="setting-not-followed",
     severity=Severity.WARNING,
     summary="A setting of the vehicle makes it fly other than predicted.",
-    why="A return along the mission, or one that stays in the air, takes other time than one straight home.",
+    why="A return that stays in the air, or leads elsewhere, takes other time and energy than predicted.",
     how=(
         "PX4's RTL_LAND_DELAY or COM_DISARM_LAND is negative, or RTL_TYPE above 5.  An error where "
         "RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps "
         "they take (MissionBase::getNextPositionItems), and go round without end."
     ),
     example="RTL_LAND_DELAY -1 s keeps the vehicle over home: time and energy end with its arrival there",
-    fix="set the parameter so that the vehicle returns straight home and lands, or allow for it yourself",
+    fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it yourself",
 )
 
 WAITS_FOR_EVER = Rule(
