@@ -77,6 +77,12 @@ class Destinations:
         """Whether returns lead along the mission."""
         return self.mission_ways is not None and bool(self.mission_ways.along)
 
+    @property
+    def knows_mission(self) -> bool:
+        """Whether returns lead along the mission, or to its landing."""
+        ways = self.mission_ways
+        return self.follows_mission or (ways is not None and ways.landing is not None)
+
     def home_of(self, stage: IntArray) -> IntArray:
         """Return which home counts while stages are flown, as positions among the homes. (n,)"""
         return np.searchsorted(self.home_first_stage, stage, side="right") - 1

@@ -156,8 +156,9 @@ class ReturnSearch:
         self._highest_m = 0.0
         last = np.append(np.flatnonzero(np.diff(homeward.segment_stage)), count - 1)
         last = last[judged[last]]
-        # Along the mission each corner costs anew: slopes measured straight home say nothing of it.
-        along = homeward.destinations.follows_mission
+        # Along the mission each corner costs anew, and so does a metre at the speed it commands: slopes
+        # measured straight home say nothing of it.
+        along = homeward.destinations.knows_mission
         first = np.concatenate(
             (
                 np.flatnonzero(self._ends_run | lone),
