@@ -55,15 +55,18 @@ def flight_extremes(
     """
     nodes = airspeed_m_s.shape[1]
 
-    def highest(values: FloatArray, sign: float = 1.0) -> Extreme:
-        place = int(np.argmax(sign * values))
-        return Extreme(value=float(values.flat[place]), segment=int(piece_segment[place // nodes]))
+    def at(values: FloatArray, place: np.intp) -> Extreme:
+        return Extreme(
+            value=float(values[np.unravel_index(place, values.shape)]),
+            segment=int(piece_segment[place // nodes]),
+        )
 
+    ground_m_s, climb_m_s = state.ground_speed_m_s, state.climb_m_s
     return Extremes(
-        ground_speed_m_s=highest(state.ground_speed_m_s),
-        airspeed_m_s=highest(airspeed_m_s),
-        climb_m_s=highest(state.climb_m_s),
-        descent_m_s=highest(state.climb_m_s, -1.0),
+        ground_speed_m_s=at(ground_m_s, np.argmax(ground_m_s)),
+        airspeed_m_s=at(airspeed_m_s, np.argmax(airspeed_m_s)),
+        climb_m_s=at(climb_m_s, np.argmax(climb_m_s)),
+        descent_m_s=at(climb_m_s, np.argmin(climb_m_s)),
         highest_m=float(state.height_m.max()),
         lowest_m=float(state.height_m.min()),
     )

@@ -74,17 +74,18 @@ class Weather:
         ndarray
             Not negative. (draws, k) [J]
         """
+        if len(at_points_j) == 1:  # all draws have the conditions of the prediction
+            mean_j = at_points_j[0]
+            drawn_j = mean_j.sum(axis=1) + draws.state_error @ mean_j.T
+            return np.asarray(np.maximum(drawn_j * (1.0 + draws.energy_error[:, None]), 0.0))
         count, states = at_points_j.shape[1:]
         flat_j = at_points_j.reshape(len(at_points_j), -1)
         energy_j = np.empty((DRAWS, count))
         for first in range(0, DRAWS, _ROWS_AT_ONCE):
             rows = slice(first, first + _ROWS_AT_ONCE)
             factor = 1.0 + draws.state_error[rows]
-            if len(at_points_j) == 1:
-                energy_j[rows] = factor @ at_points_j[0].T
-            else:
-                by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
-                energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
+            by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
+            energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
             energy_j[rows] *= 1.0 + draws.energy_error[rows, None]
         return np.maximum(energy_j, 0.0)
 
