@@ -96,12 +96,16 @@ class LegTimes:
         direction, begin_m = (legs.direction * per_metre).T, (legs.start_m * per_metre).T
         accelerated, braked = self._cruise()
         leads = legs.direction.any(axis=1)
+        # Where legs overlap, one rests yet at its beginning, and already at its end.
+        passed = legs.half_overlap_s > 0.0
+        entered = np.zeros_like(passed)
+        entered[1:] = passed[:-1]
         times = np.sort(
             np.concatenate(
                 (
-                    self.breaks_s[leads].ravel(),
-                    self.breaks_s[~leads, 0],
-                    self.end_s,
+                    self.breaks_s[leads, 1:].ravel(),
+                    self.breaks_s[~entered, 0],
+                    self.end_s[~passed],
                     self.begun_s,
                     self.reached_s,
                     accelerated,
