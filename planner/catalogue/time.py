@@ -98,9 +98,9 @@ NOISE_ASSUMED = Rule(
     how=(
         "With e the mean horizontal error in a hover, E = MPC_XY_ERR_MAX and P = MPC_XY_P time passes "
         "by e/2E more slowly in climbs and descents, by (e/2E)/(1 + v/v0), v0 = 2PE/π, at a speed v, and by "
-        "e/E in a landing once it stands over its place at home; a turn and what speeds up after it take up "
-        "to 0.1 s (ln((PE + v2)/(PE + v1)) + |Δv|/2PE) longer.  The distance holds 0.7 P e a second of "
-        "wandering (totals.wander_m)."
+        "e/E in a landing once it stands over its place at home; speeding up behind a turn takes up to "
+        "0.1 s ln((PE + v2)/(PE + v1)) longer.  The distance holds 0.7 P e a second of wandering "
+        "(totals.wander_m)."
     ),
     example="a position noise of 0.31 m is taken from px4-sih-quad: PX4 slows down for it and wanders",
     fix="give the mean position error of a hover from a log of the vehicle with --position-noise",

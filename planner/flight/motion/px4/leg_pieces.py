@@ -81,10 +81,7 @@ def _add_turns(
         level_m_s=layout.speed_m_s,
         upright_m_s=np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
     )
-    turned = np.where(pausing[:, None], 0.0, after - legs.velocity_m_s)
-    turning_pace = pace.lagging(
-        turn_s, speed, np.hypot(after[:, 0], after[:, 1]), np.hypot(turned[:, 0], turned[:, 1])
-    )
+    turning_pace = pace.lagging(turn_s, speed, np.hypot(after[:, 0], after[:, 1]))
     for duration, coefficients in curves.parts(turn_s):
         pieces.add_cubics(
             Places(
@@ -170,7 +167,7 @@ def _add_changes(
     level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
     after = speed + duration * (acceleration + 0.5 * jerks * duration)
     paces = pace.between(level * speed, level * after)
-    lagging = pace.lagging(duration[:3], level * speed[:3], level * after[:3], 0.0 * speed[:3])
+    lagging = pace.lagging(duration[:3], level * speed[:3], level * after[:3])
     # Braking, the vehicle is ahead of its trajectory; what it lags by from standing, it nearly is ahead
     # by at the next stop.
     paces[:3] = np.where(steep | (legs.turn_s == 0.0), paces[:3], lagging)

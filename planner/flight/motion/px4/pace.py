@@ -104,13 +104,9 @@ class Pace:
         return pace
 
     def lagging(
-        self,
-        duration_s: FloatArray,
-        first_m_s: FloatArray,
-        last_m_s: FloatArray,
-        turned_m_s: FloatArray,
+        self, duration_s: FloatArray, first_m_s: FloatArray, last_m_s: FloatArray
     ) -> FloatArray:
-        """Return the mean pace where a vehicle speeds up or turns.
+        """Return the mean pace where a vehicle speeds up behind a turn.
 
         Parameters
         ----------
@@ -118,21 +114,17 @@ class Pace:
             In the trajectory's time. [s]
         first_m_s, last_m_s : ndarray
             Horizontal speeds before and after. [m s⁻¹]
-        turned_m_s : ndarray
-            Length of the change of the velocity in a turn. [m s⁻¹]
 
         Notes
         -----
         Accelerating at a the vehicle lags: ẋ = w + T a − MPC_XY_P x − v x/E, T = _LAG_S, E = MPC_XY_ERR_MAX.
-        At rest x/E = T a/(MPC_XY_P E + v), which sums up to T ln((MPC_XY_P E + v₂)/(MPC_XY_P E + v₁)).  In
-        a turn the lag, T |a|/MPC_XY_P, is across the way and the vehicle behind for half of it: T |Δv|/(2
-        MPC_XY_P E).  As braking puts it ahead by as much before, that is only lost with a noise as large
-        as the lag itself, and with none next to nothing.
+        At rest x/E = T a/(MPC_XY_P E + v), which sums up to T ln((MPC_XY_P E + v₂)/(MPC_XY_P E + v₁)).
+        As braking puts it ahead by T a/MPC_XY_P before, that is only lost with a noise as large, and with
+        none next to nothing.
         """
         catching_m_s = 0.5 * math.pi * self.half_speed_m_s
         gained = np.log1p(np.maximum(last_m_s - first_m_s, 0.0) / (catching_m_s + first_m_s))
-        lag = self.lag_s * (gained + 0.5 * turned_m_s / catching_m_s)
-        flown = duration_s / self.between(first_m_s, last_m_s) + lag
+        flown = duration_s / self.between(first_m_s, last_m_s) + self.lag_s * gained
         pace: FloatArray = np.divide(
             duration_s, flown, out=np.ones_like(flown), where=duration_s > 0.0
         )

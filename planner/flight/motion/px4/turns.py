@@ -27,6 +27,7 @@ PEAK_OVER_MEAN = 1.5
 """Highest over mean speed of a cubic from rest to rest. [-]"""
 
 _ALIGNED_RAD = math.acos(ALIGNED_COS)
+_ALIGNED_SIN = math.sin(_ALIGNED_RAD)
 
 
 @frozen(eq=False)
@@ -203,7 +204,7 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
     along_change = held * cos_steered - v * cos_turn
     x = frame.x_m + v * cos_turn * until + along_change * share_way
     y = frame.y_m + v * sin_turn * until + (held * steered - v * sin_turn) * share_way
-    # Aligned, the velocity is still 11.5° off the target; what leads there is kept.
+    # Aligned, the velocity is still 11.5° off the target; what leads there is kept, the rest dies away.
     sideways = v * sin_turn + (held * steered - v * sin_turn) * share
     swung = np.hypot(v * cos_turn + along_change * share, sideways)
     free = ALIGNED_COS * np.where(swings_enough, swung, held)
@@ -217,7 +218,12 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
     )
     x += np.where(late, l1 * (np.log(half_angles) + cos_steered - cos_aligned), 0.0)
     y = np.where(late, y / ratio, y)
-    duration = until + decay_s
+    last = np.where(swings_enough, swung, held)
+    over_s = _ALIGNED_SIN * last / acceleration_m_s2
+    ahead_m = np.maximum(frame.length_m - x, l1)
+    moved = _straightened_m(last, free, over_s, ahead_m=ahead_m, aside_m=-y)
+    x, y = x + moved[0], y + moved[1]
+    duration = until + decay_s + over_s
     climbed = _climbed_m(approach, held, l1, duration_s=duration, swing_s=time)
     end = np.column_stack(
         (frame.place_m(approach.begins_m, x, y), approach.place_m[:, 2] + climbed)
@@ -227,6 +233,30 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
         end_m=end,
         speed_m_s=np.maximum(free, 0.0),
         acceleration_m_s2=np.maximum(np.where(late, 0.0, along_change / change * rate), 0.0),
+    )
+
+
+def _straightened_m(
+    last_m_s: FloatArray,
+    free_m_s: FloatArray,
+    time_s: FloatArray,
+    *,
+    ahead_m: FloatArray,
+    aside_m: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the ways, along and across, in which what is across the way to the target dies away.
+
+    Aligned, that is still the sine of 11.5° of the speed; it takes full acceleration, as the target is
+    headed for.
+    """
+    way = np.hypot(ahead_m, aside_m)
+    ahead, aside = ahead_m / way, aside_m / way
+    along = ALIGNED_COS * last_m_s + free_m_s
+    across = _ALIGNED_SIN * last_m_s
+    half_s = 0.5 * time_s
+    return (
+        half_s * (along * ahead - across * aside),
+        half_s * (along * aside + across * ahead),
     )
 
 
