@@ -158,7 +158,7 @@ def test_legs_follow_acceleration_jerk_and_radius_as_a_stepped_point_does(
     took = end_s[motion.arrival_segment[2]] - end_s[motion.arrival_segment[1]] - 60.0
     stepped = leg_time_s(length_m, speed_m_s, acceleration_m_s2=a, jerk_m_s3=j, radius_m=radius_m)
     # A peak that is no cruise is left a little early or late, the more the softer the jerk.
-    assert took == pytest.approx(stepped, rel=0.03, abs=0.1)
+    assert took == pytest.approx(stepped, rel=0.03, abs=0.15)
 
 
 def test_a_diagonal_is_sped_up_along_faster_than_an_axis() -> None:

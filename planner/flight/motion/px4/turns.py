@@ -221,12 +221,14 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
     last = np.where(swings_enough, swung, held)
     over_s = _ALIGNED_SIN * last / acceleration_m_s2
     ahead_m = np.maximum(frame.length_m - x, l1)
-    moved = _straightened_m(last, free, over_s, ahead_m=ahead_m, aside_m=-y)
-    x, y = x + moved[0], y + moved[1]
+    ahead_m, aside_m = _straightened_m(last, free, over_s, ahead_m=ahead_m, aside_m=-y)
     duration = until + decay_s + over_s
     climbed = _climbed_m(approach, held, l1, duration_s=duration, swing_s=time)
     end = np.column_stack(
-        (frame.place_m(approach.begins_m, x, y), approach.place_m[:, 2] + climbed)
+        (
+            frame.place_m(approach.begins_m, x + ahead_m, y + aside_m),
+            approach.place_m[:, 2] + climbed,
+        )
     )
     return Turns(
         duration_s=duration,
