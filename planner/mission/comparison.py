@@ -52,10 +52,17 @@ _USED: Mapping[Autopilot, Mapping[int, set[int]]] = {
     },
     Autopilot.PX4: {
         Command.NAV_WAYPOINT: {1, 2, 4},
-        Command.NAV_LOITER_TIME: {1, 4},
+        Command.NAV_LOITER_UNLIM: {3, 4},
+        Command.NAV_LOITER_TIME: {1},  # it keeps the heading, and sends something else for it
+        Command.NAV_LOITER_TO_ALT: {2},
         Command.NAV_TAKEOFF: {4},
         Command.NAV_LAND: {2, 4},
+        Command.NAV_VTOL_TAKEOFF: {4},
+        Command.NAV_VTOL_LAND: {4},
+        Command.CONDITION_GATE: set(),
         Command.NAV_RETURN_TO_LAUNCH: set(),
+        Command.DO_SET_ROI: set(),
+        Command.DO_SET_ROI_LOCATION: set(),
     },
 }
 """Parameters that a multicopter flies by; the others of these commands need not come back."""

@@ -133,6 +133,7 @@ def test_mavsdk_uploads_a_mission_and_clears_it(autopilot: Autopilot) -> None:
         raw.upload_mission(items)
         assert made.missions.lists[MissionKind.MISSION][1].z == 55.0
         raw.clear_mission()
+        # MAVSDK clears ArduPilot's by sending it one item, home.
         assert len(made.missions.lists[MissionKind.MISSION]) == int(autopilot is ARDUPILOT)
 
 

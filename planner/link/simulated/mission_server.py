@@ -208,7 +208,7 @@ class MissionServer:
             self._upload = None
             self.deadline_s = NEVER_S
             return (*self._replaced(kind, []), self._ack(received, MissionResult.ACCEPTED, kind))
-        if not self._is_px4 and kind is MissionKind.MISSION:
+        if self._is_written_at_once(kind):
             del self.lists[kind][count:]
         return self._begin(received, Upload(received, kind, start=0, end=count), now_s)
 
@@ -248,7 +248,7 @@ class MissionServer:
                 return ()  # it was asked for again, or will be
             return (self._ack(received, MissionResult.INVALID_SEQUENCE, kind),)
         item = _wire_item(received)
-        is_home = self._is_written_at_once(kind) and upload.next == 0
+        is_home = not self._is_px4 and kind is MissionKind.MISSION and upload.next == 0
         refused = self._refusal(item, kind, is_home=is_home)
         if item is None or refused is not MissionResult.ACCEPTED:
             self._upload = None
@@ -284,7 +284,7 @@ class MissionServer:
         )
 
     def _is_written_at_once(self, kind: MissionKind) -> bool:
-        return not self._is_px4 and kind is MissionKind.MISSION
+        return not self._is_px4 and kind is not MissionKind.FENCE
 
     def _keep(self, upload: Upload, item: WireItem, *, is_home: bool) -> None:
         if not self._is_written_at_once(upload.kind):
@@ -320,8 +320,6 @@ class MissionServer:
 
     def _replaced(self, kind: MissionKind, items: list[WireItem]) -> tuple[Message, ...]:
         """Put a list in the place of the old one."""
-        if not items and self._is_written_at_once(kind):
-            items = [self._setup.home_slot]
         before, self._ids[kind] = self._ids[kind], _list_id(items)
         if self._is_px4 and items and self._ids[kind] == before:
             return ()  # it has this one, and judges it no more
