@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -13,6 +12,7 @@ import click
 from planner.cli.configuration import mission_settings
 from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options, link_request
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.setting_text import command_text
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
 
@@ -82,4 +82,4 @@ def _refuse_terminal(missions: tuple[str, ...]) -> None:
 
 
 def _instead(missions: tuple[str, ...]) -> str:
-    return f"run instead: {shlex.join(['mavjoule', 'check', *(missions or ('MISSION',))])}"
+    return f"run instead: {command_text(['mavjoule', 'check', *(missions or ('MISSION',))])}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 _SHARES = frozenset({"charge", "reserve", "risk", "battery_health"})
 
@@ -45,6 +46,17 @@ def option_arguments(option: str, key: str, value: object) -> list[str]:
     if isinstance(value, tuple) and all(isinstance(one, Path) for one in value):
         return [word for one in value for word in (option, str(one))]
     return [option, setting_text(key, value)]
+
+
+def command_text(words: Sequence[str]) -> str:
+    """Return words as one types them in the shell of this system."""
+    if os.name == "nt":
+        import subprocess
+
+        return subprocess.list2cmdline(words)
+    import shlex
+
+    return shlex.join(words)
 
 
 def _exact(value: float) -> str:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import shlex
-import subprocess
 from typing import TYPE_CHECKING, Any
 
 from planner.cli.requests import check_request
-from planner.cli.setting_text import option_arguments, setting_text
+from planner.cli.setting_text import command_text, option_arguments, setting_text
 from planner.cli.settings import SETTINGS
 from planner.frozen import frozen
 
@@ -119,4 +116,4 @@ class WhatIf:
                 words += option_arguments(SETTINGS[key].option, key, value)
         for key, text in self.changes.items():
             words += [SETTINGS[key].option, text]
-        return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
+        return command_text(words)

@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from planner.cli.main import main
+from planner.cli.setting_text import command_text
 
 if TYPE_CHECKING:
     import pytest
@@ -66,3 +67,12 @@ def test_a_vehicle_beside_a_mission_is_told(
 ) -> None:
     assert main(["review", mission, "udpin:127.0.0.1:14550"]) == 2
     assert "give its address alone" in capsys.readouterr().err
+
+
+def test_what_to_run_instead_is_quoted_for_the_shell_at_hand(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    words = ["mavjoule", "check", "my site.plan"]
+    assert command_text(words) == "mavjoule check 'my site.plan'"
+    monkeypatch.setattr("planner.cli.setting_text.os.name", "nt")
+    assert command_text(words) == 'mavjoule check "my site.plan"'

@@ -9,6 +9,7 @@ from textual import on, work
 from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.screen import Screen
+from textual.widgets import Input
 from textual.worker import get_current_worker
 
 from planner import numbers
@@ -273,6 +274,10 @@ class ReviewScreen(Screen[None]):
     def action_whole_flight(self) -> None:
         """Show the figures of the whole flight."""
         self.query_one(Panes).show_flight()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 - given by textual
+        """Return whether a key does anything now: a slash that is typed is text."""
+        return action != "find" or not isinstance(self.focused, Input)
 
     def action_find(self) -> None:
         """Find an item or a finding by number, code or text."""
