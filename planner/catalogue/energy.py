@@ -207,7 +207,8 @@ CONDITION_NOT_MODELLED = Rule(
     how=(
         "Wind needs a model whose power depends on airspeed, payload needs a mass, temperature needs "
         "a hover law over air density; the age and temperature of a battery need its resistance and "
-        "curves.  A payload that is not counted is an error: the flight takes more than is said."
+        "curves.  A payload that is not counted is an error, as is a wind above 0.6 of the highest "
+        "identified speed and air 1.2 times thinner than at sea level: the flight takes more than is said."
     ),
     example="the payload of 0.50 kg is not counted: the model's power knows no mass",
     fix="use a vehicle model that carries the missing quantity",
