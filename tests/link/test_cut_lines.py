@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from file_servers import ArdupilotFiles, FileServer, Px4Files
+from file_servers import ArdupilotFiles, FileAnswers, Px4Files
 from made_missions import mission, rtl, takeoff, waypoint
 from simulated_vehicles import memory_line, out_and_back, vehicle
 
@@ -24,7 +24,6 @@ from planner.mission.comparison import compare_missions
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.link.message import Message
     from planner.link.simulated.memory_line import MemoryLine
     from planner.mission.items import Mission
 
@@ -36,22 +35,6 @@ NEW = mission(takeoff(35.0), waypoint(300.0, 35.0), waypoint(600.0, 35.0), rtl()
 PATIENCE_S = 300.0
 
 
-class _Files:
-    """A file server on a line without a clock."""
-
-    def __init__(self, server: FileServer) -> None:
-        self._server = server
-        self._said: list[Message] = []
-
-    def take(self, received: Message) -> None:
-        if received.name == "FILE_TRANSFER_PROTOCOL":
-            self._said += self._server(received)
-
-    def answers(self) -> tuple[Message, ...]:
-        said, self._said = tuple(self._said), []
-        return said
-
-
 def _content(autopilot: Autopilot) -> bytes:
     return vehicle(autopilot).setup.logs[0].content
 
@@ -61,7 +44,7 @@ def _line(autopilot: Autopilot, faults: str, *, has_files: bool = False) -> Memo
     if has_files:
         made = Px4Files if autopilot is PX4 else ArdupilotFiles
         (log,) = vehicle(autopilot).setup.logs
-        line._wire.serve_files(_Files(made({log.path: log.content})))  # type: ignore[arg-type] # as one
+        line._wire.serve_files(FileAnswers(made({log.path: log.content})))  # type: ignore[arg-type] # as one
     return line
 
 
