@@ -17,7 +17,6 @@ from planner.link.outgoing import Purpose
 from planner.link.pymavlink_link import open_vehicle
 from planner.link.settings import LinkSettings
 from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
-from planner.link.upload import upload_mission
 from planner.mission.comparison import compare_missions
 from planner.mission.conversion import convert_mission
 from planner.mission.items import MissionFormat
@@ -25,13 +24,12 @@ from planner.output_file import write_output_files
 from planner.service import check_read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from planner.link.address import LinkAddress
     from planner.link.log_transfer import VehicleLog
     from planner.link.pymavlink_link import OnProgress, PymavlinkLink
-    from planner.link.upload import UploadResult
     from planner.link.vehicle import VehicleSnapshot
     from planner.mission.difference import Difference
     from planner.mission.items import Mission
@@ -219,65 +217,6 @@ def compare_files(first: Mission, second: Mission) -> MissionComparison:
         second=second.source,
         differences=compare_missions(first, second, autopilot=None),
     )
-
-
-@frozen
-class Upload:
-    """A mission that was checked for a vehicle, and what became of it there."""
-
-    check: CheckResult | UnreadableMission
-    """With the vehicle's own parameters, charge and home."""
-    result: UploadResult | None
-    """``None`` where it was not sent."""
-
-
-def send_mission(
-    mission: Mission,
-    request: LinkRequest,
-    check_request: CheckRequest,
-    *,
-    may_send: Callable[[VehicleSnapshot, CheckResult | UnreadableMission], bool],
-    listen_s: float,
-    is_charge_given: bool = False,
-    on_progress: OnProgress = silent,
-) -> Upload:
-    """Check a mission with what a vehicle tells, and send it there if it may be.
-
-    Parameters
-    ----------
-    mission : Mission
-        What is to be on the vehicle, with its fence and rally points.
-    request : LinkRequest
-        The vehicle.
-    check_request : CheckRequest
-        What the mission is checked against; what it names counts more than what the vehicle says.
-    may_send : callable
-        Asked once, with the vehicle and the verdict; nothing is sent without its yes.
-    listen_s : float
-        How long the vehicle is listened to afterwards. [s]
-    is_charge_given : bool
-        Whether the charge of the request was meant, and is not its default.
-    on_progress : callable
-        Told how far each transfer is.
-
-    Raises
-    ------
-    LinkError
-        If no vehicle answers, or a transfer breaks; the message says what is on the vehicle then.
-    UsageError
-        If an item cannot be sent.
-    """
-    with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
-        snapshot = fetch_snapshot(link, address=request.address.text)
-        result = check_vehicle(
-            snapshot, check_request, mission=mission, is_charge_given=is_charge_given
-        )
-        if not may_send(snapshot, result):
-            return Upload(check=result, result=None)
-        sent = upload_mission(
-            link, mission, listen_s=listen_s, has_home=snapshot.state.home is not None
-        )
-        return Upload(check=result, result=sent)
 
 
 @frozen

@@ -53,6 +53,9 @@ class VirtualVehicle:
     component: int = 1
     uid: int = 0xABCDEF
     battery_remaining: int = 80
+    is_armed: bool = False
+    landed_state: int = 1
+    """MAV_LANDED_STATE: 1 on the ground, 2 in the air."""
     home: tuple[int, int, int] | None = (470_000_000, 80_000_000, 488_000)
     unsupported: frozenset[MissionKind] = frozenset()
     refused_command: int | None = None
@@ -75,7 +78,12 @@ class VirtualVehicle:
         if now_s >= self.heartbeat_s:
             self.heartbeat_s = now_s + 1.0
             beat = message(
-                "HEARTBEAT", type=2, autopilot=self.autopilot, system_status=3, mavlink_version=3
+                "HEARTBEAT",
+                type=2,
+                autopilot=self.autopilot,
+                base_mode=128 if self.is_armed else 0,
+                system_status=3,
+                mavlink_version=3,
             )
             said.append(beat)
         if self.incoming is not None and now_s - self.taken_s > 8.0:
@@ -131,7 +139,7 @@ class VirtualVehicle:
                 alt=488_100,
                 relative_alt=100,
             ),
-            245: message("EXTENDED_SYS_STATE", landed_state=1),
+            245: message("EXTENDED_SYS_STATE", landed_state=self.landed_state),
         }
         if self.home is not None:
             latitude, longitude, altitude = self.home

@@ -65,6 +65,37 @@ PARAMETER_NAMELESS = Rule(
     fix="fetch again; where it stays, something else than an autopilot answers",
 )
 
+FENCE_REMOVED = Rule(
+    code="V106",
+    name="fence-removed",
+    severity=Severity.ERROR,
+    summary="The vehicle has a fence, and the mission that is to be sent has none.",
+    why=(
+        "A mission is sent with its fence and rally points, as ground stations do: without one, the "
+        "vehicle flies without its fence from then on.  Text files hold no fence beside a mission."
+    ),
+    how="mavjoule upload compares what was read from the vehicle with the mission.",
+    example=(
+        "PX4 1.17.0 (system 1) has a fence of 1 area and the mission has none: sending it removes "
+        "what is there"
+    ),
+    fix="give --keep-fence to leave it there, or --ignore V106 to have it removed",
+)
+
+RALLY_REMOVED = Rule(
+    code="V107",
+    name="rally-removed",
+    severity=Severity.WARNING,
+    summary="The vehicle has rally points, and the mission that is to be sent has none.",
+    why="It returns home from then on, and not to the nearest of them.",
+    how="mavjoule upload compares what was read from the vehicle with the mission.",
+    example=(
+        "PX4 1.17.0 (system 1) has 2 rally points and the mission has none: sending it removes what "
+        "is there"
+    ),
+    fix="give --keep-fence to leave them there, or put them into the mission",
+)
+
 NO_RETURN_IN_FLIGHT = Rule(
     code="V111",
     name="no-return-in-flight",

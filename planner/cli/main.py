@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -82,6 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         A value of `planner.errors.ExitCode`.
     """
     _tolerate_any_character()
+    _stop_as_by_ctrl_c()
     try:
         done = cli.main(
             args=None if arguments is None else list(arguments),
@@ -103,6 +106,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _tell_bug(error)
         return ExitCode.UNUSABLE
     return ExitCode(done or ExitCode.GO)
+
+
+def _stop_as_by_ctrl_c() -> None:
+    """Make what ends a program from outside leave nothing half done, as an interruption does."""
+    for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+        number = getattr(signal, name, None)
+        # Whoever set it otherwise wants it so: nohup lets a program outlive its terminal.
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            with suppress(ValueError):  # only the main thread may
+                signal.signal(number, signal.default_int_handler)
 
 
 def _where_help_is(error: click.ClickException) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from planner import live, numbers
+from planner import live_upload, numbers
 from planner.cli.configuration import mission_settings
 from planner.cli.formats import rendered
 from planner.cli.link_options import LINK_KEYS, TransferProgress, link_options, link_request
@@ -22,15 +22,21 @@ from planner.report.comparison_text import difference_lines
 
 if TYPE_CHECKING:
     from planner.link.upload import UploadResult
-    from planner.link.vehicle import VehicleSnapshot
-    from planner.service import CheckResult, UnreadableMission
+    from planner.live_upload import UploadProposal
 
 
 @click.command("upload", short_help="Check a mission for a vehicle and put it there.")
 @click.argument("file", metavar="FILE", type=MISSION_PATH)
 @click.argument("url", metavar="URL")
 @click.option(
-    "--force", is_flag=True, help="send it even where it is a no-go, or the vehicle armed"
+    "--force",
+    is_flag=True,
+    help="send it even where it is a no-go, the vehicle armed or in the air",
+)
+@click.option(
+    "--keep-fence",
+    is_flag=True,
+    help="leave the vehicle's fence and rally points where FILE has none, and check it with them",
 )
 @click.option("--yes", is_flag=True, help="do not ask before it is sent")
 @click.option(
@@ -44,16 +50,25 @@ if TYPE_CHECKING:
 @setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
 @link_options
 def command(
-    *, file: str, url: str, force: bool, yes: bool, listen_s: float, **options: object
+    *,
+    file: str,
+    url: str,
+    force: bool,
+    keep_fence: bool,
+    yes: bool,
+    listen_s: float,
+    **options: object,
 ) -> ExitCode:
     """Check a mission for a vehicle and put it there: mission, fence and rally points.
 
     It is sent only where it is a go with the vehicle's own parameters, charge and home, and after
-    a question.  It is read back and compared, then the vehicle is listened to.  Where the transfer
-    breaks, the old mission is put back, and what is on the vehicle is said.
+    a question, to a vehicle that is disarmed and on the ground.  A fence that only the vehicle has
+    makes it a no-go.  It is read back and compared, then the vehicle is listened to.  Where the
+    transfer breaks or is stopped, the old mission is put back, and what is on the vehicle is said.
 
-    Exit codes: 0 the mission is on the vehicle, 1 it is a no-go, the vehicle refuses it or has
-    something else, 2 unusable input or usage, 3 the link failed.
+    Exit codes: 0 the mission is on the vehicle, 1 it is a no-go, the answer was no, the vehicle
+    refuses it or has something else, 2 unusable input or usage, or a vehicle that is armed or in
+    the air, 3 the link failed, 130 interrupted.
     """
     link = {key: options.pop(key) for key in LINK_KEYS}
     if not (yes or _can_ask()):
@@ -62,27 +77,29 @@ def command(
     values = mission_settings(file, given_settings(options))
     mission = read_mission(file)
 
-    def may_send(snapshot: VehicleSnapshot, result: CheckResult | UnreadableMission) -> bool:
-        exit_code = ExitCode.GO if result.verdict == "go" else ExitCode.NO_GO
-        write_data(rendered([result], report_request([{}]), exit_code=exit_code))
-        if snapshot.state.is_armed and not force:
-            msg = f"{snapshot.identity.label} is armed: disarm it, or give --force"
-            raise UsageError(msg)
-        if result.verdict != "go" and not force:
+    def may_send(proposal: UploadProposal) -> bool:
+        verdict = proposal.check.verdict
+        exit_code = ExitCode.GO if verdict == "go" else ExitCode.NO_GO
+        write_data(rendered([proposal.check], report_request([{}]), exit_code=exit_code))
+        vehicle = proposal.snapshot.identity.label
+        if verdict != "go" and not force:
             narrate("a no-go is not sent: mend the mission, or give --force")
             return False
         what = f"{numbers.count(len(mission.items), 'item')} of {file}"
-        old = numbers.count(len(snapshot.mission.items), "item")
-        question = f"send {what} to {snapshot.identity.label}, in place of its {old}?"
-        return yes or click.confirm(question, err=True)
+        if proposal.removed:
+            narrate(f"will be removed from {vehicle}: {' and '.join(proposal.removed)}")
+        old = ", ".join(proposal.replaced)
+        return yes or _confirmed(f"send {what} to {vehicle}, in place of its {old}?")
 
-    upload = live.send_mission(
+    upload = live_upload.send_mission(
         mission,
         link_request(url, link),
         check_request(values),
         may_send=may_send,
         listen_s=listen_s,
         is_charge_given="charge" in values,
+        keeps_areas=keep_fence,
+        is_forced=force,
         on_progress=TransferProgress(),
     )
     if upload.result is None:
@@ -94,6 +111,15 @@ def command(
 
 def _can_ask() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
+
+
+def _confirmed(question: str) -> bool:
+    try:
+        return click.confirm(question, err=True)
+    except click.Abort:
+        click.echo(err=True)  # the terminal is still behind the question
+        narrate("nothing was sent")
+        raise
 
 
 def _tell(result: UploadResult) -> None:

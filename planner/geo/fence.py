@@ -42,6 +42,11 @@ class Fence:
     breach_return_deg_m: tuple[float, float, float | None] | None = None
     """(latitude °, longitude °, altitude above home m) to return to after a breach."""
 
+    @property
+    def area_count(self) -> int:
+        """Polygons and circles."""
+        return len(self.polygons) + len(self.circles)
+
     def __bool__(self) -> bool:
         return bool(self.polygons or self.circles)
 

@@ -149,6 +149,10 @@ class Connection:
     def hears_vehicle(self, timeout_s: float) -> bool:
         """Return whether another heartbeat of the vehicle comes within a time [s]."""
         self.telemetry.forget("HEARTBEAT")
+        return self.awaits_heartbeat(timeout_s)
+
+    def awaits_heartbeat(self, timeout_s: float) -> bool:
+        """Return whether a heartbeat is there that was not forgotten, or comes within a time [s]."""
         until_s = self.now_s + timeout_s
         while self.telemetry.latest("HEARTBEAT") is None and self.now_s < until_s:
             self._turn(until_s)

@@ -206,8 +206,8 @@ class GuardSession:
         state = self._connection.telemetry.state()
         match received.name:
             case "HEARTBEAT":
-                if state.is_armed != self._watch.is_armed:
-                    self._watch.is_armed = state.is_armed
+                if bool(state.is_armed) != self._watch.is_armed:
+                    self._watch.is_armed = bool(state.is_armed)
                     self._take_arming()
             case "HOME_POSITION" | "GLOBAL_POSITION_INT":
                 return self._watch.take_home(state)

@@ -164,10 +164,24 @@ class PymavlinkLink:
         return download.parameters
 
     def fetch_state(self) -> VehicleState:
-        """Return what the vehicle says of itself; each part may be missing."""
+        """Return what the vehicle says of itself now; each part but its arming may be missing.
+
+        Raises
+        ------
+        LinkError
+            If no heartbeat comes, in which alone it stands whether it is armed.
+        """
         wind = _ARDUPILOT_WIND if self._identity.has_home_slot else _PX4_WIND
+        self.connection.telemetry.forget("HEARTBEAT")
         for name, number in (*_STATE, wind):
             self._request(name, number, retries=_OPTIONAL_RETRIES)
+        if not self.connection.awaits_heartbeat(self.settings.heartbeat_timeout_s):
+            msg = (
+                f"{self._identity.label} sent no heartbeat in "
+                f"{self.settings.heartbeat_timeout_s:g} s: whether it is armed is not known; bring "
+                "the radio closer, or give a longer --heartbeat-timeout"
+            )
+            raise LinkError(msg)
         return self.connection.telemetry.state()
 
     def listen(self, duration_s: float) -> tuple[StatusText, ...]:

@@ -81,7 +81,7 @@ class Telemetry:
             battery=self._battery(),
             position=self._position(),
             wind=self._wind(),
-            is_armed=heartbeat is not None and bool(heartbeat["base_mode"] & _ARMED),
+            is_armed=None if heartbeat is None else bool(heartbeat["base_mode"] & _ARMED),
             is_landed=None if landed is None else _LANDED_STATES.get(landed["landed_state"]),
         )
 

@@ -6,7 +6,7 @@ import struct
 from dataclasses import astuple, replace
 from typing import TYPE_CHECKING
 
-from planner.errors import LinkError, UsageError
+from planner.errors import ExitCode, LinkError, UsageError
 from planner.frozen import frozen
 from planner.link.mission_items import lists_of_mission, mission_of_lists
 from planner.link.mission_kind import MissionKind
@@ -15,7 +15,8 @@ from planner.link.objections import objections
 from planner.mission.comparison import compare_missions
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
+    from typing import ClassVar
 
     from planner.link.mission_transfer import WireItem
     from planner.link.vehicle import StatusText, VehicleLink
@@ -54,11 +55,18 @@ class BrokenUploadError(LinkError):
     """The line broke, and what is on the vehicle now is not known to be whole."""
 
 
+class InterruptedUploadError(LinkError):
+    """Somebody stopped it; the message says what is on the vehicle."""
+
+    exit_code: ClassVar[ExitCode] = ExitCode.INTERRUPTED
+
+
 def upload_mission(
     link: VehicleLink,
     mission: Mission,
     *,
     listen_s: float,
+    kept: Collection[MissionKind] = (),
     has_home: bool = True,
     restore_timeout_s: float = 10.0,
 ) -> UploadResult:
@@ -72,6 +80,8 @@ def upload_mission(
         What to send.
     listen_s : float
         How long the vehicle is listened to afterwards. [s]
+    kept : collection of MissionKind
+        Lists that stay as the vehicle has them; the mission holds what they say.
     has_home : bool
         Whether the vehicle knows where it is: PX4 judges no mission before.
     restore_timeout_s : float
@@ -80,7 +90,7 @@ def upload_mission(
     Raises
     ------
     LinkError
-        If the line breaks; the message says what is on the vehicle then.
+        If the line breaks, or somebody stops it; the message says what is on the vehicle then.
     UsageError
         If an item cannot be sent, or the vehicle keeps no list of its kind.
     """
@@ -92,7 +102,9 @@ def upload_mission(
     try:
         for kind in _ORDER:
             had = before[kind]
-            if had is None or (kind is not MissionKind.MISSION and is_same(had, wanted[kind])):
+            if had is None or kind in kept:
+                continue
+            if kind is not MissionKind.MISSION and is_same(had, wanted[kind]):
                 continue
             is_new = any(one.matters for one in _differences(link, mission, before))
             if kind is MissionKind.MISSION and touched and is_new:
@@ -115,9 +127,9 @@ def upload_mission(
     result = UploadResult(differences=differences)
     try:
         return _judged(link, result, listen_s, has_items=bool(mission.items), has_home=has_home)
-    except LinkError as error:
-        msg = f"{error}; the mission is on the vehicle, but not what it says to it was heard"
-        raise LinkError(msg) from error
+    except (LinkError, KeyboardInterrupt) as error:
+        left = "the mission is on the vehicle, but not what it says to it was heard"
+        raise _break_error(error, left) from error
 
 
 def _differences(
@@ -205,18 +217,30 @@ def _after_break(
     timeout_s: float,
 ) -> LinkError:
     """Return the error to raise after a break: what is on the vehicle, as far as it is known."""
-    why = str(error) or "interrupted"
     if not sent:
-        return LinkError(f"{why}; nothing was sent, the vehicle has what it had")
+        return _break_error(error, "nothing was sent, the vehicle has what it had")
+    silence = "the vehicle does not answer any more"
     try:
         if link.is_heard(timeout_s) and _restore(link, before, tuple(sent)):
-            return LinkError(f"{why}; the old mission is on the vehicle, it was read back whole")
+            left = "the old mission is on the vehicle, it was read back whole"
+            return _break_error(error, left)
     except LinkError:
         pass
+    except KeyboardInterrupt:
+        silence = "putting back what it had was interrupted too"
     lists = ", ".join(kind.label for kind in sent)
     counts = ", ".join(str(len(items)) for items in sent.values())
-    return BrokenUploadError(
-        f"{why}; the vehicle does not answer any more: it may have the old {lists}, the new "
-        f"({counts} items) or, if it is no PX4, a mixture: read it back by mavjoule diff before "
-        "anyone arms"
+    left = (
+        f"{silence}: it may have the old {lists}, the new ({counts} items) or, if it is no PX4, a "
+        "mixture: read it back by mavjoule diff before anyone arms"
     )
+    return _break_error(error, left, kind=BrokenUploadError)
+
+
+def _break_error(
+    error: LinkError | KeyboardInterrupt, left: str, *, kind: type[LinkError] = LinkError
+) -> LinkError:
+    """Return the error that says why it broke, and what is on the vehicle now."""
+    if isinstance(error, KeyboardInterrupt):
+        return InterruptedUploadError(f"interrupted; {left}")
+    return kind(f"{error}; {left}")

@@ -129,9 +129,18 @@ class VehicleState:
     battery: BatteryState | None = None
     position: VehiclePosition | None = None
     wind: WindEstimate | None = None
-    is_armed: bool = False
+    is_armed: bool | None = None
+    """``None`` where no heartbeat was heard."""
     is_landed: bool | None = None
     """``None`` where it does not say."""
+
+    @property
+    def hazard(self) -> str:
+        """Why nothing on it may be changed now, such as ``it is armed``; empty where it may."""
+        if self.is_armed is None:
+            return "it does not say whether it is armed"
+        found = ["armed"] * self.is_armed + ["in the air"] * (self.is_landed is False)
+        return f"it is {' and '.join(found)}" if found else ""
 
 
 @frozen

@@ -193,7 +193,7 @@ def _list_changed(received: Message, why: str) -> tuple[Event, ...]:
 def _home_at_arming(state: VehicleState) -> Home | None:
     """Return the home a vehicle tells, or the place where it will set it when it arms."""
     place = state.position
-    if place is None or state.is_armed:
+    if place is None or state.is_armed is not False:
         return state.home
     here = Home(
         latitude_deg=place.latitude_deg,

@@ -137,7 +137,7 @@ def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
     fence, rally = _placeless_fence(mission.fence), _placeless_points(mission.rally)
     read_fence, read_rally = _placeless_fence(back.fence), _placeless_points(back.rally)
     if fence is not None and read_fence is None:
-        areas = len(fence.polygons) + len(fence.circles)
+        areas = fence.area_count
         lost.append(f"the fence ({numbers.count(areas, 'area')})")
     elif fence != read_fence:
         yield WRITTEN_DIFFERENTLY.finding("the fence reads back with other areas")

@@ -32,7 +32,7 @@ def snapshot_json(snapshot: VehicleSnapshot, version: str) -> str:
         "state": asdict(snapshot.state),
         "counts": {
             "items": len(mission.items),
-            "fence_areas": 0 if fence is None else len(fence.polygons) + len(fence.circles),
+            "fence_areas": 0 if fence is None else fence.area_count,
             "rally_points": len(mission.rally),
             "parameters": len(snapshot.parameters),
         },

@@ -25,8 +25,7 @@ def _rows(snapshot: VehicleSnapshot) -> Iterator[tuple[str, str]]:
     yield "state", _state(snapshot)
     yield "mission", numbers.count(len(mission.items), "item")
     fence = mission.fence
-    areas = 0 if fence is None else len(fence.polygons) + len(fence.circles)
-    yield "fence", numbers.count(areas, "area")
+    yield "fence", numbers.count(0 if fence is None else fence.area_count, "area")
     yield "rally", numbers.count(len(mission.rally), "point")
     yield "parameters", str(len(snapshot.parameters))
     yield "home", _place(mission.home)
@@ -49,7 +48,9 @@ def _rows(snapshot: VehicleSnapshot) -> Iterator[tuple[str, str]]:
 
 
 def _state(snapshot: VehicleSnapshot) -> str:
-    armed = "armed" if snapshot.state.is_armed else "disarmed"
+    armed = {None: "not told whether armed", True: "armed", False: "disarmed"}[
+        snapshot.state.is_armed
+    ]
     landed = {None: "", True: ", on the ground", False: ", in the air"}[snapshot.state.is_landed]
     return armed + landed
 

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_item
 
+from planner.cli import upload as upload_module
 from planner.cli.main import main
 from planner.link import pymavlink_link
 from planner.link.mission_kind import MissionKind
@@ -208,6 +210,165 @@ def test_an_interruption_puts_the_old_mission_back(
 
     vehicle = _vehicle(ARDUPILOT)
     on_line.append(Interrupted(vehicle))
-    assert main(list(SENT)) == 3
+    assert main(list(SENT)) == 130
     assert "interrupted; the old mission is on the vehicle" in capsys.readouterr().err
     assert _flown(vehicle) == OLD
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_second_interruption_says_what_may_be_on_the_vehicle(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Interrupted(VirtualLine):
+        items = 0
+
+        def send(self, data: bytes, peer: object = None) -> None:
+            self.items += data[7] == 73
+            if data[7] == 73 and self.items >= 3:
+                raise KeyboardInterrupt
+            super().send(data, peer)
+
+    on_line.append(Interrupted(_vehicle(ARDUPILOT)))
+    assert main(list(SENT)) == 130
+    assert "putting back what it had was interrupted too: it may have the old mission" in (
+        capsys.readouterr().err
+    )
+
+
+@pytest.mark.usefixtures("mission")
+def test_an_interruption_while_the_vehicle_is_listened_to_says_that_it_has_the_mission(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Interrupted(VirtualLine):
+        def receive(self, timeout_s: float) -> list[tuple[Any, bytes]]:
+            found = super().receive(timeout_s)
+            if len(vehicle.lists[MissionKind.MISSION]) == 3 and timeout_s == 0.625:
+                raise KeyboardInterrupt
+            return found
+
+    vehicle = _vehicle()
+    on_line.append(Interrupted(vehicle))
+    assert main([*SENT[:-1], "0.625"]) == 130
+    assert "interrupted; the mission is on the vehicle" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize(
+    ("is_armed", "landed_state", "said"),
+    [
+        (True, 1, "it is armed"),
+        (True, 2, "it is armed and in the air"),
+        (False, 2, "it is in the air"),
+        (False, 4, "it is in the air"),  # landing
+    ],
+)
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+def test_nothing_is_sent_to_a_vehicle_that_is_armed_or_in_the_air(
+    on_line: list[VirtualLine],
+    autopilot: int,
+    is_armed: bool,  # noqa: FBT001 - a parameter of a test
+    landed_state: int,
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    vehicle = _vehicle(autopilot)
+    vehicle.is_armed, vehicle.landed_state = is_armed, landed_state
+    on_line += [VirtualLine(vehicle), VirtualLine(vehicle)]
+    assert main(list(SENT)) == 2
+    assert said in capsys.readouterr().err
+    assert _flown(vehicle) == OLD
+    assert main([*SENT, "--force"]) == 0
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_vehicle_that_is_armed_during_the_question_is_sent_nothing(
+    on_line: list[VirtualLine], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle()
+
+    def arm(question: str, **_: object) -> bool:
+        assert "in place of its 4 items?" in question
+        vehicle.is_armed = True
+        return True
+
+    monkeypatch.setattr(upload_module, "_can_ask", lambda: True)
+    monkeypatch.setattr("click.confirm", arm)
+    on_line.append(VirtualLine(vehicle))
+    assert main([one for one in SENT if one != "--yes"]) == 2
+    assert "it is armed" in capsys.readouterr().err
+    assert _flown(vehicle) == OLD
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_vehicle_without_heartbeats_is_sent_nothing(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Stale(VirtualLine):
+        def receive(self, timeout_s: float) -> list[tuple[Any, bytes]]:
+            if self.time_s > 1.5:  # it was heard, and answers on
+                vehicle.heartbeat_s = math.inf
+            return super().receive(timeout_s)
+
+    vehicle = _vehicle()
+    on_line.append(Stale(vehicle))
+    assert main([*SENT, "--heartbeat-timeout", "3"]) == 3
+    assert "whether it is armed is not known" in capsys.readouterr().err
+    assert _flown(vehicle) == OLD
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+def test_a_fence_that_only_the_vehicle_has_is_not_removed_unless_that_is_asked_for(
+    on_line: list[VirtualLine], autopilot: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle(autopilot)
+    fence = (wire_item(command=5003, param1=5000.0, x=500_000_000, y=200_000_000, z=0.0),)
+    vehicle.lists[MissionKind.FENCE] = fence
+    on_line += [VirtualLine(vehicle) for _ in range(3)]
+    assert main(list(SENT)) == 1
+    said = capsys.readouterr()
+    assert "V106" in said.out
+    assert "a fence of 1 area and the mission has none" in said.out
+    assert (vehicle.lists[MissionKind.FENCE], _flown(vehicle)) == (fence, OLD)
+    assert main([*SENT, "--keep-fence"]) == 0
+    assert "V106" not in capsys.readouterr().out
+    assert vehicle.lists[MissionKind.FENCE] == fence
+    assert len(_flown(vehicle)) == 3
+    assert main([*SENT, "--ignore", "V106"]) == 0
+    assert "will be removed" in capsys.readouterr().err
+    assert vehicle.lists[MissionKind.FENCE] == ()
+
+
+@pytest.mark.usefixtures("mission")
+def test_a_mission_is_checked_with_the_fence_that_is_kept(
+    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle()
+    narrow = wire_item(command=5003, param1=1.0, x=500_000_000, y=210_000_000, z=0.0)
+    vehicle.lists[MissionKind.FENCE] = (narrow,)
+    on_line.append(VirtualLine(vehicle))
+    assert main([*SENT, "--keep-fence"]) == 1
+    assert "F101" in capsys.readouterr().out
+    assert _flown(vehicle) == OLD
+
+
+@pytest.mark.usefixtures("mission")
+def test_rally_points_that_only_the_vehicle_has_are_named_before_they_go(
+    on_line: list[VirtualLine], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(question: str, **_: object) -> bool:
+        assert "in place of its 4 items, 1 rally point?" in question
+        return False
+
+    vehicle = _vehicle()
+    vehicle.lists[MissionKind.RALLY] = (
+        wire_item(command=5100, x=500_000_000, y=200_000_000, z=30.0),
+    )
+    monkeypatch.setattr(upload_module, "_can_ask", lambda: True)
+    monkeypatch.setattr("click.confirm", refuse)
+    on_line.append(VirtualLine(vehicle))
+    assert main([one for one in SENT if one != "--yes"]) == 1
+    said = capsys.readouterr()
+    assert "V107" in said.out
+    assert "will be removed from PX4" in said.err
+    assert len(vehicle.lists[MissionKind.RALLY]) == 1

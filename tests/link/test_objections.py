@@ -30,9 +30,9 @@ NEW = mission(takeoff(35.0), waypoint(400.0, 35.0), rtl())
 VIOLATION = "navigator_mis_geofence_violation"
 
 
-def _upload(line: MemoryLine, sent: Mission = NEW, **options: bool) -> UploadResult:
+def _upload(line: MemoryLine, sent: Mission = NEW, *, has_home: bool = True) -> UploadResult:
     link = PymavlinkLink(line, name="simulated", purpose=Purpose.UPLOAD)
-    return upload_mission(link, sent, listen_s=3.0, **options)
+    return upload_mission(link, sent, listen_s=3.0, has_home=has_home)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,194 @@
+"""The use case of putting a mission on a vehicle, after its check, and with nothing lost unsaid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.catalogue.vehicle import FENCE_REMOVED, RALLY_REMOVED
+from planner.errors import UsageError
+from planner.frozen import frozen
+from planner.link.mission_kind import MissionKind
+from planner.link.outgoing import Purpose
+from planner.link.snapshot import fetch_snapshot
+from planner.link.upload import upload_mission
+from planner.live import check_vehicle, open_link, silent
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.findings import Finding
+    from planner.link.pymavlink_link import OnProgress
+    from planner.link.upload import UploadResult
+    from planner.link.vehicle import VehicleSnapshot
+    from planner.live import LinkRequest
+    from planner.mission.items import Mission
+    from planner.service import CheckRequest, CheckResult, UnreadableMission
+
+
+@frozen
+class Upload:
+    """A mission that was checked for a vehicle, and what became of it there."""
+
+    check: CheckResult | UnreadableMission
+    """With the vehicle's own parameters, charge and home."""
+    result: UploadResult | None
+    """``None`` where it was not sent."""
+
+
+@frozen
+class UploadProposal:
+    """What is to be sent, before it is."""
+
+    snapshot: VehicleSnapshot
+    """What the vehicle has."""
+    check: CheckResult | UnreadableMission
+    replaced: tuple[str, ...]
+    """What is put in place of another, such as ``8 items`` and ``a fence of 2 areas``."""
+    removed: tuple[str, ...]
+    """What the vehicle has and the mission has not."""
+
+
+def send_mission(
+    mission: Mission,
+    request: LinkRequest,
+    check_request: CheckRequest,
+    *,
+    may_send: Callable[[UploadProposal], bool],
+    listen_s: float,
+    is_charge_given: bool = False,
+    keeps_areas: bool = False,
+    is_forced: bool = False,
+    on_progress: OnProgress = silent,
+) -> Upload:
+    """Check a mission with what a vehicle tells, and send it there if it may be.
+
+    Parameters
+    ----------
+    mission : Mission
+        What is to be on the vehicle, with its fence and rally points.
+    request : LinkRequest
+        The vehicle.
+    check_request : CheckRequest
+        What the mission is checked against; what it names counts more than what the vehicle says.
+    may_send : callable
+        Asked once, with the verdict and what is lost; nothing is sent without its yes.
+    listen_s : float
+        How long the vehicle is listened to afterwards. [s]
+    is_charge_given : bool
+        Whether the charge of the request was meant, and is not its default.
+    keeps_areas : bool
+        Whether the vehicle keeps its fence and rally points where the mission has none; it is
+        checked with them then.
+    is_forced : bool
+        Whether it is sent to a vehicle that is armed or in the air, too.
+    on_progress : callable
+        Told how far each transfer is.
+
+    Raises
+    ------
+    LinkError
+        If no vehicle answers, or a transfer breaks; the message says what is on the vehicle then.
+    UsageError
+        If the vehicle is armed or in the air, or does not say so, or an item cannot be sent.
+    """
+    with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
+        snapshot = fetch_snapshot(link, address=request.address.text)
+        if not is_forced:
+            _refuse_hazard(snapshot)
+        kept = _unset_areas(mission, snapshot) if keeps_areas else ()
+        mission = _with_kept(mission, snapshot, kept)
+        judged = replace(mission, findings=(*mission.findings, *_removals(mission, snapshot)))
+        check = check_vehicle(
+            snapshot, check_request, mission=judged, is_charge_given=is_charge_given
+        )
+        proposal = UploadProposal(
+            snapshot=snapshot,
+            check=check,
+            replaced=_replaced(mission, snapshot, kept),
+            removed=tuple(_held(snapshot, kind) for kind in _unset_areas(mission, snapshot)),
+        )
+        if not may_send(proposal):
+            return Upload(check=check, result=None)
+        if not is_forced:  # looked at last of all: it may have been armed during the question
+            _refuse_hazard(replace(snapshot, state=link.fetch_state()))
+        sent = upload_mission(
+            link,
+            mission,
+            listen_s=listen_s,
+            kept=kept,
+            has_home=snapshot.state.home is not None,
+        )
+        return Upload(check=check, result=sent)
+
+
+def _refuse_hazard(snapshot: VehicleSnapshot) -> None:
+    if hazard := snapshot.state.hazard:
+        msg = (
+            f"nothing was sent to {snapshot.identity.label}, {hazard}: land and disarm it, or give "
+            "--force"
+        )
+        raise UsageError(msg)
+
+
+def _has(mission: Mission, kind: MissionKind) -> bool:
+    if kind is MissionKind.RALLY:
+        return bool(mission.rally)
+    fence = mission.fence
+    return fence is not None and (bool(fence) or fence.breach_return_deg_m is not None)
+
+
+def _unset_areas(mission: Mission, snapshot: VehicleSnapshot) -> tuple[MissionKind, ...]:
+    """Return which of fence and rally points the vehicle has and the mission has not."""
+    held = snapshot.mission
+    kinds = []
+    if held.fence is not None and not _has(mission, MissionKind.FENCE):
+        kinds.append(MissionKind.FENCE)  # one of broken areas alone, too
+    if held.rally and not mission.rally:
+        kinds.append(MissionKind.RALLY)
+    return tuple(kinds)
+
+
+def _with_kept(
+    mission: Mission, snapshot: VehicleSnapshot, kept: tuple[MissionKind, ...]
+) -> Mission:
+    """Return a mission with what stays on the vehicle, and what is wrong with that."""
+    held = snapshot.mission
+    if MissionKind.FENCE in kept:
+        mission = replace(mission, fence=held.fence)
+    if MissionKind.RALLY in kept:
+        mission = replace(mission, rally=held.rally)
+    return replace(mission, findings=(*mission.findings, *held.findings)) if kept else mission
+
+
+def _removals(mission: Mission, snapshot: VehicleSnapshot) -> list[Finding]:
+    rules = {MissionKind.FENCE: FENCE_REMOVED, MissionKind.RALLY: RALLY_REMOVED}
+    return [
+        rules[kind].finding(
+            f"{snapshot.identity.label} has {_held(snapshot, kind)} and the mission has none: "
+            "sending it removes what is there"
+        )
+        for kind in _unset_areas(mission, snapshot)
+    ]
+
+
+def _replaced(
+    mission: Mission, snapshot: VehicleSnapshot, kept: tuple[MissionKind, ...]
+) -> tuple[str, ...]:
+    held = snapshot.mission
+    found = [numbers.count(len(held.items), "item")]
+    if held.fence is not None and MissionKind.FENCE not in kept and held.fence != mission.fence:
+        found.append(_held(snapshot, MissionKind.FENCE))
+    if held.rally and MissionKind.RALLY not in kept:
+        found.append(_held(snapshot, MissionKind.RALLY))
+    return tuple(found)
+
+
+def _held(snapshot: VehicleSnapshot, kind: MissionKind) -> str:
+    """Return ``a fence of 2 areas``, or ``3 rally points``."""
+    held = snapshot.mission
+    if kind is MissionKind.RALLY:
+        return numbers.count(len(held.rally), "rally point")
+    areas = 0 if held.fence is None else held.fence.area_count
+    return f"a fence of {numbers.count(areas, 'area')}"
