@@ -99,7 +99,7 @@ def send_mission(
             _refuse_hazard(snapshot)
         kept = _unset_areas(mission, snapshot) if keeps_areas else ()
         mission = _with_kept(mission, snapshot, kept)
-        judged = replace(mission, findings=(*mission.findings, *_removals(mission, snapshot)))
+        judged = replace(mission, findings=(*mission.findings, *check_removal(mission, snapshot)))
         check = check_vehicle(
             snapshot, check_request, mission=judged, is_charge_given=is_charge_given
         )
@@ -121,6 +121,18 @@ def send_mission(
             has_home=snapshot.state.home is not None,
         )
         return Upload(check=check, result=sent)
+
+
+def check_removal(mission: Mission, snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
+    """Return what is lost of a vehicle's fence and rally points where a mission is sent."""
+    rules = {MissionKind.FENCE: FENCE_REMOVED, MissionKind.RALLY: RALLY_REMOVED}
+    return tuple(
+        rules[kind].finding(
+            f"{snapshot.identity.label} has {_held(snapshot, kind)} and the mission has none: "
+            "sending it removes what is there"
+        )
+        for kind in _unset_areas(mission, snapshot)
+    )
 
 
 def _refuse_hazard(snapshot: VehicleSnapshot) -> None:
@@ -160,17 +172,6 @@ def _with_kept(
     if MissionKind.RALLY in kept:
         mission = replace(mission, rally=held.rally)
     return replace(mission, findings=(*mission.findings, *held.findings)) if kept else mission
-
-
-def _removals(mission: Mission, snapshot: VehicleSnapshot) -> list[Finding]:
-    rules = {MissionKind.FENCE: FENCE_REMOVED, MissionKind.RALLY: RALLY_REMOVED}
-    return [
-        rules[kind].finding(
-            f"{snapshot.identity.label} has {_held(snapshot, kind)} and the mission has none: "
-            "sending it removes what is there"
-        )
-        for kind in _unset_areas(mission, snapshot)
-    ]
 
 
 def _replaced(

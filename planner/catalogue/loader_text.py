@@ -125,11 +125,28 @@ FENCE_ITEM_BROKEN = Rule(
     code="L158",
     name="fence-item-broken",
     severity=Severity.WARNING,
-    summary="A fence area or rally point is incomplete, or has other vertices than it says.",
-    why="An autopilot refuses such a fence, and the vehicle then flies without one.",
-    how="The first parameter of each vertex is its polygon's number of vertices, at least 3.",
+    summary="A rally point is incomplete, or the list of a fence's points is not closed.",
+    why="An autopilot refuses such points, and the vehicle then returns home and not to them.",
+    how="Each rally point has a place and an altitude; a list of a fence ends where it begins.",
+    example="rally point 2 has no place or altitude: left out",
+    fix="save fence and rally points anew from a ground station",
+)
+
+FENCE_INCOMPLETE = Rule(
+    code="L164",
+    name="fence-incomplete",
+    severity=Severity.ERROR,
+    summary="A fence area is incomplete, or has other vertices than it says.",
+    why=(
+        "Nothing is checked against an area that is not known whole; an autopilot refuses such a "
+        "fence, and the vehicle then flies without one."
+    ),
+    how=(
+        "The first parameter of each vertex is its polygon's number of vertices, at least 3; a "
+        "circle has a centre and a radius above 0."
+    ),
     example="the fence polygon from line 4 has 4 vertices and says 5",
-    fix="save the fence anew from a ground station",
+    fix="save the fence anew from a ground station, and send it to the vehicle",
 )
 
 RALLY_ALTITUDE_REFERENCE = Rule(

@@ -68,7 +68,7 @@ def upload_mission(
     listen_s: float,
     kept: Collection[MissionKind] = (),
     has_home: bool = True,
-    restore_timeout_s: float = 10.0,
+    restore_timeout_s: float = 20.0,
 ) -> UploadResult:
     """Put a mission, its fence and its rally points in place of those on a vehicle.
 

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, TEXT_NO_MISSION
+from planner.catalogue.loader_text import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN, TEXT_NO_MISSION
 from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import Fence, FencePolygon, RallyPoint
@@ -64,7 +64,7 @@ def read_fence_list(text: str, *, source: str) -> Mission:
         polygons = (polygon,)
     else:
         message = f"the fence has {corners}, fewer than 3: left out"
-        findings.append(FENCE_ITEM_BROKEN.finding(message, place=places[0]))
+        findings.append(FENCE_INCOMPLETE.finding(message, place=places[0]))
     what = f"the file holds a fence of {corners} and no mission"
     fence = Fence(polygons=polygons, breach_return_deg_m=(*points[0], None))
     return _make_mission(text, what, fence=fence, findings=findings, source=source)

@@ -6,7 +6,11 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.catalogue.loader_text import FENCE_ITEM_BROKEN, RALLY_ALTITUDE_REFERENCE
+from planner.catalogue.loader_text import (
+    FENCE_INCOMPLETE,
+    FENCE_ITEM_BROKEN,
+    RALLY_ALTITUDE_REFERENCE,
+)
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command, Frame
 from planner.mission.items import MissionItem
@@ -56,7 +60,7 @@ def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Findin
                     message = (
                         f"the fence circle {_where(item)} has no centre or no radius: left out"
                     )
-                    remarks.add(FENCE_ITEM_BROKEN, message, place=item.place)
+                    remarks.add(FENCE_INCOMPLETE, message, place=item.place)
                 else:
                     circles.append(circle)
         elif command == Command.NAV_FENCE_RETURN_POINT:
@@ -91,14 +95,14 @@ def _make_polygons(
         )
         has = f"the fence polygon {_where(first)} has {numbers.count(len(vertices), 'vertex', 'vertices')}"
         if len(vertices) < 3:
-            remarks.add(FENCE_ITEM_BROKEN, f"{has}: left out", place=first.place)
+            remarks.add(FENCE_INCOMPLETE, f"{has}: left out", place=first.place)
         else:
             polygons.append(
                 FencePolygon(inclusion=inclusion, vertices_deg=vertices, place=first.place)
             )
             if len(vertices) != said:
                 says = "does not say how many" if said is None else f"says {said}"
-                remarks.add(FENCE_ITEM_BROKEN, f"{has} and {says}", place=first.place)
+                remarks.add(FENCE_INCOMPLETE, f"{has} and {says}", place=first.place)
         start = end
     return polygons
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner import numbers
 from planner.catalogue.loader import FENCE_VERSION, PLAN_VALUE
-from planner.catalogue.loader_text import FENCE_ITEM_BROKEN
+from planner.catalogue.loader_text import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.json_fields import JsonFields
 
@@ -50,7 +50,7 @@ def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
         if len(vertices) < 3:
             corners = numbers.count(len(vertices), "vertex", "vertices")
             message = f"{area.title} has {corners} and encloses nothing: left out"
-            remarks.add(FENCE_ITEM_BROKEN, message, place=place)
+            remarks.add(FENCE_INCOMPLETE, message, place=place)
             continue
         polygons.append(
             FencePolygon(inclusion=area.truth("inclusion"), vertices_deg=vertices, place=place)
@@ -67,7 +67,7 @@ def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
         place = section.document.place(raw)
         if radius_m <= 0.0:
             message = f"{area.title} has radius {radius_m:g} m and encloses nothing: left out"
-            remarks.add(FENCE_ITEM_BROKEN, message, place=place)
+            remarks.add(FENCE_INCOMPLETE, message, place=place)
             continue
         circles.append(
             FenceCircle(

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,8 @@ from planner.link.mission_kind import MissionKind
 from planner.link.outgoing import MESSAGES, Purpose
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.link.mission_transfer import WireItem
 
 URL = "tcp:127.0.0.1:5760"
@@ -196,16 +199,26 @@ def test_two_files_are_compared_without_a_vehicle(capsys: pytest.CaptureFixture[
     assert "are the same mission" in capsys.readouterr().out
 
 
-@pytest.mark.usefixtures("mission")
+@pytest.fixture
+def _own_handlers() -> Iterator[None]:
+    """Put back what main makes of signals."""
+    before = {one: signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("mission", "_own_handlers")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interruption_puts_the_old_mission_back(
-    on_line: list[VirtualLine], capsys: pytest.CaptureFixture[str]
+    on_line: list[VirtualLine], number: signal.Signals, capsys: pytest.CaptureFixture[str]
 ) -> None:
     class Interrupted(VirtualLine):
         def send(self, data: bytes, peer: object = None) -> None:
             items = sum(frame[7] == 73 for frame in self.sent)
             if data[7] == 73 and items == 2:  # MISSION_ITEM_INT, the third
                 self.sent.append(data)
-                raise KeyboardInterrupt
+                signal.raise_signal(number)
             super().send(data, peer)
 
     vehicle = _vehicle(ARDUPILOT)
@@ -241,14 +254,14 @@ def test_an_interruption_while_the_vehicle_is_listened_to_says_that_it_has_the_m
 ) -> None:
     class Interrupted(VirtualLine):
         def receive(self, timeout_s: float) -> list[tuple[Any, bytes]]:
-            found = super().receive(timeout_s)
-            if len(vehicle.lists[MissionKind.MISSION]) == 3 and timeout_s == 0.625:
-                raise KeyboardInterrupt
-            return found
+            read_back = [one for one in vehicle.received if one.name == "MISSION_REQUEST_LIST"]
+            if len(read_back) == 9 and vehicle.received[-1].name == "MISSION_ACK":
+                raise KeyboardInterrupt  # each list was read before the check, before and after
+            return super().receive(timeout_s)
 
     vehicle = _vehicle()
     on_line.append(Interrupted(vehicle))
-    assert main([*SENT[:-1], "0.625"]) == 130
+    assert main(list(SENT)) == 130
     assert "interrupted; the mission is on the vehicle" in capsys.readouterr().err
 
 

@@ -35,7 +35,7 @@ def test_a_fence_that_is_not_closed_is_told() -> None:
 def test_a_fence_of_two_points_is_left_out_and_told() -> None:
     mission = read_fence_list("47 8\n47.1 8.1\n", source="f")
     assert not mission.fence
-    assert "L158" in [finding.code for finding in mission.findings]
+    assert "L164" in [finding.code for finding in mission.findings]
 
 
 def test_rally_lines_become_rally_points_above_home() -> None:

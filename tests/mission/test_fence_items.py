@@ -70,7 +70,7 @@ def test_a_polygon_with_another_number_of_vertices_than_it_says_is_told() -> Non
     fence, findings = make_fence([make_item(5001, *vertex, param1=5.0) for vertex in SQUARE])
     assert fence is not None
     assert fence.polygons[0].vertices_deg == SQUARE
-    assert [finding.code for finding in findings] == ["L158"]
+    assert [finding.code for finding in findings] == ["L164"]
 
 
 def test_a_polygon_ends_where_another_count_begins() -> None:
@@ -95,7 +95,7 @@ def test_an_area_without_an_extent_is_left_out_and_told(item: MissionItem) -> No
     fence, findings = make_fence([item])
     assert fence is not None
     assert not fence
-    assert [finding.code for finding in findings] == ["L158"]
+    assert [finding.code for finding in findings] == ["L164"]
 
 
 def test_items_that_are_no_fence_give_no_fence() -> None:

@@ -268,7 +268,7 @@ def test_a_fence_area_that_encloses_nothing_is_left_out_and_told(
         fence["circles"] = [{"version": 1, "inclusion": True, "circle": circle}]
     mission = read(plan_with(fence, "geoFence"))
     assert not mission.fence
-    assert codes(mission) == ["L158"]
+    assert codes(mission) == ["L164"]
 
 
 @pytest.mark.parametrize(("written", "read_as"), [(0, False), (1, True)])

@@ -90,8 +90,8 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: read(HOME, TAKEOFF),
     ),
     "L158": RuleCases(
-        fires=lambda: fence(2, *CORNERS[:2]),
-        boundary=lambda: fence(3, *CORNERS),
+        fires=lambda: read("0\t0\t3\t5100\t0\t0\t0\t0\tnan\t8\t50\t1"),
+        boundary=lambda: rally(3),
         silent=lambda: read(HOME, TAKEOFF),
     ),
     "L159": RuleCases(
@@ -113,6 +113,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: as_bytes(TEXT.encode("utf-8-sig")),
         boundary=lambda: as_bytes(f"{TEXT}# Übung\n".encode()),
         silent=lambda: as_bytes(TEXT.encode()),
+    ),
+    "L164": RuleCases(
+        fires=lambda: fence(2, *CORNERS[:2]),
+        boundary=lambda: fence(3, *CORNERS),
+        silent=lambda: read(HOME, TAKEOFF),
     ),
     "L163": RuleCases(
         fires=lambda: as_bytes(gzip.compress(TEXT.encode())),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from made_terrain import ground
@@ -13,6 +14,7 @@ from planner.link.parameter_transfer import WireParameter
 from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleState
 from planner.live import check_vehicle
+from planner.live_upload import check_removal
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home
 from planner.service import CheckRequest, check_read
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
+    from planner.link.mission_transfer import WireItem
 
 HOME = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=400.0)
 FLIGHT = (wire_item(command=22), wire_item(x=470_010_000), wire_item(command=20, frame=2, x=0, y=0))
@@ -55,6 +58,17 @@ def told(
     return check_vehicle(snapshot, CheckRequest()).findings
 
 
+def removed(kind: MissionKind, *areas: WireItem) -> tuple[Finding, ...]:
+    """Return what is told before a mission without areas takes the place of one with them."""
+    lists = {one: areas if one is kind else FLIGHT if not one else () for one in MissionKind}
+    snapshot = make_snapshot(
+        VehicleIdentity(system=1, component=1, autopilot_number=_PX4, vehicle_type=2),
+        VehicleReading(state=VehicleState(), lists=lists, parameters=()),
+        address="udpin:127.0.0.1:14550",
+    )
+    return check_removal(replace(snapshot.mission, fence=None, rally=()), snapshot)
+
+
 def read(data: bytes) -> tuple[Finding, ...]:
     """Return what a check tells of a file that holds these bytes."""
     return check_read(
@@ -87,6 +101,16 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: told("ABCDEFGHIJKLMNOPQ"),
         boundary=lambda: told("ABCDEFGHIJKLMNOP"),  # 16 characters
         silent=lambda: told("RTL_ALT"),
+    ),
+    "V106": RuleCases(
+        fires=lambda: removed(MissionKind.FENCE, wire_item(command=5003, param1=99.0)),
+        boundary=lambda: removed(MissionKind.FENCE),  # it keeps a list, and nothing is in it
+        silent=told,
+    ),
+    "V107": RuleCases(
+        fires=lambda: removed(MissionKind.RALLY, wire_item(command=5100)),
+        boundary=lambda: removed(MissionKind.RALLY),
+        silent=told,
     ),
     "X901": RuleCases(
         fires=lambda: read(b"{"),
