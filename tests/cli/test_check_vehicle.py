@@ -82,3 +82,20 @@ def test_a_vehicle_that_does_not_answer_ends_in_exit_3(
     monkeypatch.setattr(pymavlink_link, "open_line", lambda _: VirtualLine())
     assert main(["check", URL]) == 3
     assert "no heartbeat in 10 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "areas",
+    [
+        [{"command": 5001, "param1": 3.0}, {"command": 5001, "param1": 3.0}],  # one is missing
+        [{"command": 5003, "param1": 0.0}],
+        [{"command": 5001, "param1": 5.0}] * 4,
+    ],
+)
+def test_a_fence_that_is_not_whole_on_the_vehicle_is_a_no_go(
+    vehicle: VirtualVehicle, areas: list[dict[str, float]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle.lists[MissionKind.FENCE] = tuple(wire_item(**area, **_SOMEWHERE) for area in areas)
+    ended, result = _check(capsys)
+    assert (ended, result["verdict"]) == (1, "no-go")
+    assert "L164" in {f["code"] for f in result["findings"]}  # type: ignore[attr-defined] # a list of objects

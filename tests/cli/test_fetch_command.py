@@ -179,3 +179,15 @@ def test_of_several_vehicles_one_has_to_be_named(
 def test_an_address_that_is_none_ends_in_exit_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fetch", "http://vehicle", "-o", "site.plan"]) == 2
     assert "'http://vehicle' is no address of a vehicle" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
+def test_a_vehicle_that_flies_is_told_as_armed_and_in_the_air(
+    on_line: list[VirtualLine], autopilot: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    vehicle = _vehicle(autopilot)
+    vehicle.is_armed, vehicle.landed_state = True, 2
+    on_line.append(VirtualLine(vehicle))
+    assert main(["fetch", URL, "-o", "out.plan", "--format", "json"]) == 0
+    state = json.loads(capsys.readouterr().out)["state"]
+    assert (state["is_armed"], state["is_landed"]) == (True, False)
