@@ -199,6 +199,17 @@ async def test_a_file_written_anew_is_checked_again() -> None:
         assert "changed" in verdict
 
 
+async def test_a_key_checks_everything_again() -> None:
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        before = screen.base
+        await pilot.press("r")
+        await settled(pilot)
+        assert screen.base is not before
+        assert screen.base is not None
+        assert text_of(screen, "#verdict").startswith("✖ NO-GO")
+
+
 async def test_a_broken_file_is_told_and_not_a_crash() -> None:
     Path("broken.plan").write_text("{", encoding="utf-8")
     async with review_app("broken.plan").run_test(size=NARROW) as pilot:

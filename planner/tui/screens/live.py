@@ -204,10 +204,10 @@ class LiveScreen(ReviewScreen):
         assert self.snapshot is not None  # nothing is asked for before
         return checked_vehicle(self.snapshot, what_if)
 
-    def action_recheck(self) -> None:
-        """Check again what was read last."""
+    def ask(self, base: Checked | None) -> None:
+        """Ask for a check of what was read last, if anything was."""
         if self.snapshot is not None:
-            super().action_recheck()
+            super().ask(base)
 
     def watch_files(self) -> None:
         """Look at whether anything is told of the vehicle still, and at the files."""

@@ -167,11 +167,15 @@ class ReviewScreen(Screen[None]):
     # Checks
 
     def action_recheck(self) -> None:
-        """Check again, in the background."""
+        """Check everything again, in the background."""
+        self.ask(None)
+
+    def ask(self, base: Checked | None) -> None:
+        """Ask for a check in the background; ``base`` is the mission as it is, where known."""
         self._asked, self._going = self._asked + 1, 0
         self._files.follow(deciding_files(self.file, self.what_if))
         self.show_verdict("checking …")
-        self._check(self.what_if, self._asked, self.base)
+        self._check(self.what_if, self._asked, base)
 
     @work(thread=True, exclusive=True, group="check", description="check")
     def _check(self, what_if: WhatIf, number: int, base: Checked | None) -> None:
@@ -231,7 +235,7 @@ class ReviewScreen(Screen[None]):
         what_if = self.what_if.with_changes(event.changes)
         if what_if.changes != self.what_if.changes:
             self.what_if = what_if
-            self.action_recheck()
+            self.ask(self.base)
 
     @on(WhatIfForm.Suggested)
     def _try(self, event: WhatIfForm.Suggested) -> None:
@@ -243,7 +247,7 @@ class ReviewScreen(Screen[None]):
         changes = {**self.what_if.changes, **dict(event.suggestion.changes)}
         self.what_if = self.what_if.with_changes(changes)
         self.query_one(WhatIfForm).show_settings(self.what_if)
-        self.action_recheck()
+        self.ask(self.base)
 
     def watch_files(self) -> None:
         """Check again where a file that decides the verdict was written since."""
@@ -258,7 +262,7 @@ class ReviewScreen(Screen[None]):
             self._asked += 1
             self.post_message(self.Failed(self._asked, str(error)))
         else:
-            self.action_recheck()
+            self.ask(self.base)
 
     # Keys
 

@@ -31,10 +31,10 @@ class SearchScreen(ModalScreen[Hit | None]):
     DEFAULT_CSS = """
     SearchScreen { align: center top; background: $background 60%; }
     SearchScreen > Vertical {
-        width: 90%; max-width: 100; height: auto; max-height: 70%; margin-top: 2;
+        width: 90%; max-width: 100; height: 70%; max-height: 18; margin-top: 2;
         background: $panel; border: round $primary;
     }
-    SearchScreen RowList { height: 12; background: $panel; }
+    SearchScreen RowList { height: 1fr; background: $panel; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss", "Back"),

@@ -34,11 +34,11 @@ class SplitScreen(ModalScreen[None]):
     DEFAULT_CSS = """
     SplitScreen { align: center middle; background: $background 60%; }
     SplitScreen > Vertical {
-        width: 96%; max-width: 132; height: auto; max-height: 96%; padding: 1 2;
+        width: 96%; max-width: 120; height: 96%; max-height: 30; padding: 0 1;
         background: $panel; border: round $primary;
     }
-    SplitScreen VerticalScroll { height: auto; max-height: 14; }
-    SplitScreen #problem { color: $text-warning; height: auto; }
+    SplitScreen VerticalScroll { height: 1fr; }
+    SplitScreen #problem { color: $text-warning; height: auto; max-height: 2; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss", "Back")]
 
