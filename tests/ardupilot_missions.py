@@ -53,6 +53,14 @@ def go(east_m: float, north_m: float = 0.0, height_m: float = 50.0, *, hold: flo
     return stage(StageKind.GO, east_m, north_m, height_m, hold=hold)
 
 
+def land(east_m: float = 0.0, north_m: float = 0.0) -> Stage:
+    return stage(StageKind.LAND, east_m, north_m, 0.0)
+
+
+def home() -> Stage:
+    return stage(StageKind.RETURN, 0.0, 0.0, 0.0)
+
+
 def fly(*stages: Stage, parameters: ArduPilotParameters = DEFAULTS) -> Motion:
     return fly_ardupilot(stages, parameters)
 

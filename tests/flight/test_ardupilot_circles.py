@@ -1,15 +1,17 @@
-"""Circles of ArduPilot in wind: the lean they ask for against the greatest, by hand."""
+"""Circles of ArduPilot: how fast they are flown, and the lean they ask for in wind, by hand."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
-from ardupilot_missions import DEFAULTS, go, stage, takeoff, time_s
+from ardupilot_missions import DEFAULTS, fly, go, stage, states, takeoff, time_s, took_s
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.mission.stage import StageKind
 from planner.physics.wind import Wind
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 LIMIT_M_S = 15.0
 LEAN_M_S2 = 9.80665 * math.tan(math.radians(30.0))
@@ -66,3 +68,79 @@ def test_without_a_circle_or_a_known_limit_nothing_is_said_of_circles() -> None:
     for stages, limit in (((takeoff(20.0), circle), None), ((takeoff(20.0), go(0.0, 99.0)), 15.0)):
         motion = fly_ardupilot(stages, DEFAULTS, wind=wind, airspeed_limit_m_s=limit)
         assert "W105" not in [f.code for f in motion.findings]
+
+
+def circle_s(parameters: ArduPilotParameters, *, speed: float = 10.0, turns: float = 2.0) -> float:
+    """The circle alone: it begins where the vehicle is, on its edge."""
+    motion = fly(
+        takeoff(),
+        stage(StageKind.GO, 20.0, hold=1.0),
+        stage(StageKind.CIRCLE, turns=turns, radius=20.0, speed=speed),
+        parameters=parameters,
+    )
+    return took_s(motion, 2)
+
+
+def test_a_circle_of_20_m_at_4_m_s_takes_31_seconds_a_turn() -> None:
+    # 2π 20/4 = 31.4 s; recorded 31 to 32 s.
+    assert circle_s(DEFAULTS, speed=4.0, turns=3) - circle_s(
+        DEFAULTS, speed=4.0, turns=2
+    ) == pytest.approx(2 * math.pi * 5.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "rate"),
+    [
+        (DEFAULTS, (0.5 * 2.5 * 20) ** 0.5 / 20),
+        (ArduPilotParameters(acceleration_m_s2=1.6), 4.0 / 20),
+        (ArduPilotParameters(circle_rate_rad_s=0.1), 0.1),
+    ],
+    ids=["half the acceleration", "WP_ACC", "CIRCLE_RATE"],
+)
+def test_circles_are_as_fast_as_their_rate_and_half_the_acceleration_allow(
+    parameters: ArduPilotParameters, rate: float
+) -> None:
+    speeding_up = 0.5 * rate / (parameters.acceleration_m_s2 / 20)
+    assert circle_s(parameters) == pytest.approx(4 * math.pi / rate + speeding_up, abs=1e-6)
+
+
+def test_circles_turn_clockwise_and_the_other_way_for_a_negative_radius() -> None:
+    for radius, north in ((20.0, -1.0), (-20.0, 1.0)):
+        motion = fly(takeoff(), go(20.0, hold=1.0), stage(StageKind.CIRCLE, turns=1, radius=radius))
+        begun = float(motion.segments.end_s[motion.done_segment[1]])
+        state = motion.state_at_time(np.array([begun + 1.0]))
+        assert np.sign(state.north_m_s[0]) == north  # east of the centre, northwards or southwards
+
+
+def test_a_circle_is_flown_to_from_more_than_three_metres() -> None:
+    motion = fly(takeoff(), stage(StageKind.CIRCLE, 100.0, turns=1, radius=20.0))
+    assert motion.segments.distance_m.sum() == pytest.approx(
+        80.0 + 2 * math.pi * 20.0 + 6.15, abs=0.3
+    )
+
+
+def test_a_circle_of_no_turns_ends_at_its_edge() -> None:
+    motion = fly(takeoff(), stage(StageKind.CIRCLE, 100.0, turns=0, radius=20.0), go(100.0))
+    assert motion.segments.distance_m.sum() == pytest.approx(100.0, abs=1e-6)
+
+
+def test_circle_radius_is_used_where_the_item_has_none() -> None:
+    motion = fly(
+        takeoff(),
+        stage(StageKind.CIRCLE, 100.0, turns=1),
+        parameters=ArduPilotParameters(circle_radius_m=30.0),
+    )
+    assert motion.segments.distance_m[: motion.arrival_segment[1]].sum() == pytest.approx(
+        70.0, abs=0.1
+    )
+
+
+def test_a_circle_without_any_radius_is_a_turn_on_the_spot() -> None:
+    motion = fly(
+        takeoff(),
+        stage(StageKind.CIRCLE, turns=2),
+        parameters=ArduPilotParameters(circle_radius_m=0.0, circle_rate_rad_s=0.5),
+    )
+    assert states(motion)[-1] == "hover"
+    # The rate of 0.5 is reached within a second: half a second more.
+    assert motion.segments.duration_s[-1] == pytest.approx(4 * math.pi / 0.5 + 0.5, abs=1e-6)

@@ -1,20 +1,24 @@
-"""Stops of a vehicle that lags behind its shaped reference, against control.forced_response."""
+"""Stops as recorded, and of a vehicle that lags behind its reference, by control.forced_response."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import control
 import numpy as np
 import pytest
-from ardupilot_missions import DEFAULTS, fly, go, stage, takeoff, time_s, took_s
+from ardupilot_missions import DEFAULTS, fly, go, home, stage, states, takeoff, time_s, took_s
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.flight.motion.ardupilot.stops import stopping_distance_m
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
 from planner.physics.transfer_function import TransferFunction
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.model import ManoeuvreResponse, Responses
 
 if TYPE_CHECKING:
@@ -125,3 +129,44 @@ def test_corners_are_passed_without_waiting() -> None:
     late = flown(*stages, responses=slow)
     assert took_s(late, 1) == pytest.approx(took_s(fly(*stages), 1), abs=1e-9)
     assert took_s(late, 2) > took_s(fly(*stages), 2) + 0.5
+
+
+@pytest.mark.parametrize(
+    ("speed", "recorded"),
+    [(3.0, 4.0), (5.0, 8.7), (8.0, 17.5), (10.0, 25.0), (12.0, 35.0), (15.0, 51.0)],
+)
+def test_stops_are_as_long_as_recorded(speed: float, recorded: float) -> None:
+    assert stopping_distance_m(np.array([speed]), DEFAULTS)[0] == pytest.approx(
+        recorded, abs=max(0.5, 0.05 * recorded)
+    )
+
+
+def test_standing_still_needs_no_way() -> None:
+    assert stopping_distance_m(np.array([0.0]), DEFAULTS)[0] == 0.0
+
+
+def test_cruise_and_brake_know_their_stop() -> None:
+    motion = fly(takeoff(), go(500.0), go(500.0, 500.0, hold=1.0), home())
+    stop = float(stopping_distance_m(np.array([10.0]), DEFAULTS)[0])
+    for state, way in zip(states(motion), motion.segments.stopping_distance_m, strict=True):
+        if state in {"cruise", "brake"}:
+            assert way == pytest.approx(stop)
+        else:
+            assert math.isnan(way)
+
+
+@given(
+    speed=st.floats(0.5, 20.0),
+    acceleration=st.floats(0.5, 6.0),
+    jerk=st.floats(0.5, 10.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_stops_grow_with_speed_and_shrink_with_acceleration(
+    speed: float, acceleration: float, jerk: float
+) -> None:
+    some = ArduPilotParameters(acceleration_m_s2=acceleration, jerk_m_s3=jerk)
+    more = ArduPilotParameters(acceleration_m_s2=1.2 * acceleration, jerk_m_s3=jerk)
+    slow, fast = stopping_distance_m(np.array([speed, 1.1 * speed]), some)
+    assert 0.0 < slow < fast
+    assert stopping_distance_m(np.array([speed]), more)[0] <= slow + 1e-9
+    assert slow > 0.5 * speed**2 / acceleration * 0.97**2

@@ -1,0 +1,126 @@
+"""ArduPilot's return to launch against pencil and paper; one test per parameter."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, takeoff, time_s, took_s
+from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
+
+from planner.findings import Severity
+from planner.flight.motion.ardupilot.flight import ardupilot_ways_home
+from planner.mission.stage import Stage, StageKind
+from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+
+
+def return_s(
+    parameters: ArduPilotParameters, *, distance: float = 1000.0, height: float = 50.0
+) -> float:
+    return time_s(ardupilot_ways_home(np.array([[distance, 0.0, height]]), np.zeros(3), parameters))
+
+
+def way_back_s(distance: float = 1000.0, v: float = 10.0) -> float:
+    """Level leg and wait, without the delay of a start from rest."""
+    return leg_s(distance, v) - START_S + 5.0
+
+
+def test_a_return_above_rtl_alt_keeps_its_height() -> None:
+    step = STEP_S / 2  # the centimetre before overlaps by half its time
+    expected = step + START_S + way_back_s() + landing_s(50.0) + 2.1
+    assert return_s(DEFAULTS) == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize("top", [80.0, 120.0])
+def test_rtl_alt_is_climbed_to_and_landed_from(top: float) -> None:
+    parameters = ArduPilotParameters(return_altitude_m=top)
+    climb = (top - 50.0) / 2.5 + 2.5 + 1.0 + RISE_S + VERTICAL_START_S
+    # The corner at the top is passed until the vertical acceleration is whole: 1.3 s either side.
+    expected = climb - 2.6 + way_back_s() + landing_s(top) + 2.1
+    assert return_s(parameters) == pytest.approx(expected, abs=1e-3)
+
+
+def test_rtl_climb_min_is_climbed_at_least() -> None:
+    by_climb = return_s(ArduPilotParameters(return_climb_min_m=30.0))
+    assert by_climb == pytest.approx(
+        return_s(ArduPilotParameters(return_altitude_m=80.0)), abs=1e-9
+    )
+
+
+def test_the_cone_keeps_near_returns_low() -> None:
+    # 20 m away a slope of 3 allows 60 m; 10 m away 30 m, but never down.
+    high = ArduPilotParameters(return_altitude_m=100.0)
+    near = return_s(high, distance=20.0)
+    assert near == pytest.approx(
+        return_s(ArduPilotParameters(return_altitude_m=60.0), distance=20.0), abs=1e-9
+    )
+    assert return_s(high, distance=10.0) == pytest.approx(return_s(DEFAULTS, distance=10.0))
+    flat = ArduPilotParameters(return_altitude_m=100.0, return_cone_slope=0.4)
+    assert return_s(flat, distance=20.0) > near + 20.0
+
+
+def test_the_ceiling_of_the_fence_keeps_returns_below_it() -> None:
+    fenced = ArduPilotParameters(return_altitude_m=90.0, fence_enable=1, fence_height_max_m=72.0)
+    assert return_s(fenced) == pytest.approx(
+        return_s(ArduPilotParameters(return_altitude_m=70.0)), abs=1e-9
+    )
+    off = ArduPilotParameters(return_altitude_m=90.0, fence_height_max_m=72.0)
+    assert return_s(off) > return_s(fenced)
+
+
+def test_rtl_speed_sets_the_way_back() -> None:
+    slow = return_s(ArduPilotParameters(return_speed_m_s=8.0))
+    assert slow - return_s(DEFAULTS) == pytest.approx(leg_s(1000.0, 8.0) - leg_s(1000.0), abs=1e-6)
+
+
+def test_rtl_loit_time_is_waited() -> None:
+    waits = return_s(ArduPilotParameters(return_loiter_s=25.0))
+    assert waits - return_s(DEFAULTS) == pytest.approx(20.0, abs=1e-9)
+
+
+def test_a_final_altitude_ends_the_return_in_the_air_and_says_so() -> None:
+    parameters = ArduPilotParameters(return_final_altitude_m=20.0)
+    motion = ardupilot_ways_home(np.array([[100.0, 0.0, 50.0]]), np.zeros(3), parameters)
+    assert states(motion)[-1] == "descend"
+    assert motion.segments.climb_m[-1] == pytest.approx(-30.0)
+    assert [finding.code for finding in motion.findings] == ["M102"]
+
+
+def codes_of(parameters: ArduPilotParameters, last: Stage) -> list[tuple[str, Severity]]:
+    motion = fly(takeoff(), go(500.0), last, parameters=parameters)
+    return [(finding.code, finding.severity) for finding in motion.findings]
+
+
+def test_rtl_alt_type_over_terrain_is_said_for_the_way_home_too() -> None:
+    terrain = ArduPilotParameters(return_altitude_type=1)
+    assert codes_of(terrain, home()) == [("A113", Severity.WARNING)]
+    assert codes_of(terrain, land()) == [("A113", Severity.WARNING)]
+    assert codes_of(DEFAULTS, home()) == []
+
+
+def test_a_return_that_may_wait_for_its_heading_says_so() -> None:
+    # Half a turn at 60°/s takes 3 s.
+    hasty = ArduPilotParameters(return_loiter_s=2.0)
+    assert codes_of(hasty, home()) == [("T107", Severity.INFO)]
+    assert codes_of(hasty, land()) == []
+    assert codes_of(ArduPilotParameters(return_loiter_s=3.1), home()) == []
+    held = ArduPilotParameters(return_loiter_s=2.0, yaw_behavior=0)
+    assert codes_of(held, home()) == []
+    slow = ArduPilotParameters(yaw_rate_rad_s=math.radians(30.0))
+    assert codes_of(slow, home()) == [("T107", Severity.INFO)]
+
+
+def test_a_return_starts_from_a_stop_and_its_speed_is_not_the_mission_s() -> None:
+    fast = fly(takeoff(), stage(StageKind.GO, 500.0, speed=15.0), home())
+    assert took_s(fast, 2) == pytest.approx(return_s(DEFAULTS, distance=500.0), abs=1e-6)
+
+
+def test_ways_home_are_those_of_single_flights() -> None:
+    points = np.array([[300.0, 400.0, 80.0], [0.0, -50.0, 5.0], [-1000.0, 0.0, 12.0]])
+    together = ardupilot_ways_home(points, np.zeros(3), DEFAULTS).segments
+    for row, point in enumerate(points):
+        alone = ardupilot_ways_home(point[None], np.zeros(3), DEFAULTS).segments
+        mine = together.item == row
+        assert together.duration_s[mine] == pytest.approx(alone.duration_s, abs=1e-9)
+        assert together.distance_m[mine] == pytest.approx(alone.distance_m, abs=1e-9)

@@ -1,0 +1,86 @@
+"""ArduPilot in wind: the ground speed is held up to the lean limit."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from ardupilot_missions import DEFAULTS, go, stage, takeoff, took_s
+
+from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.state import STATES
+from planner.mission.stage import Stage, StageKind
+from planner.physics.wind import Wind
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import Motion
+
+
+def windy(wind_m_s: float, limit: float | None, *, speed: float = 10.0) -> tuple[float, list[str]]:
+    motion = fly_ardupilot(
+        (takeoff(), stage(StageKind.GO, 1000.0, speed=speed, hold=1.0)),
+        DEFAULTS,
+        wind=Wind(speed_m_s=wind_m_s, from_deg=90.0),
+        airspeed_limit_m_s=limit,
+    )
+    cruise = [STATES[s].value for s in motion.segments.state].index("cruise")
+    return float(motion.segments.speed_m_s[cruise]), [f.code for f in motion.findings]
+
+
+def test_ground_speed_is_held_in_wind_until_the_lean_limit() -> None:
+    assert windy(8.0, None) == (10.0, [])
+    assert windy(8.0, 20.0) == (10.0, [])
+    speed, codes = windy(8.0, 15.0)
+    assert speed == pytest.approx(7.0)
+    assert codes == ["W102"]
+
+
+def test_a_speed_beyond_the_lean_limit_is_not_reached_in_still_air() -> None:
+    speed, codes = windy(0.0, 10.26, speed=15.0)
+    assert speed == pytest.approx(10.26)
+    assert codes == ["W102"]
+
+
+def test_no_headway_is_an_error() -> None:
+    assert windy(16.0, 15.0)[1] == ["W101"]
+
+
+def profiled(*stages: Stage, limit: float = 15.0) -> Motion:
+    # 5 m/s from east at 10 m, growing with the root of the height: 10 m/s at 40 m, 15 m/s at 90 m.
+    wind = Wind(speed_m_s=5.0, from_deg=90.0, reference_height_m=10.0, shear_exponent=0.5)
+    return fly_ardupilot(stages, DEFAULTS, wind=wind, airspeed_limit_m_s=limit)
+
+
+def test_a_wind_that_grows_with_height_slows_the_higher_leg_more() -> None:
+    low = profiled(takeoff(10.0), go(1000.0, height_m=10.0, hold=1.0))
+    high = profiled(takeoff(40.0), go(1000.0, height_m=40.0, hold=1.0))
+    assert max(low.segments.speed_m_s) == pytest.approx(10.0)
+    assert low.findings == ()
+    assert high.segments.speed_m_s[1:].max() == pytest.approx(5.0)
+    assert [f.code for f in high.findings] == ["W102"]
+
+
+def test_a_leg_through_a_wind_profile_is_flown_at_the_lowest_speed_it_meets() -> None:
+    climbing = profiled(takeoff(10.0), go(1000.0, height_m=40.0, hold=1.0))
+    # 5 m/s over the ground at its upper end, along a line that rises 30 m on 1,000 m
+    assert climbing.segments.speed_m_s[1:].max() == pytest.approx(5.0)
+    assert [f.code for f in profiled(takeoff(90.0), go(500.0, height_m=90.0)).findings] == ["W101"]
+
+
+def test_splines_keep_to_the_lean_limit_as_well() -> None:
+    spline = stage(StageKind.SPLINE, 1000.0, 0.0, 40.0)
+    motion = profiled(takeoff(40.0), spline)
+    assert motion.segments.speed_m_s[-1] == pytest.approx(5.0)
+    assert [f.code for f in motion.findings] == ["W102"]
+
+
+def test_a_vehicle_at_its_lean_limit_starts_later() -> None:
+    # 0.5 /s of drag at the limit of 11.3 m/s: (c ln(6.5/2) − 5 % of 4.5 s) later; recorded 0.4 s.
+    def took(limit: float | None) -> float:
+        motion = fly_ardupilot((takeoff(), go(1000.0)), DEFAULTS, airspeed_limit_m_s=limit)
+        return took_s(motion, 1)
+
+    drag = 9.80665 * math.tan(math.radians(30.0)) / 11.3
+    assert took(11.3) - took(None) == pytest.approx(drag * math.log(3.25) - 0.05 * 4.5, abs=1e-6)
+    assert took(40.0) == took(None)
