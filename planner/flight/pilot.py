@@ -263,11 +263,10 @@ class Px4Pilot:
         return height_m
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the way to where PX4 puts the point it holds when told to in mid-leg, and its time."""
-        from planner.flight.motion.px4.speeds import stopping_distance_m
+        """Return the way and the time until a vehicle told to return in mid-leg turns back."""
+        from planner.flight.motion.px4.speeds import turning_back
 
-        way_m = stopping_distance_m(speed_m_s, self.parameters)
-        return way_m, _even_braking_s(way_m, speed_m_s)
+        return turning_back(speed_m_s, self.parameters)
 
 
 @frozen

@@ -143,10 +143,13 @@ def test_a_way_home_from_home_is_a_landing() -> None:
 
 
 def test_a_way_home_begun_at_speed_begins_with_a_stop() -> None:
-    # 3 m/s², 4 m/s³: from 12 m/s PX4 holds 12 (12/6 + 0.6) = 31.2 m on, and no return turns round in
-    # less than 12/3 + 3/4 = 4.75 s and 6 · 4.75 = 28.5 m; braking evenly 31.2 m take 62.4/12 = 5.2 s.
+    # 3 m/s², 4 m/s³: 0.75 s of jerk take 1.125 m/s off 12 m/s over 9 − 4 · 0.75³/6 = 8.719 m, the other
+    # 10.875 m/s 3.625 s and 10.875²/6 = 19.711 m; 28 m and 4.3 s recorded.
     parameters = replace(PX4, acceleration_m_s2=3.0, jerk_m_s3=4.0)
     pilot = make_pilot(load_vehicle("px4-sih-quad"), parameters, Conditions())
     way_m, stop_s = pilot.stop(np.array([0.0, 12.0]))
-    assert way_m == pytest.approx([0.0, 31.2])
-    assert stop_s == pytest.approx([0.0, 5.2])
+    assert way_m == pytest.approx([0.0, 28.430], abs=1e-3)
+    assert stop_s == pytest.approx([0.0, 4.375])
+    # From 1 m/s the acceleration is not reached: √(2/4) s at 2/3 m/s.
+    way_m, stop_s = pilot.stop(np.array([1.0]))
+    assert (way_m[0], stop_s[0]) == pytest.approx((2.0 / 3.0 * math.sqrt(0.5), math.sqrt(0.5)))

@@ -27,6 +27,8 @@ LANDED_AFTER_BLIND_S = 1.6
 
 _STANDS_M = 1e-5
 """Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory stands. [m]"""
+_BEYOND_M_S = 1e-9
+"""Velocity that is none. [m s⁻¹]"""
 _FINE_M = 2.0
 """Distance from its origin, about home, up to which a trajectory in single precision comes so near; farther
 away its steps get lost, and it creeps for ever. [m]"""
@@ -85,9 +87,10 @@ def add_landings(
     pieces: Pieces,
     move: IntArray,
     place_m: FloatArray,
+    velocity_m_s: FloatArray,
     ground_m: FloatArray,
-    is_return: BoolArray,
     *,
+    is_return: BoolArray,
     parameters: Px4Parameters,
     pace: Pace,
     has_range_sensor: bool,
@@ -100,8 +103,8 @@ def add_landings(
         To add to.
     move : ndarray of int
         Moves that are landings. (k,)
-    place_m, ground_m : ndarray
-        Where they begin, and the places landed on. (k, 3) [m]
+    place_m, velocity_m_s, ground_m : ndarray
+        Where and how fast they begin, and the places landed on. (k, 3) [m, m s⁻¹]
     is_return : ndarray of bool
         Whether a return lands, which disarms COM_DISARM_LAND after it has landed; a mission's landing
         disarms at once. (k,)
@@ -120,8 +123,9 @@ def add_landings(
     """
     if not len(move):
         return
-    descents = _Descents.over(place_m, ground_m, parameters)
-    descents.fall(DescentProfile.of(parameters, has_range_sensor=has_range_sensor), parameters)
+    descents = _Descents.over(place_m, velocity_m_s, ground_m, parameters)
+    profile = DescentProfile.of(parameters, has_range_sensor=has_range_sensor)
+    descents.fall(profile, -velocity_m_s[:, 2], parameters)
     descents.add_to(pieces, move, pace)
     landed = LANDED_AFTER_S if has_range_sensor else LANDED_AFTER_BLIND_S
     disarmed = landed + np.where(is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
@@ -150,10 +154,10 @@ class _Descents:
     """Landings while they are put together from above; heights count from the ground, upwards."""
 
     ground_m: FloatArray
-    offset_m: FloatArray
-    """East and north of the place landed on, where each begins. (k, 2) [m]"""
+    settling_m: FloatArray
+    """East and north of the place landed on, as two exponentials of time. (k, 2, 2) [m]"""
     settling_per_s: FloatArray
-    """Rate at which the offset dies away, from the speed allowed at its beginning on. (k,) [s⁻¹]"""
+    """Rates at which they die away. (k, 2) [s⁻¹]"""
     height_m: FloatArray
     """Height left. (k,) [m]"""
     elapsed_s: FloatArray
@@ -162,9 +166,18 @@ class _Descents:
 
     @classmethod
     def over(
-        cls, place_m: FloatArray, ground_m: FloatArray, parameters: Px4Parameters
+        cls,
+        place_m: FloatArray,
+        velocity_m_s: FloatArray,
+        ground_m: FloatArray,
+        parameters: Px4Parameters,
     ) -> _Descents:
-        """Return landings about to begin."""
+        """Return landings about to begin.
+
+        The offset from the place landed on dies away at the rate r of the speed allowed at its beginning.
+        What the velocity has beyond that, Δ, does so besides at s = r + a/|Δ|, which asks for the
+        acceleration a about: −Δ/(s − r) e^(−s t), taken from the amplitude of the other.
+        """
         offset = (place_m - ground_m)[:, :2]
         off = np.hypot(offset[:, 0], offset[:, 1])
         allowed = allowed_speed_m_s(
@@ -173,26 +186,35 @@ class _Descents:
             acceleration_m_s2=np.full_like(off, parameters.acceleration_m_s2),
             jerk_m_s3=np.full_like(off, parameters.jerk_m_s3),
         )
+        rate = np.divide(allowed, off, out=np.ones_like(off), where=off > 0.0)
+        beyond = velocity_m_s[:, :2] + rate[:, None] * offset
+        faster = np.maximum(np.hypot(beyond[:, 0], beyond[:, 1]), _BEYOND_M_S)
+        faster = parameters.acceleration_m_s2 / faster
+        passing = -beyond / faster[:, None]
         return cls(
             ground_m=ground_m,
-            offset_m=offset,
-            settling_per_s=np.divide(allowed, off, out=np.ones_like(off), where=off > 0.0),
+            settling_m=np.stack((offset - passing, passing), axis=-1),
+            settling_per_s=np.column_stack((rate, rate + faster)),
             height_m=np.maximum(place_m[:, 2] - ground_m[:, 2], 0.0),
             elapsed_s=np.zeros_like(off),
             parts=[],
         )
 
-    def fall(self, profile: DescentProfile, parameters: Px4Parameters) -> None:
-        """Go down to the ground."""
+    def fall(
+        self, profile: DescentProfile, begun_m_s: FloatArray, parameters: Px4Parameters
+    ) -> None:
+        """Go down to the ground from speeds downwards."""
         limits = {
             "acceleration_m_s2": np.full_like(self.height_m, parameters.acceleration_down_m_s2),
             "jerk_m_s3": np.full_like(self.height_m, parameters.jerk_m_s3),
         }
         first = profile.speed_m_s(self.height_m)
-        ramp = Ramps.of(first, **limits)
+        change = first - begun_m_s
+        ramp = Ramps.of(np.abs(change), **limits)
         # A landing from lower than its ramp is taken at its speed throughout.
-        fits = 0.5 * first * ramp.duration_s <= self.height_m
-        self._ramp(Ramps.of(np.where(fits, first, 0.0), **limits), np.zeros_like(first), 1.0)
+        fits = 0.5 * (first + begun_m_s) * ramp.duration_s <= self.height_m
+        ramp = Ramps.of(np.where(fits, np.abs(change), 0.0), **limits)
+        self._ramp(ramp, begun_m_s, np.sign(change))
         self._steadily(profile.fast_m_s, down_to_m=profile.high_m)
         self._slow_down(profile)
         self._steadily(profile.slow_m_s, down_to_m=profile.crawl_height_m)
@@ -212,11 +234,11 @@ class _Descents:
 
     def standing_from_s(self) -> FloatArray:
         """Return from when trajectories stand still over the place landed on. (k,) [s]"""
-        off = np.hypot(self.offset_m[:, 0], self.offset_m[:, 1])
+        off = np.hypot(self.settling_m[:, 0, 0], self.settling_m[:, 1, 0])
         moves = off > _STANDS_M
         creeping_s = np.divide(
             np.log(np.maximum(off / _STANDS_M, 1.0)),
-            self.settling_per_s,
+            self.settling_per_s[:, 0],
             out=np.zeros_like(off),
             where=moves,
         )
@@ -231,15 +253,16 @@ class _Descents:
         coefficients = np.zeros((len(rows), 3, 4))
         coefficients[:, :, 0] = self.ground_m[rows]
         coefficients[:, 2] += np.concatenate([part[2] for part in self.parts])
-        across = self.settling_per_s[rows]
+        across = self.settling_per_s[rows][:, None, :]
         duration = np.concatenate([part[1] for part in self.parts])
         creeping = np.clip(np.tile(self.standing_from_s(), count) - begun, 0.0, duration)
         flown_s = creeping / pace.upright + (duration - creeping) / pace.standing
         lasts = duration > 0.0
         fading = np.repeat([part[4] for part in self.parts], len(move))
-        amplitude = np.empty((len(rows), 3))
-        amplitude[:, :2] = self.offset_m[rows] * np.exp(-across * begun)[:, None]
-        amplitude[:, 2] = np.concatenate([part[3] for part in self.parts])
+        amplitude, rate = np.zeros((len(rows), 3, 2)), np.zeros((len(rows), 3, 2))
+        amplitude[:, :2] = self.settling_m[rows] * np.exp(-across * begun[:, None, None])
+        amplitude[:, 2, 0] = np.concatenate([part[3] for part in self.parts])
+        rate[:, :2], rate[:, 2, 0] = across, fading
         pieces.add_settlings(
             Places(
                 move=move[rows],
@@ -251,14 +274,16 @@ class _Descents:
             SettlingLaw(
                 coefficients=coefficients,
                 amplitude_m=amplitude,
-                rate_per_s=np.column_stack((across, across, fading)),
+                rate_per_s=rate,
             ),
         )
 
     def _offset_m(self, time_s: FloatArray) -> FloatArray:
-        return self.offset_m * np.exp(-self.settling_per_s * time_s)[:, None]
+        fading = np.exp(-self.settling_per_s * time_s[:, None])
+        offset: FloatArray = (self.settling_m * fading[:, None, :]).sum(axis=-1)
+        return offset
 
-    def _ramp(self, ramps: Ramps, from_m_s: FloatArray, sign: float) -> None:
+    def _ramp(self, ramps: Ramps, from_m_s: FloatArray, sign: FloatArray | float) -> None:
         """Change the speed downwards."""
         speed, acceleration = from_m_s, np.zeros_like(from_m_s)
         for duration, jerk in (

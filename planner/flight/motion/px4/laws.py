@@ -92,24 +92,24 @@ class BrakeLaw:
 
 @frozen(eq=False)
 class SettlingLaw:
-    """On each axis a cubic of time plus an exponential that dies away."""
+    """On each axis a cubic of time plus two exponentials that die away."""
 
     coefficients: FloatArray
     """Rising powers of time for east, north, height above home. (rows, 3, 4) [m, m s⁻¹, …]"""
     amplitude_m: FloatArray
-    """Of the exponential. (rows, 3) [m]"""
+    """Of the exponentials. (rows, 3, 2) [m]"""
     rate_per_s: FloatArray
-    """Of its decay. (rows, 3) [s⁻¹]"""
+    """Of their decay. (rows, 3, 2) [s⁻¹]"""
 
     @classmethod
     def joined(cls, laws: Sequence[Self]) -> Self:
         """Return the rows of several as one."""
-        vector = (np.zeros((0, 3)),)
+        pairs = (np.zeros((0, 3, 2)),)
         cubics = [law.coefficients for law in laws] or (np.zeros((0, 3, 4)),)
         return cls(
             coefficients=np.concatenate(cubics),
-            amplitude_m=np.concatenate([law.amplitude_m for law in laws] or vector),
-            rate_per_s=np.concatenate([law.rate_per_s for law in laws] or vector),
+            amplitude_m=np.concatenate([law.amplitude_m for law in laws] or pairs),
+            rate_per_s=np.concatenate([law.rate_per_s for law in laws] or pairs),
         )
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
@@ -117,9 +117,11 @@ class SettlingLaw:
         c = self.coefficients[row]
         t = time_s[..., None]
         rate = self.rate_per_s[row]
-        fading = self.amplitude_m[row] * np.exp(-rate * t)
-        position = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3])) + fading
-        velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3]) - rate * fading
+        fading = self.amplitude_m[row] * np.exp(-rate * t[..., None])
+        position = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+        position = position + fading.sum(axis=-1)
+        velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3])
+        velocity = velocity - (rate * fading).sum(axis=-1)
         return KinematicState(
             east_m=position[..., 0],
             north_m=position[..., 1],

@@ -129,7 +129,7 @@ class Pieces:
         paced = SettlingLaw(
             coefficients=law.coefficients[kept] * pace[..., None] ** np.arange(4.0),
             amplitude_m=law.amplitude_m[kept],
-            rate_per_s=law.rate_per_s[kept] * pace,
+            rate_per_s=law.rate_per_s[kept] * pace[..., None],
         )
         self.settlings.append(paced)
         rows = np.arange(len(kept))

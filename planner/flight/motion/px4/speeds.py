@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.ramps import ramp_time_s
+from planner.flight.motion.px4.ramps import cut_ramp_time_s, ramp_time_s
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -129,6 +129,25 @@ def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> 
         speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
     )
     return np.maximum(hold, 0.5 * speed * reversing_s)
+
+
+def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+    """Return way and time until a vehicle told to return in mid-leg turns back. [m], [s]
+
+    Notes
+    -----
+    It stands for no longer than an instant: its acceleration grows at limited jerk, and is not taken back
+    before the vehicle speeds up homeward.  From 12 m/s 28.4 m and 4.375 s; 28 m and 4.3 s measured.
+    """
+    a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
+    jerk_s = np.minimum(a / j, np.sqrt(2.0 * speed_m_s / j))
+    left = np.maximum(speed_m_s - 0.5 * j * jerk_s**2, 0.0)
+    way = jerk_s * (speed_m_s - j * jerk_s**2 / 6.0) + 0.5 * left**2 / a
+    return way, cut_ramp_time_s(
+        speed_m_s,
+        acceleration_m_s2=np.full_like(speed_m_s, a),
+        jerk_m_s3=np.full_like(speed_m_s, j),
+    )
 
 
 def yaw_time_s(angle_rad: FloatArray, parameters: Px4Parameters) -> FloatArray:
