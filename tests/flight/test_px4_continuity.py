@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -152,3 +153,41 @@ def test_a_flight_of_a_thousand_legs_is_that_of_its_parts() -> None:
     assert end[:12] == pytest.approx(some, abs=1e-6)
     laps = np.diff(end[1::2])
     assert laps == pytest.approx(laps[0], abs=0.05)
+
+
+@st.composite
+def cramped_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
+    """Missions of short legs at any speed, ended by a landing in motion or a return."""
+    east, north, height, stages = 0.0, 0.0, 20.0, [takeoff(20.0)]
+    for _ in range(draw(st.integers(1, 4))):
+        course, length = draw(st.floats(0.0, 6.28)), draw(st.floats(1.0, 60.0))
+        east, north = east + length * math.cos(course), north + length * math.sin(course)
+        height = max(2.0, height + draw(st.sampled_from([0.0, 0.0, 5.0, -5.0, 20.0, -12.0])))
+        stages.append(
+            replace(
+                go(east, north, height, hold=draw(st.sampled_from([0.0, 0.0, 0.0, 3.0]))),
+                speed_m_s=draw(st.sampled_from([None, 3.0, 8.0, 12.0])),
+                acceptance_radius_m=draw(st.sampled_from([None, 0.5, 6.0])),
+            )
+        )
+    away_m = draw(st.floats(0.0, 30.0))
+    ends = (
+        stage(StageKind.LAND, east + away_m, north, 0.0),
+        stage(StageKind.RETURN, height_m=0.0),
+    )
+    return (*stages, draw(st.sampled_from(ends)))
+
+
+@settings(deadline=None, max_examples=120)
+@given(cramped_missions())
+def test_legs_too_short_for_their_speed_and_landings_in_motion_do_not_jump(
+    stages: tuple[Stage, ...],
+) -> None:
+    motion = fly_px4(stages, PX4)
+    piece = np.arange(len(motion.piece_duration_s))
+    begin = motion.state_at(piece, np.zeros(len(piece)))
+    end = motion.state_at(piece, motion.piece_duration_s)
+    for axis in ("east_m_s", "north_m_s", "climb_m_s"):
+        jump = np.abs(getattr(begin, axis)[1:] - getattr(end, axis)[:-1])[:-1]
+        # The last touches down.  Speeds of 0.15 m/s are those of a landing that begins to slow down.
+        assert jump.max(initial=0.0) < 0.2, axis

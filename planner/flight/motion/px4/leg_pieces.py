@@ -12,7 +12,7 @@ from planner.flight.motion.px4.holds import creeping_half_b_m_s, creeps, settlin
 from planner.flight.motion.px4.laws import BrakeLaw
 from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Lines, Places
 from planner.flight.motion.px4.ramps import ramp_time_s
-from planner.flight.motion.px4.speeds import braking_time_s
+from planner.flight.motion.px4.speeds import STILL_M, braking_time_s
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
@@ -69,7 +69,10 @@ def _add_turns(
     turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
     straights = legs.straights
     leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
-    after = legs.limits.direction * np.where(pausing, 0.0, leaving)[:, None]
+    after = legs.limits.direction * leaving[:, None]
+    # A turn that fills its leg hands on the velocity it is begun with (``ends_of_moves``).
+    after = np.where((legs.limits.length_m > STILL_M)[:, None], after, legs.velocity_m_s)
+    after = np.where(pausing[:, None], 0.0, after)
     count = len(move)
     rises = legs.straight_m[:, 2] > legs.place_m[:, 2]
     curves = Curves.between(

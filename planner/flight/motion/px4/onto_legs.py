@@ -27,7 +27,11 @@ _SHORTEST_JOIN_S = 0.1
 _NEARLY_STRAIGHT = 2.0 * ALIGNED_COS**2 - 1.0
 """Cosine of twice the angle at which a turn counts as done: a turn by less is little more than a join."""
 _LONGEST_JOIN = 0.5
-"""Share of a leg beyond which it is too short to be joined smoothly. [-]"""
+"""Share of a leg beyond which it is too short to be joined at its speed. [-]"""
+_LONGEST_SLOW_JOIN = 0.9
+"""The same of joins at less than that. [-]"""
+_LEAST_SHARE = 0.1
+"""Share of the speed below which a leg is joined at once. [-]"""
 
 
 def turns_onto_moves(
@@ -79,8 +83,8 @@ def slowed_turns(
 ) -> tuple[Turns, BoolArray]:
     """Return turns onto legs too steep for the speed they are begun with, and which legs these are.
 
-    Without a turn, the horizontal speed falls to what the vertical limit leaves while the vertical one
-    grows to its limit, both in the time of the slower.
+    Without a turn, the horizontal speed falls to what the vertical limit leaves, or to that of the leg,
+    while the vertical one comes to what goes with it, both in the time of the slower.
     """
     way = part.target_m - place_m
     level, height = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
@@ -91,7 +95,11 @@ def slowed_turns(
     slows &= part.pause_s == 0.0
     if not slows.any():
         return turns, slows
+    left = np.minimum(left, part.speed_m_s)
     after = np.where(slows, left, turns.speed_m_s)
+    reached = np.minimum(
+        limit, np.divide(after * height, level, out=limit.copy(), where=level > STILL_M)
+    )
     vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
     begun = np.clip(np.sign(way[:, 2]) * velocity_m_s[:, 2], -limit, limit)
     jerk = np.full_like(limit, parameters.jerk_m_s3)
@@ -101,13 +109,13 @@ def slowed_turns(
             acceleration_m_s2=np.full_like(limit, parameters.acceleration_m_s2),
             jerk_m_s3=jerk,
         ),
-        ramp_time_s(limit - begun, acceleration_m_s2=vertical, jerk_m_s3=jerk),
+        ramp_time_s(np.abs(reached - begun), acceleration_m_s2=vertical, jerk_m_s3=jerk),
     )
     slows &= height > limit * time
     speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
     along = velocity_m_s / np.where(speed > 0.0, speed, 1.0)[:, None]
     end = place_m + along * (0.5 * (turns.speed_m_s + after) * time)[:, None]
-    end[:, 2] = place_m[:, 2] + np.sign(way[:, 2]) * 0.5 * (begun + limit) * time
+    end[:, 2] = place_m[:, 2] + np.sign(way[:, 2]) * 0.5 * (begun + reached) * time
     return (
         Turns(
             duration_s=np.where(slows, time, turns.duration_s),
@@ -127,11 +135,13 @@ def joined_turns(
     slowed: BoolArray,
     *,
     parameters: Px4Parameters,
+    share: float = 1.0,
 ) -> Turns:
     """Return turns by which legs that need none are joined: nothing changes its velocity at once.
 
     What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
     limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
+    Legs too short for that are joined at a share of the speed.
     """
     way = part.ends_m - place_m
     length = np.sqrt((way**2).sum(axis=1))
@@ -142,6 +152,7 @@ def joined_turns(
     speed = np.where(
         shallow, turns.speed_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected
     )
+    speed = speed * share
     change = np.abs(direction * speed[:, None] - velocity_m_s)
     rising = direction[:, 2] > 0.0
     vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
@@ -189,12 +200,17 @@ def joined_turns(
         acceleration_m_s2=vertical,
         jerk_m_s3=jerk,
     )
-    grows = shallow & (level_reach <= left * level) & (upright_reach <= left * upright)
+    grows = (
+        shallow & (share == 1.0) & (level_reach <= left * level) & (upright_reach <= left * upright)
+    )
     growing = np.where(grows, growing, 0.0)
     after = speed + 0.5 * jerk * growing**2
     end = place_m + 0.5 * (velocity_m_s + direction * after[:, None]) * time[:, None]
-    joins &= ((end - place_m) * direction).sum(axis=1) < _LONGEST_JOIN * length
-    return Turns(
+    longest = _LONGEST_JOIN if share == 1.0 else _LONGEST_SLOW_JOIN
+    fits = ((end - place_m) * direction).sum(axis=1) < longest * length
+    short = np.flatnonzero(joins & ~fits)
+    joins &= fits
+    joined = Turns(
         duration_s=np.where(joins, time, turns.duration_s),
         end_m=np.where(joins[:, None], end, turns.end_m),
         speed_m_s=np.where(joins & shallow, after * level, turns.speed_m_s),
@@ -202,6 +218,18 @@ def joined_turns(
             joins & shallow, jerk * growing * level, turns.acceleration_m_s2
         ),
     )
+    if len(short) and share > _LEAST_SHARE:
+        slower = joined_turns(
+            part.select(short),
+            place_m[short],
+            velocity_m_s[short],
+            turns.select(short),
+            slowed[short],
+            parameters=parameters,
+            share=0.5 * share,
+        )
+        joined.put(short, slower)
+    return joined
 
 
 def cut_short(
