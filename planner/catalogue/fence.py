@@ -162,9 +162,10 @@ FENCE_HEIGHT = Rule(
     why="A ceiling is a fence: passing it ends the mission in the air; a return altitude above it "
     "breaches the fence on every return.",
     how=(
-        "The highest place of the flight over home, and the return altitude, against GF_MAX_VER_DIST "
-        "(PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1); the lowest waypoint against FENCE_ALT_MIN "
-        "(bit 8), to 1 cm.  An error for the mission, a warning for a return the mission does not fly."
+        "The highest place of the flight over home, and the height returns climb to from the items, against "
+        "GF_MAX_VER_DIST (PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay below it); "
+        "the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  An error for the mission, a warning "
+        "for a return the mission does not fly."
     ),
     example="120 m above home are flown, FENCE_ALT_MAX is 100 m",
     fix="fly lower, or raise the limit",

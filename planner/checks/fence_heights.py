@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner import numbers
 from planner.catalogue.fence import FENCE_HEIGHT
 from planner.checks.fence_settings import limits_from_parameters
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
+_MOST_RETURNS = 200
+"""Places looked at, spread over the flight."""
 _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
 
 
@@ -37,8 +41,8 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
                 item=highest.item,
                 place=case.mission.items[highest.item - 1].place,
             )
-        elif parameters.return_altitude_m > limit.ceiling_m + _SLACK_M:
-            climbs = numbers.beside(parameters.return_altitude_m, limit.ceiling_m, numbers.height)
+        elif (return_m := _highest_return_m(case)) > limit.ceiling_m + _SLACK_M:
+            climbs = numbers.beside(return_m, limit.ceiling_m, numbers.height)
             returns = [s.item for s in stages if s.kind is StageKind.RETURN]
             yield FENCE_HEIGHT.finding(
                 f"a return climbs to {climbs} above home, "
@@ -60,3 +64,16 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
                 place=case.mission.items[lowest.item - 1].place,
                 fix="fly higher, or lower the limit",
             )
+
+
+def _highest_return_m(case: Case) -> float:
+    """Return the greatest height above home that the vehicle's own returns climb to, as it flies them.
+
+    ArduPilot's stay below its fence; PX4's count from the place they lead to.
+    """
+    homeward = case.homeward
+    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
+    if len(ends) > _MOST_RETURNS:
+        ends = ends[np.linspace(0, len(ends) - 1, _MOST_RETURNS).astype(np.intp)]
+    paths = homeward.paths_m(homeward.points(ends, np.ones(len(ends))))
+    return max(float(corners[:, 2].max()) for corners in paths)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import pytest
-from fenced_missions import at, box, degrees, findings_of
+from fenced_missions import at, box, degrees, findings_of, rally
 from made_missions import rtl, takeoff
 
 from planner.autopilot import Autopilot
@@ -77,21 +78,39 @@ def test_a_ceiling_holds_for_the_flight(
         assert (found["F110"].severity, found["F110"].item) == (Severity.ERROR, 2)
 
 
-@pytest.mark.parametrize(
-    ("autopilot", "parameters"),
-    [
-        (Autopilot.PX4, "GF_MAX_VER_DIST,60\nRTL_RETURN_ALT,{}\n"),
-        (Autopilot.ARDUPILOT, ARDUPILOT_ON + "FENCE_TYPE,1\nRTL_ALT,{}00\n"),
-        (Autopilot.ARDUPILOT, ARDUPILOT_ON + "FENCE_TYPE,1\nRTL_ALT_M,{}\n"),
-    ],
-)
-def test_a_return_above_the_ceiling_is_told(autopilot: Autopilot, parameters: str) -> None:
+def test_a_return_above_the_ceiling_is_told() -> None:
     landing = (takeoff(20), at(0, 100), at(0, 100, 0.0, command=21))
+    parameters = "GF_MAX_VER_DIST,60\nRTL_RETURN_ALT,{}\n"
     for items, severity in ((SHORT, Severity.ERROR), (landing, Severity.WARNING)):
-        found = findings_of(items, autopilot=autopilot, parameters=parameters.format(61))
+        found = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(61))
         assert found["F110"].severity is severity
         assert "61 m above home" in found["F110"].message
-        assert findings_of(items, autopilot=autopilot, parameters=parameters.format(60)) == {}
+        told = findings_of(items, autopilot=Autopilot.PX4, parameters=parameters.format(60))
+        assert told == {}
+
+
+@pytest.mark.parametrize(
+    ("return_type", "height_m", "fires"),
+    [
+        (0, 35.0, True),  # 30 m over the 35 m of the rally point
+        (0, 29.0, False),
+        (2, 35.0, False),  # along the mission it does not climb
+    ],
+)
+def test_a_return_climbs_over_the_place_it_leads_to(
+    return_type: int, height_m: float, *, fires: bool
+) -> None:
+    high = replace(rally(0.0, 70.0), height_above_home_m=height_m)
+    given = f"GF_MAX_VER_DIST,60\nRTL_RETURN_ALT,30\nRTL_TYPE,{return_type}\n"
+    found = findings_of(SHORT, autopilot=Autopilot.PX4, parameters=given, rally_points=(high,))
+    assert set(found) == ({"F110"} if fires else set())
+
+
+@pytest.mark.parametrize("name", ["RTL_ALT,10000", "RTL_ALT_M,100"])
+def test_ardupilots_returns_stay_below_its_ceiling(name: str) -> None:
+    # ``ModeRTL::compute_return_target`` lowers them to FENCE_ALT_MAX less FENCE_MARGIN.
+    given = ARDUPILOT_ON + f"FENCE_TYPE,1\n{name}\n"
+    assert findings_of(SHORT, autopilot=Autopilot.ARDUPILOT, parameters=given) == {}
 
 
 def test_ardupilots_floor_holds_for_waypoints_and_not_for_landings() -> None:
