@@ -145,3 +145,8 @@ class LinkError(MavjouleError):
     """The vehicle did not answer, or broke off."""
 
     exit_code: ClassVar[ExitCode] = ExitCode.LINK
+
+
+def bug_text(error: BaseException) -> str:
+    """Return the sentence about an error that is none of the above."""
+    return f"this is a bug in mavjoule, not in your files: {type(error).__name__}: {error}"

@@ -13,7 +13,7 @@ import click
 
 from planner import __version__
 from planner.cli.output import narrate
-from planner.errors import ExitCode, MavjouleError
+from planner.errors import ExitCode, MavjouleError, bug_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -128,10 +128,7 @@ def _tell_bug(error: Exception) -> None:
         import traceback
 
         traceback.print_exception(error)
-    narrate(
-        f"this is a bug in mavjoule, not in your files: {type(error).__name__}: {error}; "
-        f"set {TRACEBACK_VARIABLE}=1 to see where, and please report it"
-    )
+    narrate(f"{bug_text(error)}; set {TRACEBACK_VARIABLE}=1 to see where, and please report it")
 
 
 def _tolerate_any_character() -> None:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from reviews import missions_shown, review_app, rows_of, settled
+from reviews import SURVEY, TOO_FAR, missions_shown, review_app, rows_of, settled
 
+from planner.tui.checked import check_what_if
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.details_pane import DetailsPane
+
+if TYPE_CHECKING:
+    from planner.service import CheckResult, UnreadableMission
+    from planner.tui.what_if import WhatIf
 
 pytestmark = pytest.mark.asyncio
 
@@ -84,3 +90,18 @@ async def test_a_review_names_the_mission_it_was_opened_for() -> None:
         review = await settled(pilot)
         assert isinstance(review, ReviewScreen)
         assert review.file.endswith("crossing-too-far.plan")
+
+
+async def test_a_bug_of_ours_is_told_of_its_mission_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail_once(file: str, what_if: WhatIf) -> CheckResult | UnreadableMission:
+        if file == TOO_FAR:
+            raise IndexError
+        return check_what_if(file, what_if)
+
+    monkeypatch.setattr("planner.tui.screens.missions.check_what_if", fail_once)
+    async with review_app(TOO_FAR, SURVEY).run_test(size=(100, 30)) as pilot:
+        screen = await missions_shown(pilot)
+        [wrong, right] = rows_of(screen, "#missions")
+        assert wrong[2] == "NO-GO"
+        assert "this is a bug in mavjoule" in wrong[3]
+        assert right[2] == "GO"

@@ -210,6 +210,23 @@ async def test_a_key_checks_everything_again() -> None:
         assert text_of(screen, "#verdict").startswith("✖ NO-GO")
 
 
+async def test_a_bug_of_ours_is_told_and_leaves_no_verdict(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*_: object) -> None:
+        msg = "list index out of range"
+        raise IndexError(msg)
+
+    async with review_app().run_test(size=WIDE) as pilot:
+        screen = await settled(pilot)
+        monkeypatch.setattr("planner.tui.screens.review.checked", fail)
+        await pilot.press("r")
+        await settled(pilot)
+        verdict = text_of(screen, "#verdict")
+        assert verdict.startswith("? NO VERDICT")
+        assert "this is a bug in mavjoule, not in your files: IndexError" in verdict
+
+
 async def test_a_broken_file_is_told_and_not_a_crash() -> None:
     Path("broken.plan").write_text("{", encoding="utf-8")
     async with review_app("broken.plan").run_test(size=NARROW) as pilot:

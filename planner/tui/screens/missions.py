@@ -14,7 +14,7 @@ from textual.screen import Screen
 from textual.widgets import Static
 from textual.worker import get_current_worker
 
-from planner.errors import MavjouleError
+from planner.errors import MavjouleError, bug_text
 from planner.tui.checked import check_what_if
 from planner.tui.mission_list import (
     EntryRows,
@@ -139,6 +139,8 @@ class MissionsScreen(Screen[None]):
                 )
             except (MavjouleError, ValueError) as error:
                 result = str(error)
+            except Exception as error:  # noqa: BLE001 - the other missions are checked still
+                result = bug_text(error)
             self.post_message(self.Checked(path, result))
 
     @on(Checked)

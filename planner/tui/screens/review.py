@@ -13,7 +13,7 @@ from textual.widgets import Input
 from textual.worker import get_current_worker
 
 from planner import numbers
-from planner.errors import MavjouleError
+from planner.errors import MavjouleError, bug_text
 from planner.tui.checked import checked
 from planner.tui.layout import LAYOUT
 from planner.tui.verdict import differences, summary
@@ -185,6 +185,8 @@ class ReviewScreen(Screen[None]):
             now = self.checked(what_if) if what_if.changes else base
         except (MavjouleError, ValueError) as error:
             self.post_message(self.Failed(number, str(error)))
+        except Exception as error:  # noqa: BLE001 - in words: a check must not seem to go on
+            self.post_message(self.Failed(number, bug_text(error)))
         else:
             self.post_message(self.Done(number, base, now))
 
@@ -208,7 +210,8 @@ class ReviewScreen(Screen[None]):
         self.show_verdict()
         self._show_form(())
 
-    @work(thread=True, exclusive=True, group="suggest", description="suggest")
+    # A change that cannot be tried, for whatever reason, is not offered; the verdict stands.
+    @work(thread=True, exclusive=True, group="suggest", description="suggest", exit_on_error=False)
     def _suggest(self, now: Checked, number: int) -> None:
         from planner.tui.suggestions import suggestions
 
