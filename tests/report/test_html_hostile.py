@@ -12,16 +12,13 @@ import pytest
 from made_missions import item, mission, rtl, takeoff, waypoint
 from page_browser import (
     NEEDS_BROWSER,
-    PHONE_PX,
     asked_for,
-    grave_violations,
     messages,
     opened,
     sheets,
 )
 
 import planner
-from planner.fixes.comparison import compare_results
 from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
 from planner.service import CheckRequest, UnreadableMission, check_file
@@ -152,19 +149,6 @@ def test_names_and_titles_of_sections_are_text(
     assert browser.title == f"{EVIL} · mavjoule"
     assert browser.execute_script("return document.querySelectorAll('x-evil, img').length") == 0
     assert messages(browser) == []
-
-
-@pytest.mark.parametrize(("scheme", "width"), [("light", 0), ("dark", PHONE_PX)])
-def test_axe_finds_nothing_serious_in_overview_and_comparison(
-    browser: Chrome, tmp_path: Path, hostile: CheckResult, scheme: str, width: int
-) -> None:
-    later = replace(hostile, file="b.plan")
-    section = comparison_section(compare_results(hostile, later).a, later)
-    page = check_html([hostile, later], version="1", made_at=MADE_AT, sections=[section])
-    opened(browser, address_of(tmp_path, page), scheme=scheme, width=width)
-    assert grave_violations(browser, is_unfolded=False) == []
-    if width:
-        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
 
 def test_no_column_of_an_overview_is_cut_off_in_print(

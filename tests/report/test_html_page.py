@@ -278,6 +278,7 @@ def test_many_missions_are_led_by_the_worst_and_each_opens_from_its_row(
     results = [fine, survey, checked(folder / "broken.plan")]
     opened(browser, written(folder, *results))
     assert browser.find_element("css selector", "h1").text == "3 missions: 1 GO, 2 NO-GO"
+    assert grave_violations(browser, is_unfolded=False) == []  # each is as any check's
     files = (
         "return [...document.querySelectorAll('#overview tbody th')].map(one => one.textContent)"
     )

@@ -32,6 +32,10 @@ class ComparedRow(NamedTuple):
     difference: str
     value: float | None
     """Of the difference."""
+    path: str
+    """Keys of the number in the document of each, joined by a dot."""
+    values: tuple[float | None, float | None]
+    """Of both."""
 
 
 def comparison_section(
@@ -103,7 +107,8 @@ def _row(quantity: Quantity, a: float | None, b: float | None) -> ComparedRow:
     text = "" if difference is None else told(difference)
     if difference is not None and difference > 0.0 and text[0].isdecimal():
         text = f"+{text}"
-    return ComparedRow(quantity.label, quantity.text(a), quantity.text(b), text, difference)
+    texts = quantity.text(a), quantity.text(b), text
+    return ComparedRow(quantity.label, *texts, difference, quantity.path, (a, b))
 
 
 def _state_rows(first: Result, second: Result) -> tuple[ComparedRow, ...]:
@@ -116,6 +121,9 @@ def _state_rows(first: Result, second: Result) -> tuple[ComparedRow, ...]:
     energy = next(one for _, members in FIGURES for one in members if one.label == "Energy")
     states = {**energies[0], **energies[1]}
     return tuple(
-        _row(energy._replace(label=state), *(found.get(state) for found in energies))
+        _row(
+            energy._replace(label=state, path=f"states.{state}.energy_wh"),
+            *(found.get(state) for found in energies),
+        )
         for state in sorted(states, key=lambda state: (state == "total", list(states).index(state)))
     )
