@@ -244,7 +244,8 @@ RESPONSE_NOT_APPLIED = Rule(
     why="Stops are a little longer, and stations reached a little later, than their references say.",
     how=(
         "[responses] of speed or altitude in a model flown by PX4, which is taken to fly exactly what "
-        "it asks for; on ArduPilot stops and waits at waypoints follow the responses."
+        "it asks for, but for the time its trajectory waits for a noisy position (T109); on ArduPilot "
+        "stops and waits at waypoints follow the responses."
     ),
     example="PX4 is taken to fly its references without lag: the model's responses are not applied",
     fix="allow for the mean residence time of the responses where a stop matters",
