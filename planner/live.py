@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.link.address import LinkAddress
+    from planner.link.log_files import DownloadedLog
     from planner.link.log_transfer import VehicleLog
     from planner.link.pymavlink_link import OnProgress, PymavlinkLink
     from planner.link.vehicle import VehicleSnapshot
@@ -224,7 +225,7 @@ class FetchedLogs:
     """The logs of a vehicle."""
 
     listed: tuple[VehicleLog, ...]
-    downloaded: tuple[Path, ...]
+    downloaded: tuple[DownloadedLog, ...]
 
 
 def fetch_logs(
@@ -233,6 +234,7 @@ def fetch_logs(
     names: Sequence[str] = (),
     is_all: bool = False,
     folder: Path,
+    is_replacing: bool = False,
     on_progress: OnProgress = silent,
 ) -> FetchedLogs:
     """List the logs of a vehicle, and download some or all of them.
@@ -247,6 +249,8 @@ def fetch_logs(
         Whether to download every one.
     folder : Path
         Where to keep them.
+    is_replacing : bool
+        Whether files of the same name are replaced.
     on_progress : callable
         Told how far each transfer is.
 
@@ -271,5 +275,5 @@ def fetch_logs(
         wanted = [log for log in listed if is_all or log.name in names]
         return FetchedLogs(
             listed=listed,
-            downloaded=download_logs(link, wanted, folder),
+            downloaded=download_logs(link, wanted, folder, is_replacing=is_replacing),
         )

@@ -16,11 +16,22 @@ _BURST = 10
 """Pieces of a burst: PX4's are of 35 kB, ArduPilot's of 2000 pieces."""
 
 
+def bitwise_crc32(data: bytes) -> int:
+    """Return the CRC-32 of reflected polynomial 0xEDB88320, begun at 0 and not inverted."""
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0xEDB88320 if crc & 1 else 0)
+    return crc
+
+
 class FileServer:
     """Folders and files by their paths; each request has its answers."""
 
     def __init__(self, files: Mapping[str, bytes]) -> None:
         self.files = files
+        self.has_checksums = True
         self.requests: list[int] = []
         """Operations asked for, in order."""
 
@@ -56,6 +67,12 @@ class FileServer:
         if not left:
             return [_nak(asked, _END)]
         return [_ack(asked, content="".join(f"{one}\0" for one in left).encode())]
+
+    def _checked(self, asked: FilePacket) -> list[FilePacket]:
+        found = self.files.get(asked.content.decode())
+        if found is None or not self.has_checksums:
+            return [_nak(asked, _FAIL_ERRNO)]
+        return [_ack(asked, content=struct.pack("<I", bitwise_crc32(found)))]
 
     def _burst(self, asked: FilePacket, content: bytes) -> list[FilePacket]:
         starts = range(asked.offset, min(asked.offset + _BURST * 239, len(content)), 239)
@@ -110,6 +127,8 @@ class Px4Files(FileServer):
     def _answers(self, asked: FilePacket) -> list[FilePacket]:  # noqa: C901, PLR0911 - one for each case
         if asked.operation == Operation.LIST_DIRECTORY:
             return self._listed(asked)
+        if asked.operation == Operation.CALC_FILE_CRC32:
+            return self._checked(asked)
         if asked.operation == Operation.OPEN_FILE_RO:
             if self.opened is not None:
                 return [_nak(asked, _NO_SESSIONS)]
@@ -173,6 +192,8 @@ class ArdupilotFiles(FileServer):
         opened = self.sessions[session]
         if asked.operation == Operation.LIST_DIRECTORY:
             return self._listed(asked)
+        if asked.operation == Operation.CALC_FILE_CRC32:
+            return self._checked(asked)
         if asked.operation == Operation.OPEN_FILE_RO:
             if opened is not None:
                 return [_nak(asked, _FAIL)]

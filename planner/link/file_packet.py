@@ -26,6 +26,7 @@ class Operation(IntEnum):
     LIST_DIRECTORY = 3
     OPEN_FILE_RO = 4
     READ_FILE = 5
+    CALC_FILE_CRC32 = 14
     BURST_READ_FILE = 15
     ACK = 128
     NAK = 129

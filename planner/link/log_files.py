@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import filecmp
 import os
 import re
 from contextlib import suppress
+from itertools import count
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, OutputError
+from planner.frozen import frozen
+from planner.link.file_checksum import FileChecksum, crc32_of
 from planner.link.file_transfer import FileDownload, FileRefusedError, FolderListing
 from planner.link.log_transfer import LogDownload, LogListing, VehicleLog
 from planner.link.message import message
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from planner.link.pymavlink_link import PymavlinkLink
@@ -57,10 +61,26 @@ def fetch_log_list(link: PymavlinkLink) -> tuple[VehicleLog, ...]:
     )
 
 
+@frozen
+class DownloadedLog:
+    """A log of a vehicle that is whole on disk."""
+
+    log: VehicleLog
+    path: Path
+    """Its own name, or that with a number, where another file has that."""
+    is_new: bool
+    """Whether it was not there before."""
+    is_confirmed: bool
+    """Whether it has the checksum that the vehicle tells."""
+
+
 def download_logs(
-    link: PymavlinkLink, logs: Sequence[VehicleLog], folder: Path
-) -> tuple[Path, ...]:
+    link: PymavlinkLink, logs: Sequence[VehicleLog], folder: Path, *, is_replacing: bool = False
+) -> tuple[DownloadedLog, ...]:
     """Download logs of a list that was just fetched, going on where an earlier call ended.
+
+    No file is lost: a log whose name another file has gets a number.  What is there already counts
+    as the vehicle's where it has the checksum that the vehicle tells, or is the same byte by byte.
 
     Parameters
     ----------
@@ -70,11 +90,13 @@ def download_logs(
         Some of its list.
     folder : Path
         Where to keep them; what is not whole ends in ``.part``.
+    is_replacing : bool
+        Whether files of the same name are replaced.
 
     Returns
     -------
-    tuple of Path
-        Their files.
+    tuple of DownloadedLog
+        Where each is.
 
     Raises
     ------
@@ -84,30 +106,83 @@ def download_logs(
         If a file cannot be written.
     """
     try:
-        return tuple(_download_log(link, log, folder) for log in logs)
+        return tuple(_download_log(link, log, folder, is_replacing=is_replacing) for log in logs)
     finally:
         if any(not log.path for log in logs):
             with suppress(LinkError):  # the first word counts
                 link.connection.send(message("LOG_REQUEST_END"))  # ArduPilot writes logs again
 
 
-def _download_log(link: PymavlinkLink, log: VehicleLog, folder: Path) -> Path:
+def _download_log(
+    link: PymavlinkLink, log: VehicleLog, folder: Path, *, is_replacing: bool
+) -> DownloadedLog:
     target = folder / log.name
-    part = folder / f"{log.name}.part"
-    if target.is_file() and target.stat().st_size == log.size_bytes:
-        return target
+    crc32 = _checksum(link, log)
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        if crc32 is not None:
+            for path in _existing(target, log):
+                if crc32_of(path) == crc32:
+                    return DownloadedLog(log=log, path=path, is_new=False, is_confirmed=True)
+        part = _downloaded_part(link, log, target)
+        is_confirmed = crc32 is not None and crc32_of(part) == crc32
+        if crc32 is not None and not is_confirmed and _checksum(link, log) == crc32:
+            msg = (
+                f"{log.name} has another checksum than the vehicle says: what came is kept as {part}, "
+                "remove it and call again"
+            )
+            raise LinkError(msg)
+        if not is_confirmed:
+            for path in _existing(target, log):
+                if filecmp.cmp(path, part, shallow=False):
+                    part.unlink()
+                    return DownloadedLog(log=log, path=path, is_new=False, is_confirmed=False)
+        if not is_replacing:
+            target = next(path for path in _names(target) if not os.path.lexists(path))
+        part.replace(target)
+    except OSError as error:
+        msg = f"{error.filename or target}: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error
+    return DownloadedLog(log=log, path=target, is_new=True, is_confirmed=is_confirmed)
+
+
+def _checksum(link: PymavlinkLink, log: VehicleLog) -> int | None:
+    """Return what a vehicle tells; ``None`` of one that knows no files or no checksums."""
+    if not log.path:
+        return None
+    question = FileChecksum(log.path, link.settings, link.file_numbers)
+    link.run(question, f"checksum of {log.name}")
+    return question.value
+
+
+def _names(path: Path) -> Iterator[Path]:
+    """Yield ``a.ulg``, ``a-2.ulg``, ``a-3.ulg``, …"""
+    yield path
+    for number in count(2):
+        yield path.with_name(f"{path.stem}-{number}{path.suffix}")
+
+
+def _existing(target: Path, log: VehicleLog) -> Iterator[Path]:
+    """Yield the files of a log's name, numbered or not, that are as long as it."""
+    for path in _names(target):
+        if not os.path.lexists(path):
+            return
+        if path.is_file() and path.stat().st_size == log.size_bytes:
+            yield path
+
+
+def _downloaded_part(link: PymavlinkLink, log: VehicleLog, target: Path) -> Path:
+    """Return the file that all of a log came to; parts of other logs are left alone."""
+    for name in _names(target):
+        part = name.with_name(f"{name.name}.part")
+        if part.exists() and part.stat().st_size > log.size_bytes:
+            continue  # of a longer log
         try:
             _download(link, log, part)
         except _AnotherLogError:
-            part.unlink()
-            _download(link, log, part)
-        part.replace(target)
-    except OSError as error:
-        msg = f"{part}: cannot be written: {error.strerror or error}"
-        raise OutputError(msg) from error
-    return target
+            continue
+        return part
+    raise AssertionError  # names have no end
 
 
 class _AnotherLogError(Exception):
@@ -141,8 +216,6 @@ class _PartFile:
 
 
 def _download(link: PymavlinkLink, log: VehicleLog, path: Path) -> None:
-    if path.exists() and path.stat().st_size > log.size_bytes:
-        path.unlink()  # of a longer log
     part = _PartFile(path)
     try:
         if log.path:

@@ -3,10 +3,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from file_servers import FileServer, Px4Files, bitwise_crc32
 from virtual_vehicle import VirtualLine, VirtualVehicle
 
 from planner.cli.main import main
 from planner.link import pymavlink_link
+from planner.link.file_checksum import crc32_of
 from planner.link.message import Message, message
 
 if TYPE_CHECKING:
@@ -100,3 +102,94 @@ def test_a_log_that_is_not_there_ends_in_exit_2(
     on_line.append(VirtualLine(_LoggingVehicle()))
     assert main(["logs", URL, "mine.ulg"]) == 2
     assert "the vehicle has no log mine.ulg" in capsys.readouterr().err
+
+
+class _FilingVehicle(VirtualVehicle):
+    """PX4 with its file protocol."""
+
+    files: FileServer
+
+    def _on_file_transfer_protocol(self, one: Message, _: float) -> list[Message]:
+        return self.files(one)
+
+
+NAME = "2026-01-01-12_00_00.ulg"
+
+
+def _filing(content: bytes, *, has_checksums: bool = True) -> _FilingVehicle:
+    vehicle = _FilingVehicle()
+    vehicle.files = Px4Files({"/fs/microsd/log/2026-01-01/12_00_00.ulg": content})
+    vehicle.files.has_checksums = has_checksums
+    return vehicle
+
+
+def test_the_checksum_of_a_file_is_the_one_that_vehicles_compute(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    path.write_bytes(CONTENT)
+    assert crc32_of(path) == bitwise_crc32(CONTENT)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.2])
+def test_a_log_that_is_there_is_told_by_its_checksum_and_not_downloaded_again(
+    on_line: list[VirtualLine], tmp_path: Path, loss: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    on_line += [VirtualLine(_filing(CONTENT), loss=loss), VirtualLine(_filing(CONTENT), loss=loss)]
+    for told in (f"{NAME} is whole: it has", f"{NAME} was there already: it has the checksum"):
+        assert main(["logs", URL, "--all"]) == 0
+        assert told in capsys.readouterr().err
+        assert (tmp_path / NAME).read_bytes() == CONTENT
+    assert [one.name for one in tmp_path.iterdir()] == [NAME]
+
+
+@pytest.mark.parametrize("has_checksums", [True, False])
+@pytest.mark.parametrize("other", [bytes(len(CONTENT)), CONTENT[::-1], b"notes", CONTENT * 2])
+def test_another_file_of_a_logs_name_is_never_lost(
+    on_line: list[VirtualLine],
+    tmp_path: Path,
+    other: bytes,
+    has_checksums: bool,  # noqa: FBT001 - a parameter of a test
+) -> None:
+    (tmp_path / NAME).write_bytes(other)
+    on_line += [VirtualLine(_filing(CONTENT, has_checksums=has_checksums)) for _ in range(3)]
+    for _ in range(2):
+        assert main(["logs", URL, "--all"]) == 0
+        assert {one.name: one.read_bytes() for one in tmp_path.iterdir()} == {
+            NAME: other,
+            NAME.replace(".", "-2."): CONTENT,
+        }
+    (tmp_path / NAME.replace(".", "-2.")).unlink()
+    assert main(["logs", URL, "--all", "--force"]) == 0
+    assert {one.name: one.read_bytes() for one in tmp_path.iterdir()} == {NAME: CONTENT}
+
+
+def test_logs_of_one_name_from_two_vehicles_are_both_kept_without_a_file_protocol(
+    on_line: list[VirtualLine], tmp_path: Path
+) -> None:
+    (tmp_path / "log-00001.ulg").write_bytes(CONTENT[::-1])
+    on_line += [VirtualLine(_LoggingVehicle()), VirtualLine(_LoggingVehicle())]
+    for _ in range(2):
+        assert main(["logs", URL, "--all"]) == 0
+        assert {one.name: one.read_bytes() for one in tmp_path.iterdir()} == {
+            "log-00001.ulg": CONTENT[::-1],
+            "log-00001-2.ulg": CONTENT,
+        }
+
+
+def test_a_part_of_another_log_with_the_same_end_is_found_by_the_checksum(
+    on_line: list[VirtualLine], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = b"another vehicle's" + CONTENT[17:]
+    (tmp_path / f"{NAME}.part").write_bytes(part)
+    on_line.append(VirtualLine(_filing(CONTENT)))
+    assert main(["logs", URL, "--all"]) == 3
+    assert "another checksum than the vehicle says" in capsys.readouterr().err
+    assert {one.name: one.read_bytes() for one in tmp_path.iterdir()} == {f"{NAME}.part": part}
+
+
+def test_parts_of_other_logs_are_left_alone(on_line: list[VirtualLine], tmp_path: Path) -> None:
+    others = {f"{NAME}.part": b"another" * 100, NAME.replace(".ulg", "-2.ulg.part"): CONTENT * 2}
+    for name, content in others.items():
+        (tmp_path / name).write_bytes(content)
+    on_line.append(VirtualLine(_filing(CONTENT), loss=0.2))
+    assert main(["logs", URL, "--all"]) == 0
+    assert {one.name: one.read_bytes() for one in tmp_path.iterdir()} == {**others, NAME: CONTENT}

@@ -106,7 +106,8 @@ def test_everything_comes_over_a_serial_line(
         assert len(snapshot.parameters) == len(vehicle(autopilot).setup.parameters)
         fetched = fetch_logs(LinkRequest(address=ours), is_all=True, folder=tmp_path)
     (log,) = vehicle(autopilot).setup.logs
-    assert fetched.downloaded[0].read_bytes() == log.content
+    assert fetched.downloaded[0].path.read_bytes() == log.content
+    assert fetched.downloaded[0].is_confirmed  # by the checksum of MAVSDK's server
 
 
 def _use(line: Line) -> None:
