@@ -14,7 +14,7 @@ from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options, link_r
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.setting_text import command_text
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
-from planner.errors import ExitCode, UsageError
+from planner.errors import ExitCode, LinkError, UsageError
 
 LEAST_COLUMNS, LEAST_ROWS = 60, 16
 """A smaller terminal cannot show one pane."""
@@ -57,6 +57,9 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     request = link_request(missions[0], link) if is_live else None
     app = ReviewApp(missions or (".",), what_if_of, link=request)
     app.run()
+    if app.live is not None and app.live.snapshot is None and not app.return_code:
+        msg = app.live.lost_by or f"nothing was read of {app.live.file} before it was left"
+        raise LinkError(msg)
     return ExitCode.UNUSABLE if app.return_code else ExitCode.GO  # it tells of no verdict
 
 

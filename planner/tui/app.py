@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from textual.screen import Screen
 
     from planner.live import LinkRequest
+    from planner.tui.screens.live import LiveScreen
     from planner.tui.what_if import WhatIf
 
 
@@ -52,6 +53,8 @@ class ReviewApp(App[None]):
         self.missions = tuple(missions)
         self.what_if_of = what_if_of
         self.link = link
+        self.live: LiveScreen | None = None
+        """The review of the vehicle."""
 
     def get_default_screen(self) -> Screen[None]:
         """Return the mission, the list of them, or the vehicle."""
@@ -59,7 +62,8 @@ class ReviewApp(App[None]):
         if self.link is not None:
             from planner.tui.screens.live import LiveScreen
 
-            return LiveScreen(self.link, self.what_if_of)
+            self.live = LiveScreen(self.link, self.what_if_of)
+            return self.live
         if others or Path(first).is_dir():
             from planner.tui.screens.missions import MissionsScreen
 

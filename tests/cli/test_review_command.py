@@ -76,3 +76,20 @@ def test_what_to_run_instead_is_quoted_for_the_shell_at_hand(
     assert command_text(words) == "mavjoule check 'my site.plan'"
     monkeypatch.setattr("planner.cli.setting_text.os.name", "nt")
     assert command_text(words) == 'mavjoule check "my site.plan"'
+
+
+def test_a_vehicle_that_was_never_read_ends_in_exit_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from planner.tui.app import ReviewApp
+    from planner.tui.screens.live import LiveScreen
+
+    def leave(app: ReviewApp) -> None:
+        screen = app.get_default_screen()
+        assert isinstance(screen, LiveScreen)
+        screen.lost_by = "no heartbeat in 10 s"
+
+    on_a_terminal(monkeypatch)
+    monkeypatch.setattr(ReviewApp, "run", leave)
+    assert main(["review", "udpin:127.0.0.1:14550"]) == 3
+    assert "no heartbeat in 10 s" in capsys.readouterr().err

@@ -30,6 +30,7 @@ from planner.tui.screens.live import LiveScreen
 from planner.tui.widgets.drawing import VEHICLE, Drawing
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
+from planner.tui.widgets.row_list import RowList
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -243,3 +244,25 @@ async def test_a_missing_library_ends_the_review_with_a_sentence(
         while app.return_code is None:
             await pilot.pause()
     assert app.return_code == 2
+
+
+async def test_as_long_as_nothing_was_read_there_is_no_verdict_and_no_check_has_passed() -> None:
+    url = f"udpin:127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
+    link = LinkRequest(address=read_address(url), settings=LinkSettings(heartbeat_timeout_s=0.2))
+    app = ReviewApp((url,), lambda _: what_if_of("-"), link=link)
+    happened = asyncio.Event()
+    async with (
+        asyncio.timeout(DEADLINE_S),
+        app.run_test(size=(160, 45), message_hook=lambda _: happened.set()) as pilot,
+    ):
+        await pilot.pause()
+        screen = app.screen
+        assert isinstance(screen, LiveScreen)
+        assert text_of(screen, "#verdict").startswith("? NO VERDICT")
+        while "LOST" not in text_of(screen, "#live"):
+            happened.clear()
+            await happened.wait()
+        assert "the vehicle is lost" in text_of(screen, "#verdict")
+        findings = screen.query_one("#findings", RowList)
+        assert "Nothing was checked yet." in findings.render_line(1).text
+        assert "no heartbeat" in screen.lost_by

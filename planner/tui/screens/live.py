@@ -14,12 +14,15 @@ from textual.widgets import Static
 from planner.errors import ExitCode, MavjouleError
 from planner.findings import Severity
 from planner.link.judgement import Verdict
+from planner.report.plain_text import printable
 from planner.tui.checked import checked_vehicle
 from planner.tui.live_line import flight_findings, live_line
 from planner.tui.screens.review import ReviewScreen
+from planner.tui.verdict import Summary
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.panes import Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
+from planner.tui.widgets.verdict_strip import VerdictStrip
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,7 +34,6 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
     from planner.tui.checked import Checked
-    from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
 
 
@@ -85,6 +87,8 @@ class LiveScreen(ReviewScreen):
         self.link = link
         self.snapshot: VehicleSnapshot | None = None
         """What was read of the vehicle last."""
+        self.lost_by = ""
+        """Why the vehicle was lost last; empty where it never was."""
         self._unheard = ""
         """Why there is no verdict of the vehicle as it is now; empty where there is one."""
         self._is_over = threading.Event()
@@ -98,6 +102,7 @@ class LiveScreen(ReviewScreen):
 
     def on_mount(self) -> None:
         """Begin to watch; a thread that ends with the program, so that nothing waits for a link."""
+        self.show_verdict()
         threading.Thread(target=self._watch, name="live vehicle", daemon=True).start()
 
     def on_unmount(self) -> None:
@@ -167,6 +172,7 @@ class LiveScreen(ReviewScreen):
 
     @on(Lost)
     def _take_loss(self, event: LiveScreen.Lost) -> None:
+        self.lost_by = event.why
         self._say(f"LOST, trying again: {event.why}")
         self._set_unknown("the vehicle is lost")
 
@@ -183,6 +189,22 @@ class LiveScreen(ReviewScreen):
         if why != self._unheard:
             self._unheard = why
             self.show_verdict()
+
+    def show_verdict(self, *notes: str) -> None:
+        """Show the verdict; that there is none as long as nothing was read and checked."""
+        if self.now is not None:
+            super().show_verdict(*notes)
+            return
+        unread = "nothing was read of the vehicle yet" if self.snapshot is None else self.unknown()
+        none = Summary(
+            verdict="NO VERDICT",
+            is_go=False,
+            file=printable(self.file),
+            headline=self._unheard or unread,
+            way_home="",
+            closing="",
+        )
+        self.query_one("#verdict", VerdictStrip).show(none, note="; ".join(notes))
 
     def summary(self, now: Checked) -> Summary:
         """Return what is said at the top: no go where the energy in flight does not do."""

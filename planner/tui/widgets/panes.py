@@ -34,6 +34,7 @@ PANES = {
 }
 """Panes by id, in the order of their digits."""
 
+_UNCHECKED = "Nothing was checked yet."
 _NOTHING = UnreadableMission(file="", findings=())
 """What is shown until the first check is done."""
 
@@ -52,7 +53,7 @@ class Panes(Container):
         """Yield the panes; what the form holds follows when the first check is done."""
         yield RowList(
             FindingRows(findings=()),
-            empty="All checks passed.",
+            empty=_UNCHECKED,
             id="findings",
             classes="pane -current",
         )
@@ -60,10 +61,8 @@ class Panes(Container):
         yield WhatIfForm(id="what-if", classes="pane")
         yield DetailsPane(id="details", classes="pane -current")
         yield GroundMap(id="map", classes="pane")
-        yield RowList(
-            segment_rows(_NOTHING), empty="Nothing is flown.", id="segments", classes="pane"
-        )
-        yield RowList(item_rows(_NOTHING), empty="No items.", id="items", classes="pane")
+        yield RowList(segment_rows(_NOTHING), empty=_UNCHECKED, id="segments", classes="pane")
+        yield RowList(item_rows(_NOTHING), empty=_UNCHECKED, id="items", classes="pane")
 
     def on_mount(self) -> None:
         """Name the panes."""
@@ -89,9 +88,10 @@ class Panes(Container):
         is_first, self._shown = self._shown is None, now
         result = now.result
         findings = self.query_one("#findings", RowList)
-        findings.show(FindingRows(findings=self._findings))
-        self.query_one("#segments", RowList).show(segment_rows(result))
-        self.query_one("#items", RowList).show(item_rows(result))
+        findings.show(FindingRows(findings=self._findings), empty="All checks passed.")
+        segments = self.query_one("#segments", RowList)
+        segments.show(segment_rows(result), empty="Nothing is flown.")
+        self.query_one("#items", RowList).show(item_rows(result), empty="No items.")
         self.query_one(ProfilePlot).show(now.pictures)
         self.query_one(GroundMap).show(now.ground)
         if is_first or self.screen.focused is findings:

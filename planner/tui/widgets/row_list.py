@@ -104,9 +104,18 @@ class RowList(ScrollView, can_focus=True):
         """The selected row, from 0."""
         return self._cursor
 
-    def show(self, rows: Rows) -> None:
-        """Show other rows; the cursor stays where it was, as far as there are rows."""
+    def show(self, rows: Rows, *, empty: str | None = None) -> None:
+        """Show other rows; the cursor stays where it was, as far as there are rows.
+
+        Parameters
+        ----------
+        rows : Rows
+            What is shown.
+        empty : str, optional
+            What is said from now on where there are none.
+        """
         self._rows = rows
+        self._empty = self._empty if empty is None else empty
         self._cursor = min(self._cursor, max(len(rows) - 1, 0))
         self._measure()
         self.refresh()
