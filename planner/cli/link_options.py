@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -58,6 +59,8 @@ LINK_OPTIONS = (
         help="how often a request is repeated until the transfer counts as stalled [default: 12]",
     ),
 )
+_SILENCE_S = 5.0
+"""Where there is no terminal, something is said after so long. [s]"""
 LINK_KEYS = (
     *("baud", "system_id", "own_system_id", "heartbeat_timeout", "reply_timeout", "retries"),
 )
@@ -107,23 +110,41 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
 
 
 class TransferProgress:
-    """Tells on standard error how far a transfer is: item by item on a terminal, else at its end."""
+    """Tells on standard error how far a transfer is: item by item on a terminal, else now and then.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    now_s : callable
+        The time by any clock. [s]
+    """
+
+    def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
+        self._now_s = now_s
+        self._said_s = now_s()
         self._is_terminal = sys.stderr is not None and sys.stderr.isatty()
         self._told: set[str] = set()
 
     def __call__(self, what: str, done: int, count: int | None) -> None:
         """Take how much of what is done."""
-        if count is None or what in self._told:
+        if what in self._told:
             return
-        is_whole = done >= count
-        if is_whole:
+        if count is None:
+            self._tell_now_and_then(f"waiting for {what}")
+        elif done < count:
+            self._tell_now_and_then(f"{what}: {done} of {count}")
+        else:
             self._told.add(what)
             self._overwrite("")
-            narrate(f"{what}: {count} of {count}" if count else f"{what}: none")
-        else:
-            self._overwrite(f"{what}: {done} of {count}")
+            self._narrate(f"{what}: {count} of {count}" if count else f"{what}: none")
+
+    def _tell_now_and_then(self, text: str) -> None:
+        self._overwrite(text)
+        if not self._is_terminal and self._now_s() - self._said_s >= _SILENCE_S:
+            self._narrate(text)
+
+    def _narrate(self, text: str) -> None:
+        narrate(text)
+        self._said_s = self._now_s()
 
     def _overwrite(self, text: str) -> None:
         if self._is_terminal:

@@ -107,8 +107,13 @@ class Connection:
         """Close the line."""
         self._line.close()
 
-    def wait_for_vehicle(self) -> Heard:
+    def wait_for_vehicle(self, on_wait: Callable[[], None] = lambda: None) -> Heard:
         """Return the vehicle on the line, once it was heard and no other one was.
+
+        Parameters
+        ----------
+        on_wait : callable
+            Told again and again that it is waited for.
 
         Raises
         ------
@@ -121,6 +126,7 @@ class Connection:
             if self.now_s >= until_s:
                 raise LinkError(self._unheard())
             self._turn(until_s)
+            on_wait()
         self.listen(_OTHERS_S)
         self._vehicle = self._watch.chosen()
         return self.vehicle
@@ -166,7 +172,7 @@ class Connection:
         transfer : Transfer
             What is exchanged.
         on_progress : callable
-            Told after each message of the vehicle.
+            Told after each message of the vehicle, and about every second.
 
         Raises
         ------
@@ -179,6 +185,7 @@ class Connection:
                 if not transfer.is_done:
                     self._send_all(transfer.feed(received, self.now_s))
                     on_progress()
+            on_progress()
             if not transfer.is_done and self.now_s >= transfer.deadline_s:
                 self._send_all(transfer.expire(self.now_s))
 

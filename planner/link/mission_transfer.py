@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 _FORGOTTEN_S = 6.0
 """PX4 forgets a transfer after 5 s of silence and then wants it from the start."""
+_BARREN_RESTARTS, _BARREN_ITEMS = 5, 3
+"""How often a list is begun of which no more than so many items ever come."""
+_LEAST_PAUSE_S, _LONGEST_PAUSE_S = 0.02, 0.5
+"""Between one item and the request for the next, once the vehicle has refused one. [s]"""
 _CLOSING_RETRIES = 6
 """How often the last item is sent again where only the vehicle's word is missing."""
 ITEM_FIELDS = (
@@ -67,6 +71,9 @@ class MissionDownload(Exchange):
         self._furthest = 0
         self._refusal = ""
         self._last_progress_s = 0.0
+        self._pause_s = 0.0
+        self._due_s: float | None = None
+        """When the next item is to be asked for, where that is put off."""
         self.is_supported = True
         """Whether the vehicle knows such a list."""
         self.list_id = 0
@@ -81,6 +88,11 @@ class MissionDownload(Exchange):
     def items(self) -> tuple[WireItem, ...]:
         """The list, once it is done."""
         return tuple(self._items)
+
+    @property
+    def deadline_s(self) -> float:
+        """When to ask again, or for the next item. [s]"""
+        return self._timer.deadline_s if self._due_s is None else self._due_s
 
     def begin(self, now_s: float) -> tuple[Message, ...]:
         """Ask for the number of items."""
@@ -108,9 +120,13 @@ class MissionDownload(Exchange):
         LinkError
             If it was asked often enough.
         """
+        if self._due_s is not None:
+            self._due_s = None
+            self._timer.sent(now_s)
+            return self._requests()
         is_forgotten = now_s - self._last_progress_s > _FORGOTTEN_S
         if self._count is not None and is_forgotten and not self._timer.is_used_up:
-            return self._restart(now_s, "it stopped answering")
+            return self._restart(now_s, "no answer came", is_slow=True)
         return super().expire(now_s)
 
     def _requests(self) -> tuple[Message, ...]:
@@ -145,6 +161,9 @@ class MissionDownload(Exchange):
         if len(self._items) == self._count:
             self.is_done = True
             return (message("MISSION_ACK", type=0, mission_type=int(self._kind)),)
+        if self._pause_s:
+            self._due_s = now_s + self._pause_s
+            return ()
         self._timer.sent(now_s)
         return self._requests()
 
@@ -160,21 +179,33 @@ class MissionDownload(Exchange):
             return ()  # asked again when the time has come
         return self._restart(now_s, f"it answered {self._refusal}")
 
-    def _restart(self, now_s: float, why: str) -> tuple[Message, ...]:
+    def _restart(self, now_s: float, why: str, *, is_slow: bool = False) -> tuple[Message, ...]:
         if len(self._items) > self._furthest:  # PX4 begins anew for one late request
             self._furthest = len(self._items)
             self._restarts = 0
         self._restarts += 1
-        if self._restarts > max(self._settings.retries, 1):
+        most = max(self._settings.retries, 1)
+        if is_slow and self._furthest <= _BARREN_ITEMS:
+            most = min(most, _BARREN_RESTARTS)
+        if self._restarts > most:
             got, count = self.progress
+            advice = (
+                "the line is too slow or loses too much, PX4 forgets a transfer after 5 s: bring the "
+                "radio closer, or give a longer --reply-timeout"
+                if is_slow
+                else "is another ground station sending one, or the list on the vehicle broken?"
+            )
             msg = (
-                f"the {self._kind.label} could not be read: begun {self._restarts} times, at "
-                f"{got} of {count} items {why}; is another ground station sending one?"
+                f"the {self._kind.label} could not be read: begun {self._restarts} times, after "
+                f"{got} of {count} items {why}; {advice}"
             )
             raise LinkError(msg)
-        self._count = None
+        self._count = self._due_s = None
         self._items = []
         self._last_progress_s = now_s
+        if not is_slow:
+            # PX4 ends a transfer for a request that comes late: the line may take them out of order.
+            self._pause_s = min(max(2.0 * self._pause_s, _LEAST_PAUSE_S), _LONGEST_PAUSE_S)
         # A busy vehicle is left a moment; the attempts since it last made progress still count.
         self._timer.repeated(now_s)
         return self._requests()
@@ -306,8 +337,9 @@ class MissionUpload(Exchange):
         if result == MissionResult.INVALID_SEQUENCE:
             return  # ArduPilot's answer to a repeated item: it goes on asking
         if self._has_sent_all and result in BUSY:
-            # To a vehicle that is through, a repeated last item comes out of the blue.
-            if self._closing:
+            # To a vehicle that is through, a repeated last item comes out of the blue, ours or one
+            # that the line repeats; what it holds is read back.
+            if self._closing or result == MissionResult.ERROR:
                 self._finish(UploadOutcome.UNCONFIRMED)
                 return
         elif self._last_asked is None and result in BUSY and not self._timer.is_used_up:

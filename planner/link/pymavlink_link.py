@@ -104,7 +104,9 @@ class PymavlinkLink:
             own_system=own_system,
         )
         try:
-            self.connection.wait_for_vehicle()
+            self.connection.wait_for_vehicle(
+                lambda: self._on_progress("the vehicle's heartbeat", 0, None)
+            )
             self._identity = self._fetch_identity()
         except BaseException:
             self.connection.close()
@@ -251,7 +253,7 @@ class PymavlinkLink:
     def _ask(self, name: str, number: int, *, retries: int) -> MessageRequest:
         stray = self._stray if self.connection.now_s < self._stray_until_s else 0
         question = MessageRequest(name, number, self.settings, retries=retries, stray=stray)
-        self.connection.run(question)
+        self.connection.run(question, lambda: self._on_progress(name, 0, None))
         self._stray = question.stray
         self._stray_until_s = self.connection.now_s + _LATEST_WORD_S
         return question

@@ -10,6 +10,10 @@ if TYPE_CHECKING:
 
 _SPREAD = 4.0
 """An answer this many times as late as usual is lost."""
+_MARGIN = 1.25
+"""On a slow line an answer may take so many times the usual. [-]"""
+_OFTEN = 4
+"""Requests of which one in five lost answers does not account for. [-]"""
 _SMOOTHING = 1 / 8
 """Weight of the latest round trip in their mean, as in RFC 6298."""
 
@@ -18,13 +22,17 @@ class Retransmission:
     """The timer of one request at a time.
 
     The time until a request is repeated doubles with each attempt, from a few round trips up to the
-    settings' longest; a round trip is measured only where the request went out once (RFC 6298).
+    settings' longest; a round trip is measured only where the request went out once (RFC 6298).  An
+    answer to a request that went out often was not lost that often, but takes so long: then the next
+    one is waited for longer than the settings have it.
     """
 
     def __init__(self, settings: LinkSettings, *, retries: int | None = None) -> None:
         self._settings = settings
         self._retries = settings.retries if retries is None else retries
         self._round_trip_s: float | None = None
+        self._late_s = 0.0
+        """How long an answer took to a request that went out often. [s]"""
         self._first_sent_s = 0.0
         self.attempts = 0
         """How often the present request was sent."""
@@ -54,6 +62,9 @@ class Retransmission:
             if self._round_trip_s is None:
                 self._round_trip_s = round_trip_s
             self._round_trip_s += _SMOOTHING * (round_trip_s - self._round_trip_s)
+            self._late_s = 0.0
+        elif self.attempts >= _OFTEN:
+            self._late_s = self.waited_s(now_s)
         self.deadline_s = math.inf
         self.attempts = 0
 
@@ -62,8 +73,9 @@ class Retransmission:
         return now_s - self._first_sent_s
 
     def _timeout_s(self) -> float:
-        longest_s = self._settings.reply_timeout_s
-        if self._round_trip_s is None:
+        known_s = max(self._round_trip_s or 0.0, self._late_s)
+        longest_s = max(self._settings.reply_timeout_s, _MARGIN * known_s)
+        if self._round_trip_s is None or self._late_s:
             return longest_s
         base_s = max(_SPREAD * self._round_trip_s, self._settings.shortest_timeout_s)
         return min(base_s * 2.0**self.attempts, longest_s)

@@ -126,8 +126,8 @@ class LiveScreen(ReviewScreen):
 
     def progress(self, what: str, done: int, count: int | None) -> None:
         """Take how far a reading is, from the thread."""
-        of = "" if count is None else f" of {count}"
-        self.post_message(self.Progressed(f"reading {what}, {done}{of}"))
+        text = f"waiting for {what}" if count is None else f"reading {what}, {done} of {count}"
+        self.post_message(self.Progressed(text))
 
     def received(self, snapshot: VehicleSnapshot) -> None:
         """Take what was read, from the thread."""
