@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.mission.one_speed import mission_at_speed
     from planner.physics.wind import Wind
-    from planner.service import CheckResult, check
+    from planner.service import CheckResult, check, check_together
     from planner.vehicle.battery import Battery
     from planner.vehicle.library import load_vehicle
     from planner.vehicle.model import VehicleModel
@@ -57,6 +57,7 @@ __all__ = [
     "Wind",
     "__version__",
     "check",
+    "check_together",
     "compare_results",
     "load_vehicle",
     "mission_at_speed",
@@ -93,6 +94,7 @@ _HOMES = {
     "Wind": "planner.physics.wind",
     "compare_results": "planner.fixes.comparison",
     "check": "planner.service",
+    "check_together": "planner.service",
     "load_vehicle": "planner.vehicle.library",
     "mission_at_speed": "planner.mission.one_speed",
     "predict_speed_curve": "planner.fixes.speed",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,8 +15,14 @@ from planner.cli.formats import refuse_statistics, rendered
 from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
 from planner.cli.output import narrate, progress, refuse_overwriting, write_data
-from planner.cli.requests import check_request, report_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, REPORT_SETTINGS
+from planner.cli.requests import check_request, fleet_request, report_request
+from planner.cli.settings import (
+    BUDGET_SETTINGS,
+    FLEET_SETTINGS,
+    FLIGHT_SETTINGS,
+    REPORT_SETTINGS,
+    START,
+)
 from planner.errors import ExitCode, UsageError
 from planner.report.text import caveat, tally
 from planner.service import UnreadableMission
@@ -35,7 +41,7 @@ _READ = ("vehicle", "params", "profile")
 
 @click.command("check")
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
-@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS))
+@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *FLEET_SETTINGS, START, *REPORT_SETTINGS))
 @click.option(
     "--write-baseline",
     metavar="FILE",
@@ -57,6 +63,7 @@ def command(
     configuration, 3 a vehicle did not answer.
     """
     link = {key: options.pop(key) for key in LINK_KEYS}
+    starts_s = options.pop(START.key)
     if missions.count("-") > 1:
         msg = "standard input can be read once: give - once"
         raise UsageError(msg)
@@ -64,6 +71,7 @@ def command(
     settings = [
         mission_settings("-" if is_vehicle(mission) else mission, given) for mission in missions
     ]
+    fleet = _fleet_request(settings, given, starts_s)
     report = report_request(settings)
     refuse_statistics(report)
     refuse_attachments(report, missions=len(missions))
@@ -74,6 +82,8 @@ def command(
         settings = [values | {"baseline": None} for values in settings]
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
         results = [_checked(mission, values, link) for mission, values in jobs]
+    if fleet is not None:
+        results = list(service.check_together(results, **fleet))
     write_attachments(results, report)
     if write_baseline is not None:
         attach_baseline(results, write_baseline)
@@ -84,6 +94,34 @@ def command(
     if report.output is not None:
         narrate(f"{tally(results)}{caveat(results)}; the report is in {report.output}")
     return exit_code
+
+
+def _fleet_request(
+    settings: Sequence[Mapping[str, object]], given: Mapping[str, object], starts_s: object
+) -> Mapping[str, Any] | None:
+    """Return what is asked of the missions together; ``None`` where each stands for itself.
+
+    Raises
+    ------
+    UsageError
+        If it is asked of one mission alone, or starts are given for others than these missions.
+    """
+    fleet = fleet_request(settings)
+    if fleet is None:
+        lonely = [setting.option for setting in FLEET_SETTINGS if setting.key in given]
+        if starts_s is not None or lonely:
+            msg = f"{(lonely or [START.option])[0]} goes with --separation"
+            raise UsageError(msg)
+        return None
+    if len(settings) == 1:
+        if starts_s is not None or "separation_m" in given:
+            msg = "--separation is kept from other missions: give those of one flight together"
+            raise UsageError(msg)
+        return None  # the configuration is for calls of several
+    if isinstance(starts_s, tuple) and len(starts_s) != len(settings):
+        msg = f"{START.option} must give one time for each of the {len(settings)} missions"
+        raise UsageError(msg)
+    return {**fleet, "starts_s": starts_s or ()}
 
 
 def _checked(

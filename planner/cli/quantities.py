@@ -40,6 +40,8 @@ _MOST_ENERGY_WH = 50_000.0
 """No multicopter carries more, those with a pilot in them included."""
 _HEAVIEST_KG = 1000.0
 """No multicopter lifts more."""
+_FARTHEST_M = 10_000.0
+_LATEST_START_S = 86_400.0
 
 
 def battery(text: str) -> Battery:
@@ -247,6 +249,38 @@ def position_error_m(text: str) -> float:
     error_m = _number(text, unit="m")
     Conditions(position_error_m=error_m)  # refuses what is no position
     return error_m
+
+
+def separation_m(text: str) -> float:
+    """Return the distance of ``5`` or ``5m``."""
+    distance_m = _number(text, unit="m")
+    if not 0.0 < distance_m <= _FARTHEST_M:
+        msg = f"{text!r} is out of range: above 0 and at most {_FARTHEST_M:g} m"
+        raise ValueError(msg)
+    return distance_m
+
+
+def min_nav_alt_m(text: str) -> float:
+    """Return the height of ``2.5`` or ``2.5m``."""
+    height_m = _number(text, unit="m")
+    if not 0.0 <= height_m <= _FARTHEST_M:
+        msg = f"{text!r} is out of range: 0 to {_FARTHEST_M:g} m"
+        raise ValueError(msg)
+    return height_m
+
+
+def start_s(text: str) -> float:
+    """Return the time of ``30`` or ``30s``."""
+    time_s = _number(text, unit="s")
+    if not 0.0 <= time_s <= _LATEST_START_S:
+        msg = f"{text!r} is out of range: 0 to {_LATEST_START_S:g} s"
+        raise ValueError(msg)
+    return time_s
+
+
+def starts_s(text: str) -> tuple[float, ...]:
+    """Return the times of ``0,10,20``."""
+    return tuple(map(start_s, text.split(",")))
 
 
 def _give_or_take(text: str, *, unit: str, read: Callable[[str], float]) -> tuple[float, float]:

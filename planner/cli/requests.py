@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.checks.selection import Selection
-from planner.cli.settings import REPORT_SETTINGS
+from planner.cli.settings import FLEET_SETTINGS, REPORT_SETTINGS
 from planner.errors import UsageError
 from planner.flight.conditions import Conditions
 from planner.flight.spread import divided
@@ -16,6 +16,8 @@ from planner.service import CheckRequest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from planner.cli.setting import Setting
 
 
 def check_request(values: Mapping[str, Any]) -> CheckRequest:
@@ -99,8 +101,30 @@ def report_request(missions: Sequence[Mapping[str, Any]]) -> ReportRequest:
     UsageError
         If the configurations of two missions see it differently.
     """
+    common = _common_values(missions, REPORT_SETTINGS)
+    if common.get("output") == Path("-"):
+        del common["output"]  # standard output, by its usual name
+    return ReportRequest(**common)
+
+
+def fleet_request(missions: Sequence[Mapping[str, Any]]) -> dict[str, float] | None:
+    """Return what holds for missions that fly at the same time; ``None``: they do not.
+
+    Raises
+    ------
+    UsageError
+        If the configurations of two missions see it differently.
+    """
+    common = _common_values(missions, FLEET_SETTINGS)
+    return common if "separation_m" in common else None
+
+
+def _common_values(
+    missions: Sequence[Mapping[str, Any]], settings: Sequence[Setting]
+) -> dict[str, Any]:
+    """Return settings that must be the same for every mission of a call."""
     common: dict[str, Any] = {}
-    for setting in REPORT_SETTINGS:
+    for setting in settings:
         values = {values.get(setting.key) for values in missions}
         if len(values) > 1:
             msg = (
@@ -110,6 +134,4 @@ def report_request(missions: Sequence[Mapping[str, Any]]) -> ReportRequest:
             raise UsageError(msg)
         if (value := values.pop()) is not None:
             common[setting.key] = value
-    if common.get("output") == Path("-"):
-        del common["output"]  # standard output, by its usual name
-    return ReportRequest(**common)
+    return common

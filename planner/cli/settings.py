@@ -292,6 +292,45 @@ BUDGET_SETTINGS = (
 )
 """What decides whether a mission is a go."""
 
+FLEET_SETTINGS = (
+    Setting(
+        key="separation_m",
+        option="--separation",
+        metavar="M",
+        meaning="the missions fly at the same time and keep this distance from each other "
+        "[default: they do not]",
+        read=quantities.separation_m,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="min_nav_alt_m",
+        option="--min-nav-alt",
+        metavar="M",
+        meaning="with --separation: two are not judged while both are lower above their take-off or "
+        "landing places [default: 2.5]",
+        read=quantities.min_nav_alt_m,
+        kind=Kind.NUMBER,
+    ),
+    Setting(
+        key="start_error_s",
+        option="--start-error",
+        metavar="S",
+        meaning="with --separation: each may start so much sooner or later [default: 0]",
+        read=quantities.start_s,
+        kind=Kind.NUMBER,
+    ),
+)
+"""What holds for the missions of a call that fly at the same time."""
+
+START = Setting(
+    key="starts_s",
+    option="--start",
+    metavar="S,S,…",
+    meaning="with --separation: when each mission starts, in their order [default: all at once]",
+    read=quantities.starts_s,
+)
+"""What only the command line gives, because it counts the missions of the call."""
+
 REPORT_SETTINGS = (
     Setting(
         key="format",
@@ -368,5 +407,11 @@ FILE_SETTINGS = (
 
 SETTINGS = {
     setting.key: setting
-    for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *REPORT_SETTINGS, *FILE_SETTINGS)
+    for setting in (
+        *FLIGHT_SETTINGS,
+        *BUDGET_SETTINGS,
+        *FLEET_SETTINGS,
+        *REPORT_SETTINGS,
+        *FILE_SETTINGS,
+    )
 }

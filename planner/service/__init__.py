@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from planner.service.mission_file import check_file, check_read, read_request
     from planner.service.request import DEFAULT_VEHICLE, CheckRequest
     from planner.service.result import CheckResult, UnreadableMission, Verdict
+    from planner.service.together import check_together
     from planner.service.verification import verify_logs
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "check",
     "check_file",
     "check_read",
+    "check_together",
     "convert_file",
     "identify_logs",
     "read_request",
@@ -43,6 +45,7 @@ _HOMES = {
     "check": "judgement",
     "check_file": "mission_file",
     "check_read": "mission_file",
+    "check_together": "together",
     "convert_file": "conversion",
     "identify_logs": "identification",
     "read_request": "mission_file",

@@ -60,6 +60,10 @@ _REQUIRED = frozenset(
         "clearance_m",
         "fail_on",
         "with_trace",
+        "separation_m",
+        "min_nav_alt_m",
+        "start_error_s",
+        "starts_s",
     }
 )
 """What cannot be ``None``."""

@@ -295,6 +295,7 @@ def check(
         parameters=flown_with,
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
         case=case,
+        selection=selection,
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import TYPE_CHECKING, Literal
 
+from planner.checks.selection import Selection
 from planner.findings import Severity
 from planner.frozen import frozen
 
@@ -48,6 +50,8 @@ class CheckResult:
     """The flight sampled over time, where it was asked for and something is flown."""
     case: Case | None = None
     """Everything the rules looked at, for pictures; ``None`` where nothing is flown."""
+    selection: Selection = field(default_factory=Selection)
+    """Which findings were asked for, for whatever is found about several missions together."""
 
 
 @frozen

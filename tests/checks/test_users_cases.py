@@ -3,7 +3,7 @@
 Numbers of threads: see the explanation of each rule.  Of the others, 1 and 2 (a long leg past a small
 exclusion, the rim of a loiter), 5 (rally point outside) and 6 (inclusions apart) are in
 test_fence_flight.py, 11 (absurd payload and capacity) in test_margins.py and 17 (PX4's own estimate of
-a return) in test_failsafe_rules.py.  8 and 9 are of several vehicles, which nothing here flies yet.
+a return) in test_failsafe_rules.py.
 """
 
 from __future__ import annotations
@@ -14,21 +14,25 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
-from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.errors import OtherVehicleError
 from planner.findings import Severity
+from planner.geo.local_frame import LocalFrame
 from planner.mission.files import read_mission
 from planner.physics.wind import Wind
-from planner.service import check
+from planner.service import check, check_together
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameter_file import parameters_from_text
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import numpy.typing as npt
 
     from planner.mission.items import Mission, MissionItem
     from planner.service import CheckResult
@@ -95,6 +99,71 @@ def test_case_7_old_and_new_names_of_a_speed_fly_the_same() -> None:
     assert old.totals == new.totals
     default = checked(one, "ardupilot")
     assert old.totals.time_s > default.totals.time_s + 30.0  # 400 m at 5 for 10 m/s, there and back
+
+
+def east(metres: float) -> float:
+    """Return the longitude so many metres east of home, to 0.3 %."""
+    return 8.0 + metres / (111_320.0 * math.cos(math.radians(47.0)))
+
+
+def places(result: CheckResult, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return east, north and height at times, in the frame of home."""
+    assert result.case is not None
+    state = result.case.flight.motion.state_at_time(time_s)
+    there = result.case.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
+    frame = LocalFrame(latitude_deg=HOME.latitude_deg, longitude_deg=HOME.longitude_deg)
+    return np.stack((*frame.east_north_m(*there), state.height_m))
+
+
+@pytest.mark.parametrize("vehicle", ["step", "ardupilot", "px4"])
+def test_case_8_a_crossing_late_and_between_samples_is_an_error(vehicle: str) -> None:
+    """EGO-Planner-v2 #60, Swarm-Formation #35: north side by side, then each to the other's side."""
+
+    def crossing(start_m: float, end_m: float) -> Mission:
+        start_deg, end_deg = east(start_m), east(end_m)
+        return mission(
+            item(22, HOME.latitude_deg, 20.0, longitude_deg=start_deg),
+            item(16, north(900), 20.0, longitude_deg=start_deg),
+            item(21, north(840), 0.0, longitude_deg=end_deg),
+            home=replace(HOME, longitude_deg=start_deg),
+        )
+
+    results = [checked(crossing(0, 300), vehicle), checked(crossing(300, 0), vehicle)]
+    end_s = results[0].totals.time_s
+    fine_s, sampled_s = np.arange(0.0, end_s, 0.01), np.arange(0.0, end_s, 1.0)
+    fine_m, sampled_m = (
+        np.linalg.norm(places(results[0], at_s) - places(results[1], at_s), axis=0)
+        for at_s in (fine_s, sampled_s)
+    )
+    separation_m = 0.9 * float(sampled_m.min())  # who looks once a second sees nothing
+    assert fine_m.min() < 0.2 < separation_m
+    assert 0.5 * end_s < fine_s[np.argmin(fine_m)]
+    for one in check_together(results, separation_m=separation_m):
+        [finding] = [f for f in one.findings if f.code == "S101"]
+        assert (finding.severity, finding.item) == (Severity.ERROR, 3)
+        assert one.verdict == "no-go"
+    apart = check_together(results, separation_m=separation_m, starts_s=(0.0, 30.0))
+    assert [codes(one, Severity.ERROR) & {"S101"} for one in apart] == [set(), set()]
+
+
+def test_case_9_vehicles_on_the_ground_a_metre_apart_are_no_conflict() -> None:
+    """skybrush-io/viewer #16: four in a square of 1 m, one after the other, 1.5 m to be kept."""
+    grid = []
+    for number in range(4):
+        home = replace(
+            HOME,
+            latitude_deg=north(float(number // 2)),
+            longitude_deg=east(float(number % 2)),
+        )
+        level_m = 20.0 + 5.0 * number
+        up = item(22, home.latitude_deg, level_m, longitude_deg=home.longitude_deg)
+        away = item(16, north(100), level_m, longitude_deg=home.longitude_deg)
+        grid.append(checked(mission(up, away, rtl(), home=home), "ardupilot"))
+    starts_s = (0.0, 10.0, 20.0, 30.0)
+    together = check_together(grid, separation_m=1.5, starts_s=starts_s)
+    assert [f.message for one in together for f in one.findings if f.code[0] == "S"] == []
+    counted = check_together(grid, separation_m=1.5, starts_s=starts_s, min_nav_alt_m=0.0)
+    assert all("S101" in codes(one, Severity.ERROR) for one in counted)
 
 
 @pytest.mark.parametrize("vehicle", ["step", "ardupilot", "px4"])

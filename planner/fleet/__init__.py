@@ -1,0 +1,1 @@
+"""Several missions flown at the same time in one airspace."""

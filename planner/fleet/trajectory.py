@@ -1,0 +1,279 @@
+"""The place of a vehicle at every time, on the ground before and after its flight too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import PolynomialLaw
+from planner.flight.state import STATE_INDEX, FlightState
+from planner.frozen import frozen
+
+if TYPE_CHECKING:
+    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, Motion
+    from planner.geo.local_frame import LocalFrame
+    from planner.mission.stage import Route
+
+CUBIC_TOLERANCE_M = 1.5e-3
+"""How far a motion that is no polynomial may be from its cubics. [m]"""
+AT_REST_S = 1e6
+"""Time for which a vehicle is known to stand before and after its flight: 11 days. [s]"""
+_FIRST_PARTS = 4
+_MOST_ROUNDS = 16
+_LAND = STATE_INDEX[FlightState.LAND]
+
+
+@frozen(eq=False)
+class Trajectory:
+    """A flight as cubics of time (n of them), between two rests; times count from its start."""
+
+    start_s: FloatArray
+    """Beginning of each cubic; each lasts until the next begins. (n,) [s]"""
+    end_s: FloatArray
+    """(n,) [s]"""
+    control_m: FloatArray
+    """Bézier control points: east, north, height above home. (n, 4, 3) [m]"""
+    low_m: FloatArray
+    """Lowest coordinates of the control points of each cubic. (n, 3) [m]"""
+    high_m: FloatArray
+    """Highest coordinates of them. (n, 3) [m]"""
+    error_m: FloatArray
+    """How far the motion is from each cubic. (n,) [m]"""
+    item: IntArray
+    """Mission item of each cubic. (n,)"""
+    is_low: BoolArray
+    """Whether the vehicle stands on the ground, takes off or lands, below the height from which it
+    counts as flying. (n,)"""
+    duration_s: float
+    """Duration of the flight. [s]"""
+
+    @property
+    def is_rest(self) -> BoolArray:
+        """Whether the flight has not begun, or is over. (n,)"""
+        return (self.end_s <= 0.0) | (self.start_s >= self.duration_s)
+
+    @property
+    def is_ever_flying(self) -> bool:
+        """Whether the vehicle rises to the height from which it counts as flying."""
+        return not bool(self.is_low.all())
+
+
+def make_trajectory(
+    motion: Motion, route: Route, frame: LocalFrame, *, min_nav_alt_m: float
+) -> Trajectory:
+    """Return the place of a vehicle over time.
+
+    Parameters
+    ----------
+    motion : Motion
+        Its flight, in the frame of its own home.
+    route : Route
+        What is flown: where that frame lies.
+    frame : LocalFrame
+        Common frame of all vehicles.
+    min_nav_alt_m : float
+        Height above the take-off place, and above a landing place, from which it counts as
+        flying. [m]
+
+    Returns
+    -------
+    Trajectory
+        The flight from 0 on, the take-off place before it and the last place after it.  A flight that
+        does not end with a landing stays in the air.
+    """
+    piece, start_s, end_s, control_m, error_m = _cubics(motion)
+    if route.frame != frame:
+        east, north = control_m[..., 0], control_m[..., 1]
+        control_m[..., 0], control_m[..., 1] = frame.east_north_m(
+            *route.frame.latitude_longitude_deg(east, north)
+        )
+    item = motion.segments.item[motion.piece_segment[piece]]
+    lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
+    flying_s, low_again_s = _flying_between_s(
+        start_s, end_s, control_m, lands=lands, above_m=min_nav_alt_m
+    )
+    for limit_s in (flying_s, low_again_s):
+        inside = np.flatnonzero((start_s < limit_s) & (limit_s < end_s))
+        if len(inside):
+            at = int(inside[0])
+            share = (limit_s - start_s[at]) / (end_s[at] - start_s[at])
+            parts = part_of_cubic(
+                control_m[[at, at]], np.array([0.0, share]), np.array([share, 1.0])
+            )
+            control_m = np.concatenate((control_m[:at], parts, control_m[at + 1 :]))
+            start_s, end_s = np.insert(start_s, at + 1, limit_s), np.insert(end_s, at, limit_s)
+            error_m, item = np.insert(error_m, at, error_m[at]), np.insert(item, at, item[at])
+    is_low = (end_s <= flying_s) | (start_s >= low_again_s)
+    first = np.repeat(control_m[:1, :1], 4, axis=1)
+    last = np.repeat(control_m[-1:, -1:], 4, axis=1)
+    control_m = np.concatenate((first, control_m, last))
+    duration_s = float(end_s[-1])
+    return Trajectory(
+        start_s=np.concatenate(([-AT_REST_S], start_s, [duration_s])),
+        end_s=np.concatenate(([0.0], end_s, [duration_s + AT_REST_S])),
+        control_m=control_m,
+        low_m=control_m.min(axis=1),
+        high_m=control_m.max(axis=1),
+        error_m=np.concatenate(([0.0], error_m, [0.0])),
+        item=np.concatenate((item[:1], item, item[-1:])),
+        is_low=np.concatenate(([True], is_low, [lands or bool(is_low.all())])),
+        duration_s=duration_s,
+    )
+
+
+def part_of_cubic(control_m: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the control points of parts of cubics. (n, 4, 3)
+
+    Parameters
+    ----------
+    control_m : ndarray
+        Control points of the wholes. (n, 4, 3) [m]
+    begin, end : ndarray
+        Where the parts begin and end, 0 to 1. (n,) [-]
+
+    Notes
+    -----
+    The polar form of the cubic at (begin, begin, begin) … (end, end, end): de Casteljau's scheme with
+    another parameter in each step.
+    """
+
+    def polar(*parameters: FloatArray) -> FloatArray:
+        points = control_m
+        for parameter in parameters:
+            share = parameter[:, None, None]
+            points = points[:, :-1] + share * (points[:, 1:] - points[:, :-1])
+        return points[:, 0]
+
+    return np.stack(
+        (
+            polar(begin, begin, begin),
+            polar(begin, begin, end),
+            polar(begin, end, end),
+            polar(end, end, end),
+        ),
+        axis=1,
+    )
+
+
+def _cubics(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return piece, beginning, end, control points and error of cubics that follow a motion."""
+    flown = np.flatnonzero(motion.piece_duration_s > 0.0)
+    begun_s = motion.piece_start_s()
+    laws = [i for i, law in enumerate(motion.laws) if isinstance(law, PolynomialLaw)]
+    is_cubic = np.isin(motion.piece_law, laws)
+    parts = np.where(is_cubic[flown], 1, _FIRST_PARTS)
+    piece = np.repeat(flown, parts)
+    number = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
+    width_s = motion.piece_duration_s[piece] / np.repeat(parts, parts)
+    start_s = number * width_s
+    done: list[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]] = []
+    for round_number in range(_MOST_ROUNDS):
+        control_m = _hermite(motion, piece, start_s, width_s)
+        error_m = _errors(motion, piece, start_s, width_s, control_m, is_cubic=is_cubic)
+        rough = error_m > CUBIC_TOLERANCE_M
+        if round_number == _MOST_ROUNDS - 1:
+            rough[:] = False
+        fine = ~rough
+        done.append((piece[fine], start_s[fine], width_s[fine], control_m[fine], error_m[fine]))
+        if not rough.any():
+            break
+        width_s = np.repeat(0.5 * width_s[rough], 2)
+        start_s = np.repeat(start_s[rough], 2)
+        start_s[1::2] += width_s[1::2]
+        piece = np.repeat(piece[rough], 2)
+    piece, start_s, width_s, control_m, error_m = (
+        np.concatenate(columns) for columns in zip(*done, strict=True)
+    )
+    order = np.lexsort((start_s, piece))
+    start_s = (begun_s[piece] + start_s)[order]
+    # Each ends where the next begins: no gap by rounding.
+    end_s = np.append(start_s[1:], float(motion.piece_duration_s.sum()))
+    return piece[order], start_s, end_s, control_m[order], error_m[order]
+
+
+def _hermite(
+    motion: Motion, piece: IntArray, start_s: FloatArray, width_s: FloatArray
+) -> FloatArray:
+    """Return the cubics with the places and velocities of a motion at their ends. (n, 4, 3)"""
+    ends = motion.state_at(piece[:, None], np.column_stack((start_s, start_s + width_s)))
+    place = np.stack((ends.east_m, ends.north_m, ends.height_m), axis=-1)
+    velocity = np.stack((ends.east_m_s, ends.north_m_s, ends.climb_m_s), axis=-1)
+    third_s = width_s[:, None] / 3.0
+    return np.stack(
+        (
+            place[:, 0],
+            place[:, 0] + velocity[:, 0] * third_s,
+            place[:, 1] - velocity[:, 1] * third_s,
+            place[:, 1],
+        ),
+        axis=1,
+    )
+
+
+def _errors(
+    motion: Motion,
+    piece: IntArray,
+    start_s: FloatArray,
+    width_s: FloatArray,
+    control_m: FloatArray,
+    *,
+    is_cubic: BoolArray,
+) -> FloatArray:
+    """Return how far a motion is from its cubics, at three places of each. [m]"""
+    error_m = np.zeros(len(piece))
+    own = np.flatnonzero(~is_cubic[piece])
+    for share in (0.25, 0.5, 0.75):
+        state = motion.state_at(piece[own], start_s[own] + share * width_s[own])
+        place = np.stack((state.east_m, state.north_m, state.height_m), axis=-1)
+        weights = np.array(
+            [(1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3]
+        )
+        gap = np.einsum("k,nkx->nx", weights, control_m[own]) - place
+        error_m[own] = np.maximum(error_m[own], np.sqrt(np.sum(gap**2, axis=1)))
+    return error_m
+
+
+def _flying_between_s(
+    start_s: FloatArray,
+    end_s: FloatArray,
+    control_m: FloatArray,
+    *,
+    lands: bool,
+    above_m: float,
+) -> tuple[float, float]:
+    """Return from when until when a vehicle counts as flying. [s]
+
+    A place lower than where it took off, or where it lands, does not make it land in between.
+    """
+    first_s = _first_above_s(start_s, end_s, control_m, above_m)
+    if not lands:
+        return first_s, np.inf
+    over_s = float(end_s[-1])
+    left_s = _first_above_s(
+        over_s - end_s[::-1], over_s - start_s[::-1], control_m[::-1, ::-1], above_m
+    )
+    if first_s == left_s == np.inf:
+        return np.inf, np.inf
+    return (
+        0.0 if first_s == np.inf else first_s,
+        over_s if left_s == np.inf else over_s - left_s,
+    )
+
+
+def _first_above_s(
+    start_s: FloatArray, end_s: FloatArray, control_m: FloatArray, above_m: float
+) -> float:
+    """Return when cubics first rise so far above where the first begins; infinity: never. [s]"""
+    height_m = control_m[..., 2] - control_m[0, 0, 2] - above_m
+    for at in np.flatnonzero((height_m > 0.0).any(axis=1)).tolist():
+        a, b, c, d = height_m[at].tolist()
+        if a > 0.0:
+            return float(start_s[at])
+        roots = np.roots([d - 3 * c + 3 * b - a, 3 * c - 6 * b + 3 * a, 3 * b - 3 * a, a])
+        shares = roots.real[np.isreal(roots) & (roots.real >= 0.0) & (roots.real <= 1.0)]
+        if len(shares):
+            return float(start_s[at] + shares.min() * (end_s[at] - start_s[at]))
+        if d > 0.0:  # the crossing is lost in rounding
+            return float(start_s[at])
+    return np.inf

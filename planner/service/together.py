@@ -1,0 +1,287 @@
+"""Several missions flown at the same time in one airspace: are they far enough apart?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner import numbers
+from planner.catalogue.swarm import DUPLICATE_SYSTEM_ID, SEPARATION, SEPARATION_UNCHECKED
+from planner.errors import UsageError
+from planner.fleet.separation import (
+    Member,
+    Spacing,
+    are_heights_known,
+    clearing_delay_s,
+    predict_conflicts,
+)
+from planner.fleet.trajectory import make_trajectory
+from planner.service.arguments import refuse_wrong_types
+from planner.service.judgement import verdict
+from planner.service.result import CheckResult, UnreadableMission
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.checks.case import Case
+    from planner.findings import Finding
+    from planner.fleet.separation import Conflict
+    from planner.mission.items import Mission
+
+_OWN_CODES = frozenset(
+    rule.code for rule in (SEPARATION, DUPLICATE_SYSTEM_ID, SEPARATION_UNCHECKED)
+)
+_SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
+
+
+def check_together(
+    results: Sequence[CheckResult | UnreadableMission],
+    *,
+    separation_m: float,
+    min_nav_alt_m: float = 2.5,
+    starts_s: Sequence[float] = (),
+    start_error_s: float = 0.0,
+) -> tuple[CheckResult | UnreadableMission, ...]:
+    """Judge missions that fly at the same time in one airspace.
+
+    Parameters
+    ----------
+    results : sequence of CheckResult or UnreadableMission
+        As `planner.check` returns them, each of its own mission.
+    separation_m : float
+        Distance that any two vehicles have to keep. [m]
+    min_nav_alt_m : float
+        Two vehicles are not judged while both are lower than this above the place where they took
+        off, or land. [m]
+    starts_s : sequence of float
+        When each mission starts, on one clock; default all at once. [s]
+    start_error_s : float
+        How much sooner or later each may start. [s]
+
+    Returns
+    -------
+    tuple of CheckResult or UnreadableMission
+        The same results in the same order, each with what is found about it among the others (S101,
+        S102, S104), in place of what an earlier call found, and judged anew.
+
+    Raises
+    ------
+    UsageError
+        If a value is of a wrong type or out of its range.
+
+    Notes
+    -----
+    The place of each vehicle is taken in one flat frame about the home of the first mission: exact to
+    0.03 m in 20 km, 0.1 m in 35 km.  Wind, and errors of the position, are those of the predictions.
+    """
+    starts_s = _starts_s(results, starts_s)
+    numbers_given = {
+        "separation_m": separation_m,
+        "min_nav_alt_m": min_nav_alt_m,
+        "start_error_s": start_error_s,
+    }
+    refuse_wrong_types(numbers_given)
+    for name, value in numbers_given.items():
+        if value < 0.0 or (name == "separation_m" and value == 0.0):
+            least = "above zero" if name == "separation_m" else "zero or more"
+            msg = f"{name} must be {least}, got {value}"
+            raise UsageError(msg)
+    flown = [
+        (position, result.case)
+        for position, result in enumerate(results)
+        if isinstance(result, CheckResult)
+        and result.case is not None
+        and result.case.flight.time_s > 0.0
+    ]
+    cases = [case for _, case in flown]
+    fleet = [
+        Member(
+            file=results[position].file,
+            trajectory=make_trajectory(
+                case.flight.motion, case.route, cases[0].route.frame, min_nav_alt_m=min_nav_alt_m
+            ),
+            start_s=starts_s[position],
+            home_amsl_m=_known_home_amsl_m(case),
+        )
+        for position, case in flown
+    ]
+    spacing = Spacing(separation_m=separation_m, start_error_s=start_error_s)
+    conflicts = list(predict_conflicts(fleet, spacing))
+    added: list[list[Finding]] = [[] for _ in results]
+    for number, (position, case) in enumerate(flown):
+        added[position] += _too_near(number, fleet, conflicts, spacing, case.mission)
+        added[position] += _same_system_id(number, cases, fleet)
+    for position, reasons in enumerate(_unchecked(results, flown, fleet, min_nav_alt_m)):
+        if reasons:
+            added[position].append(SEPARATION_UNCHECKED.finding("; ".join(reasons)))
+    return tuple(
+        _judged_anew(result, found) if isinstance(result, CheckResult) else result
+        for result, found in zip(results, added, strict=True)
+    )
+
+
+def _starts_s(results: Sequence[object], starts_s: Sequence[float]) -> tuple[float, ...]:
+    """Return a start for each result."""
+    for result in results:
+        if not isinstance(result, (CheckResult, UnreadableMission)):
+            msg = f"results must be those of planner.check(…), got a {type(result).__name__}"
+            raise UsageError(msg)
+    starts = tuple(starts_s) or (0.0,) * len(results)
+    for start_s in starts:
+        refuse_wrong_types({"starts_s": start_s})
+    if len(starts) != len(results):
+        msg = (
+            f"{numbers.count(len(starts), 'start')} given for "
+            f"{numbers.count(len(results), 'mission')}: give one for each"
+        )
+        raise UsageError(msg)
+    return starts
+
+
+def _known_home_amsl_m(case: Case) -> float | None:
+    """Return the altitude of home; ``None`` where it is not known. [m AMSL]"""
+    home = case.mission.home
+    # 0 is what programs write who do not know.
+    is_told = home is not None and bool(home.altitude_amsl_m)
+    if is_told or case.given_home_amsl_m is not None or case.terrain is not None:
+        return case.route.home_amsl_m
+    return None
+
+
+def _too_near(
+    number: int,
+    fleet: Sequence[Member],
+    conflicts: Sequence[Conflict],
+    spacing: Spacing,
+    mission: Mission,
+) -> Iterator[Finding]:
+    """Yield one finding about all that one member comes too near to: the nearest, and how many."""
+    own = [conflict for conflict in conflicts if number in {conflict.first, conflict.second}]
+    if not own:
+        return
+    worst = min(own, key=lambda conflict: conflict.approach.distance_m)
+    approach = worst.approach
+    sides = [
+        (worst.first, approach.first_s, approach.first_item),
+        (worst.second, approach.second_s, approach.second_item),
+    ]
+    if number == worst.second:
+        sides.reverse()
+    (_, own_s, item), (other_number, other_s, other_item) = sides
+    other = fleet[other_number]
+    message = (
+        f"{numbers.beside(approach.distance_m, spacing.separation_m, numbers.height)} from "
+        f"{other.file}, {numbers.height(spacing.separation_m)} are to be kept: "
+        f"{_when(fleet[number], own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
+    )
+    if spacing.start_error_s > 0.0:
+        message += (
+            f", where both start within {numbers.duration(spacing.start_error_s)} of their times"
+        )
+    others = [
+        fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
+    ]
+    if others:
+        message += f"; too near to {others[0]}{_and_more(others)} as well"
+    later = fleet[worst.second]
+    delay_s = clearing_delay_s(fleet[worst.first], later, spacing)
+    fix = (
+        f"no later start of {later.file} keeps the two apart: fly them at other heights or places"
+        if delay_s is None
+        else f"start {later.file} {numbers.duration(delay_s)} later, which keeps the two apart, or "
+        "fly them at other heights or places"
+    )
+    yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)
+
+
+def _and_more(named: Sequence[object]) -> str:
+    """Return how many there are after the first, which is named."""
+    return f" and {len(named) - 1} more" if len(named) > 1 else ""
+
+
+def _when(member: Member, time_s: float, item: int) -> str:
+    if time_s < 0.0:
+        return "before its start"
+    if time_s > member.trajectory.duration_s:
+        return "after its end"
+    return f"at {numbers.duration(time_s)} (item {item})"
+
+
+def _same_system_id(
+    number: int, cases: Sequence[Case], fleet: Sequence[Member]
+) -> Iterator[Finding]:
+    """Yield that another vehicle, by another file of parameters, has the system id of this one."""
+    own = _system_id(cases[number])
+    if own is None:
+        return
+    same = [
+        (fleet[position].file, found[1])
+        for position, case in enumerate(cases)
+        if (found := _system_id(case)) is not None and found[0] == own[0] and found[1] != own[1]
+    ]
+    if same:
+        yield DUPLICATE_SYSTEM_ID.finding(
+            f"system id {own[0]:g} ({own[1]}) is that of {same[0][0]} ({same[0][1]}){_and_more(same)} as well"
+        )
+
+
+def _system_id(case: Case) -> tuple[float, str] | None:
+    """Return the system id a vehicle's own parameters give, and their source."""
+    given = case.given_parameters
+    if given is None:
+        return None
+    for name in _SYSTEM_IDS:
+        if name in given.values and (value := given.values[name].value) is not None:
+            return value, given.source
+    return None
+
+
+def _unchecked(
+    results: Sequence[CheckResult | UnreadableMission],
+    flown: Sequence[tuple[int, Case]],
+    fleet: Sequence[Member],
+    min_nav_alt_m: float,
+) -> Iterator[list[str]]:
+    """Yield for each result why its separation is not, or not fully, checked."""
+    numbered = {position: number for number, (position, _) in enumerate(flown)}
+    left_out = [
+        f"{result.file} {'cannot be read' if isinstance(result, UnreadableMission) else 'flies nothing'}"
+        for position, result in enumerate(results)
+        if position not in numbered
+    ]
+    for position in range(len(results)):
+        number = numbered.get(position)
+        if number is None:
+            yield ["nothing is flown: the separation from the other missions is not checked"]
+            continue
+        reasons = []
+        if left_out:
+            reasons.append(f"{left_out[0]}{_and_more(left_out)}: no separation from it is checked")
+        if not fleet[number].trajectory.is_ever_flying:
+            reasons.append(
+                f"the flight never rises to {numbers.height(min_nav_alt_m)}: its separation is "
+                "checked only from those that do"
+            )
+        unknown = [member.file for member in fleet if not are_heights_known(fleet[number], member)]
+        if unknown:
+            reasons.append(
+                "heights are compared above home: the altitude of home is not known here, or not in "
+                f"{unknown[0]}{_and_more(unknown)}"
+            )
+        yield reasons
+
+
+def _judged_anew(result: CheckResult, found: Sequence[Finding]) -> CheckResult:
+    """Return a result with more findings, selected and judged as the others of it."""
+    known = [
+        replace(finding, suppression="")
+        for finding in (*result.findings, *result.suppressed)
+        if finding.code not in _OWN_CODES
+    ]
+    reported, suppressed = result.selection.divide((*known, *found), file=result.file)
+    return replace(
+        result,
+        findings=reported,
+        suppressed=suppressed,
+        verdict=verdict(reported, result.fail_on),
+    )
