@@ -25,6 +25,8 @@ ACCURACY_M = 0.01
 STRAIGHT_TOLERANCE_M = 0.002
 """With twice the error of the cubics, twice this is the accuracy. [m]"""
 _MOST_ROUNDS = 60
+_BLOCK = 1_000_000
+"""Cells that are looked at together."""
 
 
 @frozen
@@ -194,17 +196,25 @@ def _cells(
     low = np.searchsorted(second.end_s, first.start_s - later_s - shift_s, side="left")
     high = np.searchsorted(second.start_s, first.end_s - later_s + shift_s, side="right")
     count = np.maximum(high - low, 0)
-    one = np.repeat(np.arange(len(count)), count)
-    two = np.arange(len(one)) - np.repeat(np.cumsum(count) - count - low, count)
-    # Where both are at rest they are as far apart as at the end of the later flight.
-    kept = ~(first.is_low[one] & second.is_low[two]) & ~(first.is_rest[one] & second.is_rest[two])
-    for axis in range(3):
-        one, two = one[kept], two[kept]
-        low, high = second.low_m[two, axis] + above[axis], second.high_m[two, axis] + above[axis]
-        kept = (first.low_m[one, axis] - high < within_m) & (
-            low - first.high_m[one, axis] < within_m
-        )
-    return one[kept], two[kept]
+    found = []
+    # In blocks: with starts as uncertain as the flights are long every part may meet every other.
+    for block in np.split(
+        np.arange(len(count)), np.flatnonzero(np.diff(np.cumsum(count) // _BLOCK)) + 1
+    ):
+        own = count[block]
+        one = np.repeat(block, own)
+        two = np.arange(len(one)) - np.repeat(np.cumsum(own) - own - low[block], own)
+        # Where both are at rest they are as far apart as at the end of the later flight.
+        kept = ~(first.is_low[one] & second.is_low[two])
+        kept &= ~(first.is_rest[one] & second.is_rest[two])
+        for axis in range(3):
+            one, two = one[kept], two[kept]
+            below = second.low_m[two, axis] + above[axis] - first.high_m[one, axis]
+            over = first.low_m[one, axis] - second.high_m[two, axis] - above[axis]
+            kept = (below < within_m) & (over < within_m)
+        found.append((one[kept], two[kept]))
+    ones, twos = zip(*found, strict=True)
+    return np.concatenate(ones), np.concatenate(twos)
 
 
 def _side_by_side(one: _Side, two: _Side, later_s: float, shift_s: float) -> tuple[_Side, _Side]:

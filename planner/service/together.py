@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 from planner import numbers
@@ -21,7 +22,7 @@ from planner.service.judgement import verdict
 from planner.service.result import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from planner.checks.case import Case
     from planner.findings import Finding
@@ -107,9 +108,16 @@ def check_together(
     ]
     spacing = Spacing(separation_m=separation_m, start_error_s=start_error_s)
     conflicts = list(predict_conflicts(fleet, spacing))
+
+    @cache  # each of both is told
+    def delay_s(first: int, second: int) -> float | None:
+        return clearing_delay_s(fleet[first], fleet[second], spacing)
+
     added: list[list[Finding]] = [[] for _ in results]
     for number, (position, case) in enumerate(flown):
-        added[position] += _too_near(number, fleet, conflicts, spacing, case.mission)
+        added[position] += _too_near(
+            number, fleet, conflicts, spacing, case.mission, delay_s=delay_s
+        )
         added[position] += _same_system_id(number, cases, fleet)
     for position, reasons in enumerate(_unchecked(results, flown, fleet, min_nav_alt_m)):
         if reasons:
@@ -154,6 +162,8 @@ def _too_near(
     conflicts: Sequence[Conflict],
     spacing: Spacing,
     mission: Mission,
+    *,
+    delay_s: Callable[[int, int], float | None],
 ) -> Iterator[Finding]:
     """Yield one finding about all that one member comes too near to: the nearest, and how many."""
     own = [conflict for conflict in conflicts if number in {conflict.first, conflict.second}]
@@ -184,11 +194,11 @@ def _too_near(
     if others:
         message += f"; too near to {others[0]}{_and_more(others)} as well"
     later = fleet[worst.second]
-    delay_s = clearing_delay_s(fleet[worst.first], later, spacing)
+    later_s = delay_s(worst.first, worst.second)
     fix = (
         f"no later start of {later.file} keeps the two apart: fly them at other heights or places"
-        if delay_s is None
-        else f"start {later.file} {numbers.duration(delay_s)} later, which keeps the two apart, or "
+        if later_s is None
+        else f"start {later.file} {numbers.duration(later_s)} later, which keeps the two apart, or "
         "fly them at other heights or places"
     )
     yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)

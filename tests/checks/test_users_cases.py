@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.mission.items import Mission, MissionItem
-    from planner.service import CheckResult
+    from planner.service import CheckResult, UnreadableMission
 
 STEP = load_vehicle("falkowski-2023-quadrotor")
 COPTER = load_vehicle("arducopter-sitl-quad")
@@ -54,7 +54,7 @@ def checked(one: Mission, vehicle: str = "step", parameters: str = "") -> CheckR
     )
 
 
-def codes(result: CheckResult, severity: Severity) -> set[str]:
+def codes(result: CheckResult | UnreadableMission, severity: Severity) -> set[str]:
     return {finding.code for finding in result.findings if finding.severity is severity}
 
 

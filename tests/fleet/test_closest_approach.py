@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -146,7 +147,7 @@ def test_two_on_the_ground_are_not_judged() -> None:
     near = straight((0, 0, 2, 0), (1, 0, 2, 0), low_ends=True)
     low = {"is_low": np.array([True, True, True])}
     ground = [
-        Trajectory(**{name: getattr(one, name) for name in Trajectory.__slots__} | low)
+        Trajectory(**{field.name: getattr(one, field.name) for field in fields(one)} | low)
         for one in (near, LANDED)
     ]
     assert closest_approach(*ground) is None
@@ -159,7 +160,7 @@ def test_one_that_ended_in_the_air_stays_there() -> None:
     found = closest_approach(EAST, waits)
     assert found is not None
     assert found.distance_m == pytest.approx(1.0, abs=ROUNDING_M)
-    assert (found.first_s, found.second_s) == (pytest.approx(16.0), pytest.approx(16.0))
+    assert found.first_s == found.second_s == pytest.approx(16.0)
 
 
 coordinate = st.floats(-30.0, 30.0)
