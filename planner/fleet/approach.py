@@ -34,7 +34,7 @@ class Approach:
     """Where two vehicles come nearest to each other."""
 
     distance_m: float
-    """No more than the distance, and at most :data:`ACCURACY_M` less. [m]"""
+    """No more than the distance, and less by the accuracy asked for at most. [m]"""
     first_s: float
     """Time since the start of the first; negative before it. [s]"""
     second_s: float
@@ -105,6 +105,7 @@ def closest_approach(
     shift_s: float = 0.0,
     second_above_m: float = 0.0,
     within_m: float = np.inf,
+    accuracy_m: float = ACCURACY_M,
 ) -> Approach | None:
     """Return the closest approach of two vehicles while not both are near the ground.
 
@@ -121,6 +122,9 @@ def closest_approach(
         Home of the second above that of the first. [m]
     within_m : float
         What is not nearer is not looked for. [m]
+    accuracy_m : float
+        How much less than the distance is good enough where they certainly come so near; two in
+        formation take many times as long to 1 cm as to 1 m. [m]
 
     Returns
     -------
@@ -160,6 +164,8 @@ def closest_approach(
         least_m = np.maximum(distance_m - off_m - cubic_m, 0.0)
         limit_m = min(limit_m, float(np.min(distance_m + off_m + cubic_m)))
         is_done = off_m <= STRAIGHT_TOLERANCE_M
+        if limit_m < within_m:
+            is_done |= least_m >= limit_m - accuracy_m
         if is_done.any():
             at = int(np.flatnonzero(is_done)[np.argmin(least_m[is_done])])
             if least_m[at] < min(within_m, np.inf if best is None else best.distance_m):

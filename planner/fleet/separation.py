@@ -21,6 +21,8 @@ SAME_HOME_M = 1.0
 _FINE_DELAYS_S = 10
 """Delays up to this are tried second by second; later ones in growing steps, then between. [s]"""
 _DELAY_GROWTH = 1.15
+_ROUGHLY = 0.05
+"""To what part of the separation it is first found how near two come that come too near. [-]"""
 
 
 @frozen(eq=False)
@@ -68,12 +70,17 @@ def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Con
     Yields
     ------
     Conflict
-        With the closest approach at whatever starts.
+        With the closest approach at whatever starts, to 5 % of the separation.
     """
     for (first, one), (second, two) in combinations(enumerate(fleet), 2):
-        approach = _approach(one, two, spacing)
+        approach = _approach(one, two, spacing, accuracy_m=_ROUGHLY * spacing.separation_m)
         if approach is not None:
             yield Conflict(first=first, second=second, approach=approach)
+
+
+def predict_approach(first: Member, second: Member, spacing: Spacing) -> Approach | None:
+    """Return the closest approach of two members at whatever starts; ``None``: not too near."""
+    return _approach(first, second, spacing)
 
 
 def clearing_delay_s(first: Member, second: Member, spacing: Spacing) -> float | None:
@@ -94,7 +101,7 @@ def clearing_delay_s(first: Member, second: Member, spacing: Spacing) -> float |
     """
 
     def clears(delay_s: int) -> bool:
-        return _approach(first, second, spacing, delay_s=float(delay_s)) is None
+        return _approach(first, second, spacing, delay_s=float(delay_s), accuracy_m=np.inf) is None
 
     ended_s = (
         first.start_s + first.trajectory.duration_s - second.start_s + 2.0 * spacing.start_error_s
@@ -127,7 +134,12 @@ def _have_one_home(first: Member, second: Member) -> bool:
 
 
 def _approach(
-    first: Member, second: Member, spacing: Spacing, *, delay_s: float = 0.0
+    first: Member,
+    second: Member,
+    spacing: Spacing,
+    *,
+    delay_s: float = 0.0,
+    accuracy_m: float = ACCURACY_M,
 ) -> Approach | None:
     """Return the closest approach where it is too close."""
     above_m = 0.0
@@ -143,5 +155,6 @@ def _approach(
         second_later_s=second.start_s - first.start_s + delay_s,
         shift_s=2.0 * spacing.start_error_s,
         second_above_m=above_m,
+        accuracy_m=accuracy_m,
         within_m=max(spacing.separation_m - ACCURACY_M, 0.0),
     )

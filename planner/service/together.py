@@ -14,6 +14,7 @@ from planner.fleet.separation import (
     Spacing,
     are_heights_known,
     clearing_delay_s,
+    predict_approach,
     predict_conflicts,
 )
 from planner.fleet.trajectory import make_trajectory
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.fleet.approach import Approach
     from planner.fleet.separation import Conflict
     from planner.mission.items import Mission
 
@@ -110,13 +112,15 @@ def check_together(
     conflicts = list(predict_conflicts(fleet, spacing))
 
     @cache  # each of both is told
-    def delay_s(first: int, second: int) -> float | None:
-        return clearing_delay_s(fleet[first], fleet[second], spacing)
+    def details(conflict: Conflict) -> tuple[Approach, float | None]:
+        pair = fleet[conflict.first], fleet[conflict.second]
+        nearest = predict_approach(*pair, spacing) or conflict.approach
+        return nearest, clearing_delay_s(*pair, spacing)
 
     added: list[list[Finding]] = [[] for _ in results]
     for number, (position, case) in enumerate(flown):
         added[position] += _too_near(
-            number, fleet, conflicts, spacing, case.mission, delay_s=delay_s
+            number, fleet, conflicts, spacing, case.mission, details=details
         )
         added[position] += _same_system_id(number, cases, fleet)
     for position, reasons in enumerate(_unchecked(results, flown, fleet, min_nav_alt_m)):
@@ -163,14 +167,14 @@ def _too_near(
     spacing: Spacing,
     mission: Mission,
     *,
-    delay_s: Callable[[int, int], float | None],
+    details: Callable[[Conflict], tuple[Approach, float | None]],
 ) -> Iterator[Finding]:
     """Yield one finding about all that one member comes too near to: the nearest, and how many."""
     own = [conflict for conflict in conflicts if number in {conflict.first, conflict.second}]
     if not own:
         return
     worst = min(own, key=lambda conflict: conflict.approach.distance_m)
-    approach = worst.approach
+    approach, delay_s = details(worst)
     sides = [
         (worst.first, approach.first_s, approach.first_item),
         (worst.second, approach.second_s, approach.second_item),
@@ -194,11 +198,10 @@ def _too_near(
     if others:
         message += f"; too near to {others[0]}{_and_more(others)} as well"
     later = fleet[worst.second]
-    later_s = delay_s(worst.first, worst.second)
     fix = (
         f"no later start of {later.file} keeps the two apart: fly them at other heights or places"
-        if later_s is None
-        else f"start {later.file} {numbers.duration(later_s)} later, which keeps the two apart, or "
+        if delay_s is None
+        else f"start {later.file} {numbers.duration(delay_s)} later, which keeps the two apart, or "
         "fly them at other heights or places"
     )
     yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)

@@ -8,7 +8,7 @@ import pytest
 
 from planner.autopilot import Autopilot, Target
 from planner.cli.configuration import find_configuration, mission_settings, read_configuration
-from planner.cli.requests import check_request, report_request
+from planner.cli.requests import check_request, fleet_request, report_request
 from planner.cli.settings import SETTINGS
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
@@ -82,6 +82,9 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         ignore = "E107, T"
         baseline = "known.json"
         fail_on = "warning"
+        separation_m = 5
+        min_nav_alt_m = 3
+        start_error_s = 2
         format = "json"
         output = "out/report.json"
         trace = "out/trace.csv"
@@ -125,6 +128,11 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
     assert [one.codes for one in request.selection.exemptions] == [("E105",)]
     assert request.baseline == tmp_path / "known.json"
     assert request.fail_on is Severity.WARNING
+    assert fleet_request([values, values]) == {
+        "separation_m": 5.0,
+        "min_nav_alt_m": 3.0,
+        "start_error_s": 2.0,
+    }
     report = report_request([values])
     assert (report.format, report.statistics, report.exit_zero) == ("json", True, True)
     assert report.output == path.parent / "out/report.json"

@@ -213,6 +213,22 @@ def test_no_shift_within_the_error_comes_nearer(
     assert at.distance_m == pytest.approx(found.distance_m, abs=ACCURACY_M)
 
 
+@settings(max_examples=40, deadline=None)
+@given(flights(), flights(), st.floats(0.5, 30.0), st.floats(0.0, 2.0))
+def test_a_rough_answer_is_none_where_the_exact_one_is_and_never_too_far(
+    first: Trajectory, second: Trajectory, within_m: float, shift_s: float
+) -> None:
+    exact = closest_approach(first, second, shift_s=shift_s, within_m=within_m)
+    for accuracy_m in (0.5, np.inf):
+        rough = closest_approach(
+            first, second, shift_s=shift_s, within_m=within_m, accuracy_m=accuracy_m
+        )
+        assert (rough is None) is (exact is None)
+        if rough is not None and exact is not None:
+            most_m = exact.distance_m + ACCURACY_M
+            assert most_m - accuracy_m - ACCURACY_M <= rough.distance_m <= most_m
+
+
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_a_part_of_a_cubic_lies_on_it(begin: float, end: float, share: float) -> None:
     whole = EAST.control_m[1:2] + np.array([[0.0], [9.0], [-4.0], [2.0]])

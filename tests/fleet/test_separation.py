@@ -1,0 +1,67 @@
+"""Which heights of two missions are compared, and who is in whose way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from made_missions import HOME, item, mission, rtl, takeoff
+from rule_cases.case import PLAIN
+from rule_cases.swarm import moved, together
+
+
+@pytest.mark.parametrize(
+    ("apart_m", "altitude_amsl_m", "is_too_near"),
+    [
+        (10.0, 400.0, True),  # side by side
+        (10.0, 430.0, False),  # 30 m above the other, as its home is
+        (10.0, 0.0, True),  # not known: compared above home
+        (0.5, 430.0, True),  # one place has one altitude, whatever the files say
+    ],
+)
+def test_heights_count_above_the_sea_where_homes_differ(
+    apart_m: float, altitude_amsl_m: float, *, is_too_near: bool
+) -> None:
+    other = moved(PLAIN, apart_m)
+    other = replace(other, home=replace(other.home or HOME, altitude_amsl_m=altitude_amsl_m))
+    found = together(PLAIN, other, separation_m=20.0)
+    assert any(finding.code == "S101" for finding in found) is is_too_near
+
+
+@pytest.mark.parametrize(
+    ("starts_s", "when"), [((0, 900), "before its start"), ((900, 0), "after its end")]
+)
+def test_a_vehicle_that_stands_is_in_the_way_of_one_that_flies_over_it(
+    starts_s: tuple[float, float], when: str
+) -> None:
+    """PLAIN is 20 m above a vehicle that only hops to 6 m, 50 m north of its home."""
+    hop = moved(mission(takeoff(6), item(21, HOME.latitude_deg, 0.0)), 50.0)
+    for separation_m, count in ((19.9, 0), (20.1, 1)):
+        found = together(PLAIN, hop, separation_m=separation_m, starts_s=starts_s)
+        told = [finding.message for finding in found if finding.code == "S101"]
+        assert len(told) == count
+        assert all(message.endswith(f"other.plan {when}") for message in told)
+
+
+def test_several_that_come_too_near_are_one_finding() -> None:
+    from planner.service import check, check_together
+    from planner.vehicle.library import load_vehicle
+
+    vehicle = load_vehicle("arducopter-sitl-quad")
+    results = [check(moved(PLAIN, metres), vehicle) for metres in (0.0, 3.0, 7.0)]
+    for one, nearest in zip(
+        check_together(results, separation_m=20.0), ("3.0", "3.0", "4.0"), strict=True
+    ):
+        [finding] = [finding for finding in one.findings if finding.code == "S101"]
+        assert finding.message.startswith(f"{nearest} m from other.plan, 20 m are to be kept: ")
+        assert finding.message.endswith("; too near to other.plan as well")
+
+
+def test_a_mission_that_flies_nothing_is_told_of_on_both_sides() -> None:
+    nothing = mission(rtl())
+    assert [f.message for f in together(PLAIN, nothing) if f.code == "S104"] == [
+        "made.plan flies nothing: no separation from it is checked"
+    ]
+    assert [f.message for f in together(nothing, PLAIN) if f.code == "S104"] == [
+        "nothing is flown: the separation from the other missions is not checked"
+    ]
