@@ -7,7 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.catalogue.vehicle import CHARGE_NOT_TOLD, CONDITIONS_FROM_VEHICLE
+from planner.catalogue.vehicle import (
+    CAPACITY_NOT_TAKEN,
+    CHARGE_NOT_TOLD,
+    CONDITIONS_FROM_VEHICLE,
+)
 from planner.errors import OutputError, UsageError
 from planner.frozen import frozen
 from planner.link.connection import OWN_SYSTEM
@@ -22,11 +26,13 @@ from planner.mission.conversion import convert_mission
 from planner.mission.items import MissionFormat
 from planner.output_file import write_output_files
 from planner.service import check_read
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from planner.findings import Finding
     from planner.link.address import LinkAddress
     from planner.link.log_files import DownloadedLog
     from planner.link.log_transfer import VehicleLog
@@ -146,6 +152,8 @@ def check_vehicle(
     """
     identity, state = snapshot.identity, snapshot.state
     findings = list(snapshot.findings)
+    if request.battery is None and load_vehicle(request.vehicle).battery is None:
+        findings += check_capacity(snapshot)
     taken: list[str] = []
     if not is_charge_given:
         told = None if state.battery is None else state.battery.remaining_fraction
@@ -172,6 +180,19 @@ def check_vehicle(
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, request, file=file, parameters=parameters)
+
+
+def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
+    """Return that the capacity which a vehicle is set to is not the battery's, where it tells one."""
+    battery = snapshot.state.battery
+    if battery is None or battery.capacity_ah is None:
+        return ()
+    voltage = "" if battery.voltage_v is None else f", now at {battery.voltage_v:.1f} V"
+    message = (
+        f"{snapshot.identity.label} is set to count from {battery.capacity_ah:g} Ah{voltage}: not "
+        "taken as the battery, whose voltage it does not tell"
+    )
+    return (CAPACITY_NOT_TAKEN.finding(message),)
 
 
 @frozen

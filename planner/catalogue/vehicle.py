@@ -96,6 +96,23 @@ RALLY_REMOVED = Rule(
     fix="give --keep-fence to leave them there, or put them into the mission",
 )
 
+CAPACITY_NOT_TAKEN = Rule(
+    code="V108",
+    name="capacity-not-taken",
+    severity=Severity.INFO,
+    summary="The capacity that the vehicle counts from is not taken as the battery's.",
+    why=(
+        "BAT1_CAPACITY and BATT_CAPACITY are settings: the firmware's 3.3 Ah as often as the "
+        "battery's, worn or not, and without a voltage no energy."
+    ),
+    how="No battery is given, the model has none, and the parameter is above 0.",
+    example=(
+        "PX4 1.17.0 (system 1) is set to count from 5.2 Ah, now at 14.8 V: not taken as the battery, "
+        "whose voltage it does not tell"
+    ),
+    fix="give --battery with the label's figures, such as 5.2Ah@14.8V",
+)
+
 NO_RETURN_IN_FLIGHT = Rule(
     code="V111",
     name="no-return-in-flight",

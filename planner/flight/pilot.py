@@ -113,7 +113,7 @@ def flight_parameters(
     if given is None:
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
-        f"{given.source} is not used: {vehicle.name} answers step references, which "
+        f"the parameters of {given.source} are not used: {vehicle.name} answers step references, which "
         "no autopilot parameter shapes",
         fix="use a vehicle model that is flown by that autopilot",
     )

@@ -65,13 +65,16 @@ class EnergyState:
     left: EnergyLeft
     reserve_wh: float
     ratio: float | None
-    """Energy measured over energy of the model so far; ``None`` while too little is flown. [-]"""
+    """Energy measured over energy of the model since it is followed; ``None`` while too little is
+    flown. [-]"""
     finish_wh: float
     """Energy to finish, by the model times the ratio, where that is above 1. [Wh]"""
     return_wh: float
     """Energy to return, likewise. [Wh]"""
     lead_s: float | None
     """Time to the point of no return; ``None`` where there is none ahead. [s]"""
+    is_joined: bool = False
+    """Whether it was in the air before it was followed."""
     warnings: tuple[EnergyWarning, ...] = ()
     """What is wrong with it now, new or not."""
 
@@ -110,6 +113,8 @@ class EnergyWatch:
         The battery at the start.
     warn_before_s : float
         How long before the point of no return to warn. [s]
+    is_joined : bool
+        Whether the start is somewhere in the air, and not on the ground.
     """
 
     def __init__(
@@ -118,6 +123,7 @@ class EnergyWatch:
         *,
         start: BatteryReading,
         warn_before_s: float = 60.0,
+        is_joined: bool = False,
     ) -> None:
         self._homeward = prediction.homeward
         self._course: ReturnCourse = return_course(prediction.homeward)
@@ -131,6 +137,9 @@ class EnergyWatch:
             start=start,
         )
         self._warn_before_s = warn_before_s
+        self._is_joined = is_joined
+        self._missed_wh: float | None = None if is_joined else 0.0
+        """What the model takes until the start; ``None`` until the vehicle was seen. [Wh]"""
         self._before: tuple[Progress, float] | None = None
         self._raised: set[Concern] = set()
 
@@ -159,9 +168,11 @@ class EnergyWatch:
         before, before_s = self._before or (None, now_s)
         progress = flight_progress(self._homeward, place, before=before, elapsed_s=now_s - before_s)
         self._before = (progress, now_s)
+        if self._missed_wh is None:
+            self._missed_wh = progress.used_wh
         if left is None:
             return None, ()
-        ratio = self._ratio(progress, left)
+        ratio = self._ratio(progress.used_wh - self._missed_wh, left)
         # A vehicle that took less so far may meet the wind later: the model is never undercut.
         factor = 1.0 if ratio is None else max(ratio, 1.0)
         above_wh = left.energy_wh - self._reserve_wh
@@ -173,6 +184,7 @@ class EnergyWatch:
             finish_wh=factor * progress.finish_wh,
             return_wh=factor * progress.return_wh,
             lead_s=(self._course.lead_s(progress, above_wh / factor) if is_on_mission else None),
+            is_joined=self._is_joined,
         )
         present, new = self._concerns(state, is_on_mission=is_on_mission)
         return (
@@ -180,13 +192,13 @@ class EnergyWatch:
             tuple(_warning(concern, state) for concern in new),
         )
 
-    def _ratio(self, progress: Progress, left: EnergyLeft) -> float | None:
+    def _ratio(self, modelled_wh: float, left: EnergyLeft) -> float | None:
         used_wh = self._usable_wh - left.energy_wh
         total_wh = float(self._homeward.used_wh[-1])
         least_wh = max(_LEAST_USED * total_wh, _STEPS_USED * left.step_wh)
-        if not progress.used_wh > 0.0 or max(progress.used_wh, used_wh) < least_wh:
+        if not modelled_wh > 0.0 or max(modelled_wh, used_wh) < least_wh:
             return None
-        return max(used_wh - left.step_wh, 0.0) / progress.used_wh
+        return max(used_wh - left.step_wh, 0.0) / modelled_wh
 
     def _concerns(
         self, state: EnergyState, *, is_on_mission: bool

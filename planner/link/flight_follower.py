@@ -43,6 +43,7 @@ class FlightFollower:
         self._prediction: Prediction | None = None
         self._start: BatteryReading | None = None
         self._watch: EnergyWatch | None = None
+        self._was_on_ground = False
         self.is_flying = False
         """At the last look."""
 
@@ -50,6 +51,8 @@ class FlightFollower:
         """Take what a check predicts, of this flight too where it has begun."""
         self._prediction = prediction
         if self._watch is not None:
+            if not self._was_on_ground:
+                self._start = self._battery_reading()
             self._begin()
 
     def take_arming(self, *, is_armed: bool) -> None:
@@ -69,6 +72,7 @@ class FlightFollower:
         """
         state = self._telemetry.state()
         self.is_flying = _is_flying(state)
+        self._was_on_ground |= state.is_armed is False
         position = state.position
         if not self.is_flying or position is None:
             return None, ()
@@ -90,7 +94,10 @@ class FlightFollower:
     def _begin(self) -> None:
         if self._prediction is not None and self._start is not None:
             self._watch = EnergyWatch(
-                self._prediction, start=self._start, warn_before_s=self._warn_before_s
+                self._prediction,
+                start=self._start,
+                warn_before_s=self._warn_before_s,
+                is_joined=not self._was_on_ground,
             )
 
     def _present_item(self) -> int:

@@ -44,6 +44,8 @@ def energy_text(state: EnergyState) -> str:
     ]
     if state.ratio is not None:
         parts.append(f"taken {numbers.percent(state.ratio)} of the model")
+    if state.is_joined:
+        parts.append("its start was not seen")
     if state.lead_s is not None:
         parts.append(f"no return in {numbers.duration(state.lead_s)}")
     return ", ".join(parts)

@@ -19,6 +19,7 @@ from planner.link.pymavlink_link import PymavlinkLink
 from planner.link.settings import LinkSettings
 from planner.link.simulated.arming import ArmingState
 from planner.live_guard import judge_vehicle
+from planner.report.guard_text import energy_text
 from planner.service import CheckRequest
 
 if TYPE_CHECKING:
@@ -210,3 +211,39 @@ def test_nothing_that_a_guard_sends_would_move_set_or_arm_a_vehicle() -> None:
         "PARAM_REQUEST_READ",
         "STATUSTEXT",
     }
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_a_flight_that_is_joined_is_held_against_the_model_from_there_on(
+    autopilot: Autopilot,
+) -> None:
+    line = memory_line(autopilot, speed_up=2.0)
+    flying = line._wire.vehicle
+    flying.arm_at(2.0)
+    while line.now_s() < 60.0:  # two minutes of the flight go by unseen
+        line.receive(1.0)
+    assert flying.is_flying
+    statuses: list[GuardStatus] = []
+
+    def on_status(status: GuardStatus) -> None:
+        statuses.append(status)
+        if line.now_s() >= 130.0 or (statuses[0].is_flying and not status.is_flying):
+            raise OverError
+
+    session = GuardSession(
+        PymavlinkLink(line, name="simulated", purpose=Purpose.GUARD),
+        GuardSettings(),
+        LinkSettings(),
+        judge=lambda snapshot: judge_vehicle(snapshot, replace(CHECK, autopilot=autopilot)),
+        on_decision=lambda _: None,
+        on_status=on_status,
+    )
+    with pytest.raises(OverError):
+        session.run()
+    followed = [one.energy for one in statuses if one.energy is not None]
+    assert all(one.is_joined for one in followed)
+    assert followed[0].ratio is None
+    assert "of the model" not in energy_text(followed[0])
+    assert "its start was not seen" in energy_text(followed[0])
+    ratios = [one.ratio for one in followed if one.ratio is not None]
+    assert ratios[-1] == pytest.approx(1.0, abs=0.15)  # whole percents of a part of the flight

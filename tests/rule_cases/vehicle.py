@@ -112,6 +112,11 @@ CASES: Mapping[str, RuleCases] = {
         boundary=lambda: removed(MissionKind.RALLY),
         silent=told,
     ),
+    "V108": RuleCases(
+        fires=lambda: told("BAT1_CAPACITY", charge=0.5),
+        boundary=lambda: told("BAT1_V_CHARGED", charge=0.5),
+        silent=told,
+    ),
     "X901": RuleCases(
         fires=lambda: read(b"{"),
         boundary=lambda: read(b'{"mission": {"items": []}}'),
