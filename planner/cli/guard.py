@@ -30,14 +30,15 @@ if TYPE_CHECKING:
     from planner.link.guard_session import GuardStatus
     from planner.link.guarding import Decision
 
-_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min)?", re.IGNORECASE)
+_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min|h)?", re.IGNORECASE)
+_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _LONGEST_S = 86_400.0
 _PLAIN_EVERY_S = 10
 """So often the energy in flight is told where there is no terminal. [s]"""
 
 
 class DurationType(click.ParamType[float]):
-    """A duration: ``60s``, ``2min``, seconds where no unit is given."""
+    """A duration: ``60s``, ``2min``, ``1h``, seconds where no unit is given."""
 
     name = "duration"
 
@@ -52,8 +53,8 @@ class DurationType(click.ParamType[float]):
             return float(value)
         found = _DURATION.fullmatch(str(value).strip())
         if found is None:
-            self.fail(f"{value!r} is no duration: write 60s or 2min", param, ctx)
-        seconds = float(found["number"]) * (60.0 if (found["unit"] or "").lower() == "min" else 1.0)
+            self.fail(f"{value!r} is no duration: write 60s, 2min or 1h", param, ctx)
+        seconds = float(found["number"]) * _UNITS_S[(found["unit"] or "s").lower()]
         if not self._least_s <= seconds <= _LONGEST_S:
             self.fail(f"{value!r} must be from {self._least_s:g} s to a day", param, ctx)
         return seconds

@@ -53,6 +53,7 @@ _SCHEMES = {
 _LISTENING = frozenset({LinkKind.UDP_LISTEN, LinkKind.TCP_LISTEN})
 _SCHEME = re.compile(r"(?P<scheme>[a-z][a-z0-9_+-]*):(?P<rest>.*)", re.IGNORECASE | re.DOTALL)
 _DEVICE = re.compile(r"(?P<device>/dev/[^\s:,]+|COM\d{1,3})(?:[:,](?P<baud>\d+))?", re.IGNORECASE)
+_DEVICE_BEGUN = re.compile(r"(?:/dev/[^\s:,]+|COM\d{1,3})(?=[:,])", re.IGNORECASE)
 _HOST = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_])?", re.ASCII)
 
 
@@ -135,6 +136,15 @@ def read_address(text: str, *, baud: int | None = None) -> LinkAddress:
     if scheme is None or name not in _SCHEMES:
         if is_address(given):
             return _socket(given, LinkKind.UDP_LISTEN, given)
+        if given.isdecimal():
+            _refuse(
+                given, f"a port alone does not say how: udpin:{_EVERYWHERE}:{given} to listen on it"
+            )
+        if device := _DEVICE_BEGUN.match(given):
+            speed = given[device.end() + 1 :]
+            _refuse(
+                given, f"{speed!r} is no speed of {device.group()}: write {device.group()}:57600"
+            )
         _refuse(given, f"it begins with none of {', '.join(_SCHEMES)} and is no serial device")
     kind = _SCHEMES[name]
     has_slashes = scheme["rest"].startswith("//")
@@ -183,6 +193,8 @@ def _socket(given: str, kind: LinkKind, rest: str) -> LinkAddress:
 
 def _host_and_port(given: str, text: str, *, default_host: str) -> tuple[str, int]:
     host, colon, digits = text.rpartition(":")
+    if not colon and digits.isdecimal() and default_host:
+        _refuse(given, f"it names a port and no interface, write {default_host}:{digits}")
     if not colon:
         _refuse(given, "it names no port")
     if not re.fullmatch(r"\d{1,5}", digits, re.ASCII) or not 1 <= int(digits) <= _MOST_PORT:

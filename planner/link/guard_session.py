@@ -182,10 +182,7 @@ class GuardSession:
                 else:
                     connection.listen(_TURN_S)
                 self._take_check()
-                silent_s = connection.now_s - self._heard_s
-                if silent_s > self._lost_after_s:
-                    msg = f"the vehicle was not heard for {silent_s:.0f} s on {connection.name}"
-                    raise LinkError(msg)
+                self._refuse_silence()
         finally:
             connection.on_message = connection.on_turn = None
 
@@ -215,12 +212,20 @@ class GuardSession:
                 return self._watch.take_charge(received)
         return ()
 
+    def _refuse_silence(self) -> None:
+        """Raise `LinkError` where the vehicle counts as lost."""
+        silent_s = self._connection.now_s - self._heard_s
+        if silent_s > self._lost_after_s:
+            msg = f"the vehicle was not heard for {silent_s:.0f} s on {self._connection.name}"
+            raise LinkError(msg)
+
     def _take_turn(self) -> None:
         if self._authoriser is not None:
             for request in self._authoriser.requests():
                 self._feed(Asked(request=request))
         self._feed(Passed())
         self._look()
+        self._refuse_silence()  # within a transfer too, which is as patient as it was told to be
 
     def _feed(self, event: Event) -> None:
         for action in self._guard.take(event, self._connection.now_s):

@@ -157,7 +157,10 @@ class TcpLine(_Clocked):
             msg = f"the line broke: {error.strerror or error}"
             raise LinkError(msg) from error
         if not data:
-            msg = "the other side closed the line"
+            msg = (
+                "the other side closed the line: is the vehicle, or its simulator, still running, and "
+                "has it another ground station where it takes one only?"
+            )
             raise LinkError(msg)
         return [(None, data)]
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 _SOCKETS: Mapping[int, str] = {
     errno.EADDRINUSE: "another program has this port: close the other ground station, or listen on "
     "another one",
-    errno.EADDRNOTAVAIL: "this computer has no such address: listen on 0.0.0.0, or send with udpout",
+    errno.EADDRNOTAVAIL: "listened on is an address of this computer, and that is none: listen on "
+    "0.0.0.0, or reach a vehicle at that address by udpout or tcp",
     errno.EACCES: "ports below 1024 want more rights: take another one",
     errno.ECONNREFUSED: "nothing listens there: is the vehicle, or its simulator, running?",
     errno.ETIMEDOUT: "nobody answers there: is the host right, does a firewall keep it away?",
@@ -30,26 +31,37 @@ _SERIAL: Mapping[int, str] = {
     errno.EPERM: "this user may not: join the group that owns it (dialout, uucp), and log in again",
     errno.EBUSY: "another program has it open: close the other ground station",
     errno.EAGAIN: "another program has it open: close the other ground station",
+    errno.ENOTTY: "that is no serial device",
+    errno.EINVAL: "it does not take that speed, or is no serial device",
 }
 _MOST_PORTS = 8
 
 
 def opening_error(address: LinkAddress, error: OSError) -> LinkError:
     """Return the error to raise where a line cannot be opened."""
-    why = os.strerror(error.errno) if error.errno else str(error)
+    number = error.errno or _wrapped_number(error)
+    why = os.strerror(number) if number else str(error)
     if isinstance(error, socket.gaierror):
         why, advice = "there is no such host", "spell it again, or give its number"
     elif isinstance(error, TimeoutError):
         why, advice = "no answer", _SOCKETS[errno.ETIMEDOUT]
     elif address.kind is LinkKind.SERIAL:
-        advice = _SERIAL.get(error.errno or 0, "") or _serial_ports()
+        advice = "; ".join(filter(None, (_SERIAL.get(number, ""), _serial_ports(number))))
     else:
-        advice = _SOCKETS.get(error.errno or 0, "")
+        advice = _SOCKETS.get(number, "")
     return LinkError(f"{address.text} cannot be opened: {why}" + (f"; {advice}" if advice else ""))
 
 
-def _serial_ports() -> str:
-    """Return which serial devices there are."""
+def _wrapped_number(error: OSError) -> int:
+    """Return the number of the error that pyserial made a text of; 0 where there was none."""
+    number = error.__context__.args[0] if error.__context__ and error.__context__.args else 0
+    return number if isinstance(number, int) else 0
+
+
+def _serial_ports(number: int) -> str:
+    """Return which serial devices there are, where another one may be meant."""
+    if number in {errno.EACCES, errno.EPERM, errno.EBUSY, errno.EAGAIN}:
+        return ""
     from serial.tools import list_ports
 
     found = sorted(port.device for port in list_ports.comports())[:_MOST_PORTS]

@@ -10,6 +10,7 @@ from guarded_vehicle import GuardedVehicle, guarded
 from virtual_vehicle import VirtualLine
 
 from planner import live_guard
+from planner.cli.guard import DurationType
 from planner.cli.main import main
 from planner.link import pymavlink_link
 
@@ -129,3 +130,11 @@ def test_a_validity_that_is_none_is_bad_usage(
 ) -> None:
     assert main(["guard", URL, "--valid-for", text]) == 2
     assert "--valid-for" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("90", 90.0), ("60s", 60.0), ("2 min", 120.0), ("1h", 3600.0), ("24H", 86_400.0)],
+)
+def test_durations_are_written_in_seconds_minutes_and_hours(text: str, seconds: float) -> None:
+    assert DurationType().convert(text, None, None) == seconds

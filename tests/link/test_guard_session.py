@@ -25,6 +25,7 @@ from planner.vehicle.battery import Battery
 if TYPE_CHECKING:
     from planner.link.energy_watch import Prediction
     from planner.link.judgement import Judgement
+    from planner.link.message import Message
     from planner.link.vehicle import VehicleSnapshot
 
 ACCEPTED, FOR_NOW, DENIED = 0, 1, 2
@@ -201,6 +202,32 @@ def test_a_vehicle_that_stays_silent_is_lost() -> None:
     with pytest.raises(LinkError, match=r"not heard for 3\d s on virtual"):
         session.run()
     assert line.time_s < 60.0
+
+
+def test_a_vehicle_that_falls_silent_in_a_transfer_is_lost_as_soon() -> None:
+    vehicle = guarded()
+    line = VirtualLine(vehicle)
+    link = PymavlinkLink(line, name="virtual", purpose=Purpose.GUARD)
+
+    ask = vehicle._on_mission_request_int
+
+    def fall_silent(one: Message, now_s: float) -> list[Message]:
+        vehicle.is_silent = True
+        return ask(one, now_s)
+
+    vehicle._on_mission_request_int = fall_silent  # type: ignore[method-assign] # amid the items
+    session = GuardSession(
+        link,
+        GuardSettings(),
+        LinkSettings(),
+        judge=lambda snapshot: judge_vehicle(snapshot, CHECK),
+        on_decision=lambda _: None,
+        on_status=lambda _: None,
+        lost_after_s=5.0,
+    )
+    with pytest.raises(LinkError, match="not heard for 5 s on virtual"):
+        session.run()
+    assert line.time_s < 15.0
 
 
 def test_a_vehicle_that_does_not_ask_is_told_the_verdict() -> None:

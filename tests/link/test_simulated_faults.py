@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -265,3 +266,26 @@ def test_an_upload_that_is_cut_anywhere_leaves_px4_with_the_old_or_the_new(
         assert heights in wholes
     if autopilot is ARDUPILOT and after == 6:  # count, request, home, request, first item, …
         assert heights not in wholes
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("garbage", "'garbage' is no fault: it says not how much"),
+        ("loss=much", "'loss=much' is no fault: 'much' is no number"),
+        ("delay=inf", "without end"),
+        ("delay=-1", "less than 0"),
+        ("count=two", "'two' is no whole number"),
+        ("silence", "it says not how many"),
+        ("silence=-4", "-4 messages cannot pass"),
+        ("silence=4:-1", "less than 0"),
+        ("twin=maybe", "it takes no value"),
+        ("reject", "it says not what"),
+        ("event=No Such!", "is no name of an event"),
+        ("seed=x", "is no whole number"),
+    ],
+)
+def test_what_is_no_fault_is_refused_with_why_and_an_example(text: str, why: str) -> None:
+    with pytest.raises(UsageError, match=re.escape(why)) as refused:
+        read_faults(text)
+    assert "such as loss=20%" in str(refused.value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
@@ -17,6 +19,8 @@ _BY_DIRECTION = {**dict.fromkeys(_SHARES), "delay": "delay_s"}
 _OUTWARDS_ALONE = frozenset({"garbage", "truncation"})
 """What is done to the bytes that the vehicle sends."""
 _IN, _OUT = "-in", "-out"
+_EVENT = re.compile(r"[a-z][a-z0-9_]*")
+_EXAMPLE = "loss=20%,delay=0.2,silence=12:30"
 KNOWN = (*_BY_DIRECTION, "silence", "count", "twin", "reject", "event", "seed")
 
 
@@ -53,7 +57,7 @@ def read_faults(text: str) -> Faults:
         try:
             _take(name.strip(), value.strip(), ways, line, vehicle)
         except ValueError as error:
-            msg = f"{part!r} is no fault: {error}; known are {', '.join(KNOWN)}"
+            msg = f"{part!r} is no fault: {error}; known are {', '.join(KNOWN)}, such as {_EXAMPLE}"
             raise UsageError(msg) from error
     try:
         directions = (DirectionFaults(**ways[_IN]), DirectionFaults(**ways[_OUT]))
@@ -74,11 +78,11 @@ def _take(
 ) -> None:
     """Note one fault; ``ValueError`` where it is none."""
     others: dict[str, Callable[[], None]] = {
-        "count": lambda: vehicle.update(count_error=int(value)),
-        "twin": lambda: vehicle.update(has_twin=True),
-        "reject": lambda: vehicle.update(rejection=value),
-        "event": lambda: vehicle.update(event=value),
-        "seed": lambda: line.update(seed=int(value)),
+        "count": lambda: vehicle.update(count_error=_whole(value)),
+        "twin": lambda: vehicle.update(has_twin=_truth(value)),
+        "reject": lambda: vehicle.update(rejection=_given(value)),
+        "event": lambda: vehicle.update(event=_event(value)),
+        "seed": lambda: line.update(seed=_whole(value)),
         "silence": lambda: line.update(_silence(value)),
     }
     if name in others:
@@ -91,7 +95,7 @@ def _take(
     if name == stem + _IN and stem in _OUTWARDS_ALONE:
         msg = f"{stem} is only of what comes from the vehicle"
         raise ValueError(msg)
-    number = float(value.removesuffix("%")) / (100.0 if value.endswith("%") else 1.0)
+    number = _number(value.removesuffix("%")) / (100.0 if value.endswith("%") else 1.0)
     for way, faults in ways.items():
         is_meant = name == stem + way or (
             name == stem and not (way == _IN and stem in _OUTWARDS_ALONE)
@@ -102,7 +106,52 @@ def _take(
 
 def _silence(value: str) -> dict[str, float]:
     after, _, duration_s = value.partition(":")
-    found: dict[str, float] = {"silent_after": int(after)}
+    found: dict[str, float] = {"silent_after": _whole(after)}
+    if found["silent_after"] < 0:
+        msg = f"{after} messages cannot pass"
+        raise ValueError(msg)
     if duration_s:
-        found["silence_s"] = float(duration_s)
+        found["silence_s"] = _number(duration_s)
     return found
+
+
+def _number(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError as error:
+        msg = f"{text!r} is no number" if text else "it says not how much"
+        raise ValueError(msg) from error
+    if not 0.0 <= number < math.inf:
+        msg = f"{text} is less than 0, or without end"
+        raise ValueError(msg)
+    return number
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError as error:
+        msg = f"{text!r} is no whole number" if text else "it says not how many"
+        raise ValueError(msg) from error
+
+
+def _truth(text: str) -> bool:
+    """Return that it is so; it is by being named."""
+    if text:
+        msg = "it takes no value"
+        raise ValueError(msg)
+    return True
+
+
+def _given(text: str) -> str:
+    if not text:
+        msg = "it says not what"
+        raise ValueError(msg)
+    return text
+
+
+def _event(text: str) -> str:
+    if not _EVENT.fullmatch(text):
+        msg = f"{text!r} is no name of an event, such as navigator_mis_geofence_violation"
+        raise ValueError(msg)
+    return text
