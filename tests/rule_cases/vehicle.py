@@ -113,8 +113,8 @@ CASES: Mapping[str, RuleCases] = {
         silent=told,
     ),
     "V108": RuleCases(
-        fires=lambda: told("BAT1_CAPACITY", charge=0.5),
-        boundary=lambda: told("BAT1_V_CHARGED", charge=0.5),
+        fires=lambda: told("BATT_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
+        boundary=lambda: told("BATT2_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
         silent=told,
     ),
     "X901": RuleCases(
