@@ -90,8 +90,16 @@ def make_trajectory(
         )
     item = motion.segments.item[motion.piece_segment[piece]]
     lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
+    last = np.repeat(control_m[-1:, -1:], 4, axis=1)
+    if lands and route.stages[-1].way is None:
+        # A response of reference steps is told to its last metre: the vehicle stands on the ground.
+        last[..., 2] = np.minimum(last[..., 2], route.stages[-1].height_m)
     flying_s, low_again_s = _flying_between_s(
-        start_s, end_s, control_m, lands=lands, above_m=min_nav_alt_m
+        start_s,
+        end_s,
+        control_m,
+        landed_m=float(last[0, 0, 2]) if lands else None,
+        above_m=min_nav_alt_m,
     )
     for limit_s in (flying_s, low_again_s):
         inside = np.flatnonzero((start_s < limit_s) & (limit_s < end_s))
@@ -106,7 +114,6 @@ def make_trajectory(
             error_m, item = np.insert(error_m, at, error_m[at]), np.insert(item, at, item[at])
     is_low = (end_s <= flying_s) | (start_s >= low_again_s)
     first = np.repeat(control_m[:1, :1], 4, axis=1)
-    last = np.repeat(control_m[-1:, -1:], 4, axis=1)
     control_m = np.concatenate((first, control_m, last))
     duration_s = float(end_s[-1])
     return Trajectory(
@@ -239,19 +246,19 @@ def _flying_between_s(
     end_s: FloatArray,
     control_m: FloatArray,
     *,
-    lands: bool,
+    landed_m: float | None,
     above_m: float,
 ) -> tuple[float, float]:
     """Return from when until when a vehicle counts as flying. [s]
 
     A place lower than where it took off, or where it lands, does not make it land in between.
     """
-    first_s = _first_above_s(start_s, end_s, control_m, above_m)
-    if not lands:
+    first_s = _first_above_s(start_s, end_s, control_m, float(control_m[0, 0, 2]) + above_m)
+    if landed_m is None:
         return first_s, np.inf
     over_s = float(end_s[-1])
     left_s = _first_above_s(
-        over_s - end_s[::-1], over_s - start_s[::-1], control_m[::-1, ::-1], above_m
+        over_s - end_s[::-1], over_s - start_s[::-1], control_m[::-1, ::-1], landed_m + above_m
     )
     if first_s == left_s == np.inf:
         return np.inf, np.inf
@@ -264,8 +271,8 @@ def _flying_between_s(
 def _first_above_s(
     start_s: FloatArray, end_s: FloatArray, control_m: FloatArray, above_m: float
 ) -> float:
-    """Return when cubics first rise so far above where the first begins; infinity: never. [s]"""
-    height_m = control_m[..., 2] - control_m[0, 0, 2] - above_m
+    """Return when cubics first rise above a height; infinity: never. [s]"""
+    height_m = control_m[..., 2] - above_m
     for at in np.flatnonzero((height_m > 0.0).any(axis=1)).tolist():
         a, b, c, d = height_m[at].tolist()
         if a > 0.0:
