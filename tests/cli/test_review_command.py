@@ -7,6 +7,7 @@ import shutil
 import sys
 from typing import TYPE_CHECKING
 
+import planner
 from planner.cli.main import main
 from planner.cli.setting_text import command_text
 
@@ -52,6 +53,8 @@ def test_a_missing_textual_is_told(
     on_a_terminal(monkeypatch)
     for name in [name for name in sys.modules if name.startswith(("textual", "planner.tui"))]:
         monkeypatch.delitem(sys.modules, name)
+    if "tui" in vars(planner):  # a second import would leave its own package there for good
+        monkeypatch.delattr(planner, "tui")
     monkeypatch.setitem(sys.modules, "textual", None)
     assert main(["review", mission]) == 2
     assert "needs textual" in capsys.readouterr().err

@@ -42,8 +42,9 @@ MORE = {
     "guard": {"COMMAND_ACK", "STATUSTEXT"},
 }
 ASKING = {"MAV_CMD_SET_MESSAGE_INTERVAL", "MAV_CMD_REQUEST_MESSAGE"}
-READING_FILES = {1, 2, 3, 4, 5, 15}
-"""TerminateSession, ResetSessions, ListDirectory, OpenFileRO, ReadFile, BurstReadFile."""
+READING_FILES = {1, 2, 3, 4, 5, 14, 15}
+"""TerminateSession, ResetSessions, ListDirectory, OpenFileRO, ReadFile, CalcFileCRC32,
+BurstReadFile."""
 
 
 class _Recorded:
