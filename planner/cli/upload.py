@@ -89,19 +89,26 @@ def command(
         if proposal.removed:
             narrate(f"will be removed from {vehicle}: {' and '.join(proposal.removed)}")
         old = ", ".join(proposal.replaced)
-        return yes or _confirmed(f"send {what} to {vehicle}, in place of its {old}?")
+        question = f"send {what} to {vehicle}, in place of its {old}?"
+        return yes or click.confirm(question, err=True)
 
-    upload = live_upload.send_mission(
-        mission,
-        link_request(url, link),
-        check_request(values),
-        may_send=may_send,
-        listen_s=listen_s,
-        is_charge_given="charge" in values,
-        keeps_areas=keep_fence,
-        is_forced=force,
-        on_progress=TransferProgress(),
-    )
+    try:
+        upload = live_upload.send_mission(
+            mission,
+            link_request(url, link),
+            check_request(values),
+            may_send=may_send,
+            listen_s=listen_s,
+            is_charge_given="charge" in values,
+            keeps_areas=keep_fence,
+            is_forced=force,
+            on_progress=TransferProgress(),
+        )
+    except (KeyboardInterrupt, click.Abort):  # one while it is sent says what became of it
+        if sys.stderr is not None and sys.stderr.isatty():
+            click.echo(err=True)  # behind the question, or what is under way
+        narrate("interrupted: nothing was sent")
+        raise
     if upload.result is None:
         narrate("nothing was sent")
         return ExitCode.NO_GO
@@ -111,15 +118,6 @@ def command(
 
 def _can_ask() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
-
-
-def _confirmed(question: str) -> bool:
-    try:
-        return click.confirm(question, err=True)
-    except click.Abort:
-        click.echo(err=True)  # the terminal is still behind the question
-        narrate("nothing was sent")
-        raise
 
 
 def _tell(result: UploadResult) -> None:

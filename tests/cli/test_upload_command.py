@@ -6,6 +6,7 @@ import signal
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import click
 import pytest
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_item
 
@@ -385,3 +386,23 @@ def test_rally_points_that_only_the_vehicle_has_are_named_before_they_go(
     assert "V107" in said.out
     assert "will be removed from PX4" in said.err
     assert len(vehicle.lists[MissionKind.RALLY]) == 1
+
+
+@pytest.mark.usefixtures("mission")
+@pytest.mark.parametrize("stop", [click.Abort, KeyboardInterrupt])
+def test_an_interruption_at_the_question_says_that_nothing_was_sent(
+    on_line: list[VirtualLine],
+    stop: type[BaseException],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def interrupt(*_: object, **__: object) -> bool:
+        raise stop
+
+    vehicle = _vehicle()
+    monkeypatch.setattr(upload_module, "_can_ask", lambda: True)
+    monkeypatch.setattr("click.confirm", interrupt)
+    on_line.append(VirtualLine(vehicle))
+    assert main([one for one in SENT if one != "--yes"]) == 130
+    assert "mavjoule: interrupted: nothing was sent\n" in capsys.readouterr().err
+    assert _flown(vehicle) == OLD
