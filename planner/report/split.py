@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from planner.report.json_document import Document
     from planner.report.medium import Medium
 
+_AT_START_M = 0.05
+"""A leg taken up nearer to its beginning than this is flown from its beginning on. [m]"""
 _PART_KEYS = (
     "file",
     "first_item",
@@ -108,7 +110,8 @@ def _row(part: SplitPart) -> tuple[str, ...]:
 
 def flown_text(part: SplitPart) -> str:
     """Return which items of the mission a part flies: ``items 7 (from 120 m) to 9``."""
-    begins = "" if part.begins_m is None else f" (from {numbers.distance(part.begins_m)})"
+    from_start = part.begins_m is None or part.begins_m < _AT_START_M
+    begins = "" if from_start else f" (from {numbers.distance(part.begins_m)})"
     ends = "" if part.ends_m is None else f" (up to {numbers.distance(part.ends_m)})"
     if part.first_item == part.last_item:
         return f"item {part.first_item}{begins}{ends}"

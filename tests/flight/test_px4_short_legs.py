@@ -1,0 +1,82 @@
+"""Legs from standing that end just outside the acceptance radius, by hand calculation.
+
+At limited jerk j a way x takes (6 x/j)^(1/3) from rest: x = j t³/6, as long as the acceleration j t is
+below its limit.  Defaults: j = 4 m/s³, a radius of 2 m, 0.8 m of height.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from ardupilot_missions import go, takeoff
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.flight.motion.px4.flight import fly_px4
+from planner.vehicle.px4_parameters import Px4Parameters
+
+if TYPE_CHECKING:
+    from planner.mission.stage import Stage
+
+PX4 = Px4Parameters()
+J, R, BAND = 4.0, 2.0, 0.8
+# A hold over the place of the take-off is settled on exactly.
+STANDING = (takeoff(), go(0.0, hold=30.0))
+
+
+def leg_s(leg: Stage, *after: Stage, noise_m: float = 0.0) -> float:
+    """Return the time of a leg from standing until it is reported as reached. [s]"""
+    motion = fly_px4((*STANDING, leg, *after), PX4, hover_noise_m=noise_m)
+    begun, reached = motion.segments.end_s[motion.arrival_segment[[1, 2]]]
+    return float(reached - begun)
+
+
+def level(beyond_m: float) -> Stage:
+    return go(0.0, R + beyond_m)
+
+
+def upright(beyond_m: float, sign: float) -> Stage:
+    return go(0.0, 0.0, 50.0 + sign * (BAND + beyond_m))
+
+
+def jerked_s(way_m: float) -> float:
+    return math.cbrt(6.0 * way_m / J)
+
+
+@pytest.mark.parametrize("beyond_m", [0.01, 0.05, 0.1, 0.2, 0.3, 0.4])
+def test_a_level_leg_takes_what_its_jerk_allows(beyond_m: float) -> None:
+    # (6·0.4/4)^(1/3) = 0.843 s and j t = 3.4 m/s²: the limit of 3 m/s² holds back the last centimetres.
+    assert leg_s(level(beyond_m)) == pytest.approx(jerked_s(beyond_m), rel=0.01)
+    assert leg_s(level(beyond_m), go(0.0, 400.0)) == pytest.approx(jerked_s(beyond_m), rel=0.01)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("beyond_m", [0.002, 0.01, 0.02])
+def test_a_climb_or_descent_takes_what_its_jerk_allows(beyond_m: float, sign: float) -> None:
+    found = leg_s(upright(beyond_m, sign))
+    assert found == pytest.approx(jerked_s(beyond_m), rel=0.02)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(st.floats(0.001, 3.0), min_size=2, max_size=2).map(sorted),
+    st.sampled_from(["level", "up", "down"]),
+    st.sampled_from([0.0, 0.31]),
+    st.sampled_from([(), (400.0,)]),
+)
+def test_a_longer_leg_takes_longer_and_no_leap_longer(
+    beyond_m: list[float], way: str, noise_m: float, on_m: tuple[float, ...]
+) -> None:
+    legs = [
+        level(x) if way == "level" else upright(x, 1.0 if way == "up" else -1.0) for x in beyond_m
+    ]
+    short_s, long_s = (
+        leg_s(leg, *(go(0.0, m, leg.height_m) for m in on_m), noise_m=noise_m) for leg in legs
+    )
+    assert short_s <= long_s + 1e-3
+    # What is added takes no longer than from rest, where it is slowest.
+    added_m = beyond_m[1] - beyond_m[0]
+    alone = level(added_m) if way == "level" else upright(added_m, 1.0 if way == "up" else -1.0)
+    assert long_s - short_s <= leg_s(alone, noise_m=noise_m) + 1e-3
