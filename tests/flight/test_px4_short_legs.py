@@ -7,6 +7,7 @@ below its limit.  Defaults: j = 4 m/s³, a radius of 2 m, 0.8 m of height.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -80,3 +81,20 @@ def test_a_longer_leg_takes_longer_and_no_leap_longer(
     added_m = beyond_m[1] - beyond_m[0]
     alone = level(added_m) if way == "level" else upright(added_m, 1.0 if way == "up" else -1.0)
     assert long_s - short_s <= leg_s(alone, noise_m=noise_m) + 1e-3
+
+
+@pytest.mark.parametrize("radius_m", [2.0, 6.0])
+@pytest.mark.parametrize("course_deg", [60, 100, 140, 175])
+def test_a_long_hold_ends_at_its_place_however_short_the_leg_to_it(
+    radius_m: float, course_deg: int
+) -> None:
+    # Turned into at speed, a leg of 8 m is left beside its line; a hold of 40 s is far longer than
+    # the seconds that the way back takes.
+    course = math.radians(course_deg)
+    east_m, north_m = 8.0 * math.sin(course), 60.0 + 8.0 * math.cos(course)
+    held = replace(go(east_m, north_m, hold=40.0), acceptance_radius_m=radius_m)
+    corner = replace(go(0.0, 60.0), acceptance_radius_m=radius_m)
+    motion = fly_px4((takeoff(), corner, held), PX4)
+    end = motion.state_at_time(motion.segments.end_s[-1:])
+    # A straight that passes its place within 0.1 m leads to it.
+    assert math.hypot(end.east_m[0] - east_m, end.north_m[0] - north_m) < 0.15

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _LEAST_SHARE = 0.5
 """Of b, that of a braking law which leads to a stop: below it the vehicle is too fast. [-]"""
+_ASTRAY_M = 0.1
+"""Distance from its target at which a straight may pass and yet lead to it. [m]"""
 
 
 def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
@@ -26,7 +28,7 @@ def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
 
     They arrive at the speed the braking law has there.
     """
-    return layout.is_leg & (layout.hold_s > 0.0) & _is_on_law(limits, straights)
+    return layout.is_leg & (layout.hold_s > 0.0) & _leads_to_target(layout, limits, straights)
 
 
 def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
@@ -37,7 +39,8 @@ def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
     return half_b
 
 
-def _is_on_law(limits: Limits, straights: Straights) -> BoolArray:
+def _leads_to_target(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
+    """Return which straights go on to their targets by a braking law that stops there. (n,)"""
     rows = np.arange(len(limits.tail_m))
     near = straights.near
     share = creeping_half_b_m_s(limits, straights) / half_b_m_s(
@@ -50,6 +53,10 @@ def _is_on_law(limits: Limits, straights: Straights) -> BoolArray:
         & (straights.end_m_s > 0.0)
         & (share > _LEAST_SHARE)
         & (share < 1.0 + STILL_M)
+        & (
+            np.sqrt(((limits.direction - layout.direction) ** 2).sum(axis=1)) * layout.tail_m
+            < _ASTRAY_M
+        )
     )
     return creeping
 
@@ -108,7 +115,7 @@ def ends_of_moves(
     velocity = np.where(moving[:, None], limits.direction * speed[:, None], velocity_m_s)
     end = begin.copy()
     holds = part.hold_s > 0.0
-    creeping = part.is_leg & holds & _is_on_law(limits, straights)
+    creeping = part.is_leg & holds & _leads_to_target(part, limits, straights)
     settling = np.flatnonzero(holds & ~creeping & (part.is_leg | part.stands))
     if creeping.any():
         near = straights.near
