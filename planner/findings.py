@@ -39,6 +39,14 @@ class FlightStretch:
     """Latitude and longitude where it ends. [°]"""
     distance_m: float
     """What the finding is about, along it: way outside a fence, room needed, way home. [m]"""
+    parts_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """Latitudes and longitudes along each part, where there are several or one that bends; the
+    first begins and ends where the stretch does, ``distance_m`` is of all. [°]"""
+
+    @property
+    def lines_deg(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """What to draw: latitudes and longitudes along each part. [°]"""
+        return self.parts_deg or ((self.start_deg, self.end_deg),)
 
 
 @frozen

@@ -8,12 +8,15 @@ from planner import numbers
 from planner.catalogue.fence import LOITER_CROSSES, PATH_CROSSES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from planner.checks.case import Case
     from planner.checks.fenced_flight import FencedFlight
     from planner.findings import Finding
     from planner.geo.barrier import Barrier
+
+_ONE_PLACE_M = 1e-3
+"""Parts of the path no farther from each other go on: rounding of sums. [m]"""
 
 
 def check_fence(case: Case) -> Iterator[Finding]:
@@ -88,9 +91,14 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         pieces_of_rule = [one for one in found if flown.path.is_circle[one[0]] == of_circle]
         if not pieces_of_rule:
             continue
-        leg, start_m, _, number = min(pieces_of_rule)
-        last_leg, _, end_m, _ = max(pieces_of_rule)
-        outside_m = sum(end - start for _, start, end, _ in pieces_of_rule)
+        leg, _, _, number = min(pieces_of_rule)
+        before_m = flown.along_path_m
+        stretch = flown.flown_stretch(
+            _joined(
+                (before_m[leg] + start, before_m[leg] + end)
+                for leg, start, end, _ in pieces_of_rule
+            )
+        )
         item = int(flown.path.item[leg])
         items = {int(flown.path.item[one[0]]) for one in pieces_of_rule}
         others = len({one[3] for one in pieces_of_rule}) - 1
@@ -99,13 +107,22 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
                 f"{'the way home' if own_return(flown.case, item) else what} is beyond "
                 f"{barriers[number].label}"
                 + (f", and later beyond {numbers.count(others, 'other area')}" if others else "")
-                + f"; {numbers.distance(outside_m)} lie outside the fence"
+                + f"; {numbers.distance(stretch.distance_m)} lie outside the fence"
                 + (f", at {numbers.count(len(items), 'item')}" if len(items) > 1 else ""),
                 item=item,
                 place=flown.place(item),
-                stretch=flown.stretch(
-                    flown.along_m(leg, start_m), flown.along_m(last_leg, end_m), outside_m
-                ),
+                stretch=stretch,
             )
         )
     return crossing, findings
+
+
+def _joined(pieces_m: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return parts of a path in order, those joined that go on over a corner or overlap. [m]"""
+    parts: list[tuple[float, float]] = []
+    for start_m, end_m in sorted(pieces_m):
+        if parts and start_m <= parts[-1][1] + _ONE_PLACE_M:
+            parts[-1] = (parts[-1][0], max(parts[-1][1], end_m))
+        else:
+            parts.append((start_m, end_m))
+    return parts

@@ -27,6 +27,8 @@ from planner.geo.path_legs import PathLegs
 from planner.geo.swept_area import swept_areas
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.checks.case import Case
     from planner.findings import Place
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
@@ -38,6 +40,12 @@ if TYPE_CHECKING:
 
 _STANDING_M_S = 1e-6
 """Slower than this nothing moves ahead. [m s⁻¹]"""
+_ENDS = 2
+"""Points of a straight line."""
+_NO_WAY_M = 1e-6
+"""Points no farther apart are one. [m]"""
+_BEND_RAD = 0.1
+"""Smaller changes of direction are not seen on a map. [rad]"""
 _FAR_LEG_M = 1000.0
 """Length of a leg that is straight in any frame. [m]"""
 
@@ -207,6 +215,36 @@ class FencedFlight:
             end_deg=self.position_deg(end_m),
             distance_m=distance_m,
         )
+
+    def flown_stretch(self, parts_m: Sequence[tuple[float, float]]) -> FlightStretch:
+        """Return the parts of the path between distances along it, in flown order. [m]"""
+        lines = tuple(self._line_deg(*part) for part in parts_m)
+        return FlightStretch(
+            start_deg=lines[0][0],
+            end_deg=lines[0][-1],
+            distance_m=float(sum(end - start for start, end in parts_m)),
+            parts_deg=lines if len(lines) > 1 or len(lines[0]) > _ENDS else (),
+        )
+
+    @cached_property
+    def along_path_m(self) -> FloatArray:
+        """Way along the path to its points. (n + 1,) [m]"""
+        legs = np.hypot(*np.diff(self.points_m, axis=0).T)
+        return np.concatenate(([0.0], np.cumsum(legs)))
+
+    def _line_deg(self, start_m: float, end_m: float) -> tuple[tuple[float, float], ...]:
+        """Return latitudes and longitudes along a part of the path: its ends, and where it bends."""
+        way = self.along_path_m
+        inside = np.flatnonzero((way > start_m + _NO_WAY_M) & (way < end_m - _NO_WAY_M))
+        along = np.concatenate(([start_m], way[inside], [end_m]))
+        line = np.column_stack([np.interp(along, way, axis) for axis in self.points_m.T])
+        course = np.unwrap(np.arctan2(*np.diff(line, axis=0).T)).tolist()
+        kept, ahead = [0], course[0]
+        for corner in range(1, len(course)):
+            if abs(course[corner] - ahead) > _BEND_RAD:
+                kept.append(corner)
+                ahead = course[corner]
+        return tuple(self.position_deg(line[row]) for row in (*kept, len(line) - 1))
 
     def place(self, item: int) -> Place | None:
         """Return where an item stands in the file."""

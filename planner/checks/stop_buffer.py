@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -70,11 +71,14 @@ class _Narrow(NamedTuple):
     """The place where the fence is nearest, or would be passed farthest."""
 
     clearance_m: float
+    """The least there is, on the path or ahead of it. [m]"""
     leg: int
     place_m: FloatArray
     point: int | None
     """The point from which the vehicle goes straight on; ``None``: it passes beside the fence."""
     barrier: Barrier
+    path_m: float
+    """The least on the path. [m]"""
 
 
 def _narrowest(flown: FencedFlight, barrier: Barrier, legs: IntArray) -> _Narrow:
@@ -82,26 +86,31 @@ def _narrowest(flown: FencedFlight, barrier: Barrier, legs: IntArray) -> _Narrow
     beside = barrier.leg_clearance(flown.legs(legs))
     row = _first_of_the_least(beside.clearance_m)
     leg = int(legs[row])
-    on_path = _Narrow(
-        clearance_m=float(beside.clearance_m[row]),
-        leg=leg,
-        place_m=flown.along_m(leg, float(beside.along_m[row])),
-        point=None,
-        barrier=barrier,
-    )
     points, owner = np.unique(np.concatenate((legs, legs + 1)), return_index=True)
     ways = straight_legs(flown.points_m[points], flown.stopped_m[points])
     ahead_m = barrier.leg_clearance(ways).clearance_m
-    row = _first_of_the_least(ahead_m)
-    if on_path.clearance_m <= ahead_m[row] + _ALIKE_M:
-        return on_path
-    point = int(points[row])
+    stop_m = float(ahead_m.min())
+    point_row = _first_of_the_least(ahead_m)
+    point = int(points[point_row])
+    away_m = float(barrier.signed_distance_m(flown.points_m[[point]])[0])
+    path_m = float(beside.clearance_m[row])
+    # Where the way to a stop begins too near to the fence, the way flown there is to be mended.
+    if path_m <= stop_m + _ALIKE_M or away_m < flown.margin_m:
+        return _Narrow(
+            clearance_m=min(path_m, stop_m),
+            leg=leg,
+            place_m=flown.along_m(leg, float(beside.along_m[row])),
+            point=None,
+            barrier=barrier,
+            path_m=path_m,
+        )
     return _Narrow(
-        clearance_m=float(ahead_m[row]),
-        leg=int(np.concatenate((legs, legs))[owner[row]]),
+        clearance_m=stop_m,
+        leg=int(np.concatenate((legs, legs))[owner[point_row]]),
         place_m=flown.points_m[point],
         point=point,
         barrier=barrier,
+        path_m=path_m,
     )
 
 
@@ -119,15 +128,20 @@ def _areas(flown: FencedFlight, legs: IntArray, ahead_m: FloatArray) -> SweptAre
 
 def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Severity) -> Finding:
     barrier, start, margin_m = narrow.barrier, narrow.place_m, flown.margin_m
-    away_m = float(barrier.signed_distance_m(start[None])[0])
-    if narrow.point is None or away_m < margin_m:
+    short_m = math.ceil((margin_m - narrow.clearance_m) * 10.0) / 10.0
+    if narrow.point is None:
         end, about_m = start, margin_m
         message = (
-            f"the flight passes {barrier.label} at {numbers.beside(away_m, margin_m, _metres)}, nearer than "
-            "the "
-            f"{_metres(margin_m)} its position may be wrong"
+            f"the flight passes {barrier.label} at {numbers.beside(narrow.path_m, margin_m, _metres)}, "
+            f"nearer than the {_metres(margin_m)} its position may be wrong"
         )
-        fix = f"keep {_metres(margin_m - away_m)} farther from the fence, or move it"
+        if narrow.clearance_m < narrow.path_m - _ALIKE_M:
+            message += (
+                ", and where it goes straight on instead of turning it stands still "
+                f"{_metres(abs(narrow.clearance_m))} "
+                f"{'beyond' if narrow.clearance_m < 0.0 else 'from'} it"
+            )
+        fix = f"keep {_metres(short_m)} farther from the fence, or move it"
     else:
         end = flown.stopped_m[narrow.point]
         needed_m = float(np.hypot(*(end - start)))
@@ -150,6 +164,9 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         if fits is not None and fits > _SLOWEST_M_S:
             message += f": {numbers.speed(fits)} or less would fit"
             fix = f"fly {numbers.speed(fits)} or less there, or {fix}"
+        if narrow.path_m < margin_m:
+            fix += f"; the flight itself comes to {_metres(narrow.path_m)} from the fence, keep "
+            fix += f"{_metres(margin_m)}"
     if len(items) > 1:
         message += f"; at {numbers.count(len(items), 'item')} in all"
     item = int(flown.path.item[narrow.leg])

@@ -11,7 +11,6 @@ from planner.geo.fence import FencePolygon
 
 if TYPE_CHECKING:
     from planner.checks.case import Case
-    from planner.findings import Finding
     from planner.flight.motion.kinematics import FloatArray
     from planner.geo.fence import FenceCircle
     from planner.geo.local_frame import LocalFrame
@@ -84,21 +83,23 @@ def fence_rows(case: Case) -> list[Row]:
 
 
 def stretch_rows(result: CheckResult) -> list[Row]:
-    """Return where over ground findings are, two rows each; ``finding`` counts as in the result."""
+    """Return where over ground findings are, a row per point; ``finding`` counts as in the result."""
     if result.case is None:
         return []
     frame = result.case.route.frame
     return [
-        {"finding": number, "code": finding.code, "order": order, **_metres(frame, *end_deg)}
+        {
+            "finding": number,
+            "code": finding.code,
+            "part": part,
+            "order": order,
+            **_metres(frame, *point_deg),
+        }
         for number, finding in enumerate(result.findings)
-        if finding.severity > Severity.INFO
-        for order, end_deg in enumerate(_ends_deg(finding))
+        if finding.severity > Severity.INFO and finding.stretch is not None
+        for part, line_deg in enumerate(finding.stretch.lines_deg)
+        for order, point_deg in enumerate(line_deg)
     ]
-
-
-def _ends_deg(finding: Finding) -> tuple[tuple[float, float], ...]:
-    stretch = finding.stretch
-    return () if stretch is None else (stretch.start_deg, stretch.end_deg)
 
 
 def _outline(area: FencePolygon | FenceCircle, frame: LocalFrame) -> tuple[FloatArray, FloatArray]:

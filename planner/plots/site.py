@@ -109,8 +109,8 @@ def map_panel(tables: FlightTables) -> Chart:
         layers += [
             found.mark_line(
                 color=PURPLE, strokeWidth=6, opacity=0.75, strokeCap="round", clip=True
-            ).encode(detail="finding:N", order="order:Q"),
-            found.transform_filter("datum.order == 0")
+            ).encode(detail=["finding:N", "part:N"], order="order:Q"),
+            found.transform_filter("datum.part == 0 && datum.order == 0")
             .mark_text(align="left", baseline="top", dx=8, dy=6, fontWeight="bold", clip=True)
             .encode(text="code:N"),
         ]

@@ -202,5 +202,6 @@ def stretch_document(finding: Finding) -> Document:
             "start_deg": list(stretch.start_deg),
             "end_deg": list(stretch.end_deg),
             "distance_m": value(stretch, "distance_m"),
+            "parts_deg": [[list(point) for point in line] for line in stretch.lines_deg],
         }
     }

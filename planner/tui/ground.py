@@ -76,10 +76,11 @@ class Ground:
         )
         return float(east.min()), float(north.min()), float(east.max()), float(north.max())
 
-    def stretch_m(self, stretch: FlightStretch) -> tuple[FloatArray, FloatArray]:
-        """Return the ends of a finding's stretch, east and north. (2,) [m]"""
-        latitude, longitude = zip(stretch.start_deg, stretch.end_deg, strict=True)
-        return self.frame.east_north_m(latitude, longitude)
+    def stretch_m(self, stretch: FlightStretch) -> list[tuple[FloatArray, FloatArray]]:
+        """Return the parts of a finding's stretch, east and north of each. (n,) [m]"""
+        return [
+            self.frame.east_north_m(*zip(*line_deg, strict=True)) for line_deg in stretch.lines_deg
+        ]
 
     def at_m(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
         """Return where a place is, east and north. [m]"""

@@ -263,3 +263,29 @@ def test_a_spline_is_judged_as_it_is_flown(
         position_error_m=0.0,
     )
     assert ("F101" in found) is crosses
+
+
+def test_a_flight_that_leaves_twice_is_drawn_as_two_parts_along_its_path() -> None:
+    # North out of a square of 400 m half side, along its edge 100 m outside, and in again: one
+    # part with two corners; then straight out to the south and back: a part that turns about.
+    items = (takeoff(20), at(0, 500), at(200, 500), at(200, 0), at(0, -500), at(0, 0), rtl())
+    finding = findings_of(items, AROUND)["F101"]
+    stretch = finding.stretch
+    assert stretch is not None
+    first, second = stretch.parts_deg
+    assert (stretch.start_deg, stretch.end_deg) == (first[0], first[-1])
+    corners = [(0.0, 400.0), (0.0, 500.0), (200.0, 500.0), (200.0, 400.0)]
+    for corner in corners:
+        assert any(
+            point == pytest.approx(degrees(*corner), abs=2e-5)  # 2 m: the overshoot at corners
+            for point in first
+        )
+    assert second[0] == pytest.approx(degrees(40.0, -400.0), abs=2e-5)
+    assert second[-1] == pytest.approx(degrees(0.0, -400.0), abs=2e-5)
+    # 100 + 200 + 100 m, and √(100² + 40²) + 100 m, and a metre past and back at corners.
+    assert stretch.distance_m == pytest.approx(607.7, abs=8.0)
+    for line in (first, second):
+        for latitude, longitude in line:  # no chord through the inside
+            north_m = (latitude - 47.0) * 111_180.0
+            east_m = (longitude - 8.0) * METRES_PER_DEGREE_EAST
+            assert max(abs(north_m), abs(east_m)) > 399.0

@@ -58,7 +58,7 @@ def finding_focus(tables: FlightTables) -> list[Row | None]:
     stretches: dict[int, list[Row]] = {}
     for row in tables.stretches:
         stretches.setdefault(row["finding"], []).append(
-            {"east_m": row["east_m"], "north_m": row["north_m"]}
+            {"east_m": row["east_m"], "north_m": row["north_m"], "part": row["part"]}
         )
     motion = tables.case.flight.motion.segments
     items = motion.item
@@ -127,7 +127,11 @@ def _map_layers(spec: Spec) -> list[Spec]:
                 "strokeCap": "round",
                 "clip": True,
             },
-            "encoding": {**place, "order": {"field": "order", "type": "quantitative"}},
+            "encoding": {
+                **place,
+                "order": {"field": "order", "type": "quantitative"},
+                "detail": {"field": "part", "type": "nominal"},
+            },
         },
         {
             "name": "focus_point",

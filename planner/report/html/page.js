@@ -196,7 +196,7 @@
         places = path.filter((row, index) => row.item === finding.item
           || (index + 1 < path.length && path[index + 1].item === finding.item));
       }
-      places = places.map((row, order) => ({ east_m: row.east_m, north_m: row.north_m, order }));
+      places = places.map((row, order) => ({ east_m: row.east_m, north_m: row.north_m, part: row.part || 0, order }));
       const times = finding && "start_min" in finding ? [finding] : [];
       for (const [name, view] of Object.entries(this.views)) {
         view.data(name === "map" ? "focus_place" : "focus_time", name === "map" ? places : times).runAsync();

@@ -201,7 +201,8 @@ class GroundMap(Drawing):
             north_m = np.interp(at, ground.time_s, ground.north_m)
             self._draw_stretch(canvas, *scale.dots(east_m, north_m))
         if self._stretch is not None:
-            self._draw_stretch(canvas, *scale.dots(*ground.stretch_m(self._stretch)))
+            for part_m in ground.stretch_m(self._stretch):
+                self._draw_stretch(canvas, *scale.dots(*part_m))
         self._write_at(canvas, ground.place_m(self._cursor_s), scale, "◆")
         if self._vehicle_m is not None:
             self._write_at(canvas, self._vehicle_m, scale, VEHICLE)
