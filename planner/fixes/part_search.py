@@ -11,6 +11,7 @@ from planner import numbers, service
 from planner.flight.destination import HOME
 from planner.frozen import frozen
 from planner.mission.parts import part_of, possible_cuts, resumption
+from planner.mission.steps import ENDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -255,7 +256,8 @@ class PartSearch:
         result = self._check(start, end)
         battery, totals = result.battery, result.totals
         flying = self._steps.flying
-        step = end.step if end is not None and end.share else flying[-1]
+        places = [one for one in flying if self._steps.stage(one).kind not in ENDS] or flying
+        step = end.step if end is not None and end.share else places[-1]
         if end is not None and not end.share:
             step = max(one for one in flying if one < end.step)
         elif start is not None and end is None:
@@ -273,8 +275,14 @@ class PartSearch:
                 f": with the way there and home it takes {numbers.energy(totals.energy_wh)}, the "
                 f"battery has {numbers.energy(left_wh)} above the reserve"
             )
+        if self._steps.stage(step).hold_s > totals.time_s / 2.0:
+            helps = "a shorter hold there, a larger battery, or a smaller reserve"
+        else:
+            helps = (
+                "a larger battery, a smaller reserve, another speed (mavjoule speed), or a home "
+                "nearer to it"
+            )
         self.refusal = (
             f"{self._steps.mission.source}: cannot be split: not even the shortest flight to "
-            f"item {number} is a go{why}; what would help is a larger battery, a smaller reserve, "
-            "another speed (mavjoule speed), or a home nearer to it"
+            f"item {number} is a go{why}; what would help is {helps}"
         )

@@ -11,7 +11,13 @@ from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.link.mission_kind import MissionKind
 from planner.link.mission_transfer import WireItem
-from planner.mission.commands import Command, Frame, command_name, load_command_table
+from planner.mission.commands import (
+    UNSET_YAW,
+    Command,
+    Frame,
+    command_name,
+    load_command_table,
+)
 from planner.mission.fence_items import fence_items, make_fence, make_rally_points, rally_items
 from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, MissionItem
 from planner.mission.jump_numbers import numbered_in_order
@@ -32,13 +38,6 @@ _SCALE = 1e7
 """Degrees in MISSION_ITEM_INT."""
 _NO_PLACE = frozenset({2**31 - 1, -(2**31)})
 """What a value that is not a number becomes as a 32-bit one."""
-UNSET_YAW = frozenset(
-    {
-        *(Command.NAV_WAYPOINT, Command.NAV_LOITER_UNLIM, Command.NAV_LAND, Command.NAV_TAKEOFF),
-        *(Command.NAV_ARC_WAYPOINT, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND),
-    }
-)
-"""Commands whose fourth parameter ArduPilot lets be no number; it refuses all others."""
 
 
 def mission_of_lists(

@@ -88,6 +88,14 @@ TERRAIN_FRAMES = frozenset({Frame.GLOBAL_TERRAIN_ALT, Frame.GLOBAL_TERRAIN_ALT_I
 GLOBAL_FRAMES = AMSL_FRAMES | RELATIVE_FRAMES | TERRAIN_FRAMES
 """Positions in degrees."""
 
+UNSET_YAW = frozenset(
+    {
+        *(Command.NAV_WAYPOINT, Command.NAV_LOITER_UNLIM, Command.NAV_LAND, Command.NAV_TAKEOFF),
+        *(Command.NAV_ARC_WAYPOINT, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND),
+    }
+)
+"""Commands whose fourth parameter ArduPilot lets be no number; it refuses all others."""
+
 
 @frozen
 class CommandDefinition:

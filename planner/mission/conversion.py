@@ -31,7 +31,7 @@ from planner.mission.plan_writer import plan_text
 from planner.mission.remarks import Remarks
 from planner.mission.simple_item import is_complex
 from planner.mission.wpl import read_wpl
-from planner.mission.wpl_writer import with_unused_position_zero, wpl_text
+from planner.mission.wpl_writer import wpl_text, written_items
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -101,9 +101,8 @@ def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
 
 def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
     """Yield a finding where the items read back differently; their numbers may."""
-    items = numbered_in_order(mission.items)
-    if back.file_format is MissionFormat.WPL:
-        items = tuple(map(with_unused_position_zero, items))
+    is_text = back.file_format is MissionFormat.WPL
+    items = written_items(mission) if is_text else numbered_in_order(mission.items)
     pairs = zip(items, numbered_in_order(back.items), strict=False)
     for number, (item, read) in enumerate(pairs, start=1):
         if item != replace(read, place=item.place):

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from planner.mission.stage import Route, Stage
 
 _JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
-_ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
+ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
+"""Stages after which a flight is over."""
 
 
 @frozen
@@ -43,7 +44,7 @@ class Steps:
     @property
     def ends(self) -> bool:
         """Whether the mission ends on the ground."""
-        return self.route.stages[-1].kind in _ENDS
+        return self.route.stages[-1].kind in ENDS
 
     def stage(self, step: int) -> Stage:
         """Return the stage of a step that flies."""

@@ -10,14 +10,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner.mission.commands import Command, Frame, load_command_table
+from planner.autopilot import Autopilot
+from planner.mission.commands import UNSET_YAW, Command, Frame, load_command_table
 from planner.mission.fence_items import fence_items, rally_items
 from planner.mission.jump_numbers import numbered_in_order
 from planner.mission.wpl import HEADER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from planner.mission.items import Home, Mission, MissionItem
 
 _Values = tuple[float | None, float | None, float | None]
@@ -36,10 +35,10 @@ def wpl_text(mission: Mission) -> str:
     -------
     str
         Twelve fields between tabs in each row, numbers in the fewest digits that read back the
-        same, ``nan`` where a value is not specified, but see `with_unused_position_zero`.
+        same, ``nan`` where a value is not specified, but see `written_items`.
     """
     if mission.items or not (mission.fence or mission.rally):
-        rows = [_home_row(mission.home), *_item_rows(mission)]
+        rows = [_home_row(mission.home), *map(_item_row, written_items(mission))]
     else:
         rows = [] if mission.home is None else [_home_row(mission.home)]
         areas = fence_items(mission.fence) if mission.fence else rally_items(mission.rally)
@@ -67,6 +66,21 @@ def with_unused_position_zero(item: MissionItem) -> MissionItem:
     )
 
 
+def written_items(mission: Mission) -> tuple[MissionItem, ...]:
+    """Return the items of a mission as they are written: numbered anew, 0 where that says the same.
+
+    ArduPilot has no use for the heading of `UNSET_YAW`, and Mission Planner leaves out rows that
+    hold ``nan``: of a mission for ArduPilot it is 0.
+    """
+    items = map(with_unused_position_zero, numbered_in_order(mission.items))
+    if mission.autopilot is not Autopilot.ARDUPILOT:
+        return tuple(items)
+    return tuple(
+        replace(item, param4=0.0) if item.param4 is None and item.command in UNSET_YAW else item
+        for item in items
+    )
+
+
 def _home_row(home: Home | None) -> str:
     """Return the row of home; 0, 0 is how ground stations write that they know none."""
     if home is None:
@@ -75,10 +89,6 @@ def _home_row(home: Home | None) -> str:
     if home.altitude_amsl_m is None:
         return _row(Command.NAV_WAYPOINT, Frame.GLOBAL_RELATIVE_ALT, position=(*place, 0.0))
     return _row(Command.NAV_WAYPOINT, Frame.GLOBAL, position=(*place, home.altitude_amsl_m))
-
-
-def _item_rows(mission: Mission) -> Iterator[str]:
-    return map(_item_row, map(with_unused_position_zero, numbered_in_order(mission.items)))
 
 
 def _item_row(item: MissionItem) -> str:

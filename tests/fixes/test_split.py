@@ -411,3 +411,17 @@ def test_the_parts_of_any_mission_fly_all_of_it(
         raise
     check_cover(whole, split)
     assert math.fsum(part.result.totals.energy_wh for part in split.parts) > 0.0
+
+
+def test_a_hold_too_long_for_a_battery_is_named_with_what_helps() -> None:
+    hold = item(16, north(100.0), 20.0, params=(1500.0, 0.0, 0.0, None))
+    with pytest.raises(SplitError, match=r"flight to item 2 is a go.* a shorter hold there"):
+        split_mission(
+            mission(takeoff(20.0), hold, rtl()), ARTICLE, battery=Battery(capacity_wh=20.0)
+        )
+
+
+def test_a_place_too_far_for_a_battery_is_named_not_the_return_from_it() -> None:
+    far = mission(takeoff(20.0), waypoint(9000.0, 20.0), rtl())
+    with pytest.raises(SplitError, match=r"flight to item 2 is a go.* home nearer to it"):
+        split_mission(far, ARTICLE, battery=Battery(capacity_wh=5.0))

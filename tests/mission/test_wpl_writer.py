@@ -11,8 +11,11 @@ from made_missions import mission as made
 from pymavlink import mavwp
 from qgc_rules import refuse_text
 
+from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import has_location, load_command_table
+from planner.mission.conversion import convert_mission
+from planner.mission.items import MissionFormat
 from planner.mission.wpl import read_wpl
 from planner.mission.wpl_writer import wpl_text
 
@@ -190,3 +193,19 @@ def test_any_fence_and_any_rally_points_are_read_back_as_they_were(
     assert again.breach_return_deg_m == fence.breach_return_deg_m
     points = read(wpl_text(replace(made(home=None), rally=rally))).rally
     assert [replace(one, place=None) for one in points] == list(rally)
+
+
+def test_a_heading_that_ardupilot_has_no_use_for_is_0_and_others_stay_unset() -> None:
+    items = (takeoff(30.0), item(115, params=(None, 0.0, 0.0, None), longitude_deg=0.0))
+    assert rows(made(*items))[1].split("\t")[7] == "nan"
+    flown = replace(made(*items), autopilot=Autopilot.ARDUPILOT)
+    _, start, turn = rows(flown)
+    assert "nan" not in start
+    # ArduPilot refuses a CONDITION_YAW without an angle: 0 would be another order, to turn north.
+    assert turn.split("\t")[4] == "nan"
+
+
+def test_text_for_ardupilot_is_written_without_a_word_that_is_told_on_reading_it() -> None:
+    made_for = replace(made(takeoff(30.0), waypoint(100.0, 30.0)), autopilot=Autopilot.ARDUPILOT)
+    assert read(wpl_text(made_for)).findings == ()
+    assert {one.code for one in convert_mission(made_for, MissionFormat.WPL).findings} == {"L204"}

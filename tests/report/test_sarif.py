@@ -174,5 +174,6 @@ def test_a_stretch_over_ground_is_among_the_properties(flown: CheckResult) -> No
         "start_deg": [47.0, 8.0],
         "end_deg": [47.001, 8.0],
         "distance_m": 12.5,
+        "parts_deg": [[[47.0, 8.0], [47.001, 8.0]]],
     }
     assert "stretch" not in second["properties"]

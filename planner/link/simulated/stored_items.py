@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
-from planner.link.mission_items import UNSET_YAW
 from planner.link.mission_kind import MissionKind, MissionResult
 from planner.mission.ardupilot_storage import stored_hold_s, stored_radius_m, stored_turns
 from planner.mission.command_support import Support, support
@@ -15,6 +14,7 @@ from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
     TERRAIN_FRAMES,
+    UNSET_YAW,
     Command,
     Frame,
     has_location,

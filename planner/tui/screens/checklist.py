@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, ClassVar
 
-from textual import on
+from textual import events, on
 from textual.binding import Binding, BindingType
 from textual.content import Content
 from textual.screen import Screen
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from textual.app import ComposeResult
 
     from planner.tui.checked import Checked
+
+_TO_SIGN = "n to sign"
 
 
 class ChecklistScreen(Screen[None]):
@@ -50,7 +52,7 @@ class ChecklistScreen(Screen[None]):
         yield VerdictStrip(id="verdict")
         yield RowList(self._rows(), empty="", id="checklist")
         yield Static(id="problem")
-        yield Input(placeholder="your name, then Enter", id="who")
+        yield Input(placeholder=_TO_SIGN, id="who")
         yield KeyBar()
 
     def on_mount(self) -> None:
@@ -60,6 +62,14 @@ class ChecklistScreen(Screen[None]):
         self.query_one(VerdictStrip).show(said, note=note)
         self.query_one("#who").border_title = f"Sign off this {said.verdict}"
         self.query_one("#checklist").focus()
+
+    @on(events.DescendantFocus, "#who")
+    def _ask_name(self) -> None:
+        self.query_one("#who", Input).placeholder = "your name, then Enter"
+
+    @on(events.DescendantBlur, "#who")
+    def _say_key(self) -> None:
+        self.query_one("#who", Input).placeholder = _TO_SIGN
 
     def _rows(self) -> ChecklistRows:
         return checklist_rows(self._checked, done=self._done, opened=self._opened)
