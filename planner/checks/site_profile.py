@@ -177,6 +177,9 @@ def _document(path: Path, source: str) -> Mapping[str, Any]:
         raise ProfileFileError(msg, source=source)
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        msg = "is no profile: it is not UTF-8 text"
+        raise ProfileFileError(msg, source=source) from error
     except (ValueError, RecursionError) as error:
         msg = f"is no profile in TOML: {error}"
         raise ProfileFileError(msg, source=source) from error

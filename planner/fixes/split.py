@@ -203,6 +203,9 @@ def write_split(split: Split, folder: Path, *, force: bool = False) -> None:
     if there and not force:
         msg = f"{there[0]} exists already: give another folder, or --force"
         raise UsageError(msg)
+    if folder.exists() and not folder.is_dir():
+        msg = f"{folder}: is a file; parts are written to a folder, name a new or another one"
+        raise OutputError(msg)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.state import STATES
+from planner.flight.state import STATES, FlightState
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
@@ -45,8 +45,9 @@ class Trace:
 def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPLES) -> Trace:
     """Return a flight sampled at even times and at the boundaries of its segments.
 
-    The power at a sample is the sum of every window open there, so that the integral of the trace is
-    the energy of the flight, but for a window the landing cuts short.
+    The last sample of a flight that lands is on the ground: a response of reference steps is told up
+    to its last metre.  The power at a sample is the sum of every window open there, so that the
+    integral of the trace is the energy of the flight, but for a window the landing cuts short.
     """
     segments = flight.motion.segments
     end_s = segments.end_s
@@ -55,6 +56,11 @@ def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPL
     time_s = np.union1d(even_s, np.concatenate(([0.0], end_s)))
     segment = np.minimum(np.searchsorted(end_s, time_s, side="right"), len(end_s) - 1)
     state = flight.motion.state_at_time(time_s)
+    height_m, climb_m_s = state.height_m.copy(), state.climb_m_s.copy()
+    last = route.stages[-1]
+    lands = STATES[segments.state[-1]] is FlightState.LAND and last.way is None
+    if lands and height_m[-1] > last.height_m:
+        height_m[-1], climb_m_s[-1] = last.height_m, 0.0
     latitude_deg, longitude_deg = route.frame.latitude_longitude_deg(state.east_m, state.north_m)
     return Trace(
         time_s=time_s,
@@ -63,9 +69,9 @@ def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPL
         state=tuple(STATES[index].value for index in segments.state[segment].tolist()),
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,
-        height_above_home_m=state.height_m,
-        altitude_amsl_m=state.height_m + route.home_amsl_m,
+        height_above_home_m=height_m,
+        altitude_amsl_m=height_m + route.home_amsl_m,
         ground_speed_m_s=state.ground_speed_m_s,
-        climb_rate_m_s=state.climb_m_s,
+        climb_rate_m_s=climb_m_s,
         power_w=flight.power_w(time_s),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gzip
 import math
+import re
 import zlib
 from array import array
 from pathlib import Path
@@ -83,13 +84,18 @@ def csv_recordings(file: LogFile, mapping: CsvMapping | None) -> tuple[Recording
     )
 
 
+_CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+"""Bytes that no line of a text has."""
+NO_KNOWN_LOG = "is no log of a kind that is known: DataFlash, ULog, telemetry (tlog) or CSV"
+
+
 def looks_like_csv(data: mmap) -> bool:
     """Return whether the first line of a file is text with separators in it."""
     head = data[:_HEADER_CHARACTERS]
     if head[:2] == GZIP_MAGIC:
         return True
     line = head.split(b"\n", 1)[0]
-    return b"\x00" not in line and any(mark.encode() in line for mark in _MARKS)
+    return not _CONTROLS.search(line) and any(mark.encode() in line for mark in _MARKS)
 
 
 class _Table:
@@ -166,7 +172,9 @@ def _read(source: str, mapping: CsvMapping | None) -> _Table:
             header = text.readline(_HEADER_CHARACTERS)
             mark = max(_MARKS, key=header.count)
             if mark not in header:
-                msg = "is no CSV; gzipped logs of other kinds must be unpacked first"
+                msg = NO_KNOWN_LOG
+                if is_zipped:
+                    msg += "; gzipped logs of other kinds must be unpacked first"
                 raise LogFileError(msg, source=source)
             headers = tuple(name.strip() for name in next(csv.reader([header], delimiter=mark)))
             table = _Table(mapping or _known_mapping(headers, source), headers, source)

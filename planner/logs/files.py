@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.errors import LogFileError
 from planner.logs.assembly import flight_record
-from planner.logs.csv_log import csv_recordings, looks_like_csv
+from planner.logs.csv_log import NO_KNOWN_LOG, csv_recordings, looks_like_csv
 from planner.logs.dataflash import dataflash_recordings
 from planner.logs.dataflash_binary import HEADER
 from planner.logs.dataflash_text import MAGIC as DATAFLASH_TEXT
@@ -94,8 +94,7 @@ def _recordings(
         return dataflash_recordings(data, file(LogFormat.DATAFLASH), is_binary=is_binary)
     if mapping is not None or looks_like_csv(data):
         return csv_recordings(file(LogFormat.CSV), mapping)
-    msg = "is no log of a kind that is known: DataFlash, ULog, telemetry (tlog) or CSV"
-    raise LogFileError(msg, source=source)
+    raise LogFileError(NO_KNOWN_LOG, source=source)
 
 
 def _flights(recordings: list[Recording], source: str) -> tuple[FlightRecord, ...]:

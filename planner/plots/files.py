@@ -94,6 +94,9 @@ def write_figures(
         If the folder or a file cannot be written.
     """
     folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        msg = f"{folder}: is a file; figures are written to a folder, name a new or another one"
+        raise OutputError(msg)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

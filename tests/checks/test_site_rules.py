@@ -153,6 +153,13 @@ def test_a_profile_that_is_none_is_refused_in_a_sentence(
     assert problem in str(raised.value)
 
 
+def test_a_profile_of_random_bytes_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "site.toml"
+    path.write_bytes(b"\xf4\x01\x93")
+    with pytest.raises(ProfileFileError, match="is no profile: it is not UTF-8 text"):
+        read_profile(path)
+
+
 def test_a_profile_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ProfileFileError, match="cannot be read"):
         read_profile(tmp_path / "none.toml")

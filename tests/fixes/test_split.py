@@ -241,6 +241,8 @@ def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.Monke
     with pytest.raises(OutputError, match="no room"):
         write_split(split, empty)
     assert list(empty.iterdir()) == []
+    with pytest.raises(OutputError, match="is a file; parts are written to a folder"):
+        write_split(split, tmp_path / "part-01.plan")
 
 
 def test_more_flights_than_have_names_are_refused_at_once() -> None:

@@ -169,6 +169,29 @@ def test_the_trace_integrates_to_the_energy_of_the_flight() -> None:
     assert trace.power_w.max() == pytest.approx(flight.peak_power_w, rel=1e-5)
 
 
+def test_the_trace_of_a_flight_that_lands_ends_on_the_ground_and_standing() -> None:
+    flown = out_and_back()
+    flight = predict_flight(flown, VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    trace = sample_trace(flight, flown)
+    assert trace.state[-1] == "land"
+    assert trace.height_above_home_m[-1] == 0.0
+    assert trace.altitude_amsl_m[-1] == 400.0
+    assert trace.climb_rate_m_s[-1] == 0.0
+    # From first to last sample it goes down as far as the segments say.
+    landing = [one == "land" for one in trace.state].index(True)
+    fallen_m = trace.height_above_home_m[landing] - trace.height_above_home_m[-1]
+    assert fallen_m == pytest.approx(-flight.motion.segments.climb_m[-1], abs=1.0)
+
+
+def test_a_flight_that_ends_in_the_air_is_left_there() -> None:
+    flown = route(stage(StageKind.TAKEOFF, 0.0, 100.0))
+    flight = predict_flight(flown, VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    # Settled to within one metre, as the article's altitude response is read.
+    height_m = sample_trace(flight, flown).height_above_home_m[-1]
+    assert height_m != 100.0
+    assert height_m == pytest.approx(100.0, abs=1.0 + 1e-6)
+
+
 def test_the_flown_path_passes_its_waypoints() -> None:
     flight = predict_flight(out_and_back(), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
     columns = flight.motion.segments

@@ -16,7 +16,7 @@ from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, rtl, tak
 
 from planner import plots
 from planner.autopilot import Autopilot
-from planner.errors import UsageError
+from planner.errors import OutputError, UsageError
 from planner.geo.fence import Fence
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
@@ -281,3 +281,11 @@ def test_the_band_of_the_energy_is_drawn_where_the_model_has_a_spread(out: Check
     assert out.totals.energy_wh_p90 is None
     assert make_tables(out).band == []
     assert "8 of 10 flights" not in str(plots.energy_figure(out).to_dict())
+
+
+def test_figures_for_a_folder_that_is_a_file_are_refused_in_a_sentence(
+    out: CheckResult, tmp_path: Path
+) -> None:
+    (tmp_path / "survey.plan").write_text("{}", encoding="utf-8")
+    with pytest.raises(OutputError, match="is a file; figures are written to a folder"):
+        plots.write_figures({"map": plots.map_figure(out)}, tmp_path / "survey.plan")

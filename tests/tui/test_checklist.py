@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from reviews import TOO_FAR, review_app, rows_of, settled, text_of, what_if_of
+from textual.widgets import Input
 
 from planner.errors import OutputError, UsageError
 from planner.tui.checked import checked
@@ -120,7 +121,12 @@ async def test_a_pilot_ticks_off_and_signs(profile: dict[str, object]) -> None:
         await pilot.pause()
         screen = pilot.app.screen
         assert [cells[0] for cells in rows_of(screen, "#checklist")][:3] == ["[ ]"] * 3
-        await pilot.press("n", *"Ada", "enter")
+        who = screen.query_one("#who", Input)
+        assert who.placeholder == "n to sign"
+        await pilot.press("n")
+        await pilot.pause()
+        assert who.placeholder == "your name, then Enter"
+        await pilot.press(*"Ada", "enter")
         await pilot.pause()
         assert "still open" in text_of(screen, "#problem")
         await pilot.press("escape", "space", "down", "space", "down", "enter", "n", "enter")
