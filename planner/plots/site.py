@@ -111,7 +111,7 @@ def map_panel(tables: FlightTables) -> Chart:
                 color=PURPLE, strokeWidth=6, opacity=0.75, strokeCap="round", clip=True
             ).encode(detail=["finding:N", "part:N"], order="order:Q"),
             found.transform_filter("datum.part == 0 && datum.order == 0")
-            .mark_text(align="left", baseline="top", dx=8, dy=6, fontWeight="bold", clip=True)
+            .mark_text(align="right", baseline="top", dx=-8, dy=6, fontWeight="bold", clip=True)
             .encode(text="code:N"),
         ]
     kinds = [kind for kind in _KINDS if any(row["kind"] == kind for row in marks)]
@@ -138,7 +138,7 @@ def map_panel(tables: FlightTables) -> Chart:
     if not crowded:
         layers.append(
             layer(alt.InlineData(values=_label_rows(marks, view)))
-            .mark_text(align="left", dx=6, dy=-6, clip=True)
+            .mark_text(align="left", baseline="bottom", dx=6, dy=-5, clip=True)
             .encode(text="label:N")
         )
     layers += _compass_layers(tables.result)

@@ -112,7 +112,8 @@ def split_map_figure(split: FlownParts) -> Chart:
         .mark_text(fontWeight="bold", clip=True, color=_ON_COLOURS)
         .encode(text="part:N"),
         layer(marks).mark_point(filled=True, size=60, shape="square", opacity=1.0, color=GREEN),
-        layer(marks).mark_text(align="left", dx=7, dy=-6, clip=True).encode(text="short:N"),
+        # Left of the place, clear of the number of a part that begins there.
+        layer(marks).mark_text(align="right", dx=-13, clip=True).encode(text="short:N"),
     ]
     return alt.layer(*layers).properties(
         width=WIDTH,

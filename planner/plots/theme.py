@@ -33,6 +33,9 @@ _GRID_OPACITY = 0.15
 _FRAME_OPACITY = 0.35
 FONT = "system-ui, 'Segoe UI', Roboto, 'Noto Sans', Arial, sans-serif"
 
+_LABEL_GAP_PX = 8
+"""Between the labels of an axis: those nearer to each other are left out."""
+
 
 def chart_config(scheme: Scheme) -> dict[str, Any]:
     """Return Vega-Lite's configuration of a scheme."""
@@ -50,6 +53,7 @@ def chart_config(scheme: Scheme) -> dict[str, Any]:
         "view": {"stroke": ink, "strokeOpacity": _FRAME_OPACITY},
         "axis": {
             **text,
+            "labelSeparation": _LABEL_GAP_PX,
             "domainColor": ink,
             "domainOpacity": _FRAME_OPACITY,
             "gridColor": ink,

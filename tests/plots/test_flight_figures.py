@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.mission.items import MissionItem
+    from planner.plots.theme import Scheme
 
 OUT = (takeoff(20), at(0, 300), at(300, 300), rtl())
 CLOSE = Fence(polygons=(box(-400, -400, 305, 400),))
@@ -289,3 +290,26 @@ def test_figures_for_a_folder_that_is_a_file_are_refused_in_a_sentence(
     (tmp_path / "survey.plan").write_text("{}", encoding="utf-8")
     with pytest.raises(OutputError, match="is a file; figures are written to a folder"):
         plots.write_figures({"map": plots.map_figure(out)}, tmp_path / "survey.plan")
+
+
+def test_names_on_the_map_are_clear_of_their_dots_and_of_the_codes_of_findings(
+    out: CheckResult,
+) -> None:
+    layers = plots.map_figure(out).to_dict()["layer"]
+    texts = {
+        one["encoding"]["text"].get("field"): one["mark"]
+        for one in layers
+        if isinstance(one["mark"], dict) and one["mark"]["type"] == "text"
+    }
+    name, code = texts["label"], texts["code"]
+    # A dot of 45 px² has a radius of 3.8 px, a square of it half a side of 3.4 px.
+    assert name["baseline"] == "bottom"
+    assert name["dy"] < -math.sqrt(45.0 / math.pi)
+    # The code stands on the other side, below: neither is where the other is.
+    assert (name["align"], code["align"]) == ("left", "right")
+    assert name["dx"] > 0.0 > code["dx"]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_labels_of_an_axis_keep_a_gap_of_about_a_character(scheme: Scheme) -> None:
+    assert chart_config(scheme)["axis"]["labelSeparation"] >= 6.0
