@@ -35,7 +35,10 @@ class ReviewApp(App[None]):
     """
 
     TITLE = "mavjoule review"
-    CSS = "Input > .input--placeholder { color: $text-muted; }"
+    CSS = """
+    Input > .input--placeholder { color: $text-muted; }
+    HelpPanel { min-width: 22; padding: 0; }
+    """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("t", "turn_theme", "Theme", show=False),
     ]

@@ -105,3 +105,12 @@ async def test_a_bug_of_ours_is_told_of_its_mission_alone(monkeypatch: pytest.Mo
         assert wrong[2] == "NO-GO"
         assert "this is a bug in mavjoule" in wrong[3]
         assert right[2] == "GO"
+
+
+async def test_the_keys_leave_more_than_half_of_a_small_terminal_to_the_list() -> None:
+    async with review_app(".").run_test(size=(60, 16)) as pilot:
+        screen = await missions_shown(pilot)
+        await pilot.press("question_mark")
+        await pilot.pause()
+        assert 20 <= screen.query_one("HelpPanel").size.width <= 24
+        assert screen.query_one("#missions").size.width >= 36
