@@ -5,6 +5,7 @@
     MavjouleError                2
     ├── InputError               2   a file that cannot be used, with its place
     │   ├── MissionFileError     2
+    │   │   ├── NoMissionFileError  2   nothing to be opened: missing, a folder, no permission
     │   │   └── OtherVehicleError  2   a mission that no multicopter flies
     │   ├── VehicleFileError     2
     │   ├── ParameterFileError   2
@@ -77,6 +78,10 @@ class InputError(MavjouleError):
 
 class MissionFileError(InputError):
     """A mission file that is not one, or is broken."""
+
+
+class NoMissionFileError(MissionFileError):
+    """A path with no file that can be opened: nothing there, a folder, a device, no permission."""
 
 
 class OtherVehicleError(MissionFileError):

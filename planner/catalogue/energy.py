@@ -27,7 +27,7 @@ RESERVE_BELOW_MINIMUM = Rule(
     how=(
         "margin = capacity x charge - capacity x reserve - energy of the whole flight, from the start "
         "of the take-off to disarmed; fires where the margin is negative.  The finding names the item "
-        "at which the reserve is first touched."
+        "at which the reserve is first touched, and how far below it a battery starts."
     ),
     example="the flight needs 71.3 Wh, 61.6 Wh are there above the reserve of 20 %: short by 9.70 Wh",
     fix="fly less, split the mission, or take a larger or fuller battery",
@@ -208,7 +208,9 @@ CONDITION_NOT_MODELLED = Rule(
         "Wind needs a model whose power depends on airspeed, payload needs a mass, temperature needs "
         "a hover law over air density; the age and temperature of a battery need its resistance and "
         "curves.  A payload that is not counted is an error, as is a wind above 0.6 of the highest "
-        "identified speed and air 1.2 times thinner than at sea level: the flight takes more than is said."
+        "identified speed and air 1.2 times thinner than at sea level: the flight takes more than is said.  "
+        "Of a parameter file reference steps use the fence alone; one whose autopilot is not known is an "
+        "error where it holds a fence."
     ),
     example="the payload of 0.50 kg is not counted: the model's power knows no mass",
     fix="use a vehicle model that carries the missing quantity",

@@ -30,7 +30,8 @@ ITEM_NOT_MODELLED = Rule(
     how=(
         "The command is not among those whose flight is predicted; the message says what is assumed.  An "
         "error where the vehicle may fly elsewhere, wait or stop for it: arcs, scripts, parachutes, "
-        "commands that are not known."
+        "commands that are not known; where reference steps fly a climb or descent faster on average than "
+        "DO_CHANGE_SPEED allows; where they fly a spline straight and there is a fence or a terrain."
     ),
     example=(
         "NAV_PAYLOAD_PLACE: the load is taken to touch the ground at home's level and to weigh "

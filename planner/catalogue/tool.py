@@ -11,7 +11,7 @@ FILE_UNREADABLE = Rule(
     summary="The mission file could not be read.",
     why="A mission that cannot be read cannot be judged; it is never a 'go'.",
     how="The reader refused the file; the message says where and why.  The exit code is 2.",
-    example="survey.plan:41:9: 'frame' must be a number",
+    example="'frame' must be a number",
     fix="mend the file, or save it again from the program that wrote it",
 )
 

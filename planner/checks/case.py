@@ -51,6 +51,8 @@ class Case:
     """The ways home from every point of the flight."""
     target: Target | None = None
     """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
+    fence_parameters: FlightParameters | None = None
+    """Those of the vehicle's fence: ``parameters``, or of reference steps what their file says."""
     given_parameters: ParameterSet | None = None
     """The vehicle's parameter file."""
     terrain: TerrainGrid | None = None

@@ -51,10 +51,14 @@ def check_battery(case: Case) -> Iterator[Finding]:
         ),
         None,
     )
+    reserve = f"the reserve of {reserve_name(battery)}"
+    there = (
+        f"{numbers.energy(available_wh)} are there above {reserve}"
+        if available_wh >= 0.0
+        else f"and the battery starts {numbers.energy(-available_wh)} below {reserve}"
+    )
     yield RESERVE_BELOW_MINIMUM.finding(
-        f"the flight needs {numbers.energy(needed_wh)}, "
-        f"{numbers.energy(max(available_wh, 0.0))} are there above the reserve of "
-        f"{reserve_name(battery)}: "
+        f"the flight needs {numbers.energy(needed_wh)}, {there}: "
         f"short by {numbers.energy(-battery.margin_wh)}",
         item=item,
         place=None if item is None else case.mission.items[item - 1].place,

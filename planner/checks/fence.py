@@ -19,18 +19,23 @@ _ONE_PLACE_M = 1e-3
 """Parts of the path no farther from each other go on: rounding of sums. [m]"""
 
 
+def is_fenced(case: Case) -> bool:
+    """Return whether there is a fence: areas of the mission, or limits of the parameters."""
+    if case.mission.fence:
+        return True
+    if case.fence_parameters is None:
+        return False
+    from planner.checks.fence_settings import limits_from_parameters
+
+    return bool(limits_from_parameters(case.fence_parameters))
+
+
 def check_fence(case: Case) -> Iterator[Finding]:
     """Yield what is wrong with the fence, and with the flight inside it."""
-    fence = case.mission.fence
-    if case.parameters is None:
-        limited = False
-    else:
-        from planner.checks.fence_settings import limits_from_parameters
-
-        limited = bool(limits_from_parameters(case.parameters))
-    if not fence and not limited:
+    if not is_fenced(case):
         return
-    if limited:
+    fence = case.mission.fence
+    if case.fence_parameters is not None:
         from planner.checks.fence_heights import check_fence_heights
 
         yield from check_fence_heights(case)
@@ -38,7 +43,7 @@ def check_fence(case: Case) -> Iterator[Finding]:
         from planner.checks.fence_alone import check_enforcement, check_size
 
         yield from check_size(case.autopilot, fence)
-        yield from check_enforcement(case.parameters)
+        yield from check_enforcement(case.fence_parameters)
     yield from _check_flight(case)
 
 

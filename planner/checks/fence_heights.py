@@ -27,9 +27,8 @@ _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
 
 def check_fence_heights(case: Case) -> Iterator[Finding]:
     """Yield findings where the flight, or a return, leaves the heights the parameters allow."""
-    limit, parameters = limits_from_parameters(case.parameters), case.parameters
-    stages = case.route.stages
-    if parameters is None or not stages:
+    limit, stages = limits_from_parameters(case.fence_parameters), case.route.stages
+    if not stages:
         return
     if limit.ceiling_m is not None:
         highest = max(stages, key=lambda stage: stage.height_m)

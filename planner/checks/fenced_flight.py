@@ -267,10 +267,10 @@ def make_fenced_flight(case: Case) -> FencedFlight:
     area = make_fence_area(
         fence,
         frame,
-        inclusions_unite=inclusions_unite(case.parameters),
+        inclusions_unite=inclusions_unite(case.fence_parameters),
         ardupilot_origin=home if ardupilot else None,
     )
-    limit = limits_from_parameters(case.parameters)
+    limit = limits_from_parameters(case.fence_parameters)
     if limit.distance_m is not None:
         east, north = frame.east_north_m(home.latitude_deg, home.longitude_deg)
         around_home = CircleBarrier(
@@ -292,7 +292,7 @@ def make_fenced_flight(case: Case) -> FencedFlight:
             parameters=case.parameters,
             reaction_time_s=case.conditions.reaction_time_s,
         ),
-        margin_m=max(case.conditions.position_error_m, fence_margin_m(case.parameters)),
+        margin_m=max(case.conditions.position_error_m, fence_margin_m(case.fence_parameters)),
     )
 
 

@@ -29,6 +29,7 @@ from planner.checks.envelope import (
     check_rates,
     check_responses,
     check_speed,
+    check_vertical_speeds,
 )
 from planner.checks.fence import check_fence
 from planner.checks.lift import check_lift
@@ -62,6 +63,7 @@ CHECKS: tuple[Check, ...] = (
     check_voltage,
     check_discharge_rate,
     check_speed,
+    check_vertical_speeds,
     check_climbs,
     check_heights,
     check_rates,

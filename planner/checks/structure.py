@@ -17,6 +17,7 @@ from planner.catalogue.mission import (
     VALUE_NOT_SET,
 )
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
+from planner.checks.fence import is_fenced
 from planner.findings import Severity
 from planner.mission.command_support import Support, support
 from planner.mission.commands import RELATIVE_FRAMES, Command, command_name, frame_name
@@ -185,9 +186,19 @@ def check_curves(case: Case) -> Iterator[Finding]:
         return
     splines = [stage for stage in case.route.stages if stage.kind is StageKind.SPLINE]
     if splines:
+        unjudged = [
+            name
+            for name, given in (
+                ("the fence", is_fenced(case)),
+                ("the ground", case.terrain is not None),
+            )
+            if given
+        ]
+        where = f"; {' and '.join(unjudged)} cannot be judged on the curve" if unjudged else ""
         yield ITEM_NOT_MODELLED.finding(
             f"{numbers.count(len(splines), 'spline')} flown straight, with a stop at each: the model "
-            "answers steps of its reference",
+            f"answers steps of its reference{where}",
+            severity=Severity.ERROR if unjudged else None,
             item=splines[0].item,
             place=case.mission.items[splines[0].item - 1].place,
         )

@@ -15,6 +15,7 @@ from planner import numbers
 from planner.autopilot import Autopilot
 from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.errors import UsageError
+from planner.findings import Severity
 from planner.flight.motion.step_legs import Legs
 from planner.flight.motion.step_response import fly_step_references
 from planner.flight.transients import NO_TRANSIENTS
@@ -22,6 +23,7 @@ from planner.frozen import frozen
 from planner.mission.stage import StageKind
 
 if TYPE_CHECKING:
+    from planner.autopilot import Target
     from planner.findings import Finding
     from planner.flight.conditions import Conditions
     from planner.flight.destination import Targets
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
     from planner.vehicle.parameter_table import Version
     from planner.vehicle.parameters import FlightParameters
     from planner.vehicle.px4_parameters import Px4Parameters
+
+_FENCE_NAMES = ("FENCE_", "GF_")
+"""How ArduPilot's and PX4's parameters of a fence begin."""
 
 
 class Pilot(Protocol):
@@ -113,11 +118,38 @@ def flight_parameters(
     if given is None:
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
-        f"the parameters of {given.source} are not used: {vehicle.name} answers step references, which "
-        "no autopilot parameter shapes",
+        f"of the parameters of {given.source} no speed, return or failsafe is used: {vehicle.name} "
+        "answers step references, which they do not shape; their fence is judged, and what a site "
+        "profile asks of them",
         fix="use a vehicle model that is flown by that autopilot",
     )
     return None, [unused]
+
+
+def fence_parameters_of(
+    given: ParameterSet, target: Target | None
+) -> tuple[FlightParameters | None, list[Finding]]:
+    """Return what a parameter file says of the fence of a vehicle of reference steps, and findings.
+
+    A fence is geometry and needs no pilot: it is that of the autopilot the file is of, else of the one
+    the mission is for; where neither is known and the file holds one, it cannot be judged.
+    """
+    from planner.vehicle.parameters import resolve_parameters
+
+    autopilot = given.stack or (None if target is None else target.autopilot)
+    if autopilot is None:
+        if not any(name.startswith(_FENCE_NAMES) for name in given.values):
+            return None, []
+        unknown = CONDITION_NOT_MODELLED.finding(
+            f"whose parameters {given.source} holds is not known: the fence in them is not judged",
+            severity=Severity.ERROR,
+            fix="give the parameters of one autopilot",
+        )
+        return None, [unknown]
+    resolved = resolve_parameters(autopilot, file=given, version=given.version, has_rally=False)
+    # What is assumed of flight is not flown.
+    told = [one for one in resolved.findings if one.severity > Severity.INFO]
+    return resolved.values, told
 
 
 def make_pilot(

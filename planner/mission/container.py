@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
-from planner.errors import MissionFileError
+from planner.errors import MissionFileError, NoMissionFileError
 from planner.frozen import frozen
 from planner.mission.foreign import describe_binary
 
@@ -50,24 +50,24 @@ def read_bytes(path: str | Path) -> bytes:
         mode = Path(path).stat().st_mode
         if stat.S_ISDIR(mode):
             msg = "this is a folder: give the mission files in it"
-            raise MissionFileError(msg, source=source)
+            raise NoMissionFileError(msg, source=source)
         # A pipe is how a shell hands over the output of another program.
         if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
             msg = "this is a device, not a file"
-            raise MissionFileError(msg, source=source)
+            raise NoMissionFileError(msg, source=source)
         with _open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)
     except FileNotFoundError:
         msg = "there is no such file"
-        raise MissionFileError(msg, source=source) from None
+        raise NoMissionFileError(msg, source=source) from None
     except PermissionError:
         msg = "no permission to read this file"
-        raise MissionFileError(msg, source=source) from None
+        raise NoMissionFileError(msg, source=source) from None
     except (OSError, ValueError) as error:
         # ValueError: a NUL character in the name.
         reason = getattr(error, "strerror", None) or str(error)
         msg = f"the file cannot be read: {reason}"
-        raise MissionFileError(msg, source=source) from None
+        raise NoMissionFileError(msg, source=source) from None
 
 
 def _open_pipe(path: str | Path) -> BinaryIO:

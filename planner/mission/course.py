@@ -13,7 +13,13 @@ from planner.catalogue.mission import HEADING_NORTH, VALUE_STORED_OTHERWISE
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED, WAIT_NOT_COUNTED, WAITS_FOR_EVER
 from planner.findings import Severity
 from planner.mission import ardupilot_storage
-from planner.mission.command_support import CommandEffect, command_effect, goes_on_flying
+from planner.mission.command_support import (
+    CommandEffect,
+    Support,
+    command_effect,
+    goes_on_flying,
+    support,
+)
 from planner.mission.commands import (
     RELATIVE_FRAMES,
     TERRAIN_FRAMES,
@@ -328,7 +334,9 @@ class Course(Whereabouts):
         }:
             return
         name = command_name(item.command)
-        if is_destination(item.command) and self.has_place(number, item):
+        if self.meaning is not None and support(item.command, self.meaning) is Support.SKIPPED:
+            assumed = f"{self.meaning.label} skips it, 0 s and 0 Wh are assumed"
+        elif is_destination(item.command) and self.has_place(number, item):
             self._go(StageKind.GO, number, item)
             assumed = "a straight flight to its place is assumed"
         else:

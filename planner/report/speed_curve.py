@@ -107,7 +107,7 @@ def _remarks(curve: SpeedCurve) -> list[str]:
     if curve.present.fits is None:
         remarks.append("No battery is known: whether it does at a speed cannot be told")
     elif curve.fastest_fitting is None:
-        remarks.append("At none of these speeds does the battery do")
+        remarks.append("At none of these speeds is it sure that the battery does")
     elif curve.fastest_clear is None:
         remarks.append("At none of these speeds is the mission a go with room to the fence")
     if (identified := curve.identified_m_s) is not None:

@@ -23,7 +23,7 @@ from planner.flight.conditions import Conditions
 from planner.flight.destination import make_destinations, with_own_return
 from planner.flight.discharge import predict_discharge
 from planner.flight.homeward import make_homeward
-from planner.flight.pilot import flight_parameters, make_pilot
+from planner.flight.pilot import fence_parameters_of, flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.reserve import Reserve, hover_power_w
 from planner.flight.return_search import ReturnSearch
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameter_table import Version
     from planner.vehicle.parameters import FlightParameters
 
 
@@ -124,7 +125,7 @@ def check(
         Who shapes the references; default the model's own way.
     parameters : ParameterSet, optional
         The vehicle's own autopilot parameters; else the model's, else the autopilot's defaults.
-        Not used by a model of step references.
+        Of a model of step references only its fence is.
     terrain : TerrainGrid, optional
         Heights of the ground; default level with home.
     clearance_m : float
@@ -173,10 +174,11 @@ def check(
         msg = f"the rules of {target.label} do not hold for a vehicle flown as {flown_by.label}"
         raise UsageError(msg)
     judged_by = _target(flown_by, target, mission, parameters)
-    flown_with, findings = flight_parameters(
+    flown_with, fence_parameters, findings = _parameters(
         vehicle,
         flown_by,
         parameters,
+        judged_by=judged_by,
         version=None if target is None else target.version,
         has_rally=bool(mission.rally),
     )
@@ -259,6 +261,7 @@ def check(
             charge=charge,
             homeward=homeward,
             target=judged_by,
+            fence_parameters=fence_parameters,
             given_parameters=parameters,
             terrain=terrain,
             clearance_m=clearance_m,
@@ -268,7 +271,7 @@ def check(
             charge_sd=charge_sd,
         )
     findings += (
-        check_unflown(mission, flown_by, flown_with)
+        check_unflown(mission, flown_by, fence_parameters)
         if case is None
         else check_case(case, selection)
     )
@@ -297,6 +300,25 @@ def check(
         case=case,
         selection=selection,
     )
+
+
+def _parameters(
+    vehicle: VehicleModel,
+    flown_by: Autopilot,
+    given: ParameterSet | None,
+    *,
+    judged_by: Target | None,
+    version: Version | None,
+    has_rally: bool,
+) -> tuple[FlightParameters | None, FlightParameters | None, list[Finding]]:
+    """Return the parameters a vehicle flies with and those of its fence, and their findings."""
+    flown_with, findings = flight_parameters(
+        vehicle, flown_by, given, version=version, has_rally=has_rally
+    )
+    if flown_by is not Autopilot.STEP or given is None:
+        return flown_with, flown_with, findings
+    fence, told = fence_parameters_of(given, judged_by)
+    return flown_with, fence, [*findings, *told]
 
 
 def _route(

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from planner.catalogue.tool import FILE_UNREADABLE
-from planner.errors import MissionFileError, OtherVehicleError
+from planner.errors import MissionFileError, NoMissionFileError, OtherVehicleError
 from planner.mission.files import read_mission
 from planner.service.judgement import check
 from planner.service.result import UnreadableMission
@@ -128,6 +128,14 @@ def check_read(
     try:
         return check(read(), vehicle, **options)
     except MissionFileError as error:
-        fix = "give a multicopter's mission" if isinstance(error, OtherVehicleError) else None
-        finding = FILE_UNREADABLE.finding(str(error), place=error.place, fix=fix)
+        fix = None
+        if isinstance(error, OtherVehicleError):
+            fix = "give a multicopter's mission"
+        elif isinstance(error, NoMissionFileError):
+            fix = "give the path of a mission file that can be read"
+        # The report names the file and the place itself.
+        message = str(error) if error.source != file else error.message
+        if error.source == file and error.key is not None:
+            message = f"{error.key}: {message}"
+        finding = FILE_UNREADABLE.finding(message, place=error.place, fix=fix)
         return UnreadableMission(file=file, findings=(finding,))

@@ -110,12 +110,25 @@ def test_an_ignored_finding_is_counted_but_neither_reported_nor_judged(
     assert {"E101", "E107"} <= {finding["code"] for finding in told["suppressed"]}
 
 
+def test_a_file_that_is_not_there_or_a_folder_is_named_once_and_nothing_to_mend(
+    mission: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert Path(mission).exists()
+    Path("empty").mkdir()
+    assert main(["check", "missing.plan", "empty", "--battery", "77Wh"]) == 2
+    out = capsys.readouterr().out
+    assert "missing.plan: X901 file-unreadable [error] there is no such file" in out
+    assert "empty: X901 file-unreadable [error] this is a folder" in out
+    assert out.count("fix: give the path of a mission file that can be read") == 2
+    assert "mend the file" not in out
+
+
 def test_parameters_that_change_nothing_are_not_taken_in_silence(
     mission: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("mine.param").write_text("WPNAV_SPEED,500\n", encoding="utf-8")
     main(["check", mission, "--battery", "77Wh", "--params", "mine.param"])
-    assert "mine.param is not used" in capsys.readouterr().out
+    assert "of mine.param no speed, return or failsafe is used" in capsys.readouterr().out
     assert main(["check", mission, "--battery", "77Wh", "--params", "missing.param"]) == 2
     assert "missing.param: cannot be read" in capsys.readouterr().err
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 TOO_SMALL = ("--battery", "5Wh")
 ENOUGH = ("--battery", "77Wh")
-# The shipped model does not know the wind: it is a warning, with its speed in it.
-LOADED = (*ENOUGH, "--wind", "1@0", "--fail-on", "warning")
+# The shipped model does not know the temperature: it is a warning, with its value in it.
+LOADED = (*ENOUGH, "--temperature", "20", "--fail-on", "warning")
 
 
 def test_sarif_of_real_missions_is_valid_and_has_lines(
@@ -129,8 +129,8 @@ def test_a_known_finding_is_not_reported_again_until_it_changes(
     out = capsys.readouterr().out
     assert "E108" not in out
     assert out.splitlines()[0] == "GO  out.waypoints (not counting 1 warning)"
-    assert main([*arguments, "--wind", "2@0", "--baseline", "known.json"]) == 1
-    assert "wind of 2" in capsys.readouterr().out
+    assert main([*arguments, "--temperature", "25", "--baseline", "known.json"]) == 1
+    assert "temperature of 25" in capsys.readouterr().out
 
 
 def test_writing_a_baseline_looks_past_the_one_of_the_configuration(mission: str) -> None:

@@ -23,8 +23,8 @@ TOO_SMALL = ("--battery", "5Wh")
         (("check", "out.waypoints", *TOO_SMALL), 1),
         (("check", "out.waypoints"), 1),  # no battery known
         (("check", "out.waypoints", *TOO_SMALL, "--exit-zero"), 0),
-        (("check", "out.waypoints", *ENOUGH, "--wind", "1@0", "--fail-on", "warning"), 1),
-        (("check", "out.waypoints", *ENOUGH, "--wind", "1@0"), 0),
+        (("check", "out.waypoints", *ENOUGH, "--temperature", "20", "--fail-on", "warning"), 1),
+        (("check", "out.waypoints", *ENOUGH, "--temperature", "20"), 0),
         (("check", "out.waypoints", *ENOUGH, "--payload", "1"), 1),
         (("check", "broken.plan"), 2),
         (("check", "broken.plan", "--exit-zero"), 2),

@@ -1,0 +1,149 @@
+"""What reference steps leave out of a mission or of parameters: never a go without a word."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from fenced_missions import circle
+from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
+from made_terrain import ground
+from rule_cases.case import ARDUPILOT, STEP, found, vehicle_of
+
+from planner.autopilot import Autopilot
+from planner.findings import Severity
+from planner.geo.fence import Fence
+from planner.physics.wind import Wind
+from planner.service import check
+from planner.vehicle.battery import Battery
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+
+OUT = mission(takeoff(50), waypoint(300, 50), rtl())
+CURVED = mission(takeoff(50), item(82, north(100), 50.0), item(82, north(200), 50.0), rtl())
+
+
+def of(code: str, findings: tuple[Finding, ...]) -> list[Finding]:
+    return [finding for finding in findings if finding.code == code]
+
+
+# The delay of 2.9 s and the lag of 9.5 s make about half a minute of 90 m: 3 m/s, not 0.1 nor 20.
+@pytest.mark.parametrize(
+    ("kind", "asked_m_s", "severity"),
+    [
+        (3.0, 0.1, Severity.ERROR),
+        (3.0, 20.0, Severity.WARNING),
+        (2.0, 0.1, Severity.ERROR),
+        (2.0, 20.0, Severity.WARNING),
+    ],
+)
+def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_is_an_error(
+    kind: float, asked_m_s: float, severity: Severity
+) -> None:
+    heights = (100.0, 10.0) if kind == 3.0 else (10.0, 100.0)
+    one = mission(
+        takeoff(heights[0]),
+        speed(asked_m_s, kind),
+        waypoint(100, heights[0]),
+        waypoint(100, heights[1]),
+        rtl(),
+    )
+    [told] = of("T102", found(one))
+    assert (told.severity, told.item) == (severity, 4)
+    assert f"{asked_m_s:.1f} m/s is commanded" in told.message
+    assert of("T102", found(one, ARDUPILOT)) == []
+
+
+def test_a_vertical_speed_that_nothing_is_flown_at_is_not_told() -> None:
+    # What follows is level, and a return and its landing are set in the vehicle.
+    level = mission(takeoff(50), speed(0.1, 3.0), speed(0.1, 2.0), waypoint(300, 50), rtl())
+    assert of("T102", found(level)) == []
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "text", "codes"),
+    [
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,3\nFENCE_RADIUS,200\n", {"F101"}),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,1\nFENCE_TYPE,1\nFENCE_ALT_MAX,40\n", {"F110"}),
+        (Autopilot.ARDUPILOT, "FENCE_ENABLE,0\nFENCE_TYPE,3\nFENCE_RADIUS,200\n", set()),
+        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_HOR_DIST,200\n", {"F101"}),
+        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_VER_DIST,40\n", {"F110"}),
+        (Autopilot.PX4, "GF_ACTION,3\nGF_MAX_HOR_DIST,400\nGF_MAX_VER_DIST,60\n", set()),
+    ],
+)
+@pytest.mark.parametrize("written_for", [None, Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_a_fence_of_parameters_is_judged_whoever_flies(
+    autopilot: Autopilot, text: str, codes: set[str], written_for: Autopilot | None
+) -> None:
+    named = f"{text}{'MPC_XY_CRUISE,5' if autopilot is Autopilot.PX4 else 'WPNAV_SPEED,500'}\n"
+    findings = found(replace(OUT, autopilot=written_for), STEP, named)
+    errors = {one.code for one in findings if one.severity is Severity.ERROR}
+    assert errors == codes
+
+
+def test_what_is_not_used_of_parameters_is_said_and_that_their_fence_is() -> None:
+    [told] = of("E108", found(OUT, STEP, "FENCE_ENABLE,0\nWPNAV_SPEED,500\n"))
+    assert "no speed, return or failsafe is used" in told.message
+    assert "their fence is judged" in told.message
+    assert told.severity is Severity.WARNING
+
+
+def test_a_fence_in_parameters_of_nobody_known_is_an_error() -> None:
+    told = of("E108", found(replace(OUT, autopilot=None), STEP, "FENCE_ENABLE,1\nGF_ACTION,3\n"))
+    assert [one.severity for one in told] == [Severity.ERROR, Severity.WARNING]
+
+
+def test_a_spline_flown_straight_is_an_error_where_a_fence_or_the_ground_is_judged_on_it() -> None:
+    [free] = of("T102", found(CURVED))
+    assert free.severity is Severity.WARNING
+    fence = Fence(circles=(circle(0.0, 0.0, 5000.0),))
+    [fenced] = of("T102", found(replace(CURVED, fence=fence)))
+    assert fenced.severity is Severity.ERROR
+    assert "the fence cannot be judged" in fenced.message
+    [limited] = of("T102", found(CURVED, STEP, "GF_MAX_HOR_DIST,5000\nGF_ACTION,3\n"))
+    assert limited.severity is Severity.ERROR
+    [low] = of("T102", found(CURVED, terrain=ground(0.0)))
+    assert low.severity is Severity.ERROR
+    assert "the ground cannot be judged" in low.message
+
+
+# Identified up to 10 m/s; home is flown at 10 m/s southward, 1 m/s of wind from the south against it.
+@pytest.mark.parametrize(("wind_m_s", "fires"), [(0.0, False), (0.1, False), (1.0, True)])
+def test_an_airspeed_beyond_the_identified_ones_is_an_error_with_steps_too(
+    wind_m_s: float,
+    fires: bool,  # noqa: FBT001 - a table of cases
+) -> None:
+    one = mission(takeoff(100), speed(10.0), waypoint(900, 100), rtl())
+    errors = [
+        finding
+        for finding in of("E105", found(one, wind=Wind(speed_m_s=wind_m_s, from_deg=180.0)))
+        if finding.severity is Severity.ERROR
+    ]
+    assert bool(errors) is fires
+    if fires:
+        assert "through the air" in errors[0].message
+
+
+def test_a_battery_that_starts_below_the_reserve_is_told_in_numbers_that_add_up() -> None:
+    flat = check(OUT, vehicle_of(STEP), battery=Battery(capacity_wh=100.0), charge=0.05)
+    [told] = of("E101", flat.findings)
+    needed_wh = flat.totals.energy_wh
+    # 5 Wh of 20 Wh are there: 15 Wh below.
+    assert "starts 15.0 Wh below the reserve of 20 %" in told.message
+    assert f"short by {15.0 + needed_wh:.1f} Wh" in told.message
+
+
+def test_an_item_that_the_autopilot_skips_is_not_flown_to() -> None:
+    one: Mission = mission(
+        takeoff(50), waypoint(100, 50), item(30, north(500), 80.0), rtl(), autopilot=ARDUPILOT
+    )
+    checked = check(one, vehicle_of(ARDUPILOT), battery=Battery(capacity_wh=500.0))
+    assert checked.case is not None
+    assert [stage.item for stage in checked.case.route.stages] == [1, 2, 4]
+    [told] = of("T102", checked.findings)
+    assert "ArduPilot skips it" in told.message
+    [said] = of("M105", checked.findings)
+    assert "skips NAV_CONTINUE_AND_CHANGE_ALT" in said.message
