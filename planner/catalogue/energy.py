@@ -59,7 +59,8 @@ MODEL_OUTSIDE_ENVELOPE = Rule(
     why=(
         "A model says nothing about flight it was not identified on.  A longer climb is made of "
         "manoeuvres inside the range and only marked; a speed beyond the range cannot be, and is an "
-        "error, as is a climb or descent twice as fast as any."
+        "error, as is a climb or descent twice as fast as any.  Where the model's power does not depend "
+        "on the airspeed, wind makes it one from 1.6 times the identified speed on."
     ),
     how=(
         "Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "

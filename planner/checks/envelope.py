@@ -185,13 +185,15 @@ def check_rates(case: Case) -> Iterator[Finding]:
                     "time and energy cannot be trusted",
                     severity=Severity.ERROR,
                 )
-        elif extremes.airspeed_m_s.value > max(over, ground_m_s):
+        elif (airspeed_m_s := extremes.airspeed_m_s.value) > max(over, ground_m_s):
+            # Where the airspeed makes no difference nothing is extrapolated: the wind is not counted.
+            is_strong = airspeed_m_s > (1.0 + STRONG_WIND) * limit.high
             yield _outside(
                 case,
                 extremes.airspeed_m_s,
-                f"against the wind up to {numbers.speed(extremes.airspeed_m_s.value)} are flown "
+                f"against the wind up to {numbers.speed(airspeed_m_s)} are flown "
                 f"through the air, {identified}",
-                severity=Severity.ERROR,
+                severity=Severity.ERROR if case.vehicle.knows_airspeed or is_strong else None,
             )
     if (limit := box.climb_rate_m_s) is not None:
         widest = max(abs(limit.low), abs(limit.high))

@@ -113,7 +113,7 @@ def _remarks(curve: SpeedCurve) -> list[str]:
     if (identified := curve.identified_m_s) is not None:
         remarks.append(
             f"The model was identified from {numbers.decimals(identified.low, 1)} to "
-            f"{numbers.speed(identified.high)} through the air; beyond, a speed is a no-go (E105)"
+            f"{numbers.speed(identified.high)} through the air; what E105 says of a speed beyond counts"
         )
     else:
         remarks.append("The model does not say which speeds it was identified at")
