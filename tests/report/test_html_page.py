@@ -208,8 +208,10 @@ def test_a_click_on_a_finding_shows_its_place(
     assert button.get_attribute("aria-pressed") == "true"
     card = browser.find_element("css selector", f"#mission-0-finding-{number}")
     assert "shown" in (card.get_attribute("class") or "")
-    waiting = until(browser, f"return document.querySelectorAll('{marks}').length")
-    assert waiting == 1
+    stretch = survey.findings[number].stretch
+    assert stretch is not None
+    shown_parts = until(browser, f"return document.querySelectorAll('{marks}').length")
+    assert shown_parts == len(stretch.parts_deg)  # a line for each part outside the fence
     assert until(browser, "return document.querySelectorAll('.power .focus_marks path').length")
     button.click()
     assert button.get_attribute("aria-pressed") == "false"
