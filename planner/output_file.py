@@ -96,3 +96,28 @@ def write_output_files(texts: Mapping[Path, str]) -> None:
             else:
                 path.write_bytes(content)
         raise
+
+
+def make_output_folder(folder: Path, *, holding: str) -> None:
+    """Make a folder that files are to be written to, where it is not there.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder, and those it lies in.
+    holding : str
+        What is written there, in the plural: for the sentence where it is a file.
+
+    Raises
+    ------
+    OutputError
+        If it is a file or cannot be made.
+    """
+    if folder.exists() and not folder.is_dir():
+        msg = f"{folder}: is a file; {holding} are written to a folder, name a new or another one"
+        raise OutputError(msg)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{folder}: cannot be written: {error.strerror or error}"
+        raise OutputError(msg) from error

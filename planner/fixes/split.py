@@ -12,7 +12,7 @@ from planner.catalogue.loader_writer import (
     PART_FLOWN_TWICE,
     RETURN_ADDED,
 )
-from planner.errors import OutputError, SplitError, UsageError
+from planner.errors import SplitError, UsageError
 from planner.fixes.part_search import MENDED, PartSearch
 from planner.frozen import frozen
 from planner.mission.carried_state import is_output
@@ -23,7 +23,7 @@ from planner.mission.one_speed import mission_at_speed
 from planner.mission.parts import part_of
 from planner.mission.plan import read_plan_text
 from planner.mission.steps import make_steps
-from planner.output_file import write_output_file
+from planner.output_file import make_output_folder, write_output_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -203,25 +203,8 @@ def write_split(split: Split, folder: Path, *, force: bool = False) -> None:
     if there and not force:
         msg = f"{there[0]} exists already: give another folder, or --force"
         raise UsageError(msg)
-    if folder.exists() and not folder.is_dir():
-        msg = f"{folder}: is a file; parts are written to a folder, name a new or another one"
-        raise OutputError(msg)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = f"{folder}: cannot be written: {error.strerror or error}"
-        raise OutputError(msg) from error
-    before = {path: path.read_text(encoding="utf-8") for path in there}
-    try:
-        for path, part in zip(paths, split.parts, strict=True):
-            write_output_file(path, part.text)
-    except OutputError:
-        for path in paths:
-            if path in before:
-                write_output_file(path, before[path])
-            else:
-                path.unlink(missing_ok=True)
-        raise
+    make_output_folder(folder, holding="parts")
+    write_output_files({path: part.text for path, part in zip(paths, split.parts, strict=True)})
 
 
 def _refuse_not_mended(whole: CheckResult) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.errors import OutputError, UsageError
-from planner.output_file import write_output_bytes, write_output_file
+from planner.errors import UsageError
+from planner.output_file import make_output_folder, write_output_bytes, write_output_file
 from planner.plots.library import load_converter
 from planner.plots.theme import chart_config
 
@@ -94,14 +94,7 @@ def write_figures(
         If the folder or a file cannot be written.
     """
     folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        msg = f"{folder}: is a file; figures are written to a folder, name a new or another one"
-        raise OutputError(msg)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = f"{folder}: cannot be written: {error.strerror or error}"
-        raise OutputError(msg) from error
+    make_output_folder(folder, holding="figures")
     paths = []
     for stem, figure in figures.items():
         for file_format in file_formats:

@@ -236,7 +236,7 @@ def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.Monke
             raise OutputError(msg)
         path.write_text(text, encoding="utf-8")
 
-    monkeypatch.setattr("planner.fixes.split.write_output_file", fails)
+    monkeypatch.setattr("planner.output_file.write_output_file", fails)
     empty = tmp_path / "empty"
     with pytest.raises(OutputError, match="no room"):
         write_split(split, empty)
