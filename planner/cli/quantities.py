@@ -186,20 +186,12 @@ def home_amsl_m(text: str) -> float:
 
 def speed_m_s(text: str) -> float:
     """Return the speed of ``8`` or ``8m/s``."""
-    metres_per_second = _number(text, unit="m/s")
-    if not 0.0 < metres_per_second <= _FASTEST_M_S:
-        msg = f"{text!r} is out of range: above 0 and at most {_FASTEST_M_S:g} m/s"
-        raise ValueError(msg)
-    return metres_per_second
+    return _above_zero_to(_FASTEST_M_S, text, unit="m/s")
 
 
 def clearance_m(text: str) -> float:
     """Return the height of ``10`` or ``10m``."""
-    height_m = _number(text, unit="m")
-    if not 0.0 <= height_m <= 1000.0:
-        msg = f"{text!r} is out of range: 0 to 1000 m"
-        raise ValueError(msg)
-    return height_m
+    return _up_to(1000.0, text, unit="m")
 
 
 def temperature_c(text: str) -> float | Spread:
@@ -253,29 +245,17 @@ def position_error_m(text: str) -> float:
 
 def separation_m(text: str) -> float:
     """Return the distance of ``5`` or ``5m``."""
-    distance_m = _number(text, unit="m")
-    if not 0.0 < distance_m <= _FARTHEST_M:
-        msg = f"{text!r} is out of range: above 0 and at most {_FARTHEST_M:g} m"
-        raise ValueError(msg)
-    return distance_m
+    return _above_zero_to(_FARTHEST_M, text, unit="m")
 
 
 def min_nav_alt_m(text: str) -> float:
     """Return the height of ``2.5`` or ``2.5m``."""
-    height_m = _number(text, unit="m")
-    if not 0.0 <= height_m <= _FARTHEST_M:
-        msg = f"{text!r} is out of range: 0 to {_FARTHEST_M:g} m"
-        raise ValueError(msg)
-    return height_m
+    return _up_to(_FARTHEST_M, text, unit="m")
 
 
 def start_s(text: str) -> float:
     """Return the time of ``30`` or ``30s``."""
-    time_s = _number(text, unit="s")
-    if not 0.0 <= time_s <= _LATEST_START_S:
-        msg = f"{text!r} is out of range: 0 to {_LATEST_START_S:g} s"
-        raise ValueError(msg)
-    return time_s
+    return _up_to(_LATEST_START_S, text, unit="s")
 
 
 def starts_s(text: str) -> tuple[float, ...]:
@@ -306,6 +286,22 @@ def _number(text: str, *, unit: str) -> float:
         msg = f"{text!r} is no number of {unit}"
         raise ValueError(msg)
     return float(found[1])
+
+
+def _up_to(most: float, text: str, *, unit: str) -> float:
+    value = _number(text, unit=unit)
+    if not 0.0 <= value <= most:
+        msg = f"{text!r} is out of range: 0 to {most:g} {unit}"
+        raise ValueError(msg)
+    return value
+
+
+def _above_zero_to(most: float, text: str, *, unit: str) -> float:
+    value = _number(text, unit=unit)
+    if not 0.0 < value <= most:
+        msg = f"{text!r} is out of range: above 0 and at most {most:g} {unit}"
+        raise ValueError(msg)
+    return value
 
 
 def _refuse_not_positive(text: str, *values: float) -> None:
