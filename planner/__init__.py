@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
-    from planner.checks.selection import Selection
-    from planner.checks.site_profile import read_profile
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
     from planner.fixes.comparison import Comparison, compare_results
@@ -27,6 +25,8 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.mission.one_speed import mission_at_speed
     from planner.physics.wind import Wind
+    from planner.rules.selection import Selection
+    from planner.rules.site_profile import read_profile
     from planner.service import CheckResult, check, check_together
     from planner.vehicle.battery import Battery
     from planner.vehicle.library import load_vehicle
@@ -84,7 +84,7 @@ _HOMES = {
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
     "Reserve": "planner.flight.reserve",
-    "Selection": "planner.checks.selection",
+    "Selection": "planner.rules.selection",
     "Severity": "planner.findings",
     "SpeedCurve": "planner.fixes.speed_curve",
     "Split": "planner.fixes.split",
@@ -101,7 +101,7 @@ _HOMES = {
     "read_csv_mapping": "planner.logs.csv_mapping",
     "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
-    "read_profile": "planner.checks.site_profile",
+    "read_profile": "planner.rules.site_profile",
     "split_mission": "planner.fixes.split",
     "write_mission": "planner.mission.files",
     "write_split": "planner.fixes.split",

@@ -163,16 +163,16 @@ def judge_vehicle(
         return unknown_judgement(str(error)), None
     if isinstance(result, UnreadableMission):
         return no_go_judgement(result.findings, fail_on=check.fail_on), None
-    battery, case = result.battery, result.case
+    battery, assessment = result.battery, result.assessment
     prediction = None
-    if battery is not None and case is not None and case.pack is not None:
+    if battery is not None and assessment is not None and assessment.pack is not None:
         prediction = Prediction(
-            homeward=case.homeward,
-            battery=case.pack,
-            charge=case.charge,
+            homeward=assessment.homeward,
+            battery=assessment.pack,
+            charge=assessment.charge,
             usable_wh=battery.usable_wh,
             reserve_wh=battery.reserve_wh,
-            temperature_c=case.flight.power.home_temperature_c,
+            temperature_c=assessment.flight.power.home_temperature_c,
         )
     if result.verdict == "no-go":
         return no_go_judgement(result.findings, fail_on=check.fail_on), prediction

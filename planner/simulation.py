@@ -139,19 +139,19 @@ def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission 
         result = _predicted(mission, request)
     except MavjouleError:
         return None
-    if result is None or result.case is None or result.trace is None:
+    if result is None or result.assessment is None or result.trace is None:
         return None
-    case = result.case
+    assessment = result.assessment
     battery_c = request.check.conditions.battery_temperature_c
     if battery_c is None:
-        battery_c = case.flight.power.home_temperature_c
+        battery_c = assessment.flight.power.home_temperature_c
     return fly_prediction(
-        case.flight,
-        case.route,
+        assessment.flight,
+        assessment.route,
         result.trace,
-        battery=case.pack,
-        discharge=case.discharge,
-        charge=case.charge,
+        battery=assessment.pack,
+        discharge=assessment.discharge,
+        charge=assessment.charge,
         temperature_c=battery_c,
     )
 

@@ -116,7 +116,7 @@ def _sha256(file: str) -> str:
 
 
 def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:
-    if isinstance(result, UnreadableMission) or result.case is None:
+    if isinstance(result, UnreadableMission) or result.assessment is None:
         narrate(f"nothing is flown: nothing is drawn into {folder}")
         return
     from planner.plots import mission_figures, write_figures
@@ -127,7 +127,7 @@ def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:
 
 def attach_baseline(results: Results, path: Path) -> None:
     """Write what was found, for later calls not to report it."""
-    from planner.checks.baseline import write_baseline
+    from planner.rules.baseline import write_baseline
 
     for result in results:
         if isinstance(result, UnreadableMission):

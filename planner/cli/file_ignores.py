@@ -11,8 +11,8 @@ import re
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from planner.checks.selection import Exemption
 from planner.frozen import frozen
+from planner.rules.selection import Exemption
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,12 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.checks.selection import Selection
 from planner.cli.settings import FLEET_SETTINGS, REPORT_SETTINGS
 from planner.errors import UsageError
 from planner.flight.conditions import Conditions
 from planner.flight.spread import divided
 from planner.frozen import frozen
+from planner.rules.selection import Selection
 from planner.service import CheckRequest
 
 if TYPE_CHECKING:

@@ -67,14 +67,14 @@ class _Forecast:
 
 def _make_forecast(whole: CheckResult) -> _Forecast | None:
     """Return the forecast that a whole flight gives; ``None`` where its power is not known."""
-    case = whole.case
-    if case is None or not case.vehicle.is_power_known:
+    assessment = whole.assessment
+    if assessment is None or not assessment.vehicle.is_power_known:
         return None
-    homeward = case.homeward
+    homeward = assessment.homeward
     ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
     points = homeward.points(ends, np.ones(len(ends)))
     _, way_wh = homeward.way(points.stop_m, points.stage, HOME)
-    every = np.arange(len(case.route.stages))
+    every = np.arange(len(assessment.route.stages))
     # a stage without a segment is done with the one before
     return _Forecast(
         used_wh=np.interp(every, points.stage, points.used_wh),

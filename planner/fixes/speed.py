@@ -19,8 +19,8 @@ from planner.units import wh_from_j
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.checks.case import Case
     from planner.mission.items import Mission
+    from planner.rules.assessment import Assessment
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -92,28 +92,28 @@ def predict_speed_curve(
     refuse_wrong_types({"from_m_s": from_m_s, "to_m_s": to_m_s, "step_m_s": step_m_s})
     at_all_speeds = _Missions(mission, vehicle, options)
     present = service.check(mission, vehicle, **options)
-    if present.case is None:
+    if present.assessment is None:
         msg = f"{mission.source}: nothing is flown, at any speed"
         raise UsageError(msg)
-    case = present.case
-    speeds = _range(case, from_m_s, to_m_s, step_m_s)
+    assessment = present.assessment
+    speeds = _range(assessment, from_m_s, to_m_s, step_m_s)
     points = tuple(at_all_speeds.flown(speed) for speed in speeds)
     is_known = vehicle.is_power_known and vehicle.knows_airspeed
     endurance = best = None
     if is_known:
         grid = _grid(speeds[0], speeds[-1])
-        flights = {speed: _cost(case, speed) for speed in grid}
+        flights = {speed: _cost(assessment, speed) for speed in grid}
 
         def cost(speed_m_s: float) -> tuple[float, float]:
             if speed_m_s not in flights:
-                flights[speed_m_s] = _cost(case, speed_m_s)
+                flights[speed_m_s] = _cost(assessment, speed_m_s)
             return flights[speed_m_s]
 
         best = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0]))
         endurance = at_all_speeds.flown(_least(grid, lambda speed: cost(speed)[0] / cost(speed)[1]))
     sure = [*points, *(one for one in (best, endurance) if one is not None)]
-    commanded = level_speeds(case.route)
-    own_m_s = _own_speed_m_s(case)
+    commanded = level_speeds(assessment.route)
+    own_m_s = _own_speed_m_s(assessment)
     commanded_m_s = {own_m_s if speed is None else speed for speed in commanded}
     return SpeedCurve(
         file=mission.source,
@@ -209,11 +209,11 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
 
 
 def _range(
-    case: Case, from_m_s: float | None, to_m_s: float | None, step_m_s: float | None
+    assessment: Assessment, from_m_s: float | None, to_m_s: float | None, step_m_s: float | None
 ) -> list[float]:
     """Return the speeds of the points."""
     low = _SLOWEST_M_S if from_m_s is None else from_m_s
-    high = max(_highest_m_s(case), low) if to_m_s is None else to_m_s
+    high = max(_highest_m_s(assessment), low) if to_m_s is None else to_m_s
     if not (0.0 < low <= high and math.isfinite(high)):
         msg = f"a range of speeds rises from above 0, got {low:g} to {high:g} m/s"
         raise UsageError(msg)
@@ -234,20 +234,20 @@ def _even_step(least_m_s: float) -> float:
     return next(step for step in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf) if step >= least_m_s)
 
 
-def _highest_m_s(case: Case) -> float:
+def _highest_m_s(assessment: Assessment) -> float:
     """Return the fastest the model was identified at or the vehicle can fly, whichever is less."""
-    vehicle, parameters = case.vehicle, case.parameters
+    vehicle, parameters = assessment.vehicle, assessment.parameters
     limits = [vehicle.airspeed_limit_m_s, getattr(parameters, "speed_max_m_s", None)]
     if vehicle.valid_for.speed_m_s is not None:
         limits.append(vehicle.valid_for.speed_m_s.high)
     return min((limit for limit in limits if limit is not None), default=_FASTEST_UNKNOWN_M_S)
 
 
-def _own_speed_m_s(case: Case) -> float | None:
+def _own_speed_m_s(assessment: Assessment) -> float | None:
     """Return the speed of legs for which a mission commands none."""
-    if case.autopilot is Autopilot.STEP:
-        return case.vehicle.default_speed_m_s
-    return None if case.parameters is None else case.parameters.cruise_speed_m_s
+    if assessment.autopilot is Autopilot.STEP:
+        return assessment.vehicle.default_speed_m_s
+    return None if assessment.parameters is None else assessment.parameters.cruise_speed_m_s
 
 
 def _grid(low_m_s: float, high_m_s: float) -> list[float]:
@@ -258,10 +258,12 @@ def _grid(low_m_s: float, high_m_s: float) -> list[float]:
     return [low_m_s, *(speed for speed in inside if low_m_s < speed < high_m_s), high_m_s]
 
 
-def _cost(case: Case, speed_m_s: float) -> tuple[float, float]:
+def _cost(assessment: Assessment, speed_m_s: float) -> tuple[float, float]:
     """Return energy and time of the mission at a speed. [Wh], [s]"""
-    route = route_at_speed(case.route, speed_m_s)
-    flight = predict_flight(route, case.vehicle, case.conditions, case.homeward.pilot)
+    route = route_at_speed(assessment.route, speed_m_s)
+    flight = predict_flight(
+        route, assessment.vehicle, assessment.conditions, assessment.homeward.pilot
+    )
     return wh_from_j(flight.energy_j), flight.time_s
 
 

@@ -124,10 +124,10 @@ def split_mission(
         mission = mission_at_speed(mission, speed_m_s)
     whole = service.check(mission, vehicle, **options)
     _refuse_not_mended(whole)
-    case = whole.case
-    assert case is not None  # else nothing is flown, an error, and it is refused
-    meaning = None if case.target is None else case.target.autopilot
-    steps = make_steps(mission, case.route, meaning)
+    assessment = whole.assessment
+    assert assessment is not None  # else nothing is flown, an error, and it is refused
+    meaning = None if assessment.target is None else assessment.target.autopilot
+    steps = make_steps(mission, assessment.route, meaning)
     search = PartSearch(steps, vehicle, options, whole, on_step)
     ranges = search.ranges(inside_legs=False)
     if ranges is None or len(ranges) > search.fewest():

@@ -70,7 +70,7 @@ def energy_figure(result: CheckResult) -> Chart:
 def altitude_panel(tables: FlightTables) -> Chart:
     """Return the altitude over time, over the ground or, where that is not known, over home."""
     alt = load_altair()
-    home_m = tables.case.route.home_amsl_m
+    home_m = tables.assessment.route.home_amsl_m
     flight = alt.Chart(alt.NamedData("flight"))
     x = _time_axis(tables)
     y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
@@ -85,7 +85,7 @@ def altitude_panel(tables: FlightTables) -> Chart:
         ),
         flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
     ]
-    if tables.case.terrain is not None:
+    if tables.assessment.terrain is not None:
         ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").title(None))
         layers = [
             ground.mark_area(color=GREY, opacity=0.35, line=False).encode(
@@ -94,7 +94,9 @@ def altitude_panel(tables: FlightTables) -> Chart:
             ground.mark_line(color=GREY, strokeWidth=1.2),
             *layers,
         ]
-    what = "over the ground" if tables.case.terrain is not None else "with the altitude of home"
+    what = (
+        "over the ground" if tables.assessment.terrain is not None else "with the altitude of home"
+    )
     return _panel(alt.layer(*layers), f"Altitude of the flight over time, {what}")
 
 
@@ -138,7 +140,7 @@ def power_panel(tables: FlightTables) -> Chart:
         if row["end_min"] - row["start_min"] > _LABELLED_BAND * whole_min
     ]
     has_room = alt.ExprRef(f"datum.share * width > {_CHARACTER_PX} * length(datum.state) ? 1 : 0")
-    if tables.case.vehicle.is_power_known:
+    if tables.assessment.vehicle.is_power_known:
         layers.append(
             alt.Chart(alt.NamedData("flight"))
             .mark_line(color=RED, strokeWidth=1.5)
@@ -194,7 +196,7 @@ def energy_panel(tables: FlightTables) -> Chart:
                 fill=spread.title("Used so far").scale(domain=[_SPREAD], range=[ORANGE]),
             )
         )
-    if tables.case.vehicle.is_power_known:
+    if tables.assessment.vehicle.is_power_known:
         layers += [
             curve(alt.NamedData("flight"), "used_wh", _USED),
             curve(alt.NamedData("returns"), "needed_wh", _NEEDED),
@@ -225,7 +227,7 @@ def tightest_row(tables: FlightTables) -> Row | None:
     way = tables.result.way_home
     if way is None or way.tightest is None:
         return None
-    homeward, time_s = tables.case.homeward, way.tightest.time_s
+    homeward, time_s = tables.assessment.homeward, way.tightest.time_s
     ends_s = np.append(homeward.start_s, homeward.flight.time_s)
     used_wh = float(np.interp(time_s, ends_s, homeward.used_wh))
     return {
@@ -253,7 +255,7 @@ def limit_rows(battery: BatteryBudget) -> list[Row]:
 
 def _heights_m(tables: FlightTables) -> list[float]:
     """Return the lowest and the highest height to draw, with some room about them. [m AMSL]"""
-    heights = [tables.case.route.home_amsl_m]
+    heights = [tables.assessment.route.home_amsl_m]
     for row in tables.flight:
         heights += [row[key] for key in _HEIGHTS if row.get(key) is not None]
     low, high = min(heights), max(heights)

@@ -10,10 +10,10 @@ from planner.findings import Severity
 from planner.geo.fence import FencePolygon
 
 if TYPE_CHECKING:
-    from planner.checks.case import Case
     from planner.flight.motion.kinematics import FloatArray
     from planner.geo.fence import FenceCircle
     from planner.geo.local_frame import LocalFrame
+    from planner.rules.assessment import Assessment
     from planner.service import CheckResult
 
 Row = dict[str, Any]
@@ -25,10 +25,10 @@ _MOST_ITEMS = 1_500
 """Of more items only some are marked, evenly chosen: the path shows the others."""
 
 
-def item_rows(case: Case) -> list[Row]:
+def item_rows(assessment: Assessment) -> list[Row]:
     """Return the places of the items that are flown, a row each, but for a great many."""
-    frame = case.route.frame
-    stages = {stage.item: stage for stage in case.route.stages}
+    frame = assessment.route.frame
+    stages = {stage.item: stage for stage in assessment.route.stages}
     chosen = list(stages)[:: 1 + len(stages) // _MOST_ITEMS]
     stages = {item: stages[item] for item in chosen}
     latitude_deg, longitude_deg = frame.latitude_longitude_deg(
@@ -44,23 +44,23 @@ def item_rows(case: Case) -> list[Row]:
     ]
 
 
-def place_rows(case: Case) -> list[Row]:
+def place_rows(assessment: Assessment) -> list[Row]:
     """Return home and the rally points, a row each."""
-    frame = case.route.frame
+    frame = assessment.route.frame
     home = _place("home", "home", frame, frame.latitude_deg, frame.longitude_deg)
     rally = [
         _place(
             "rally point", f"rally point {number}", frame, place.latitude_deg, place.longitude_deg
         )
         | {"short": f"R{number}"}
-        for number, place in enumerate(case.mission.rally, start=1)
+        for number, place in enumerate(assessment.mission.rally, start=1)
     ]
     return [home | {"short": "H"}, *rally]
 
 
-def fence_rows(case: Case) -> list[Row]:
+def fence_rows(assessment: Assessment) -> list[Row]:
     """Return the outlines of the fence's areas, closed, a row per point."""
-    fence, frame = case.mission.fence, case.route.frame
+    fence, frame = assessment.mission.fence, assessment.route.frame
     if fence is None:
         return []
     areas: tuple[FencePolygon | FenceCircle, ...] = (*fence.polygons, *fence.circles)
@@ -84,9 +84,9 @@ def fence_rows(case: Case) -> list[Row]:
 
 def stretch_rows(result: CheckResult) -> list[Row]:
     """Return where over ground findings are, a row per point; ``finding`` counts as in the result."""
-    if result.case is None:
+    if result.assessment is None:
         return []
-    frame = result.case.route.frame
+    frame = result.assessment.route.frame
     return [
         {
             "finding": number,

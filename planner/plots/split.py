@@ -71,12 +71,12 @@ def split_map_figure(split: FlownParts) -> Chart:
         If Altair is missing.
     """
     alt = load_altair()
-    case = split.parts[0].result.case
-    assert case is not None  # a part that is a go is flown
+    assessment = split.parts[0].result.assessment
+    assert assessment is not None  # a part that is a go is flown
     legs = [row for number in range(len(split.parts)) for row in _leg_rows(split, number)]
-    marks = place_rows(case)
+    marks = place_rows(assessment)
     view = ground_view([*legs, *marks])
-    fence = _seen(fence_rows(case), view)
+    fence = _seen(fence_rows(assessment), view)
     x, y = ground_axes(view)
 
     def layer(rows: list[Row]) -> Chart:
@@ -185,9 +185,9 @@ def _seen(fence: list[Row], view: View) -> list[Row]:
 def _leg_rows(split: FlownParts, number: int) -> list[Row]:
     """Return the way of a part over ground; its own legs and the ways there and home apart."""
     part = split.parts[number]
-    case = part.result.case
-    assert case is not None  # a part that is a go is flown
-    trace = sample_trace(case.flight, case.route)
+    assessment = part.result.assessment
+    assert assessment is not None  # a part that is a go is flown
+    trace = sample_trace(assessment.flight, assessment.route)
     first = np.searchsorted(trace.item, part.first_own_item)
     behind = np.searchsorted(trace.item, part.last_own_item, side="right")
     ends = [0, int(first), int(behind), len(trace.item) - 1]
@@ -195,7 +195,7 @@ def _leg_rows(split: FlownParts, number: int) -> list[Row]:
         {"part": str(number + 1), "stretch": 3 * number + stage, "is_own": stage == _OWN}
         | {key: row[key] for key in ("time_min", "east_m", "north_m")}
         for stage, (start, end) in enumerate(pairwise(ends))
-        for row in path_rows(case, trace, slice(start, end + 1))
+        for row in path_rows(assessment, trace, slice(start, end + 1))
     ]
 
 

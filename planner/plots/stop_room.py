@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.checks.fenced_flight import make_fenced_flight
 from planner.geo.swept_area import swept_areas
+from planner.rules.fenced_flight import make_fenced_flight
 
 if TYPE_CHECKING:
-    from planner.checks.case import Case
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.plots.places import Row
+    from planner.rules.assessment import Assessment
 
 _MOST_POINTS = 1_500
 """Corners of all areas together; more are thinned out."""
@@ -26,7 +26,7 @@ _ARC_POINTS = 4
 """Of a quarter turn."""
 
 
-def stop_room_rows(case: Case) -> list[Row]:
+def stop_room_rows(assessment: Assessment) -> list[Row]:
     """Return what a flight would pass over if it were told to stop anywhere, a row per corner.
 
     Around every place of the path it is the way straight ahead until the vehicle stands still (to
@@ -35,7 +35,7 @@ def stop_room_rows(case: Case) -> list[Row]:
 
     Parameters
     ----------
-    case : Case
+    assessment : Assessment
         What is flown; without a fence there is no such area, nor where none of it could be seen.
 
     Returns
@@ -44,11 +44,11 @@ def stop_room_rows(case: Case) -> list[Row]:
         ``area``, ``order``, ``east_m``, ``north_m``; an area with holes is one line that goes there
         and back, round each hole the other way, so that it is filled as it should be.
     """
-    if not case.mission.fence:
+    if not assessment.mission.fence:
         return []
     import shapely
 
-    flown = make_fenced_flight(case)
+    flown = make_fenced_flight(assessment)
     dot_m = _DOT * float(np.ptp(flown.points_m, axis=0).max())
     farthest_m = float(np.hypot(*(flown.stopped_m - flown.points_m).T).max()) + flown.margin_m
     if farthest_m < dot_m:
@@ -69,7 +69,7 @@ def stop_room_rows(case: Case) -> list[Row]:
     for number, polygon in enumerate(shapely.get_parts(outline), start=1):
         places = _single_line(polygon)
         degrees = flown.frame.latitude_longitude_deg(places[:, 0], places[:, 1])
-        east_m, north_m = case.route.frame.east_north_m(*degrees)
+        east_m, north_m = assessment.route.frame.east_north_m(*degrees)
         rows += [
             {"area": number, "order": order, "east_m": round(east, 1), "north_m": round(north, 1)}
             for order, (east, north) in enumerate(

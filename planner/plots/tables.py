@@ -23,11 +23,11 @@ from planner.plots.stop_room import stop_room_rows
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
-    from planner.checks.case import Case
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.trace import Trace
     from planner.plots.library import Chart
     from planner.plots.places import Row
+    from planner.rules.assessment import Assessment
     from planner.service import CheckResult
 
 MOST_ROWS = 2_400
@@ -51,7 +51,7 @@ class FlightTables:
     """A result, and the rows of its pictures."""
 
     result: CheckResult
-    case: Case
+    assessment: Assessment
     flight: list[Row]
     """Samples over time; power and energy are left out where they are not known."""
     path: list[Row]
@@ -96,23 +96,23 @@ def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTab
     UsageError
         If nothing is flown, of which there is no picture.
     """
-    case = result.case
-    if case is None:
+    assessment = result.assessment
+    if assessment is None:
         msg = f"{result.file}: nothing is flown, so there is nothing to draw"
         raise UsageError(msg)
-    trace = sample_trace(case.flight, case.route, most_samples=_SAMPLES)
+    trace = sample_trace(assessment.flight, assessment.route, most_samples=_SAMPLES)
     return FlightTables(
         result=result,
-        case=case,
-        flight=_flight_rows(case, trace, most_rows),
-        path=path_rows(case, trace),
-        states=_state_rows(case),
-        returns=_return_rows(case, most_rows) if case.vehicle.is_power_known else [],
-        marks=item_rows(case) + place_rows(case),
-        fence=fence_rows(case),
+        assessment=assessment,
+        flight=_flight_rows(assessment, trace, most_rows),
+        path=path_rows(assessment, trace),
+        states=_state_rows(assessment),
+        returns=_return_rows(assessment, most_rows) if assessment.vehicle.is_power_known else [],
+        marks=item_rows(assessment) + place_rows(assessment),
+        fence=fence_rows(assessment),
         stretches=stretch_rows(result),
-        room=stop_room_rows(case),
-        band=_band_rows(case),
+        room=stop_room_rows(assessment),
+        band=_band_rows(assessment),
     )
 
 
@@ -126,14 +126,14 @@ def with_data(chart: Chart, tables: FlightTables) -> Chart:
     return chart
 
 
-def _flight_rows(case: Case, trace: Trace, most_rows: int) -> list[Row]:
-    known = case.vehicle.is_power_known
+def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[Row]:
+    known = assessment.vehicle.is_power_known
     kept = _extremes(
         trace.time_s,
         (trace.power_w, trace.altitude_amsl_m, trace.ground_speed_m_s),
         most_rows // _EXTREMES,
     )
-    east_m, north_m = case.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
+    east_m, north_m = assessment.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
     columns = {
         "time_min": _rounded(trace.time_s / 60.0, 4),
         "item": trace.item.tolist(),
@@ -145,19 +145,19 @@ def _flight_rows(case: Case, trace: Trace, most_rows: int) -> list[Row]:
     }
     if known:
         columns["power_w"] = _rounded(trace.power_w, 1)
-        columns["used_wh"] = _rounded(_used_wh(case, trace), 3)
-    if case.terrain is not None:
-        ground_m = case.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
+        columns["used_wh"] = _rounded(_used_wh(assessment, trace), 3)
+    if assessment.terrain is not None:
+        ground_m = assessment.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
         columns["ground_amsl_m"] = _rounded(ground_m.filled(np.nan), 1)
     return _rows(columns, kept)
 
 
-def path_rows(case: Case, trace: Trace, chosen: slice = slice(None)) -> list[Row]:
+def path_rows(assessment: Assessment, trace: Trace, chosen: slice = slice(None)) -> list[Row]:
     """Return the way over ground, a row for each corner that can be seen.
 
     Parameters
     ----------
-    case : Case
+    assessment : Assessment
         What is flown.
     trace : Trace
         Its samples.
@@ -166,7 +166,7 @@ def path_rows(case: Case, trace: Trace, chosen: slice = slice(None)) -> list[Row
     """
     import shapely
 
-    east_m, north_m = case.route.frame.east_north_m(
+    east_m, north_m = assessment.route.frame.east_north_m(
         trace.latitude_deg[chosen], trace.longitude_deg[chosen]
     )
     number = np.arange(len(east_m), dtype=np.float64)
@@ -185,8 +185,8 @@ def path_rows(case: Case, trace: Trace, chosen: slice = slice(None)) -> list[Row
     return _rows(columns, kept)
 
 
-def _state_rows(case: Case) -> list[Row]:
-    columns = case.flight.motion.segments
+def _state_rows(assessment: Assessment) -> list[Row]:
+    columns = assessment.flight.motion.segments
     state, end_s = columns.state, columns.end_s
     last = np.flatnonzero(np.diff(state, append=-1))
     bands = list(
@@ -227,9 +227,9 @@ def _coarse_bands(state: IntArray, end_s: FloatArray) -> list[tuple[int, float, 
     return bands
 
 
-def _return_rows(case: Case, most_rows: int) -> list[Row]:
-    profile = return_profile(case.homeward)
-    landing = [stage.item for stage in case.route.stages if stage.kind in _LANDINGS]
+def _return_rows(assessment: Assessment, most_rows: int) -> list[Row]:
+    profile = return_profile(assessment.homeward)
+    landing = [stage.item for stage in assessment.route.stages if stage.kind in _LANDINGS]
     turning = np.flatnonzero(~np.isin(profile.item, landing))
     needed_wh = profile.used_wh + profile.return_wh
     columns = {
@@ -242,18 +242,18 @@ def _return_rows(case: Case, most_rows: int) -> list[Row]:
     return _rows(columns, turning[kept])
 
 
-def _band_rows(case: Case) -> list[Row]:
-    if case.vehicle.spread is None:
+def _band_rows(assessment: Assessment) -> list[Row]:
+    if assessment.vehicle.spread is None:
         return []
-    columns = case.flight.motion.segments
-    even_s = np.linspace(0.0, case.flight.time_s, _BAND_POINTS)[1:]
+    columns = assessment.flight.motion.segments
+    even_s = np.linspace(0.0, assessment.flight.time_s, _BAND_POINTS)[1:]
     segments = np.unique(np.searchsorted(columns.end_s, even_s).clip(max=len(columns.end_s) - 1))
     band = predict_energy_band(
-        case.homeward,
-        case.conditions,
+        assessment.homeward,
+        assessment.conditions,
         segments,
-        spread=case.vehicle.spread,
-        charge=(case.charge, case.charge_sd),
+        spread=assessment.vehicle.spread,
+        charge=(assessment.charge, assessment.charge_sd),
     )
     if band is None:
         return []
@@ -268,10 +268,10 @@ def _band_rows(case: Case) -> list[Row]:
     return _rows(rows, np.arange(len(times_s)))
 
 
-def _used_wh(case: Case, trace: Trace) -> FloatArray:
+def _used_wh(assessment: Assessment, trace: Trace) -> FloatArray:
     """Return the energy used by each sample: exact where segments end, by the powers between."""
-    ends_s = np.concatenate(([0.0], case.flight.motion.segments.end_s))
-    ends_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(case.flight.segment_energy_j))))
+    ends_s = np.concatenate(([0.0], assessment.flight.motion.segments.end_s))
+    ends_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(assessment.flight.segment_energy_j))))
     steps_j = 0.5 * (trace.power_w[1:] + trace.power_w[:-1]) * np.diff(trace.time_s)
     rough_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(steps_j))))
     rough_at_ends_wh = np.interp(ends_s, trace.time_s, rough_wh)

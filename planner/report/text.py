@@ -6,13 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.checks.energy import destination_name, place_along, reserve_name
 from planner.findings import Severity
 from planner.report.finding_text import closing_line, finding_lines, note_lines
 from planner.report.finding_text import tally as finding_tally
 from planner.report.phases import flight_phases
 from planner.report.plain_text import printable
 from planner.report.table import table_lines
+from planner.rules.energy import destination_name, place_along, reserve_name
 from planner.service import CheckResult
 
 if TYPE_CHECKING:

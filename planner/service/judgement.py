@@ -6,9 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot, Target
-from planner.checks.case import Case
-from planner.checks.registry import check_case, check_unflown
-from planner.checks.selection import Selection
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.budget import (
@@ -32,11 +29,13 @@ from planner.flight.trace import sample_trace
 from planner.mission.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
+from planner.rules.assessment import Assessment
+from planner.rules.registry import check_case, check_unflown
+from planner.rules.selection import Selection
 from planner.service.arguments import refuse_out_of_range, refuse_wrong_types, reserve_of
 from planner.service.result import CheckResult
 
 if TYPE_CHECKING:
-    from planner.checks.site_profile import SiteProfile
     from planner.findings import Finding
     from planner.flight.destination import Destinations
     from planner.flight.prediction import Flight
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.stage import Route
+    from planner.rules.site_profile import SiteProfile
     from planner.service.result import Verdict
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
@@ -194,7 +194,7 @@ def check(
     if known is not None:
         known = known.aged(health=battery_health, resistance_factor=battery_resistance_factor)
     flight: Flight | None = None
-    case: Case | None = None
+    assessment: Assessment | None = None
     totals, budget, home = NOTHING_FLOWN, None, None
     items: tuple[ItemArrival, ...] = ()
     findings += [*mission.findings, *route.findings, *replaced]
@@ -244,7 +244,7 @@ def check(
                 search=search,
             )
             flight, totals, budget, home = scenarios.added_to(flight, totals, budget, home)
-        case = Case(
+        assessment = Assessment(
             mission=mission,
             route=route,
             vehicle=vehicle,
@@ -272,8 +272,8 @@ def check(
         )
     findings += (
         check_unflown(mission, flown_by, fence_parameters)
-        if case is None
-        else check_case(case, selection)
+        if assessment is None
+        else check_case(assessment, selection)
     )
     reported, suppressed = selection.divide(findings, file=mission.source)
     return CheckResult(
@@ -297,7 +297,7 @@ def check(
         fail_on=fail_on,
         parameters=flown_with,
         trace=sample_trace(flight, route) if with_trace and flight is not None else None,
-        case=case,
+        assessment=assessment,
         selection=selection,
     )
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING
 
-from planner.checks.selection import Selection
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
 from planner.frozen import frozen
+from planner.rules.selection import Selection
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Literal
 
-from planner.checks.selection import Selection
 from planner.findings import Severity
 from planner.frozen import frozen
+from planner.rules.selection import Selection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.segment import ItemArrival, Segment
     from planner.flight.trace import Trace
+    from planner.rules.assessment import Assessment
     from planner.vehicle.parameters import FlightParameters
 
 
@@ -48,7 +48,7 @@ class CheckResult:
     """What the autopilot was taken to fly with, each value with its origin."""
     trace: Trace | None = None
     """The flight sampled over time, where it was asked for and something is flown."""
-    case: Case | None = None
+    assessment: Assessment | None = None
     """Everything the rules looked at, for pictures; ``None`` where nothing is flown."""
     selection: Selection = field(default_factory=Selection)
     """Which findings were asked for, for whatever is found about several missions together."""

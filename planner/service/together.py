@@ -25,11 +25,11 @@ from planner.service.result import CheckResult, UnreadableMission
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.fleet.approach import Approach
     from planner.fleet.separation import Conflict
     from planner.mission.items import Mission
+    from planner.rules.assessment import Assessment
 
 _OWN_CODES = frozenset(
     rule.code for rule in (SEPARATION, DUPLICATE_SYSTEM_ID, SEPARATION_UNCHECKED)
@@ -90,23 +90,26 @@ def check_together(
             msg = f"{name} must be {least}, got {value}"
             raise UsageError(msg)
     flown = [
-        (position, result.case)
+        (position, result.assessment)
         for position, result in enumerate(results)
         if isinstance(result, CheckResult)
-        and result.case is not None
-        and result.case.flight.time_s > 0.0
+        and result.assessment is not None
+        and result.assessment.flight.time_s > 0.0
     ]
-    cases = [case for _, case in flown]
+    cases = [assessment for _, assessment in flown]
     fleet = [
         Member(
             file=results[position].file,
             trajectory=make_trajectory(
-                case.flight.motion, case.route, cases[0].route.frame, min_nav_alt_m=min_nav_alt_m
+                assessment.flight.motion,
+                assessment.route,
+                cases[0].route.frame,
+                min_nav_alt_m=min_nav_alt_m,
             ),
             start_s=starts_s[position],
-            home_amsl_m=_known_home_amsl_m(case),
+            home_amsl_m=_known_home_amsl_m(assessment),
         )
-        for position, case in flown
+        for position, assessment in flown
     ]
     spacing = Spacing(separation_m=separation_m, start_error_s=start_error_s)
     conflicts = list(predict_conflicts(fleet, spacing))
@@ -118,9 +121,9 @@ def check_together(
         return nearest, clearing_delay_s(*pair, spacing)
 
     added: list[list[Finding]] = [[] for _ in results]
-    for number, (position, case) in enumerate(flown):
+    for number, (position, assessment) in enumerate(flown):
         added[position] += _too_near(
-            number, fleet, conflicts, spacing, case.mission, details=details
+            number, fleet, conflicts, spacing, assessment.mission, details=details
         )
         added[position] += _same_system_id(number, cases, fleet)
     for position, reasons in enumerate(_unchecked(results, flown, fleet, min_nav_alt_m)):
@@ -150,13 +153,13 @@ def _starts_s(results: Sequence[object], starts_s: Sequence[float]) -> tuple[flo
     return starts
 
 
-def _known_home_amsl_m(case: Case) -> float | None:
+def _known_home_amsl_m(assessment: Assessment) -> float | None:
     """Return the altitude of home; ``None`` where it is not known. [m AMSL]"""
-    home = case.mission.home
+    home = assessment.mission.home
     # 0 is what programs write who do not know.
     is_told = home is not None and bool(home.altitude_amsl_m)
-    if is_told or case.given_home_amsl_m is not None or case.terrain is not None:
-        return case.route.home_amsl_m
+    if is_told or assessment.given_home_amsl_m is not None or assessment.terrain is not None:
+        return assessment.route.home_amsl_m
     return None
 
 
@@ -221,7 +224,7 @@ def _when(member: Member, time_s: float, item: int) -> str:
 
 
 def _same_system_id(
-    number: int, cases: Sequence[Case], fleet: Sequence[Member]
+    number: int, cases: Sequence[Assessment], fleet: Sequence[Member]
 ) -> Iterator[Finding]:
     """Yield that another vehicle, by another file of parameters, has the system id of this one."""
     own = _system_id(cases[number])
@@ -229,8 +232,10 @@ def _same_system_id(
         return
     same = [
         (fleet[position].file, found[1])
-        for position, case in enumerate(cases)
-        if (found := _system_id(case)) is not None and found[0] == own[0] and found[1] != own[1]
+        for position, assessment in enumerate(cases)
+        if (found := _system_id(assessment)) is not None
+        and found[0] == own[0]
+        and found[1] != own[1]
     ]
     if same:
         yield DUPLICATE_SYSTEM_ID.finding(
@@ -238,9 +243,9 @@ def _same_system_id(
         )
 
 
-def _system_id(case: Case) -> tuple[float, str] | None:
+def _system_id(assessment: Assessment) -> tuple[float, str] | None:
     """Return the system id a vehicle's own parameters give, and their source."""
-    given = case.given_parameters
+    given = assessment.given_parameters
     if given is None:
         return None
     for name in _SYSTEM_IDS:
@@ -251,7 +256,7 @@ def _system_id(case: Case) -> tuple[float, str] | None:
 
 def _unchecked(
     results: Sequence[CheckResult | UnreadableMission],
-    flown: Sequence[tuple[int, Case]],
+    flown: Sequence[tuple[int, Assessment]],
     fleet: Sequence[Member],
     min_nav_alt_m: float,
 ) -> Iterator[list[str]]:

@@ -15,9 +15,9 @@ from planner.tui.ground import ground
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.checks.case import Case
     from planner.link.vehicle import VehicleSnapshot
     from planner.mission.items import Mission
+    from planner.rules.assessment import Assessment
     from planner.service import UnreadableMission
     from planner.tui.curves import Picture
     from planner.tui.ground import Ground
@@ -40,9 +40,9 @@ class Checked:
     """The vehicle that it was read from; ``None`` where it was a file."""
 
     @property
-    def case(self) -> Case | None:
+    def assessment(self) -> Assessment | None:
         """Everything the rules looked at; ``None`` where nothing is flown."""
-        return self.result.case if isinstance(self.result, CheckResult) else None
+        return self.result.assessment if isinstance(self.result, CheckResult) else None
 
 
 def checked(file: str, what_if: WhatIf) -> Checked:
@@ -58,14 +58,14 @@ def checked(file: str, what_if: WhatIf) -> Checked:
     request = what_if.request()
     before = file_sha256(file)
     result = service.check_file(file, request)
-    case = result.case if isinstance(result, CheckResult) else None
+    assessment = result.assessment if isinstance(result, CheckResult) else None
     return Checked(
         file=file,
         what_if=what_if,
         sha256=before if before == file_sha256(file) else None,
         result=result,
-        pictures=pictures(case),
-        ground=ground(case),
+        pictures=pictures(assessment),
+        ground=ground(assessment),
     )
 
 
@@ -80,14 +80,14 @@ def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
         If the settings are unusable.
     """
     result = _check_vehicle(snapshot, what_if)
-    case = result.case if isinstance(result, CheckResult) else None
+    assessment = result.assessment if isinstance(result, CheckResult) else None
     return Checked(
         file=snapshot.address,
         what_if=what_if,
         sha256=None,
         result=result,
-        pictures=pictures(case),
-        ground=ground(case),
+        pictures=pictures(assessment),
+        ground=ground(assessment),
         snapshot=snapshot,
     )
 
@@ -112,7 +112,9 @@ def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | U
     return check_what_if(checked.file, what_if)
 
 
-def check_inputs(checked: Checked, case: Case) -> tuple[Mission, VehicleModel, dict[str, Any]]:
+def check_inputs(
+    checked: Checked, assessment: Assessment
+) -> tuple[Mission, VehicleModel, dict[str, Any]]:
     """Return mission, vehicle and options of a check, as `planner.check` takes them.
 
     Raises
@@ -121,11 +123,11 @@ def check_inputs(checked: Checked, case: Case) -> tuple[Mission, VehicleModel, d
         If a file that the settings name is unusable by now.
     """
     vehicle, options = service.read_request(
-        checked.what_if.request(), parameters=case.given_parameters
+        checked.what_if.request(), parameters=assessment.given_parameters
     )
     if checked.snapshot is not None:
-        options["charge"] = case.charge  # the vehicle's own, where it tells one
-    return case.mission, vehicle, options
+        options["charge"] = assessment.charge  # the vehicle's own, where it tells one
+    return assessment.mission, vehicle, options
 
 
 def file_sha256(file: str) -> str | None:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from datetime import datetime
 
-    from planner.checks.site_profile import ManualItem
     from planner.findings import Finding
+    from planner.rules.site_profile import ManualItem
     from planner.tui.checked import Checked
 
 AUTOMATIC_FAMILIES = "EFAWMTPX"
@@ -67,7 +67,7 @@ class ChecklistRows:
 
 def manual_items(checked: Checked) -> tuple[ManualItem, ...]:
     """Return what the profile asks a person to look at."""
-    profile = None if checked.case is None else checked.case.profile
+    profile = None if checked.assessment is None else checked.assessment.profile
     return () if profile is None else profile.manual
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from planner.checks.case import Case
+    from planner.rules.assessment import Assessment
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -58,11 +58,11 @@ class Picture:
         return float(np.interp(time_s, self.lines[0].time_s, self.lines[0].value))
 
 
-def pictures(case: Case | None) -> tuple[Picture, ...]:
+def pictures(assessment: Assessment | None) -> tuple[Picture, ...]:
     """Return the pictures of a flight: altitude, speed, power, energy, charge, as far as known."""
-    if case is None or not case.flight.time_s > 0.0:
+    if assessment is None or not assessment.flight.time_s > 0.0:
         return ()
-    flight = case.flight
+    flight = assessment.flight
     end_s = flight.motion.segments.end_s
     time_s = np.linspace(0.0, flight.time_s, SAMPLES)
     if len(end_s) <= _MOST_ENDS:
@@ -80,27 +80,27 @@ def pictures(case: Case | None) -> tuple[Picture, ...]:
             shown=numbers.speed,
         ),
     ]
-    if not case.vehicle.is_power_known:
+    if not assessment.vehicle.is_power_known:
         return tuple(found)
     power = Line(name="power", time_s=time_s, value=flight.power_w(time_s), ink="curve")
     found.append(Picture(name="power", lines=(power,), shown=numbers.power))
-    found.append(_energy(case))
-    if (charge := _charge(case)) is not None:
+    found.append(_energy(assessment))
+    if (charge := _charge(assessment)) is not None:
         found.append(charge)
     return tuple(found)
 
 
-def _used(case: Case) -> tuple[FloatArray, FloatArray]:
+def _used(assessment: Assessment) -> tuple[FloatArray, FloatArray]:
     """Return times and the energy used by then, at the ends of the segments."""
-    flight = case.flight
+    flight = assessment.flight
     time_s = np.append(0.0, flight.motion.segments.end_s)
     return time_s, np.append(0.0, np.cumsum(wh_from_j(flight.segment_energy_j)))
 
 
-def _energy(case: Case) -> Picture:
-    time_s, used_wh = _used(case)
+def _energy(assessment: Assessment) -> Picture:
+    time_s, used_wh = _used(assessment)
     lines = [Line(name="used", time_s=time_s, value=used_wh, ink="curve")]
-    home = return_profile(case.homeward)
+    home = return_profile(assessment.homeward)
     lines.append(
         Line(
             name="used and way home",
@@ -109,28 +109,28 @@ def _energy(case: Case) -> Picture:
             ink="second",
         )
     )
-    if case.battery is not None:
-        above_wh = case.battery.usable_wh - case.battery.reserve_wh
-        lines.append(_level("above the reserve", above_wh, case.flight.time_s))
+    if assessment.battery is not None:
+        above_wh = assessment.battery.usable_wh - assessment.battery.reserve_wh
+        lines.append(_level("above the reserve", above_wh, assessment.flight.time_s))
     return Picture(name="energy", lines=tuple(lines), shown=numbers.energy)
 
 
-def _charge(case: Case) -> Picture | None:
+def _charge(assessment: Assessment) -> Picture | None:
     """Return the charge left: of the battery's own curve where it is known, else of its energy."""
-    battery = case.battery
+    battery = assessment.battery
     if battery is None or not battery.capacity_wh > 0.0:
         return None
-    time_s, used_wh = _used(case)
-    if case.discharge is None:
+    time_s, used_wh = _used(assessment)
+    if assessment.discharge is None:
         name, left = "energy left in the battery", battery.usable_wh - used_wh
         left = left / battery.capacity_wh
     else:
         name = "charge left in the battery"
-        left = np.append(case.charge, case.discharge.state_of_charge)
+        left = np.append(assessment.charge, assessment.discharge.state_of_charge)
     lines = [Line(name="left", time_s=time_s, value=left, ink="curve")]
-    if case.discharge is None:
+    if assessment.discharge is None:
         share = battery.reserve_wh / battery.capacity_wh
-        lines.append(_level("reserve", share, case.flight.time_s))
+        lines.append(_level("reserve", share, assessment.flight.time_s))
     return Picture(name=name, lines=tuple(lines), shown=numbers.percent)
 
 
@@ -170,20 +170,20 @@ def thinned(
     return np.repeat(column[first], 2), pair.ravel()
 
 
-def moment_text(case: Case | None, time_s: float) -> str:
+def moment_text(assessment: Assessment | None, time_s: float) -> str:
     """Return what the vehicle does at a moment of its flight, in one line."""
-    if case is None or not math.isfinite(time_s):
+    if assessment is None or not math.isfinite(time_s):
         return ""
-    flight = case.flight
+    flight = assessment.flight
     at = np.array([min(max(time_s, 0.0), flight.time_s)])
     state = flight.motion.state_at_time(at)
-    used_s, used_wh = _used(case)
+    used_s, used_wh = _used(assessment)
     parts = [
         numbers.duration(float(at[0])),
         f"{numbers.height(float(state.height_m[0]))} up",
         numbers.speed(float(state.ground_speed_m_s[0])),
     ]
-    if case.vehicle.is_power_known:
+    if assessment.vehicle.is_power_known:
         parts += [
             numbers.power(float(flight.power_w(at)[0])),
             f"{numbers.energy(float(np.interp(at[0], used_s, used_wh)))} used",

@@ -86,8 +86,8 @@ def item_details(result: CheckResult, number: int) -> Details:
         ),
         ("Used", numbers.energy(arrival.energy_used_wh)),
     ]
-    if result.case is not None:
-        item = result.case.mission.items[number - 1]
+    if result.assessment is not None:
+        item = result.assessment.mission.items[number - 1]
         if item.latitude_deg and item.longitude_deg:
             place = f"{numbers.decimals(item.latitude_deg, 6)}°, "
             parts.append(("Place", place + f"{numbers.decimals(item.longitude_deg, 6)}°"))

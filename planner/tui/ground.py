@@ -12,11 +12,11 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from planner.checks.case import Case
     from planner.findings import FlightStretch
     from planner.geo.fence import Fence
     from planner.geo.local_frame import LocalFrame
     from planner.physics.wind import Wind
+    from planner.rules.assessment import Assessment
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -93,21 +93,21 @@ class Ground:
         return float(self.time_s[nearest])
 
 
-def ground(case: Case | None) -> Ground | None:
+def ground(assessment: Assessment | None) -> Ground | None:
     """Return the ground of a flight; ``None`` where nothing is flown."""
-    if case is None or not case.flight.time_s > 0.0:
+    if assessment is None or not assessment.flight.time_s > 0.0:
         return None
-    flight, frame = case.flight, case.route.frame
+    flight, frame = assessment.flight, assessment.route.frame
     time_s = np.linspace(0.0, flight.time_s, _SAMPLES)
     end_s = flight.motion.segments.end_s
     if len(end_s) <= _MOST_ENDS:
         time_s = np.union1d(time_s, np.clip(end_s, 0.0, flight.time_s))
     state = flight.motion.state_at_time(time_s)
     marks = [Mark(letter="H", name="home", east_m=0.0, north_m=0.0)]
-    if case.mission.rally:
+    if assessment.mission.rally:
         east_m, north_m = frame.east_north_m(
-            [point.latitude_deg for point in case.mission.rally],
-            [point.longitude_deg for point in case.mission.rally],
+            [point.latitude_deg for point in assessment.mission.rally],
+            [point.longitude_deg for point in assessment.mission.rally],
         )
         marks += [
             Mark(letter="R", name=f"rally point {number}", east_m=east, north_m=north)
@@ -119,10 +119,10 @@ def ground(case: Case | None) -> Ground | None:
         time_s=time_s,
         east_m=np.asarray(state.east_m, dtype=np.float64),
         north_m=np.asarray(state.north_m, dtype=np.float64),
-        outlines=_outlines(case.mission.fence, frame),
+        outlines=_outlines(assessment.mission.fence, frame),
         marks=tuple(marks),
         frame=frame,
-        wind=case.conditions.wind,
+        wind=assessment.conditions.wind,
     )
 
 

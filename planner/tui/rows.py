@@ -156,7 +156,7 @@ class ItemRows:
 
 def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
     """Return the segments, columns as wide as the numbers; none of a mission not read."""
-    case = result.case if isinstance(result, CheckResult) else None
+    assessment = result.assessment if isinstance(result, CheckResult) else None
     columns: dict[str, tuple[FloatArray | list[float], int]] = {
         "item": ([], 0),
         "start s": ([], 1),
@@ -167,14 +167,14 @@ def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
         "climb m": ([], 1),
         "stop m": ([], 1),
     }
-    if case is not None:
-        own = case.flight.motion.segments
+    if assessment is not None:
+        own = assessment.flight.motion.segments
         columns |= {
             "item": (own.item.astype(float), 0),
             "start s": (own.end_s, 1),
             "time s": (own.duration_s, 1),
             "dist m": (own.distance_m, 1),
-            "Wh": (wh_from_j(case.flight.segment_energy_j), 3),
+            "Wh": (wh_from_j(assessment.flight.segment_energy_j), 3),
             "m/s": (own.speed_m_s, 1),
             "climb m": (own.climb_m, 1),
             "stop m": (own.stopping_distance_m, 1),

@@ -107,18 +107,18 @@ def _suggestion(
 def _lighter(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     if result.conditions.payload_kg:
         yield _tried(checked, "no payload", {"payload_kg": "0"})
-    if result.case is not None and result.case.charge < 1.0:
+    if result.assessment is not None and result.assessment.charge < 1.0:
         yield _tried(checked, "a full battery", {"charge": "100%"})
 
 
 def _other_speed(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the fastest speed of all level legs that the battery does for."""
     is_asked = "speed_m_s" in checked.what_if.values()
-    if is_asked or result.case is None or len(result.items) > _MOST_ITEMS:
+    if is_asked or result.assessment is None or len(result.items) > _MOST_ITEMS:
         return
     from planner.fixes.speed import predict_speed_curve
 
-    mission, vehicle, options = check_inputs(checked, result.case)
+    mission, vehicle, options = check_inputs(checked, result.assessment)
     fastest = predict_speed_curve(mission, vehicle, **options).fastest_fitting
     if fastest is not None and fastest.speed_m_s is not None:
         change = {"speed_m_s": setting_text("speed_m_s", round(fastest.speed_m_s, 6))}
@@ -127,11 +127,11 @@ def _other_speed(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
 
 def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the fewest flights that each fit the battery."""
-    if result.case is None or len(result.items) > _MOST_ITEMS:
+    if result.assessment is None or len(result.items) > _MOST_ITEMS:
         return
     from planner.fixes.split import split_mission
 
-    mission, vehicle, options = check_inputs(checked, result.case)
+    mission, vehicle, options = check_inputs(checked, result.assessment)
     split = split_mission(mission, vehicle, **options)
     if len(split.parts) > 1:
         flights = numbers.count(len(split.parts), "flight")
@@ -147,7 +147,7 @@ def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
 
 def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the least battery of the same voltage that goes; its weight is the pilot's to add."""
-    pack = None if result.case is None else result.case.pack
+    pack = None if result.assessment is None else result.assessment.pack
     if pack is None or pack.ocv_v is not None or pack.health is not None:
         return  # a label does not say the curve, and would promise too much
     now = result

@@ -6,11 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import numbers
-from planner.checks.energy import destination_name, place_along
 from planner.frozen import frozen
 from planner.report.finding_text import closing_line
 from planner.report.plain_text import printable
 from planner.report.text import against, caveat, headline
+from planner.rules.energy import destination_name, place_along
 from planner.service import CheckResult
 
 if TYPE_CHECKING:

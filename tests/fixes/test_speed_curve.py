@@ -57,11 +57,14 @@ def test_the_best_speeds_are_those_of_a_scan_at_a_hundredth(
 ) -> None:
     curve = predict_speed_curve(made, SURVEYOR, from_m_s=low, to_m_s=high)
     tried = np.round(np.arange(low, high + 0.005, 0.01), 2)
-    case = planner.check(made, SURVEYOR).case
-    assert case is not None
+    assessment = planner.check(made, SURVEYOR).assessment
+    assert assessment is not None
     flights = [
         predict_flight(
-            route_at_speed(case.route, float(one)), SURVEYOR, case.conditions, case.homeward.pilot
+            route_at_speed(assessment.route, float(one)),
+            SURVEYOR,
+            assessment.conditions,
+            assessment.homeward.pilot,
         )
         for one in tried
     ]

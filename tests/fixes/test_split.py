@@ -280,9 +280,9 @@ def test_a_long_search_says_how_far_it_is() -> None:
 
 def cut_items(whole: Mission) -> tuple[set[int], set[int]]:
     """Return the items before which a mission may be cut, and on whose legs."""
-    case = planner.check(whole, SURVEYOR).case
-    assert case is not None
-    steps = make_steps(whole, case.route, Autopilot.ARDUPILOT)
+    assessment = planner.check(whole, SURVEYOR).assessment
+    assert assessment is not None
+    steps = make_steps(whole, assessment.route, Autopilot.ARDUPILOT)
     cuts = possible_cuts(steps, inside_legs=True)
     before = {steps.numbers[cut.step] for cut in cuts if not cut.share}
     return before, {steps.numbers[cut.step] for cut in cuts if cut.share}

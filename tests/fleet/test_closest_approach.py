@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from planner.checks.case import Case
     from planner.mission.items import Mission
+    from planner.rules.assessment import Assessment
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -242,10 +242,10 @@ def test_a_part_of_a_cubic_lies_on_it(begin: float, end: float, share: float) ->
     )
 
 
-def case_of(one: Mission, vehicle: str) -> Case:
-    case = check(one, load_vehicle(vehicle)).case
-    assert case is not None
-    return case
+def case_of(one: Mission, vehicle: str) -> Assessment:
+    assessment = check(one, load_vehicle(vehicle)).assessment
+    assert assessment is not None
+    return assessment
 
 
 CURVED = mission(
@@ -259,14 +259,16 @@ CURVED = mission(
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_the_cubics_follow_every_law_of_motion(vehicle: str) -> None:
-    case = case_of(CURVED, vehicle)
+    assessment = case_of(CURVED, vehicle)
     away = LocalFrame(latitude_deg=47.001, longitude_deg=8.002)
-    for frame in (case.route.frame, away):
-        cubics = make_trajectory(case.flight.motion, case.route, frame, min_nav_alt_m=2.5)
-        assert cubics.duration_s == pytest.approx(case.flight.time_s, abs=1e-9)
-        time_s = np.linspace(0.0, case.flight.time_s, 20_011, endpoint=False)
-        state = case.flight.motion.state_at_time(time_s)
-        there = case.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
+    for frame in (assessment.route.frame, away):
+        cubics = make_trajectory(
+            assessment.flight.motion, assessment.route, frame, min_nav_alt_m=2.5
+        )
+        assert cubics.duration_s == pytest.approx(assessment.flight.time_s, abs=1e-9)
+        time_s = np.linspace(0.0, assessment.flight.time_s, 20_011, endpoint=False)
+        state = assessment.flight.motion.state_at_time(time_s)
+        there = assessment.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
         flown = np.stack((*frame.east_north_m(*there), state.height_m), axis=-1)
         # The cubics are good to 1.5 mm where they are looked at, and may be worse in between.
         np.testing.assert_allclose(place(cubics, time_s), flown, atol=2e-3)
@@ -284,8 +286,10 @@ def test_the_cubics_follow_every_law_of_motion(vehicle: str) -> None:
 
 
 def test_a_flight_without_a_landing_ends_in_the_air() -> None:
-    case = case_of(mission(takeoff(20), waypoint(60, 30)), VEHICLES[1])
-    made = make_trajectory(case.flight.motion, case.route, case.route.frame, min_nav_alt_m=2.5)
+    assessment = case_of(mission(takeoff(20), waypoint(60, 30)), VEHICLES[1])
+    made = make_trajectory(
+        assessment.flight.motion, assessment.route, assessment.route.frame, min_nav_alt_m=2.5
+    )
     assert (made.is_low[0], made.is_low[-1]) == (True, False)
     np.testing.assert_allclose(made.control_m[-1], [[0.0, 60.0, 30.0]] * 4, atol=0.01)
 
@@ -294,9 +298,13 @@ def test_a_flight_down_a_hill_flies_though_it_is_below_home() -> None:
     """Home on a ridge 80 m above the land: up by 5 m, down to a place below, where 10 m count."""
     terrain = ground(80.0, at_m=0.0)
     hill = mission(takeoff(5), waypoint(200, -40), item(21, north(300), 0.0))
-    case = check(hill, load_vehicle(VEHICLES[1]), terrain=terrain, home_amsl_m=480.0).case
-    assert case is not None
-    made = make_trajectory(case.flight.motion, case.route, case.route.frame, min_nav_alt_m=10.0)
+    assessment = check(
+        hill, load_vehicle(VEHICLES[1]), terrain=terrain, home_amsl_m=480.0
+    ).assessment
+    assert assessment is not None
+    made = make_trajectory(
+        assessment.flight.motion, assessment.route, assessment.route.frame, min_nav_alt_m=10.0
+    )
     low = made.is_low & ~made.is_rest
     assert made.control_m[-1, 0, 2] == pytest.approx(-80.0, abs=0.1)
     assert made.is_ever_flying
@@ -338,7 +346,8 @@ def test_real_flights_are_as_near_as_their_samples(vehicle: str) -> None:
     cases = [case_of(CURVED, vehicle), case_of(other, vehicle)]
     frame = cases[0].route.frame
     made = [
-        make_trajectory(case.flight.motion, case.route, frame, min_nav_alt_m=2.5) for case in cases
+        make_trajectory(assessment.flight.motion, assessment.route, frame, min_nav_alt_m=2.5)
+        for assessment in cases
     ]
     found = closest_approach(*made)
     assert found is not None
@@ -346,9 +355,9 @@ def test_real_flights_are_as_near_as_their_samples(vehicle: str) -> None:
     for step_s in (0.01, 0.001):
         time_s = np.arange(max(0.0, nearest_s - half_s), nearest_s + half_s, step_s)
         places = []
-        for case in cases:
-            state = case.flight.motion.state_at_time(time_s)
-            there = case.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
+        for assessment in cases:
+            state = assessment.flight.motion.state_at_time(time_s)
+            there = assessment.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
             places.append(np.stack((*frame.east_north_m(*there), state.height_m), axis=-1))
         apart_m = np.linalg.norm(places[0] - places[1], axis=1)
         apart_m[(places[0][:, 2] < 2.5) & (places[1][:, 2] < 2.5)] = np.inf

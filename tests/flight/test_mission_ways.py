@@ -34,9 +34,9 @@ from planner.geo.fence import RallyPoint
 from planner.vehicle.parameter_file import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
-    from planner.checks.case import Case
     from planner.flight.motion.kinematics import FloatArray
     from planner.mission.items import Mission, MissionItem
+    from planner.rules.assessment import Assessment
     from planner.service import CheckResult
 
 VEHICLE = planner.load_vehicle("arducopter-sitl-quad")
@@ -66,26 +66,26 @@ def checked(flown: Mission, autopilot: Autopilot = Autopilot.PX4, **values: floa
     )
 
 
-def case_of(flown: Mission, autopilot: Autopilot = Autopilot.PX4, **values: float) -> Case:
-    case = checked(flown, autopilot, **values).case
-    assert case is not None
-    return case
+def case_of(flown: Mission, autopilot: Autopilot = Autopilot.PX4, **values: float) -> Assessment:
+    assessment = checked(flown, autopilot, **values).assessment
+    assert assessment is not None
+    return assessment
 
 
-def chosen(case: Case, place: tuple[float, float, float], stage: int) -> int:
-    return int(case.homeward.destinations.chosen(np.array([place]), np.array([stage]))[0])
+def chosen(assessment: Assessment, place: tuple[float, float, float], stage: int) -> int:
+    return int(assessment.homeward.destinations.chosen(np.array([place]), np.array([stage]))[0])
 
 
-def way_s(case: Case, place: tuple[float, float, float], stage: int) -> float:
+def way_s(assessment: Assessment, place: tuple[float, float, float], stage: int) -> float:
     stages = np.array([stage])
     places = np.array([place])
-    destination = case.homeward.destinations.chosen(places, stages)
-    return float(case.homeward.way(places, stages, destination)[0][0])
+    destination = assessment.homeward.destinations.chosen(places, stages)
+    return float(assessment.homeward.way(places, stages, destination)[0][0])
 
 
-def flown_for(case: Case, item_number: int) -> FloatArray:
+def flown_for(assessment: Assessment, item_number: int) -> FloatArray:
     """Return east and north of what is flown for an item, every half second. (n, 2) [m]"""
-    motion = case.flight.motion
+    motion = assessment.flight.motion
     own = motion.segments.item == item_number
     end_s = motion.segments.end_s[own]
     begin_s = float(end_s[0] - motion.segments.duration_s[own][0])
@@ -106,8 +106,10 @@ def test_a_mission_s_own_return_leads_back_along_it() -> None:
     assert to_corner_m.min() < 3.0  # NAV_ACC_RAD is 2 m
     assert np.hypot(*(flown_for(straight, 4) - (0.0, 500.0)).T).min() > 300.0
     lengths_m = [
-        case.flight.motion.segments.distance_m[case.flight.motion.segments.item == 4].sum()
-        for case in (straight, along)
+        assessment.flight.motion.segments.distance_m[
+            assessment.flight.motion.segments.item == 4
+        ].sum()
+        for assessment in (straight, along)
     ]
     assert lengths_m == pytest.approx([707.1, 1000.0], abs=8.0)
     # 293 m more at 5 m/s and a right angle of 2.5 s, at 307 W.
@@ -116,10 +118,10 @@ def test_a_mission_s_own_return_leads_back_along_it() -> None:
 
 
 def test_without_a_landing_a_return_leads_back_from_wherever_it_begins() -> None:
-    case = case_of(ROUND_THE_CORNER, RTL_TYPE=2)
+    assessment = case_of(ROUND_THE_CORNER, RTL_TYPE=2)
     places = ((250.0, 500.0, 40.0), (500.0, 500.0, 40.0))
-    assert {chosen(case, place, 2) for place in places} == {ALONG}
-    near_s, far_s = (way_s(case, place, 2) for place in places)
+    assert {chosen(assessment, place, 2) for place in places} == {ALONG}
+    near_s, far_s = (way_s(assessment, place, 2) for place in places)
     assert far_s - near_s == pytest.approx(250.0 / 5.0, abs=0.5)
     # 750 m at 5 m/s; start and stop cost 2.3 s, a right angle 2.5 s; 30 m down at 1.5 m/s, 13 s from
     # 10 m, 6 s to disarmed.
@@ -135,9 +137,9 @@ def test_the_tightest_way_back_along_a_mission_is_from_its_far_end() -> None:
 
 
 def test_with_a_landing_a_return_leads_on_without_the_holds() -> None:
-    case = case_of(ON_TO_LAND, RTL_TYPE=2)
+    assessment = case_of(ON_TO_LAND, RTL_TYPE=2)
     start = (0.0, 500.0, 40.0)
-    assert chosen(case, start, 2) == ALONG
+    assert chosen(assessment, start, 2) == ALONG
     # Flown from standing at item 2 to the end, without the 60 s of item 3.
     stops = mission(
         takeoff(40),
@@ -150,7 +152,7 @@ def test_with_a_landing_a_return_leads_on_without_the_holds() -> None:
     held = np.flatnonzero(whole.flight.motion.segments.item == 2)[-1]
     rest_s = whole.flight.time_s - float(whole.flight.motion.segments.end_s[held])
     # A return disarms 2 s later than a landing of the mission.
-    assert way_s(case, start, 2) == pytest.approx(rest_s, abs=2.5)
+    assert way_s(assessment, start, 2) == pytest.approx(rest_s, abs=2.5)
 
 
 def test_the_speed_last_commanded_is_that_of_the_way_along() -> None:
@@ -169,15 +171,15 @@ def test_the_speed_last_commanded_is_that_of_the_way_along() -> None:
 @pytest.mark.parametrize(("stage", "ends_north_m"), [(1, 0.0), (2, 0.0), (3, 2000.0)])
 def test_type_4_takes_the_way_of_fewer_items(stage: int, ends_north_m: float) -> None:
     # The landing is item 4 counted from 0: 4 − 2 is not less than 2, 4 − 3 is less than 3.
-    case = case_of(ON_TO_LAND, RTL_TYPE=4)
+    assessment = case_of(ON_TO_LAND, RTL_TYPE=4)
     points = np.array([[0.0, 700.0, 40.0]])
-    targets = case.homeward.destinations.targets(np.array([stage]), ALONG, points)
+    targets = assessment.homeward.destinations.targets(np.array([stage]), ALONG, points)
     assert targets.ground_m[0, 1] == pytest.approx(ends_north_m, abs=1.0)
 
 
 def test_type_1_never_leads_home_where_there_is_a_landing_or_a_rally_point() -> None:
-    case = case_of(ON_TO_LAND, RTL_TYPE=1)
-    assert chosen(case, (0.0, 50.0, 40.0), 1) == LANDING
+    assessment = case_of(ON_TO_LAND, RTL_TYPE=1)
+    assert chosen(assessment, (0.0, 50.0, 40.0), 1) == LANDING
     rally = RallyPoint(
         latitude_deg=north(-900.0), longitude_deg=HOME.longitude_deg, height_above_home_m=0.0
     )
@@ -191,8 +193,8 @@ def test_type_1_never_leads_home_where_there_is_a_landing_or_a_rally_point() -> 
 
 @pytest.mark.parametrize(("north_m", "leads"), [(998.9, 0), (1001.1, LANDING)])
 def test_type_3_takes_what_is_nearer_by_two_metres(north_m: float, leads: int) -> None:
-    case = case_of(ON_TO_LAND, RTL_TYPE=3)
-    assert chosen(case, (0.0, north_m, 40.0), 2) == leads
+    assessment = case_of(ON_TO_LAND, RTL_TYPE=3)
+    assert chosen(assessment, (0.0, north_m, 40.0), 2) == leads
 
 
 def test_a_return_to_the_landing_climbs_over_its_altitude_and_follows_its_approach() -> None:
@@ -200,9 +202,11 @@ def test_a_return_to_the_landing_climbs_over_its_altitude_and_follows_its_approa
     flown = mission(
         takeoff(10), waypoint(500, 10), start, at(300, 1000, 20), land(1000, 12.0), rtl()
     )
-    case = case_of(flown, RTL_TYPE=1)
-    segment = np.flatnonzero(case.homeward.segment_stage == 1)
-    [corners] = case.homeward.paths_m(case.homeward.points(segment[-1:], np.array([1.0])))
+    assessment = case_of(flown, RTL_TYPE=1)
+    segment = np.flatnonzero(assessment.homeward.segment_stage == 1)
+    [corners] = assessment.homeward.paths_m(
+        assessment.homeward.points(segment[-1:], np.array([1.0]))
+    )
     # RTL_RETURN_ALT of 30 m over the 12 m of the landing item, then its approach at 20 m.
     assert corners[2:, 2].tolist() == pytest.approx([42.0, 20.0, 20.0, 0.0])
     assert corners[3, :2].tolist() == pytest.approx([300.0, 1000.0], abs=1.0)
@@ -213,11 +217,11 @@ def test_type_5_without_a_rally_point_lands_where_it_is_and_says_so() -> None:
     flown = mission(takeoff(40), waypoint(500, 40), rtl())
     result = checked(flown, RTL_TYPE=5)
     assert [f.severity for f in result.findings if f.code == "T113"] == [Severity.WARNING]
-    assert result.case is not None
-    assert chosen(result.case, (0.0, 500.0, 40.0), 1) == HERE
+    assert result.assessment is not None
+    assert chosen(result.assessment, (0.0, 500.0, 40.0), 1) == HERE
     # 30 m at 1.5 m/s, 13 s from 10 m, 6 s to disarmed.
-    assert way_s(result.case, (0.0, 500.0, 40.0), 1) == pytest.approx(39.0, abs=4.0)
-    assert flown_for(result.case, 3)[-1, 1] == pytest.approx(500.0, abs=1.0)
+    assert way_s(result.assessment, (0.0, 500.0, 40.0), 1) == pytest.approx(39.0, abs=4.0)
+    assert flown_for(result.assessment, 3)[-1, 1] == pytest.approx(500.0, abs=1.0)
 
 
 @pytest.mark.parametrize("kind", [2, 4])

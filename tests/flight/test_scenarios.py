@@ -434,12 +434,15 @@ def test_the_band_along_a_flight_widens_with_its_energy_and_ends_at_the_totals()
 
 def test_the_band_of_a_check_ends_at_its_totals_in_any_wind() -> None:
     result = check(ROWS, load_vehicle("arducopter-sitl-quad"), wind=WINDY)
-    case = result.case
-    assert case is not None
-    assert case.vehicle.spread is not None
+    assessment = result.assessment
+    assert assessment is not None
+    assert assessment.vehicle.spread is not None
     count = len(result.segments)
     band = predict_energy_band(
-        case.homeward, case.conditions, np.array([0, count - 1]), spread=case.vehicle.spread
+        assessment.homeward,
+        assessment.conditions,
+        np.array([0, count - 1]),
+        spread=assessment.vehicle.spread,
     )
     assert band is not None
     assert (band[0][-1], band[1][-1]) == (result.totals.energy_wh_p10, result.totals.energy_wh_p90)

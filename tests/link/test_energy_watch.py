@@ -79,10 +79,10 @@ def test_a_percentage_tells_no_more_than_a_whole_one() -> None:
 
 
 def test_measurements_that_contradict_each_other_are_told_once() -> None:
-    case = checked().case
-    assert case is not None
+    assessment = checked().assessment
+    assert assessment is not None
     prediction = Prediction(
-        homeward=case.homeward,
+        homeward=assessment.homeward,
         battery=Battery(capacity_wh=200.0),
         charge=1.0,
         usable_wh=200.0,
@@ -132,9 +132,9 @@ class Flown:
 @cache
 def fly(capacity_wh: float, *, factor: float) -> list[Flown]:
     """Fly as predicted, taking a multiple of the energy predicted."""
-    case = checked().case
-    assert case is not None
-    home = case.homeward
+    assessment = checked().assessment
+    assert assessment is not None
+    home = assessment.homeward
     prediction = Prediction(
         homeward=home,
         battery=Battery(capacity_wh=capacity_wh),

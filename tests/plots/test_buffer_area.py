@@ -12,11 +12,11 @@ from fenced_missions import at, box
 from made_missions import mission, rtl, takeoff
 
 import planner
-from planner.checks.fenced_flight import make_fenced_flight
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.plots.stop_room import stop_room_rows
 from planner.plots.theme import ORANGE
+from planner.rules.fenced_flight import make_fenced_flight
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -38,10 +38,10 @@ def checked(
 
 def area(result: planner.CheckResult) -> shapely.Geometry:
     """Return what the rows fill."""
-    case = result.case
-    assert case is not None
+    assessment = result.assessment
+    assert assessment is not None
     lines: dict[int, list[tuple[float, float]]] = {}
-    for row in stop_room_rows(case):
+    for row in stop_room_rows(assessment):
         lines.setdefault(row["area"], []).append((row["east_m"], row["north_m"]))
     assert lines
     return shapely.union_all([_filled(line) for line in lines.values()])
@@ -60,8 +60,8 @@ def _filled(line: list[tuple[float, float]]) -> shapely.Polygon:
 
 def test_everywhere_on_the_way_there_is_room_to_react_and_stop() -> None:
     result = checked(at(0, 300), at(200, 300), at(200, 0))
-    assert result.case is not None
-    flown = make_fenced_flight(result.case)
+    assert result.assessment is not None
+    flown = make_fenced_flight(result.assessment)
     room = shapely.buffer(area(result), 0.6)  # a thousandth of 300 m, and rounded to 0.1 m
     tight = shapely.buffer(area(result), -0.6)
     path, speed = flown.points_m, flown.path.speed_m_s
@@ -108,8 +108,8 @@ def test_without_a_fence_nothing_is_drawn_and_with_one_it_is_on_the_map() -> Non
     without, with_fence = (
         checked(at(0, 300), at(200, 300), fence=fence) for fence in (None, FENCE)
     )
-    assert without.case is not None
-    assert stop_room_rows(without.case) == []
+    assert without.assessment is not None
+    assert stop_room_rows(without.assessment) == []
     assert "room" not in map_figure(without).to_dict()["datasets"]
     drawn = map_figure(with_fence).to_dict()
     assert drawn["datasets"]["room"]
@@ -124,5 +124,5 @@ def test_a_thousand_lines_have_no_more_corners_than_can_be_seen() -> None:
     ]
     fence = Fence(polygons=(box(-3000.0, -3000.0, 3000.0, 3000.0),))
     result = checked(*lines, fence=fence)
-    assert result.case is not None
-    assert 10 < len(stop_room_rows(result.case)) <= 2_500
+    assert result.assessment is not None
+    assert 10 < len(stop_room_rows(result.assessment)) <= 2_500

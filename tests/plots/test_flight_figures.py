@@ -84,7 +84,7 @@ def test_the_energy_drawn_is_exact_where_segments_end(out: CheckResult) -> None:
 def test_the_highest_power_and_altitude_are_drawn_however_few_rows_there_are(
     survey: CheckResult,
 ) -> None:
-    assert survey.case is not None
+    assert survey.assessment is not None
     rows = make_tables(survey, most_rows=300).flight
     assert len(rows) <= 300
     # The peak of the result is that of quadrature nodes, a sample may miss it by a little.

@@ -32,9 +32,9 @@ LEFT_WH = 199.0
 def homeward() -> Homeward:
     """Return the predicted flight, 2 km out and back, with its ways home."""
     one = mission(takeoff(50), waypoint(1000, 50), waypoint(2000, 50), rtl())
-    case = check(one, vehicle_of(ARDUPILOT), battery=BATTERY).case
-    assert case is not None
-    return case.homeward
+    assessment = check(one, vehicle_of(ARDUPILOT), battery=BATTERY).assessment
+    assert assessment is not None
+    return assessment.homeward
 
 
 def state(

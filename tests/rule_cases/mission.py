@@ -9,11 +9,11 @@ from fenced_missions import FRAME, rally
 from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
-from planner.checks.selection import Selection
-from planner.checks.site_profile import SiteProfile
 from planner.geo.geodesy import distance_m
 from planner.mission.items import Home, MissionFormat
 from planner.mission.vehicle_kind import tell_vehicle
+from planner.rules.selection import Selection
+from planner.rules.site_profile import SiteProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

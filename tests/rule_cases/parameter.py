@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found, vehicle_of
 
 from planner.autopilot import TARGETS
-from planner.checks.site_profile import ExpectedValue, SiteProfile
+from planner.rules.site_profile import ExpectedValue, SiteProfile
 from planner.vehicle.parameter_table import parameter_table
 from planner.vehicle.px4_parameters import Px4Parameters
 

@@ -60,7 +60,7 @@ def finding_focus(tables: FlightTables) -> list[Row | None]:
         stretches.setdefault(row["finding"], []).append(
             {"east_m": row["east_m"], "north_m": row["north_m"], "part": row["part"]}
         )
-    motion = tables.case.flight.motion.segments
+    motion = tables.assessment.flight.motion.segments
     items = motion.item
     focus: list[Row | None] = []
     for number, finding in enumerate(result.findings):

@@ -144,7 +144,7 @@ def mission_view(
         What it is called, besides its file.
     """
     document = mission_document(result)
-    flown = result if isinstance(result, CheckResult) and result.case is not None else None
+    flown = result if isinstance(result, CheckResult) and result.assessment is not None else None
     tables = None if flown is None else make_tables(flown, most_rows=most_rows)
     payload: dict[str, Any] = {} if tables is None else page_charts(tables)
     payload["long"] = {
@@ -174,7 +174,9 @@ def mission_view(
         ),
         closing=closing_line(result.findings, suppressed=result.suppressed),
         vehicle=_vehicle(result) if isinstance(result, CheckResult) else (),
-        readings=() if flown is None or flown.case is None else _readings(flown.case.vehicle),
+        readings=()
+        if flown is None or flown.assessment is None
+        else _readings(flown.assessment.vehicle),
         parameters=_parameters(document),
         charts=tuple((name, TITLES[name]) for name in payload.get("charts", ())),
         stills=still_charts(tables) if has_stills and tables is not None else {},
@@ -243,8 +245,8 @@ def _phases(result: CheckResult) -> tuple[PhaseView, ...]:
 
 def _vehicle(result: CheckResult) -> tuple[tuple[str, str], ...]:
     told = [("Model", result.vehicle_name), ("File", result.vehicle_source)]
-    if result.case is not None:
-        told += _provenance(result.case.vehicle)
+    if result.assessment is not None:
+        told += _provenance(result.assessment.vehicle)
     return tuple((label, printable(text)) for label, text in told if text)
 
 

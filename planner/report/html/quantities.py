@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner import numbers
-from planner.checks.energy import destination_name
+from planner.rules.energy import destination_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable

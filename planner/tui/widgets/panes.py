@@ -19,8 +19,8 @@ from planner.tui.widgets.what_if_form import WhatIfForm
 if TYPE_CHECKING:
     from textual.app import ComposeResult
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
     from planner.tui.checked import Checked
     from planner.tui.search import Hit
 
@@ -137,14 +137,14 @@ class Panes(Container):
     # The thing in question: a moment, a segment, an item, a finding
 
     @property
-    def _case(self) -> Case | None:
-        return None if self._shown is None else self._shown.case
+    def _case(self) -> Assessment | None:
+        return None if self._shown is None else self._shown.assessment
 
     @property
     def _result(self) -> CheckResult | None:
         """What is flown; ``None`` where nothing is."""
         result = None if self._shown is None else self._shown.result
-        return result if isinstance(result, CheckResult) and result.case is not None else None
+        return result if isinstance(result, CheckResult) and result.assessment is not None else None
 
     @property
     def _findings(self) -> tuple[Finding, ...]:
@@ -163,10 +163,10 @@ class Panes(Container):
         """Put every pane on a finding."""
         file = "" if self._shown is None else self._shown.file
         self.query_one(DetailsPane).show(details.finding_details(finding, file=file))
-        case = self._case
+        assessment = self._case
         span_s = None
-        if case is not None and finding.item is not None:
-            span_s = pointer.item_span_s(case, finding.item)
+        if assessment is not None and finding.item is not None:
+            span_s = pointer.item_span_s(assessment, finding.item)
             if span_s is not None:
                 self._point_at(span_s[0], but="findings")
             self.query_one("#items", RowList).select(finding.item - 1)
@@ -176,28 +176,28 @@ class Panes(Container):
 
     @on(RowList.Selected, "#segments")
     def _on_segment(self, event: RowList.Selected) -> None:
-        case, result = self._case, self._result
-        if case is not None and result is not None:
+        assessment, result = self._case, self._result
+        if assessment is not None and result is not None:
             self.query_one(DetailsPane).show(details.segment_details(result, event.index))
-            self._mark(pointer.segment_span_s(case, event.index), but="segments")
+            self._mark(pointer.segment_span_s(assessment, event.index), but="segments")
 
     @on(RowList.Selected, "#items")
     def _on_item(self, event: RowList.Selected) -> None:
-        case, result = self._case, self._result
-        if case is None or result is None:
+        assessment, result = self._case, self._result
+        if assessment is None or result is None:
             return
         self.query_one(DetailsPane).show(details.item_details(result, event.index + 1))
-        span_s = pointer.item_span_s(case, event.index + 1)
+        span_s = pointer.item_span_s(assessment, event.index + 1)
         if span_s is not None:
             self._mark(span_s, but="items")
 
     @on(ProfilePlot.Moved)
     @on(GroundMap.Moved)
     def _on_moment(self, event: ProfilePlot.Moved | GroundMap.Moved) -> None:
-        case, result = self._case, self._result
-        if case is not None and result is not None:
+        assessment, result = self._case, self._result
+        if assessment is not None and result is not None:
             self._point_at(event.time_s)
-            segment = pointer.segment_at(case, event.time_s)
+            segment = pointer.segment_at(assessment, event.time_s)
             self.query_one(DetailsPane).show(details.segment_details(result, segment))
 
     def _mark(self, span_s: tuple[float, float], *, but: str) -> None:
@@ -207,12 +207,12 @@ class Panes(Container):
 
     def _point_at(self, time_s: float, *, but: str = "") -> None:
         """Put every pane but one on a moment."""
-        case = self._case
-        if case is None:
+        assessment = self._case
+        if assessment is None:
             return
         self.query_one(ProfilePlot).point_at(time_s)
         self.query_one(GroundMap).point_at(time_s)
         if but != "segments":
-            self.query_one("#segments", RowList).select(pointer.segment_at(case, time_s))
+            self.query_one("#segments", RowList).select(pointer.segment_at(assessment, time_s))
         if but not in {"items", "findings"}:
-            self.query_one("#items", RowList).select(pointer.item_at(case, time_s) - 1)
+            self.query_one("#items", RowList).select(pointer.item_at(assessment, time_s) - 1)

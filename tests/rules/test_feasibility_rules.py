@@ -11,12 +11,12 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 from planner import catalogue
 from planner.autopilot import TARGETS, Autopilot, Target
 from planner.catalogue.px4_events import PX4_EVENTS
-from planner.checks.selection import Selection
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.geo.fence import RallyPoint
 from planner.mission.command_support import Support, support
 from planner.physics.wind import Wind
+from planner.rules.selection import Selection
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import pytest
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 
-from planner.checks.site_profile import read_profile
 from planner.errors import ProfileFileError
 from planner.findings import Severity
 from planner.geo.fence import Fence, FencePolygon, RallyPoint
+from planner.rules.site_profile import read_profile
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

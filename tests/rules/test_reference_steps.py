@@ -138,8 +138,8 @@ def test_an_item_that_the_autopilot_skips_is_not_flown_to() -> None:
         takeoff(50), waypoint(100, 50), item(30, north(500), 80.0), rtl(), autopilot=ARDUPILOT
     )
     checked = check(one, vehicle_of(ARDUPILOT), battery=Battery(capacity_wh=500.0))
-    assert checked.case is not None
-    assert [stage.item for stage in checked.case.route.stages] == [1, 2, 4]
+    assert checked.assessment is not None
+    assert [stage.item for stage in checked.assessment.route.stages] == [1, 2, 4]
     [told] = of("T102", checked.findings)
     assert "ArduPilot skips it" in told.message
     [said] = of("M105", checked.findings)

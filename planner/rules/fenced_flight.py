@@ -9,11 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.checks.fence_settings import (
-    fence_margin_m,
-    inclusions_unite,
-    limits_from_parameters,
-)
 from planner.findings import FlightStretch
 from planner.flight.destination import HOME
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
@@ -25,11 +20,15 @@ from planner.geo.fence_area import make_fence_area
 from planner.geo.fence_frame import make_fence_frame
 from planner.geo.path_legs import PathLegs
 from planner.geo.swept_area import swept_areas
+from planner.rules.fence_settings import (
+    fence_margin_m,
+    inclusions_unite,
+    limits_from_parameters,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.checks.case import Case
     from planner.findings import Place
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.path import FlownPath
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
     from planner.geo.fence_area import FenceArea
     from planner.geo.local_frame import LocalFrame
     from planner.geo.swept_area import SweptAreas
+    from planner.rules.assessment import Assessment
 
 _STANDING_M_S = 1e-6
 """Slower than this nothing moves ahead. [m s⁻¹]"""
@@ -54,7 +54,7 @@ _FAR_LEG_M = 1000.0
 class FencedFlight:
     """A flight and its fence."""
 
-    case: Case
+    assessment: Assessment
     area: FenceArea
     frame: LocalFrame
     path: FlownPath
@@ -96,7 +96,7 @@ class FencedFlight:
     @cached_property
     def tail_wind_m_s(self) -> FloatArray:
         """Part of the wind that blows in the direction of motion. (n + 1,) [m s⁻¹]"""
-        wind, path = self.case.conditions.wind, self.path
+        wind, path = self.assessment.conditions.wind, self.path
         along = wind.east_m_s * path.east_m_s + wind.north_m_s * path.north_m_s
         return along / np.maximum(path.speed_m_s, _STANDING_M_S)
 
@@ -152,7 +152,7 @@ class FencedFlight:
     @cached_property
     def _targets_m(self) -> FloatArray:
         """East and north of home and of the rally points. (1 + rally points, 2) [m]"""
-        home, rally = self.case.route.frame, self.case.mission.rally
+        home, rally = self.assessment.route.frame, self.assessment.mission.rally
         return np.column_stack(
             self.frame.east_north_m(
                 [home.latitude_deg, *(point.latitude_deg for point in rally)],
@@ -163,25 +163,25 @@ class FencedFlight:
     @cached_property
     def destination(self) -> IntArray:
         """Where the vehicle itself would return to from each point of the path. (n + 1,)"""
-        return self.case.homeward.destinations.chosen(self._places_m, self._stage)
+        return self.assessment.homeward.destinations.chosen(self._places_m, self._stage)
 
     @cached_property
     def is_end_judged(self) -> BoolArray:
         """Whether a return leads to the first home or a rally point, judged themselves. (n + 1,)"""
-        first_home = self.case.homeward.destinations.home_of(self._stage) == 0
+        first_home = self.assessment.homeward.destinations.home_of(self._stage) == 0
         judged: BoolArray = (self.destination > HOME) | ((self.destination == HOME) & first_home)
         return judged
 
     @cached_property
     def return_ends_m(self) -> FloatArray:
         """Where a return from each point is straight to: its first place. (n + 1, 2) [m]"""
-        destinations = self.case.homeward.destinations
+        destinations = self.assessment.homeward.destinations
         targets = destinations.targets(self._stage, self.destination, self._places_m)
         end_m = targets.ground_m[:, :2].copy()
         for row, way in enumerate(targets.ways):
             if way is not None:
                 end_m[row] = (way.stages[0].east_m, way.stages[0].north_m)
-        home = self.case.route.frame
+        home = self.assessment.route.frame
         if self.frame == home:
             return end_m
         there = home.latitude_longitude_deg(end_m[:, 0], end_m[:, 1])
@@ -191,14 +191,14 @@ class FencedFlight:
     def _stage(self) -> IntArray:
         """Stage of the route flown at each point of the path. (n + 1,)"""
         segment = np.append(self.path.segment, self.path.segment[-1])
-        stage: IntArray = self.case.homeward.segment_stage[segment]
+        stage: IntArray = self.assessment.homeward.segment_stage[segment]
         return stage
 
     @cached_property
     def _places_m(self) -> FloatArray:
         """Points of the path in the frame of home; choices look at no height. (n + 1, 3) [m]"""
         east, north = self.points_m.T
-        home = self.case.route.frame
+        home = self.assessment.route.frame
         if self.frame != home:
             east, north = home.east_north_m(*self.frame.latitude_longitude_deg(east, north))
         return np.column_stack((east, north, np.zeros(len(east))))
@@ -248,7 +248,7 @@ class FencedFlight:
 
     def place(self, item: int) -> Place | None:
         """Return where an item stands in the file."""
-        return self.case.mission.items[item - 1].place
+        return self.assessment.mission.items[item - 1].place
 
 
 def straight_legs(start_m: FloatArray, end_m: FloatArray) -> PathLegs:
@@ -258,19 +258,19 @@ def straight_legs(start_m: FloatArray, end_m: FloatArray) -> PathLegs:
     return PathLegs(start_m, np.where(length[:, None] > 0.0, end_m, start_m), length)
 
 
-def make_fenced_flight(case: Case) -> FencedFlight:
-    """Return the flight of a case and its fence, in a frame near the fence."""
-    fence = case.mission.fence or Fence()
-    home = case.route.frame
-    ardupilot = case.autopilot is Autopilot.ARDUPILOT
+def make_fenced_flight(a: Assessment) -> FencedFlight:
+    """Return the flight and its fence, in a frame near the fence."""
+    fence = a.mission.fence or Fence()
+    home = a.route.frame
+    ardupilot = a.autopilot is Autopilot.ARDUPILOT
     frame = make_fence_frame(fence, (home.latitude_deg, home.longitude_deg))
     area = make_fence_area(
         fence,
         frame,
-        inclusions_unite=inclusions_unite(case.fence_parameters),
+        inclusions_unite=inclusions_unite(a.fence_parameters),
         ardupilot_origin=home if ardupilot else None,
     )
-    limit = limits_from_parameters(case.fence_parameters)
+    limit = limits_from_parameters(a.fence_parameters)
     if limit.distance_m is not None:
         east, north = frame.east_north_m(home.latitude_deg, home.longitude_deg)
         around_home = CircleBarrier(
@@ -283,26 +283,26 @@ def make_fenced_flight(case: Case) -> FencedFlight:
         )
         area = replace(area, barriers=(*area.barriers, around_home))
     return FencedFlight(
-        case=case,
+        assessment=a,
         area=area,
         frame=frame,
-        path=_path(case, frame, bends=ardupilot),
+        path=_path(a, frame, bends=ardupilot),
         room=StopRoom(
-            vehicle=case.vehicle,
-            parameters=case.parameters,
-            reaction_time_s=case.conditions.reaction_time_s,
+            vehicle=a.vehicle,
+            parameters=a.parameters,
+            reaction_time_s=a.conditions.reaction_time_s,
         ),
-        margin_m=max(case.conditions.position_error_m, fence_margin_m(case.fence_parameters)),
+        margin_m=max(a.conditions.position_error_m, fence_margin_m(a.fence_parameters)),
     )
 
 
-def _path(case: Case, frame: LocalFrame, *, bends: bool) -> FlownPath:
+def _path(a: Assessment, frame: LocalFrame, *, bends: bool) -> FlownPath:
     """Return the flown path in a frame, its legs bent as the autopilot bends them."""
-    home = case.route.frame
+    home = a.route.frame
     straight_m = np.inf if frame == home else _FAR_LEG_M
     if bends:
         straight_m = min(straight_m, straight_length_m(PATH_TOLERANCE_M, home.latitude_deg))
-    path = flown_path(case.flight.motion, straight_m=straight_m)
+    path = flown_path(a.flight.motion, straight_m=straight_m)
     points = np.column_stack((path.east_m, path.north_m))
     if bends and np.hypot(*np.ptp(points, axis=0)) > straight_m:
         points = points + _bow_m(points, path.item, home.latitude_deg)

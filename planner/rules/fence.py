@@ -10,62 +10,62 @@ from planner.catalogue.fence import LOITER_CROSSES, PATH_CROSSES
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from planner.checks.case import Case
-    from planner.checks.fenced_flight import FencedFlight
     from planner.findings import Finding
     from planner.geo.barrier import Barrier
+    from planner.rules.assessment import Assessment
+    from planner.rules.fenced_flight import FencedFlight
 
 _ONE_PLACE_M = 1e-3
 """Parts of the path no farther from each other go on: rounding of sums. [m]"""
 
 
-def is_fenced(case: Case) -> bool:
+def is_fenced(a: Assessment) -> bool:
     """Return whether there is a fence: areas of the mission, or limits of the parameters."""
-    if case.mission.fence:
+    if a.mission.fence:
         return True
-    if case.fence_parameters is None:
+    if a.fence_parameters is None:
         return False
-    from planner.checks.fence_settings import limits_from_parameters
+    from planner.rules.fence_settings import limits_from_parameters
 
-    return bool(limits_from_parameters(case.fence_parameters))
+    return bool(limits_from_parameters(a.fence_parameters))
 
 
-def check_fence(case: Case) -> Iterator[Finding]:
+def check_fence(a: Assessment) -> Iterator[Finding]:
     """Yield what is wrong with the fence, and with the flight inside it."""
-    if not is_fenced(case):
+    if not is_fenced(a):
         return
-    fence = case.mission.fence
-    if case.fence_parameters is not None:
-        from planner.checks.fence_heights import check_fence_heights
+    fence = a.mission.fence
+    if a.fence_parameters is not None:
+        from planner.rules.fence_heights import check_fence_heights
 
-        yield from check_fence_heights(case)
+        yield from check_fence_heights(a)
     if fence:
-        from planner.checks.fence_alone import check_enforcement, check_size
+        from planner.rules.fence_alone import check_enforcement, check_size
 
-        yield from check_size(case.autopilot, fence)
-        yield from check_enforcement(case.fence_parameters)
-    yield from _check_flight(case)
+        yield from check_size(a.autopilot, fence)
+        yield from check_enforcement(a.fence_parameters)
+    yield from _check_flight(a)
 
 
-def _check_flight(case: Case) -> Iterator[Finding]:
+def _check_flight(a: Assessment) -> Iterator[Finding]:
     """Yield what is wrong with the areas of the fence, with home, rally points and the flight."""
-    from planner.checks.fence_alone import check_places
-    from planner.checks.fence_returns import check_returns, unchecked_returns
-    from planner.checks.fenced_flight import make_fenced_flight
-    from planner.checks.stop_buffer import check_stop_buffer
+    from planner.rules.fence_alone import check_places
+    from planner.rules.fence_returns import check_returns, unchecked_returns
+    from planner.rules.fenced_flight import make_fenced_flight
+    from planner.rules.stop_buffer import check_stop_buffer
 
-    flown = make_fenced_flight(case)
+    flown = make_fenced_flight(a)
     yield from flown.area.findings
-    yield from unchecked_returns(case)
+    yield from unchecked_returns(a)
     barriers = [barrier for barrier in flown.area.barriers if not flown.is_clear_of(barrier)]
     if not barriers:
         return
-    home = case.route.frame
+    home = a.route.frame
     yield from check_places(
         flown.frame,
         barriers,
         home_deg=(home.latitude_deg, home.longitude_deg),
-        rally=case.mission.rally,
+        rally=a.mission.rally,
     )
     crossing, findings = _crossings(flown, barriers)
     yield from findings
@@ -75,7 +75,7 @@ def _check_flight(case: Case) -> Iterator[Finding]:
 
 def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], list[Finding]]:
     """Return the groups of legs that are outside somewhere, and the findings on the flight."""
-    from planner.checks.fence_returns import own_return
+    from planner.rules.fence_returns import own_return
 
     crossing: set[int] = set()
     found: list[tuple[int, float, float, int]] = []
@@ -109,7 +109,7 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         others = len({one[3] for one in pieces_of_rule}) - 1
         findings.append(
             rule.finding(
-                f"{'the way home' if own_return(flown.case, item) else what} is beyond "
+                f"{'the way home' if own_return(flown.assessment, item) else what} is beyond "
                 f"{barriers[number].label}"
                 + (f", and later beyond {numbers.count(others, 'other area')}" if others else "")
                 + f"; {numbers.distance(stretch.distance_m)} lie outside the fence"

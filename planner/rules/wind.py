@@ -11,15 +11,15 @@ from planner.catalogue.wind import WIND_BEYOND_MODEL
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
 
 
-def check_wind(case: Case) -> Iterator[Finding]:
+def check_wind(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where reference steps are flown in wind as fast as the vehicle."""
-    limit = case.vehicle.valid_for.speed_m_s
-    wind_m_s = case.conditions.wind.speed_m_s
-    if case.autopilot is not Autopilot.STEP or limit is None or wind_m_s < limit.high:
+    limit = a.vehicle.valid_for.speed_m_s
+    wind_m_s = a.conditions.wind.speed_m_s
+    if a.autopilot is not Autopilot.STEP or limit is None or wind_m_s < limit.high:
         return
     yield WIND_BEYOND_MODEL.finding(
         f"{numbers.speed(wind_m_s)} of wind, the model was identified up to "

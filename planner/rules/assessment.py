@@ -1,4 +1,4 @@
-"""The case: everything a rule may look at."""
+"""The assessment: everything that is predicted of one flight, and all a rule may look at."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
-    from planner.checks.site_profile import SiteProfile
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.discharge import Discharge
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.stage import Route
+    from planner.rules.site_profile import SiteProfile
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameter_file import ParameterSet
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @frozen(eq=False)
-class Case:
+class Assessment:
     """One mission, flown by one vehicle on one day, as predicted."""
 
     mission: Mission

@@ -15,9 +15,9 @@ from made_missions import item, mission
 from pyproj import Geod, Transformer
 
 from planner.autopilot import Autopilot
-from planner.checks.fenced_flight import make_fenced_flight
 from planner.geo.fence import Fence, FenceCircle, FencePolygon
 from planner.mission.items import Home
+from planner.rules.fenced_flight import make_fenced_flight
 from planner.service import check
 from planner.vehicle.library import load_vehicle
 
@@ -137,8 +137,8 @@ def test_clearances_of_flown_legs_agree_with_geodesics(
         home=home,
     )
     result = check(replace(made, fence=fence), load_vehicle(VEHICLES[autopilot]))
-    assert result.case is not None
-    flown = make_fenced_flight(result.case)
+    assert result.assessment is not None
+    flown = make_fenced_flight(result.assessment)
     legs = flown.legs(np.flatnonzero(flown.path.item == 3))
     [barrier] = flown.area.barriers
     found_m = float(barrier.leg_clearance(legs).clearance_m.min())

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.checks.baseline import read_baseline, write_baseline
-from planner.checks.selection import Selection
 from planner.errors import BaselineFileError, OutputError
 from planner.findings import Finding, Place, Severity
+from planner.rules.baseline import read_baseline, write_baseline
+from planner.rules.selection import Selection
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,16 +22,16 @@ from planner.vehicle.parameters import PARAMETERS_OF
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from planner.checks.case import Case
-    from planner.checks.site_profile import ExpectedValue
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
+    from planner.rules.site_profile import ExpectedValue
     from planner.vehicle.parameter_file import ParameterSet
     from planner.vehicle.parameter_table import Spelling
 
 
-def check_expected_values(case: Case) -> Iterator[Finding]:
+def check_expected_values(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for each parameter that is not as the profile asks."""
-    profile, given = case.profile, case.given_parameters
+    profile, given = a.profile, a.given_parameters
     if profile is None or not profile.expected:
         return
     if given is None:
@@ -87,32 +87,32 @@ def _not_as_expected(
     return f"{present} = {entry.value:.6g}{line}{as_named}"
 
 
-def check_height(case: Case) -> Iterator[Finding]:
+def check_height(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the flight is higher than the profile allows."""
-    profile, extremes = case.profile, case.flight.extremes
+    profile, extremes = a.profile, a.flight.extremes
     limit_m = None if profile is None else profile.max_height_above_home_m
     if profile is None or limit_m is None or extremes is None:
         return
-    heights_m = [stage.height_m for stage in case.route.stages]
+    heights_m = [stage.height_m for stage in a.route.stages]
     # A return may climb higher than every place; rounding of files is no breach.
     highest_m = max(*heights_m, extremes.highest_m)
     if highest_m <= limit_m + 0.05:
         return
-    item = case.route.stages[int(np.argmax(heights_m))].item
+    item = a.route.stages[int(np.argmax(heights_m))].item
     yield TOO_HIGH_FOR_SITE.finding(
         f"{numbers.beside(highest_m, limit_m, numbers.height)} above home, {profile.source} allows "
         f"{numbers.height(limit_m)}",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-def check_distance(case: Case) -> Iterator[Finding]:
+def check_distance(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the mission or what belongs to it is farther away than allowed."""
-    profile = case.profile
+    profile = a.profile
     if profile is None or profile.max_distance_m is None:
         return
-    route, mission, limit_m = case.route, case.mission, profile.max_distance_m
+    route, mission, limit_m = a.route, a.mission, profile.max_distance_m
     start = (route.frame.latitude_deg, route.frame.longitude_deg)
     origin, origin_name = start, "home"
     if profile.latitude_deg is not None and profile.longitude_deg is not None:
@@ -164,12 +164,12 @@ def check_distance(case: Case) -> Iterator[Finding]:
     )
 
 
-def check_required_items(case: Case) -> Iterator[Finding]:
+def check_required_items(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the mission lacks an item that the profile asks for."""
-    profile = case.profile
+    profile = a.profile
     if profile is None:
         return
-    held = {command_name(item.command) for item in case.mission.items}
+    held = {command_name(item.command) for item in a.mission.items}
     missing = [name for name in profile.required_items if name not in held]
     if missing:
         yield ITEM_REQUIRED_BY_SITE.finding(
@@ -177,7 +177,7 @@ def check_required_items(case: Case) -> Iterator[Finding]:
         )
 
 
-SITE_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+SITE_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (
     check_expected_values,
     check_height,
     check_distance,

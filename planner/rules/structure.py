@@ -17,21 +17,21 @@ from planner.catalogue.mission import (
     VALUE_NOT_SET,
 )
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
-from planner.checks.fence import is_fenced
 from planner.findings import Severity
 from planner.mission.command_support import Support, support
 from planner.mission.commands import RELATIVE_FRAMES, Command, command_name, frame_name
 from planner.mission.remarks import Remarks
 from planner.mission.stage import StageKind
+from planner.rules.fence import is_fenced
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.mission.items import MissionItem
     from planner.mission.stage import Lap
+    from planner.rules.assessment import Assessment
 
 _FAR_M = 10_000.0
 """No multicopter begins its mission so far from home: PX4's MIS_DIST_1WP. [m]"""
@@ -51,52 +51,52 @@ _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
 """Parameters that ArduPilot takes as NaN (AP_Mission.cpp, ``sanity_check_params``)."""
 
 
-def check_endless(case: Case) -> Iterator[Finding]:
+def check_endless(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the mission repeats itself for ever, with what one lap takes."""
-    lap = case.route.lap
-    if lap is None or not _flies(case, lap):
+    lap = a.route.lap
+    if lap is None or not _flies(a, lap):
         return
-    motion = case.flight.motion
+    motion = a.flight.motion
     begin = int(motion.done_segment[lap.first_stage - 1]) + 1 if lap.first_stage else 0
     time_s = float(motion.segments.duration_s[begin:].sum())
-    energy_wh = wh_from_j(float(case.flight.segment_energy_j[begin:].sum()))
+    energy_wh = wh_from_j(float(a.flight.segment_energy_j[begin:].sum()))
     yield ENDLESS.finding(
         f"jumps back for ever: one lap takes {numbers.duration(time_s)} and {numbers.energy(energy_wh)}; "
         "the totals hold the way to it and one more lap",
         item=lap.item,
-        place=case.mission.items[lap.item - 1].place,
+        place=a.mission.items[lap.item - 1].place,
     )
 
 
-def check_loops(case: Case) -> Iterator[Finding]:
+def check_loops(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where an endless jump leads round and nothing on the way is flown."""
-    lap = case.route.lap
-    if lap is not None and not _flies(case, lap):
+    lap = a.route.lap
+    if lap is not None and not _flies(a, lap):
         yield JUMP_WITHOUT_FLIGHT.finding(
             "jumps back for ever, and nothing on the way round is flown: the mission never goes on",
             item=lap.item,
-            place=case.mission.items[lap.item - 1].place,
+            place=a.mission.items[lap.item - 1].place,
         )
 
 
-def _flies(case: Case, lap: Lap) -> bool:
+def _flies(a: Assessment, lap: Lap) -> bool:
     """Return whether anything is flown in the lap of an endless jump."""
-    return lap.first_stage < len(case.route.stages)
+    return lap.first_stage < len(a.route.stages)
 
 
-def check_home_place(case: Case) -> Iterator[Finding]:
+def check_home_place(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where home is nowhere near the mission."""
-    if case.mission.home is None:
+    if a.mission.home is None:
         return
     places = [
         (hypot(stage.east_m, stage.north_m), stage.item)
-        for stage in case.route.stages
+        for stage in a.route.stages
         if stage.kind not in _PLACELESS
     ]
     if not places:
         return
     away_m, item = min(places)
-    is_px4 = case.target is not None and case.target.autopilot is Autopilot.PX4
+    is_px4 = a.target is not None and a.target.autopilot is Autopilot.PX4
     if away_m < (_ELSEWHERE_M if is_px4 else _FAR_M):
         return
     yield HOME_FAR.finding(
@@ -104,31 +104,31 @@ def check_home_place(case: Case) -> Iterator[Finding]:
         "counted",
         severity=Severity.ERROR if away_m >= _ELSEWHERE_M else None,
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-def check_landing_altitude(case: Case) -> Iterator[Finding]:
+def check_landing_altitude(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for landings that name an altitude other than that of home."""
     remarks = Remarks()
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         if item.command == Command.NAV_LAND and item.altitude_m and item.frame in RELATIVE_FRAMES:
             message = f"lands at an altitude of {numbers.height(item.altitude_m)} above home"
             remarks.add(LANDING_ALTITUDE, message, item=number, place=item.place)
     yield from remarks.findings()
 
 
-def check_support(case: Case) -> Iterator[Finding]:
+def check_support(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for each command the autopilot refuses or skips, and how often it stands."""
-    if case.target is None:
+    if a.target is None:
         return
-    autopilot, version = case.target.autopilot, case.target.version
+    autopilot, version = a.target.autopilot, a.target.version
     by_command: dict[tuple[int, int], Remarks] = {}
     answers = {
         (command, frame): support(command, autopilot, frame=frame, version=version)
-        for command, frame in {(item.command, item.frame) for item in case.mission.items}
+        for command, frame in {(item.command, item.frame) for item in a.mission.items}
     }
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         taken = answers[item.command, item.frame]
         if taken is Support.ACCEPTED or taken is Support.UNKNOWN:
             continue
@@ -151,12 +151,12 @@ def check_support(case: Case) -> Iterator[Finding]:
         yield from remarks.findings()
 
 
-def check_unset_values(case: Case) -> Iterator[Finding]:
+def check_unset_values(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a value is not set that ArduPilot wants."""
-    if case.target is None or case.target.autopilot is not Autopilot.ARDUPILOT:
+    if a.target is None or a.target.autopilot is not Autopilot.ARDUPILOT:
         return
     remarks = Remarks()
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         values = _wanted_values(item.command)(item)
         if None in values:
             what = _wanted_names(item.command)[values.index(None)]
@@ -180,17 +180,17 @@ def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, 
     return attrgetter(*(f"param{n}" for n in _wanted(command)), "altitude_m")
 
 
-def check_curves(case: Case) -> Iterator[Finding]:
+def check_curves(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a curve is flown straight: reference steps know no curves."""
-    if case.autopilot is not Autopilot.STEP:
+    if a.autopilot is not Autopilot.STEP:
         return
-    splines = [stage for stage in case.route.stages if stage.kind is StageKind.SPLINE]
+    splines = [stage for stage in a.route.stages if stage.kind is StageKind.SPLINE]
     if splines:
         unjudged = [
             name
             for name, given in (
-                ("the fence", is_fenced(case)),
-                ("the ground", case.terrain is not None),
+                ("the fence", is_fenced(a)),
+                ("the ground", a.terrain is not None),
             )
             if given
         ]
@@ -200,5 +200,5 @@ def check_curves(case: Case) -> Iterator[Finding]:
             f"answers steps of its reference{where}",
             severity=Severity.ERROR if unjudged else None,
             item=splines[0].item,
-            place=case.mission.items[splines[0].item - 1].place,
+            place=a.mission.items[splines[0].item - 1].place,
         )

@@ -1,4 +1,4 @@
-"""Every rule that judges a case, in the order they are asked."""
+"""Every rule that judges a flight, in the order they are asked."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.catalogue.mission import LANDING_ALTITUDE
-from planner.checks.altitude import (
+from planner.rules.altitude import (
     check_frames,
     check_home,
     check_level_ground,
     check_relative_altitudes,
 )
-from planner.checks.energy import (
+from planner.rules.energy import (
     check_battery,
     check_discharge_rate,
     check_risk,
     check_voltage,
     check_way_home,
 )
-from planner.checks.envelope import (
+from planner.rules.envelope import (
     check_air_and_mass,
     check_autopilot,
     check_climbs,
@@ -31,10 +31,10 @@ from planner.checks.envelope import (
     check_speed,
     check_vertical_speeds,
 )
-from planner.checks.fence import check_fence
-from planner.checks.lift import check_lift
-from planner.checks.pack import check_cold, check_pack_voltage
-from planner.checks.structure import (
+from planner.rules.fence import check_fence
+from planner.rules.lift import check_lift
+from planner.rules.pack import check_cold, check_pack_voltage
+from planner.rules.structure import (
     check_curves,
     check_endless,
     check_home_place,
@@ -43,18 +43,18 @@ from planner.checks.structure import (
     check_support,
     check_unset_values,
 )
-from planner.checks.wind import check_wind
+from planner.rules.wind import check_wind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from planner.checks.case import Case
-    from planner.checks.selection import Selection
     from planner.findings import Finding, Rule
     from planner.mission.items import Mission
+    from planner.rules.assessment import Assessment
+    from planner.rules.selection import Selection
     from planner.vehicle.parameters import FlightParameters
 
-    Check = Callable[[Case], Iterator[Finding]]
+    Check = Callable[[Assessment], Iterator[Finding]]
 
 CHECKS: tuple[Check, ...] = (
     check_battery,
@@ -88,17 +88,17 @@ CHECKS: tuple[Check, ...] = (
     check_wind,
     check_fence,
 )
-"""What is asked of every case."""
+"""What is asked of every flight."""
 
 OPTIONAL_CHECKS: tuple[tuple[Rule, Check], ...] = ((LANDING_ALTITUDE, check_landing_altitude),)
 """What is asked only where the rule is selected."""
 
 
-def check_case(case: Case, selection: Selection) -> tuple[Finding, ...]:
-    """Return what every rule has to say about a case, those off by default where selected."""
-    checks = [*CHECKS, *_further_checks(case)]
+def check_case(a: Assessment, selection: Selection) -> tuple[Finding, ...]:
+    """Return what every rule has to say about a flight, those off by default where selected."""
+    checks = [*CHECKS, *_further_checks(a)]
     checks += [check for rule, check in OPTIONAL_CHECKS if selection.asks_for(rule.code)]
-    return tuple(finding for check in checks for finding in check(case))
+    return tuple(finding for check in checks for finding in check(a))
 
 
 def check_unflown(
@@ -107,30 +107,30 @@ def check_unflown(
     """Return what can be said about a file in which nothing is flown: about its fence."""
     if not mission.fence:
         return ()
-    from planner.checks.fence_alone import check_fence_alone
+    from planner.rules.fence_alone import check_fence_alone
 
     return tuple(check_fence_alone(mission, autopilot, parameters))
 
 
-def _further_checks(case: Case) -> Iterator[Check]:
-    """Yield what is asked of cases with an autopilot, a terrain, a profile: imported only then."""
-    if case.target is not None and case.target.autopilot is Autopilot.PX4:
-        from planner.checks.px4_mission import PX4_CHECKS
+def _further_checks(a: Assessment) -> Iterator[Check]:
+    """Yield what is asked of flights with an autopilot, a terrain, a profile: imported only then."""
+    if a.target is not None and a.target.autopilot is Autopilot.PX4:
+        from planner.rules.px4_mission import PX4_CHECKS
 
         yield from PX4_CHECKS
-    if case.target is not None and case.target.autopilot is Autopilot.ARDUPILOT:
-        from planner.checks.ardupilot_mission import ARDUPILOT_CHECKS
+    if a.target is not None and a.target.autopilot is Autopilot.ARDUPILOT:
+        from planner.rules.ardupilot_mission import ARDUPILOT_CHECKS
 
         yield from ARDUPILOT_CHECKS
-    if case.parameters is not None and case.battery is not None:
-        from planner.checks.failsafe import FAILSAFE_CHECKS
+    if a.parameters is not None and a.battery is not None:
+        from planner.rules.failsafe import FAILSAFE_CHECKS
 
         yield from FAILSAFE_CHECKS
-    if case.terrain is not None:
-        from planner.checks.terrain import TERRAIN_CHECKS
+    if a.terrain is not None:
+        from planner.rules.terrain import TERRAIN_CHECKS
 
         yield from TERRAIN_CHECKS
-    if case.profile is not None:
-        from planner.checks.site import SITE_CHECKS
+    if a.profile is not None:
+        from planner.rules.site import SITE_CHECKS
 
         yield from SITE_CHECKS

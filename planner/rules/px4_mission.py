@@ -25,8 +25,8 @@ from planner.mission.remarks import Remarks
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
     from planner.vehicle.px4_parameters import Px4Parameters
 
 _CLOSEST_GATE_M = 0.05
@@ -54,20 +54,20 @@ _FIRST_PLACE_M = 10_000.0
 """Default of MIS_DIST_1WP. [m]"""
 
 
-def _parameters(case: Case) -> Px4Parameters | None:
+def _parameters(a: Assessment) -> Px4Parameters | None:
     """Return PX4's parameters where PX4 flies: reference steps do not wait for their import."""
-    if case.autopilot is not Autopilot.PX4:
+    if a.autopilot is not Autopilot.PX4:
         return None
-    return cast("Px4Parameters | None", case.parameters)
+    return cast("Px4Parameters | None", a.parameters)
 
 
-def check_required_items(case: Case) -> Iterator[Finding]:
+def check_required_items(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a take-off or landing is missing that MIS_TKO_LAND_REQ asks for."""
-    parameters = _parameters(case)
+    parameters = _parameters(a)
     if parameters is None:
         return
     required = parameters.takeoff_land_required
-    commands = {item.command for item in case.mission.items}
+    commands = {item.command for item in a.mission.items}
     takes_off = not commands.isdisjoint({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
     lands = Command.NAV_LAND in commands
     missing = []
@@ -83,36 +83,36 @@ def check_required_items(case: Case) -> Iterator[Finding]:
         )
 
 
-def check_first_place(case: Case) -> Iterator[Finding]:
+def check_first_place(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the first place is farther from home than MIS_DIST_1WP."""
-    parameters = _parameters(case)
+    parameters = _parameters(a)
     limit_m = _FIRST_PLACE_M if parameters is None else parameters.first_waypoint_distance_m
-    home = case.mission.home
+    home = a.mission.home
     if home is None or limit_m <= 0.0:
         return
-    number, *place = next(_places(case), (0, 0.0, 0.0))
+    number, *place = next(_places(a), (0, 0.0, 0.0))
     if not number:
         return
     there_m = float(distance_m(home.latitude_deg, home.longitude_deg, *place))
     if there_m >= limit_m:
-        version = None if case.target is None else case.target.version
+        version = None if a.target is None else a.target.version
         refuses = version is not None and version < _WARNS_ONLY
         yield FIRST_WAYPOINT_FAR.finding(
             f"the first place is {numbers.beside(there_m, limit_m, numbers.distance)} from home, "
             f"MIS_DIST_1WP is {numbers.distance(limit_m)}: PX4 "
             f"{'refuses the mission' if refuses else 'warns'}",
             item=number,
-            place=case.mission.items[number - 1].place,
+            place=a.mission.items[number - 1].place,
             severity=Severity.ERROR if refuses else None,
         )
 
 
-def check_gates(case: Case) -> Iterator[Finding]:
+def check_gates(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a gate lies at a place of its neighbours."""
-    items = case.mission.items
+    items = a.mission.items
     if all(item.command != Command.CONDITION_GATE for item in items):
         return
-    for (before, *there), (number, *here) in pairwise(_places(case)):
+    for (before, *there), (number, *here) in pairwise(_places(a)):
         commands = {items[before - 1].command, items[number - 1].command}
         apart_m = float(distance_m(*there, *here))
         if Command.CONDITION_GATE in commands and apart_m < _CLOSEST_GATE_M:
@@ -123,14 +123,14 @@ def check_gates(case: Case) -> Iterator[Finding]:
             )
 
 
-def check_speeds(case: Case) -> Iterator[Finding]:
+def check_speeds(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for commanded speeds above MPC_XY_VEL_MAX, where PX4 flies."""
-    parameters = _parameters(case)
+    parameters = _parameters(a)
     if parameters is None:
         return
     limit_m_s = parameters.speed_max_m_s
     remarks = Remarks()
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         if item.command == Command.DO_CHANGE_SPEED and (item.param2 or 0.0) > limit_m_s:
             remarks.add(
                 SPEED_CLAMPED,
@@ -142,11 +142,11 @@ def check_speeds(case: Case) -> Iterator[Finding]:
     yield from remarks.findings()
 
 
-def check_wind_limit(case: Case) -> Iterator[Finding]:
+def check_wind_limit(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the wind is above COM_WIND_MAX."""
-    parameters = _parameters(case)
+    parameters = _parameters(a)
     limit_m_s = -1.0 if parameters is None else parameters.wind_max_m_s
-    wind_m_s = case.conditions.wind.speed_m_s
+    wind_m_s = a.conditions.wind.speed_m_s
     if 0.0 < limit_m_s < wind_m_s:
         yield WIND_LIMIT.finding(
             f"{numbers.beside(wind_m_s, limit_m_s, numbers.speed)} of wind, COM_WIND_MAX is "
@@ -154,15 +154,15 @@ def check_wind_limit(case: Case) -> Iterator[Finding]:
         )
 
 
-def _places(case: Case) -> Iterator[tuple[int, float, float]]:
+def _places(a: Assessment) -> Iterator[tuple[int, float, float]]:
     """Yield number, latitude and longitude of the items with a place. [°]"""
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         latitude_deg, longitude_deg = item.latitude_deg, item.longitude_deg
         if item.command in _PLACES and latitude_deg is not None and longitude_deg is not None:
             yield number, latitude_deg, longitude_deg
 
 
-PX4_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+PX4_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (
     check_required_items,
     check_first_place,
     check_gates,

@@ -12,8 +12,8 @@ from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
 
 MOST_LIFT = 1.5
 """More thrust, in times of that of the model's flights, is not taken for granted: vehicles are built to
@@ -22,16 +22,16 @@ _THINNER_TOLD, _THINNER_REFUSED = 1.1, 1.2
 """Thinness of air that is not counted: 5 % and 10 % of the power of a hover."""
 
 
-def check_lift(case: Case) -> Iterator[Finding]:
+def check_lift(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where much more has to be lifted, or in thinner air, than was identified."""
-    extremes = case.flight.extremes
-    if extremes is None or not case.vehicle.is_power_known:
+    extremes = a.flight.extremes
+    if extremes is None or not a.vehicle.is_power_known:
         return
-    thin = float(case.flight.power.air_density_kg_m3(extremes.highest_m))
-    thinner = _reference_density_kg_m3(case) / thin
-    heavier = _times_heavier(case)
+    thin = float(a.flight.power.air_density_kg_m3(extremes.highest_m))
+    thinner = _reference_density_kg_m3(a) / thin
+    heavier = _times_heavier(a)
     if thinner * heavier > MOST_LIFT:
-        mass_kg = case.flight.power.mass_kg
+        mass_kg = a.flight.power.mass_kg
         load = "the flight" if mass_kg is None else numbers.mass(mass_kg)
         yield LIFT_UNKNOWN.finding(
             f"{load} in air of {numbers.decimals(thin, 2)} kg/m³ takes "
@@ -40,8 +40,8 @@ def check_lift(case: Case) -> Iterator[Finding]:
         )
         return
     # E108 tells of a temperature that is not counted already.
-    told = _THINNER_TOLD if case.conditions.temperature_c is None else _THINNER_REFUSED
-    if not case.vehicle.knows_air_density and thinner > told:
+    told = _THINNER_TOLD if a.conditions.temperature_c is None else _THINNER_REFUSED
+    if not a.vehicle.knows_air_density and thinner > told:
         yield CONDITION_NOT_MODELLED.finding(
             f"air of {numbers.decimals(thin, 2)} kg/m³, {_times(thinner)} thinner than at sea level, is "
             "not counted: the model's power knows no air density",
@@ -49,9 +49,9 @@ def check_lift(case: Case) -> Iterator[Finding]:
         )
 
 
-def _times_heavier(case: Case) -> float:
+def _times_heavier(a: Assessment) -> float:
     """Return the mass that flies over the heaviest the model was identified with."""
-    vehicle, mass_kg = case.vehicle, case.flight.power.mass_kg
+    vehicle, mass_kg = a.vehicle, a.flight.power.mass_kg
     limit = vehicle.valid_for.mass_kg
     known_kg = vehicle.mass_kg if limit is None else limit.high
     if not vehicle.knows_mass or mass_kg is None or known_kg is None:
@@ -59,8 +59,8 @@ def _times_heavier(case: Case) -> float:
     return mass_kg / known_kg
 
 
-def _reference_density_kg_m3(case: Case) -> float:
-    limit = case.vehicle.valid_for.air_density_kg_m3
+def _reference_density_kg_m3(a: Assessment) -> float:
+    limit = a.vehicle.valid_for.air_density_kg_m3
     return SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.low
 
 

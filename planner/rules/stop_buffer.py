@@ -9,17 +9,17 @@ import numpy as np
 
 from planner import numbers
 from planner.catalogue.fence import STOP_BUFFER
-from planner.checks.fenced_flight import straight_legs
 from planner.findings import Severity
 from planner.geo.swept_area import SweptAreas, swept_areas
+from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.fenced_flight import FencedFlight
     from planner.findings import Finding
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.geo.barrier import Barrier
+    from planner.rules.fenced_flight import FencedFlight
 
 _SLOWEST_M_S = 0.05
 """A slower speed is none to fly at. [m s⁻¹]"""

@@ -11,8 +11,8 @@ from planner.findings import Severity
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
 
 LEAST_SHARE, MOST_SHARE = 0.85, 1.18
 """Of the voltage of the vehicle's own battery: one cell of six fewer, or more, is outside."""
@@ -21,21 +21,21 @@ COLD_C, TOO_COLD_C = 0.0, -10.0
 knows how much."""
 
 
-def check_pack_voltage(case: Case) -> Iterator[Finding]:
+def check_pack_voltage(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a battery of another voltage is given than the vehicle's own."""
-    own, pack = case.vehicle.battery, case.pack
+    own, pack = a.vehicle.battery, a.pack
     own_v = None if own is None else own.voltage_v
     given_v = None if pack is None else pack.voltage_v
     if own_v is None or given_v is None or LEAST_SHARE <= given_v / own_v <= MOST_SHARE:
         return
     yield BATTERY_VOLTAGE_DIFFERS.finding(
-        f"the battery has {_volts(given_v)}, that of {case.vehicle.name} has {_volts(own_v)}"
+        f"the battery has {_volts(given_v)}, that of {a.vehicle.name} has {_volts(own_v)}"
     )
 
 
-def check_cold(case: Case) -> Iterator[Finding]:
+def check_cold(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the battery is colder than it is known at."""
-    conditions, pack = case.conditions, case.pack
+    conditions, pack = a.conditions, a.pack
     battery_c = conditions.battery_temperature_c
     degrees_c = conditions.temperature_c if battery_c is None else battery_c
     if pack is None or degrees_c is None:

@@ -24,10 +24,10 @@ from planner.mission.stage import StageKind
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.flight.extremes import Extreme
     from planner.mission.stage import Stage
+    from planner.rules.assessment import Assessment
     from planner.vehicle.px4_parameters import Px4Parameters
 
 _HEIGHT_SLACK_M = 0.5
@@ -45,12 +45,12 @@ _DENSITY_SLACK = 0.02
 """A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
 
 
-def check_speed(case: Case) -> Iterator[Finding]:
+def check_speed(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a speed is commanded that the model was not identified up to."""
-    limit = case.vehicle.valid_for.speed_m_s
+    limit = a.vehicle.valid_for.speed_m_s
     if limit is None:
         return
-    speeds = [(_commanded_m_s(case, stage), stage) for stage in case.route.stages]
+    speeds = [(_commanded_m_s(a, stage), stage) for stage in a.route.stages]
     beyond = [stage for speed, stage in speeds if speed is not None and speed not in limit]
     if not beyond:
         return
@@ -61,25 +61,25 @@ def check_speed(case: Case) -> Iterator[Finding]:
         f"time and energy of {numbers.count(len(beyond), 'leg')} cannot be trusted",
         severity=Severity.ERROR,
         item=beyond[0].item,
-        place=case.mission.items[beyond[0].item - 1].place,
+        place=a.mission.items[beyond[0].item - 1].place,
         fix=f"command {numbers.speed(limit.high)} or less, or identify the vehicle on such flights",
     )
 
 
-def _commanded_m_s(case: Case, stage: Stage) -> float | None:
+def _commanded_m_s(a: Assessment, stage: Stage) -> float | None:
     """Return the speed commanded on a stage, not above what PX4 flies. [m s⁻¹]"""
-    if stage.speed_m_s is None or case.autopilot is not Autopilot.PX4:
+    if stage.speed_m_s is None or a.autopilot is not Autopilot.PX4:
         return stage.speed_m_s
-    parameters = cast("Px4Parameters", case.parameters)
+    parameters = cast("Px4Parameters", a.parameters)
     return min(stage.speed_m_s, parameters.speed_max_m_s)  # T103 says so
 
 
-def check_climbs(case: Case) -> Iterator[Finding]:
+def check_climbs(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a climb or descent is longer than the identified step."""
-    response = case.vehicle.responses.altitude
+    response = a.vehicle.responses.altitude
     if response is None or response.identified_step_m is None:
         return
-    columns = case.flight.motion.segments
+    columns = a.flight.motion.segments
     beyond = np.flatnonzero(np.abs(columns.climb_m) > response.identified_step_m + _HEIGHT_SLACK_M)
     if not len(beyond):
         return
@@ -90,19 +90,19 @@ def check_climbs(case: Case) -> Iterator[Finding]:
         f"{numbers.height(longest)}, longer than the identified "
         f"{numbers.height(response.identified_step_m)}: flown at the peak rate of the identified step",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-def check_vertical_speeds(case: Case) -> Iterator[Finding]:
+def check_vertical_speeds(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a climb or descent speed is commanded that reference steps do not fly."""
-    stages = case.route.stages
-    if case.autopilot is not Autopilot.STEP or not any(
+    stages = a.route.stages
+    if a.autopilot is not Autopilot.STEP or not any(
         stage.climb_speed_m_s or stage.descent_speed_m_s for stage in stages
     ):
         return
-    columns = case.flight.motion.segments
-    stage_of = case.homeward.segment_stage
+    columns = a.flight.motion.segments
+    stage_of = a.homeward.segment_stage
     for name, commanded, climbs in (
         ("climb", [stage.climb_speed_m_s for stage in stages], columns.climb_m),
         ("descent", [stage.descent_speed_m_s for stage in stages], -columns.climb_m),
@@ -125,16 +125,16 @@ def check_vertical_speeds(case: Case) -> Iterator[Finding]:
             + (": time and energy are more than is said" if slower else ""),
             severity=Severity.ERROR if slower else None,
             item=item,
-            place=case.mission.items[item - 1].place,
+            place=a.mission.items[item - 1].place,
             fix=f"take the {name} speed out of the mission, or use a vehicle model that is flown by "
             "an autopilot",
         )
 
 
-def check_heights(case: Case) -> Iterator[Finding]:
+def check_heights(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the flight is higher than the model knows, or hovers lower."""
-    heights = np.array([stage.height_m for stage in case.route.stages])
-    box = case.vehicle.valid_for
+    heights = np.array([stage.height_m for stage in a.route.stages])
+    box = a.vehicle.valid_for
     limit = box.height_above_home_m
     outside = np.zeros(len(heights), dtype=bool)
     if limit is not None:
@@ -145,8 +145,8 @@ def check_heights(case: Case) -> Iterator[Finding]:
                 f"{numbers.count(int(outside.sum()), 'leg')} at heights of up to "
                 f"{numbers.height(heights[worst])} above home: the model was identified from "
                 f"{numbers.height(limit.low)} to {numbers.height(limit.high)}",
-                item=case.route.stages[worst].item,
-                place=case.mission.items[case.route.stages[worst].item - 1].place,
+                item=a.route.stages[worst].item,
+                place=a.mission.items[a.route.stages[worst].item - 1].place,
             )
     measured = box.hover_height_above_home_m
     if measured is not None and not outside.any():
@@ -160,26 +160,24 @@ def check_heights(case: Case) -> Iterator[Finding]:
             )
 
 
-def check_rates(case: Case) -> Iterator[Finding]:
+def check_rates(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where speed, airspeed or climb rate leave the box they were identified in.
 
     Speeds a mission commands itself are ``check_speed``'s.
     """
-    box, extremes = case.vehicle.valid_for, case.flight.extremes
+    box, extremes = a.vehicle.valid_for, a.flight.extremes
     if extremes is None:
         return
     if (limit := box.speed_m_s) is not None:
-        commanded = any(
-            (_commanded_m_s(case, stage) or 0.0) > limit.high for stage in case.route.stages
-        )
+        commanded = any((_commanded_m_s(a, stage) or 0.0) > limit.high for stage in a.route.stages)
         identified = f"the model was identified up to {numbers.speed(limit.high)}"
         over = (1.0 + _OVERSHOOT) * limit.high
         ground_m_s = extremes.ground_speed_m_s.value
         # A response of reference steps overshoots within the flights it was identified on.
-        if ground_m_s > over and case.autopilot is not Autopilot.STEP:
+        if ground_m_s > over and a.autopilot is not Autopilot.STEP:
             if not commanded:
                 yield _outside(
-                    case,
+                    a,
                     extremes.ground_speed_m_s,
                     f"{numbers.speed(ground_m_s)} is flown, {identified}: "
                     "time and energy cannot be trusted",
@@ -189,11 +187,11 @@ def check_rates(case: Case) -> Iterator[Finding]:
             # Where the airspeed makes no difference nothing is extrapolated: the wind is not counted.
             is_strong = airspeed_m_s > (1.0 + STRONG_WIND) * limit.high
             yield _outside(
-                case,
+                a,
                 extremes.airspeed_m_s,
                 f"against the wind up to {numbers.speed(airspeed_m_s)} are flown "
                 f"through the air, {identified}",
-                severity=Severity.ERROR if case.vehicle.knows_airspeed or is_strong else None,
+                severity=Severity.ERROR if a.vehicle.knows_airspeed or is_strong else None,
             )
     if (limit := box.climb_rate_m_s) is not None:
         widest = max(abs(limit.low), abs(limit.high))
@@ -205,7 +203,7 @@ def check_rates(case: Case) -> Iterator[Finding]:
             if beyond > slack:
                 edge = limit.high if extreme.value > limit.high else min(limit.low, 0.0)
                 yield _outside(
-                    case,
+                    a,
                     extreme,
                     f"a climb rate of {numbers.speed(extreme.value)} is flown, the model was "
                     f"identified from {numbers.decimals(limit.low, 1)} to "
@@ -216,9 +214,9 @@ def check_rates(case: Case) -> Iterator[Finding]:
                 )
 
 
-def check_air_and_mass(case: Case) -> Iterator[Finding]:
+def check_air_and_mass(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the mass, or the density of the air, is one the model was not seen in."""
-    vehicle, power, extremes = case.vehicle, case.flight.power, case.flight.extremes
+    vehicle, power, extremes = a.vehicle, a.flight.power, a.flight.extremes
     limit = vehicle.valid_for.mass_kg
     if limit is not None and vehicle.knows_mass and power.mass_kg not in {None, vehicle.mass_kg}:
         mass_kg = power.mass_kg or 0.0
@@ -245,23 +243,23 @@ def check_air_and_mass(case: Case) -> Iterator[Finding]:
 
 
 def _outside(
-    case: Case, extreme: Extreme, message: str, *, severity: Severity | None = None
+    a: Assessment, extreme: Extreme, message: str, *, severity: Severity | None = None
 ) -> Finding:
-    item = int(case.flight.motion.segments.item[extreme.segment])
+    item = int(a.flight.motion.segments.item[extreme.segment])
     return MODEL_OUTSIDE_ENVELOPE.finding(
-        message, severity=severity, item=item, place=case.mission.items[item - 1].place
+        message, severity=severity, item=item, place=a.mission.items[item - 1].place
     )
 
 
-def check_power_known(case: Case) -> Iterator[Finding]:
+def check_power_known(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the model knows no power, or takes hover power for that of a cruise."""
-    vehicle = case.vehicle
+    vehicle = a.vehicle
     if not vehicle.is_power_known:
         yield POWER_UNKNOWN.finding(
             f"{vehicle.name} has no power model: time and distance are predicted, energy is not"
         )
     elif vehicle.cruise is None:
-        columns = case.flight.motion.segments
+        columns = a.flight.motion.segments
         cruising = columns.state == STATE_INDEX[FlightState.CRUISE]
         if cruising.any():
             yield CRUISE_POWER_ASSUMED.finding(
@@ -271,9 +269,9 @@ def check_power_known(case: Case) -> Iterator[Finding]:
             )
 
 
-def check_conditions(case: Case) -> Iterator[Finding]:
+def check_conditions(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for each condition the model cannot take into account."""
-    conditions, vehicle = case.conditions, case.vehicle
+    conditions, vehicle = a.conditions, a.vehicle
     wind = conditions.wind
     if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
         limit = vehicle.valid_for.speed_m_s
@@ -302,7 +300,7 @@ def check_conditions(case: Case) -> Iterator[Finding]:
             ("wind", wind.speed_sd_m_s or wind.from_sd_deg),
             ("payload", conditions.payload_sd_kg),
             ("temperature", conditions.temperature_sd_c),
-            ("charge", case.charge_sd),
+            ("charge", a.charge_sd),
         )
         if sd
     ]
@@ -312,12 +310,12 @@ def check_conditions(case: Case) -> Iterator[Finding]:
             "far flights are from its predictions",
             fix="use a vehicle model with a [spread], as mavjoule identify writes it",
         )
-    yield from _battery_conditions(case)
+    yield from _battery_conditions(a)
 
 
-def _battery_conditions(case: Case) -> Iterator[Finding]:
+def _battery_conditions(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for what is said of a battery that says too little of itself."""
-    conditions, pack = case.conditions, case.pack
+    conditions, pack = a.conditions, a.pack
     given = [
         name
         for name, value in (
@@ -333,14 +331,14 @@ def _battery_conditions(case: Case) -> Iterator[Finding]:
             fix="give the battery with --battery, or use a vehicle model that has one",
         )
         return
-    if case.discharge is None and conditions.battery_resistance_factor is not None:
+    if a.discharge is None and conditions.battery_resistance_factor is not None:
         yield CONDITION_NOT_MODELLED.finding(
             "the resistance of the battery is not counted: the battery gives no voltage over charge "
             "or no resistance",
             fix="use a vehicle model whose battery has both",
         )
     has_curve = pack is not None and pack.resistance_temperature_c is not None
-    if conditions.battery_temperature_c is not None and not (has_curve and case.discharge):
+    if conditions.battery_temperature_c is not None and not (has_curve and a.discharge):
         yield CONDITION_NOT_MODELLED.finding(
             "the temperature of the battery is not counted: the battery gives no resistance over "
             "temperature",
@@ -348,25 +346,25 @@ def _battery_conditions(case: Case) -> Iterator[Finding]:
         )
 
 
-def check_responses(case: Case) -> Iterator[Finding]:
+def check_responses(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the model's responses of motion are not applied."""
-    responses = case.vehicle.responses
+    responses = a.vehicle.responses
     known = responses.speed is not None or responses.altitude is not None
-    if known and case.autopilot is Autopilot.PX4:
+    if known and a.autopilot is Autopilot.PX4:
         yield RESPONSE_NOT_APPLIED.finding(
             "PX4 is taken to fly its references without lag: the model's responses are not applied"
         )
 
 
-def check_autopilot(case: Case) -> Iterator[Finding]:
+def check_autopilot(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the file was written for another way of commanding."""
-    written_for = case.mission.autopilot
-    if written_for is None or written_for is case.autopilot:
+    written_for = a.mission.autopilot
+    if written_for is None or written_for is a.autopilot:
         return
     flown = (
         "flown in reference steps, stopping at every waypoint"
-        if case.autopilot is Autopilot.STEP
-        else f"flown as {case.autopilot.label} would"
+        if a.autopilot is Autopilot.STEP
+        else f"flown as {a.autopilot.label} would"
     )
     yield AUTOPILOT_DIFFERS.finding(
         f"the file was written for {written_for.label}; the prediction is {flown}"

@@ -8,15 +8,15 @@ import numpy as np
 
 from planner import numbers
 from planner.catalogue.fence import FENCE_HEIGHT
-from planner.checks.fence_settings import limits_from_parameters
 from planner.findings import Severity
 from planner.mission.stage import StageKind
+from planner.rules.fence_settings import limits_from_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
 
 _SLACK_M = 0.01
 """Rounding of files. [m]"""
@@ -25,9 +25,9 @@ _MOST_RETURNS = 200
 _ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
 
 
-def check_fence_heights(case: Case) -> Iterator[Finding]:
+def check_fence_heights(a: Assessment) -> Iterator[Finding]:
     """Yield findings where the flight, or a return, leaves the heights the parameters allow."""
-    limit, stages = limits_from_parameters(case.fence_parameters), case.route.stages
+    limit, stages = limits_from_parameters(a.fence_parameters), a.route.stages
     if not stages:
         return
     if limit.ceiling_m is not None:
@@ -38,9 +38,9 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
                 f"{limit.ceiling_name} is "
                 f"{numbers.height(limit.ceiling_m)}",
                 item=highest.item,
-                place=case.mission.items[highest.item - 1].place,
+                place=a.mission.items[highest.item - 1].place,
             )
-        elif (return_m := _highest_return_m(case)) > limit.ceiling_m + _SLACK_M:
+        elif (return_m := _highest_return_m(a)) > limit.ceiling_m + _SLACK_M:
             climbs = numbers.beside(return_m, limit.ceiling_m, numbers.height)
             returns = [s.item for s in stages if s.kind is StageKind.RETURN]
             yield FENCE_HEIGHT.finding(
@@ -48,7 +48,7 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
                 f"{limit.ceiling_name} is {numbers.height(limit.ceiling_m)}",
                 severity=Severity.ERROR if returns else Severity.WARNING,
                 item=returns[0] if returns else None,
-                place=case.mission.items[returns[0] - 1].place if returns else None,
+                place=a.mission.items[returns[0] - 1].place if returns else None,
                 fix="lower the return altitude, or raise the limit",
             )
     if limit.floor_m is not None:
@@ -60,17 +60,17 @@ def check_fence_heights(case: Case) -> Iterator[Finding]:
                 f"{limit.floor_name} is "
                 f"{numbers.height(limit.floor_m)}",
                 item=lowest.item,
-                place=case.mission.items[lowest.item - 1].place,
+                place=a.mission.items[lowest.item - 1].place,
                 fix="fly higher, or lower the limit",
             )
 
 
-def _highest_return_m(case: Case) -> float:
+def _highest_return_m(a: Assessment) -> float:
     """Return the greatest height above home that the vehicle's own returns climb to, as it flies them.
 
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
-    homeward = case.homeward
+    homeward = a.homeward
     ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
     if len(ends) > _MOST_RETURNS:
         ends = ends[np.linspace(0, len(ends) - 1, _MOST_RETURNS).astype(np.intp)]

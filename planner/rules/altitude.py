@@ -21,9 +21,9 @@ from planner.mission.stage import StageKind
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.mission.items import MissionItem
+    from planner.rules.assessment import Assessment
 
 _SEA = "the sea"
 _REFERENCES: Mapping[int, str] = {
@@ -58,13 +58,13 @@ _IN_THE_AIR = frozenset(
 _GRID_APART_M = 10.0
 
 
-def check_level_ground(case: Case) -> Iterator[Finding]:
+def check_level_ground(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a place is under the ground that is taken to be level with home."""
-    if case.terrain is not None:
+    if a.terrain is not None:
         return
     low = [
         stage
-        for stage in case.route.stages
+        for stage in a.route.stages
         if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
     ]
     if low:
@@ -74,18 +74,18 @@ def check_level_ground(case: Case) -> Iterator[Finding]:
             f"{numbers.height(-lowest.height_m)} below the ground, which is taken to be level with "
             f"home{more}",
             item=lowest.item,
-            place=case.mission.items[lowest.item - 1].place,
+            place=a.mission.items[lowest.item - 1].place,
             fix="mend the altitude, or where the ground falls away give it with --terrain",
         )
 
 
-def check_frames(case: Case) -> Iterator[Finding]:
+def check_frames(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where places of a mission count their altitudes from several references."""
-    if len({item.frame for item in case.mission.items} & _REFERENCES.keys()) < 2:
+    if len({item.frame for item in a.mission.items} & _REFERENCES.keys()) < 2:
         return  # nearly every mission: its items need no second look
     first: dict[str, int] = {}
     count: dict[str, int] = {}
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         reference = _REFERENCES.get(item.frame)
         if reference is None or not item.altitude_m or not _is_place_in_the_air(item):
             continue
@@ -101,7 +101,7 @@ def check_frames(case: Case) -> Iterator[Finding]:
     yield MIXED_FRAMES.finding(
         f"altitudes count from {most} ({count[most]}) and {rest}",
         item=odd,
-        place=case.mission.items[odd - 1].place,
+        place=a.mission.items[odd - 1].place,
         # Terrain is followed by intent; a slip is between home and the sea.
         severity=None if _SEA in count else Severity.INFO,
     )
@@ -111,11 +111,11 @@ def _is_place_in_the_air(item: MissionItem) -> bool:
     return item.command not in _ON_THE_GROUND and is_destination(item.command)
 
 
-def check_relative_altitudes(case: Case) -> Iterator[Finding]:
+def check_relative_altitudes(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for altitudes above home that look as if they were AMSL."""
-    home_amsl_m = case.route.home_amsl_m
+    home_amsl_m = a.route.home_amsl_m
     remarks = Remarks()
-    for number, item in enumerate(case.mission.items, start=1):
+    for number, item in enumerate(a.mission.items, start=1):
         altitude_m = item.altitude_m or 0.0
         if item.frame not in RELATIVE_FRAMES or altitude_m <= _UNUSUAL_M:
             continue
@@ -141,20 +141,20 @@ def check_relative_altitudes(case: Case) -> Iterator[Finding]:
     yield from remarks.findings()
 
 
-def check_home(case: Case) -> Iterator[Finding]:
+def check_home(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where home was planned at another altitude than it has."""
-    home = case.mission.home
+    home = a.mission.home
     if home is None or home.altitude_amsl_m is None:
         return
     planned_m = home.altitude_amsl_m
     if planned_m == 0.0:  # what programs write who do not know
         return
-    if case.given_home_amsl_m is not None:
-        if abs(case.given_home_amsl_m - planned_m) <= _GIVEN_APART_M:
+    if a.given_home_amsl_m is not None:
+        if abs(a.given_home_amsl_m - planned_m) <= _GIVEN_APART_M:
             return
-        real_m, said = case.given_home_amsl_m, "the flight starts at"
-    elif case.terrain is not None:
-        ground = case.terrain.height_amsl_m(home.latitude_deg, home.longitude_deg)
+        real_m, said = a.given_home_amsl_m, "the flight starts at"
+    elif a.terrain is not None:
+        ground = a.terrain.height_amsl_m(home.latitude_deg, home.longitude_deg)
         if ground.mask.any() or abs(float(ground) - planned_m) <= _GRID_APART_M:
             return
         real_m, said = float(ground), "the terrain grid has the place at"

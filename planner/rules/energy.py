@@ -18,10 +18,10 @@ from planner.flight.destination import ALONG, HERE, HOME, LANDING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
     from planner.flight.homeward import FlightPoint
+    from planner.rules.assessment import Assessment
 
 _SAME_SHORTFALL = 0.05
 """E102 leaves its shortfall to E101 where they differ by no more than this share. [-]"""
@@ -29,10 +29,10 @@ _AT_THE_END = 0.995
 """A point this far along its leg is at its end. [-]"""
 
 
-def check_battery(case: Case) -> Iterator[Finding]:
+def check_battery(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where no battery is known, or the flight eats into the reserve."""
-    battery, needed_wh = case.battery, case.totals.energy_wh
-    if not case.vehicle.is_power_known:
+    battery, needed_wh = a.battery, a.totals.energy_wh
+    if not a.vehicle.is_power_known:
         return  # E109 says so
     if battery is None:
         yield BATTERY_UNKNOWN.finding(
@@ -46,7 +46,7 @@ def check_battery(case: Case) -> Iterator[Finding]:
     item = next(
         (
             arrival.item
-            for arrival in case.items
+            for arrival in a.items
             if arrival.energy_used_wh is not None and arrival.energy_used_wh > available_wh
         ),
         None,
@@ -61,13 +61,13 @@ def check_battery(case: Case) -> Iterator[Finding]:
         f"the flight needs {numbers.energy(needed_wh)}, {there}: "
         f"short by {numbers.energy(-battery.margin_wh)}",
         item=item,
-        place=None if item is None else case.mission.items[item - 1].place,
+        place=None if item is None else a.mission.items[item - 1].place,
     )
 
 
-def check_way_home(case: Case) -> Iterator[Finding]:
+def check_way_home(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the way home from some point eats into the reserve."""
-    way, battery = case.way_home, case.battery
+    way, battery = a.way_home, a.battery
     if way is None or battery is None or way.margin_wh is None or way.margin_wh >= 0.0:
         return
     turn, empty = way.last_return, way.last_return_empty
@@ -82,7 +82,7 @@ def check_way_home(case: Case) -> Iterator[Finding]:
             f"{numbers.energy(-way.margin_wh)} more than is left"
         )
     item = way.tightest_item if turn is None else turn.item
-    yield RETURN_BELOW_RESERVE.finding(message, item=item, place=case.mission.items[item - 1].place)
+    yield RETURN_BELOW_RESERVE.finding(message, item=item, place=a.mission.items[item - 1].place)
 
 
 def reserve_name(battery: BatteryBudget) -> str:
@@ -110,35 +110,35 @@ def destination_name(destination: int) -> str:
     }.get(destination, "home")
 
 
-def check_risk(case: Case) -> Iterator[Finding]:
+def check_risk(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where flights that differ from the prediction may eat into the reserve."""
-    battery, way = case.battery, case.way_home
+    battery, way = a.battery, a.way_home
     if battery is None or battery.below_reserve_probability is None or battery.margin_wh < 0.0:
         return  # nothing is known of it, or E101 says worse
     reserve = f"the reserve of {reserve_name(battery)}"
-    more = f"more than {numbers.percent(case.risk)}"
+    more = f"more than {numbers.percent(a.risk)}"
     landing, returning = battery.below_reserve_probability, None
     if way is not None and way.margin_wh is not None and way.margin_wh >= 0.0:
         returning = way.below_reserve_probability
-    if landing > case.risk:
+    if landing > a.risk:
         yield RESERVE_AT_RISK.finding(
-            f"{numbers.beside(landing, case.risk, numbers.chance)} chance to land below {reserve}, {more}"
+            f"{numbers.beside(landing, a.risk, numbers.chance)} chance to land below {reserve}, {more}"
         )
-    elif way is not None and returning is not None and returning > case.risk:
+    elif way is not None and returning is not None and returning > a.risk:
         yield RESERVE_AT_RISK.finding(
-            f"{numbers.beside(returning, case.risk, numbers.chance)} chance that the way home from here, "
+            f"{numbers.beside(returning, a.risk, numbers.chance)} chance that the way home from here, "
             f"or from another point, ends below {reserve}, {more}",
             item=way.tightest_item,
-            place=case.mission.items[way.tightest_item - 1].place,
+            place=a.mission.items[way.tightest_item - 1].place,
         )
 
 
-def check_voltage(case: Case) -> Iterator[Finding]:
+def check_voltage(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the voltage under load falls below the cut-off of the battery."""
-    discharge = case.discharge
-    if case.pack is None or discharge is None:
+    discharge = a.discharge
+    if a.pack is None or discharge is None:
         return
-    cutoff_v, lowest_v = case.pack.cutoff_voltage_v, discharge.lowest_voltage_v
+    cutoff_v, lowest_v = a.pack.cutoff_voltage_v, discharge.lowest_voltage_v
     if not discharge.can_deliver:
         message = (
             f"the battery cannot deliver the power asked of it: {numbers.decimals(lowest_v, 1)} V "
@@ -151,8 +151,8 @@ def check_voltage(case: Case) -> Iterator[Finding]:
         )
     else:
         return
-    item = int(case.flight.motion.segments.item[discharge.lowest_voltage_segment])
-    yield VOLTAGE_LOW.finding(message, item=item, place=case.mission.items[item - 1].place)
+    item = int(a.flight.motion.segments.item[discharge.lowest_voltage_segment])
+    yield VOLTAGE_LOW.finding(message, item=item, place=a.mission.items[item - 1].place)
 
 
 def _volts(voltage_v: float) -> str:
@@ -163,19 +163,19 @@ def _rate(rate: float) -> str:
     return numbers.decimals(rate, 1)
 
 
-def check_discharge_rate(case: Case) -> Iterator[Finding]:
+def check_discharge_rate(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where more current is drawn than the battery is made for."""
-    budget, discharge, pack = case.battery, case.discharge, case.pack
+    budget, discharge, pack = a.battery, a.discharge, a.pack
     if budget is None or discharge is None or pack is None or pack.max_c_rate is None:
         return
     rate = budget.highest_c_rate
     if rate is None or rate <= pack.max_c_rate:
         return
-    item = int(case.flight.motion.segments.item[discharge.highest_current_segment])
+    item = int(a.flight.motion.segments.item[discharge.highest_current_segment])
     yield DISCHARGE_RATE_HIGH.finding(
         f"up to {numbers.decimals(discharge.highest_current_a, 0)} A, "
         f"{numbers.beside(rate, pack.max_c_rate, _rate)} times the charge an hour, "
         f"the battery is made for {_rate(pack.max_c_rate)}",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )

@@ -10,8 +10,8 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from planner.checks.baseline import Baseline
     from planner.findings import Finding
+    from planner.rules.baseline import Baseline
 
 
 @frozen

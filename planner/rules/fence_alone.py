@@ -32,9 +32,9 @@ def check_fence_alone(
     fence = mission.fence
     if not fence:
         return
-    from planner.checks.fence_settings import inclusions_unite
     from planner.geo.fence_area import make_fence_area
     from planner.geo.fence_frame import make_fence_frame
+    from planner.rules.fence_settings import inclusions_unite
 
     home = mission.home
     frame = make_fence_frame(
@@ -69,7 +69,7 @@ def check_enforcement(parameters: FlightParameters | None) -> Iterator[Finding]:
     """Yield a finding where the parameters leave the fence without effect."""
     if parameters is None:
         return
-    from planner.checks.fence_settings import why_not_enforced
+    from planner.rules.fence_settings import why_not_enforced
 
     reason = why_not_enforced(parameters)
     if reason is not None:

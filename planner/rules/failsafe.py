@@ -13,7 +13,6 @@ from planner.catalogue.energy import (
     HOVER_THROTTLE_HIGH,
     RALLY_UNREACHABLE,
 )
-from planner.checks.energy import place_along
 from planner.findings import Severity
 from planner.flight.failsafe import (
     RETURNS,
@@ -24,15 +23,16 @@ from planner.flight.failsafe import (
 )
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
+from planner.rules.energy import place_along
 from planner.vehicle.parameter_table import OriginKind
 from planner.vehicle.px4_parameters import Px4Parameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.flight.failsafe import BatteryCourse, FailsafeEvent
+    from planner.rules.assessment import Assessment
 
 _MOST_RALLY_PLACES = 200
 _MOST_HOVER_THRUST = 0.7
@@ -40,59 +40,59 @@ _MOST_HOVER_THRUST = 0.7
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
-def _course(case: Case) -> BatteryCourse | None:
-    if case.pack is None:
+def _course(a: Assessment) -> BatteryCourse | None:
+    if a.pack is None:
         return None
-    return battery_course(case.homeward, case.pack, case.discharge, charge=case.charge)
+    return battery_course(a.homeward, a.pack, a.discharge, charge=a.charge)
 
 
-def check_failsafes(case: Case) -> Iterator[Finding]:
+def check_failsafes(a: Assessment) -> Iterator[Finding]:
     """Yield where the vehicle's own battery failsafe would act before the mission lands."""
-    course, parameters = _course(case), case.parameters
-    if course is None or case.pack is None or parameters is None:
+    course, parameters = _course(a), a.parameters
+    if course is None or a.pack is None or parameters is None:
         return
     if isinstance(parameters, Px4Parameters):
-        events = list(px4_events(case.homeward, course, case.pack, parameters))
+        events = list(px4_events(a.homeward, course, a.pack, parameters))
     else:
         events = list(ardupilot_events(course, parameters))
-    events = [event for event in events if not _comes_too_late(case, event)]
+    events = [event for event in events if not _comes_too_late(a, event)]
     events.sort(key=lambda event: (event.segment, event.share))
     acting = [event for event in events if event.action != WARNS]
     warning = [event for event in events if event.action == WARNS]
     if acting:
-        yield _told(case, acting[0], Severity.ERROR)
+        yield _told(a, acting[0], Severity.ERROR)
         warning = [
             event
             for event in warning
             if (event.segment, event.share) < (acting[0].segment, acting[0].share)
         ]
     if warning:
-        yield _told(case, warning[0], Severity.INFO)
+        yield _told(a, warning[0], Severity.INFO)
 
 
-def _comes_too_late(case: Case, event: FailsafeEvent) -> bool:
+def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
-    homeward = case.homeward
-    kind = case.route.stages[homeward.segment_stage[event.segment]].kind
+    homeward = a.homeward
+    kind = a.route.stages[homeward.segment_stage[event.segment]].kind
     if kind is StageKind.RETURN and event.action in {RETURNS, WARNS}:
         return True
-    state = case.flight.motion.segments.state[event.segment]
+    state = a.flight.motion.segments.state[event.segment]
     return kind in {StageKind.LAND, StageKind.RETURN} and state in _GOES_DOWN
 
 
-def _told(case: Case, event: FailsafeEvent, severity: Severity) -> Finding:
-    point = case.homeward.flight_point(event.segment, event.share)
+def _told(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
+    point = a.homeward.flight_point(event.segment, event.share)
     return FAILSAFE_BEFORE_END.finding(
         f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",
         severity=severity,
         item=point.item,
-        place=case.mission.items[point.item - 1].place,
+        place=a.mission.items[point.item - 1].place,
     )
 
 
-def check_arming(case: Case) -> Iterator[Finding]:
+def check_arming(a: Assessment) -> Iterator[Finding]:
     """Yield what the battery at the start keeps the vehicle from arming by."""
-    course, parameters = _course(case), case.parameters
+    course, parameters = _course(a), a.parameters
     if course is None or parameters is None:
         return
     if isinstance(parameters, Px4Parameters):
@@ -119,16 +119,16 @@ def check_arming(case: Case) -> Iterator[Finding]:
         )
 
 
-def check_rally(case: Case) -> Iterator[Finding]:
+def check_rally(a: Assessment) -> Iterator[Finding]:
     """Yield rally points that are never chosen, or cannot be reached above the reserve."""
-    rally = case.mission.rally
-    if not rally or case.battery is None:
+    rally = a.mission.rally
+    if not rally or a.battery is None:
         return
-    homeward = case.homeward
+    homeward = a.homeward
     ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
     ends = ends[
         [
-            case.route.stages[stage].kind not in {StageKind.LAND, StageKind.RETURN}
+            a.route.stages[stage].kind not in {StageKind.LAND, StageKind.RETURN}
             for stage in homeward.segment_stage[ends].tolist()
         ]
     ]
@@ -138,7 +138,7 @@ def check_rally(case: Case) -> Iterator[Finding]:
         ends = ends[np.linspace(0, len(ends) - 1, _MOST_RALLY_PLACES).astype(np.intp)]
     points = homeward.points(ends, np.ones(len(ends)))
     chosen = np.unique(homeward.chosen(points))
-    above_wh = case.battery.usable_wh - case.battery.reserve_wh - points.used_wh - points.stop_wh
+    above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh - points.stop_wh
     never: list[int] = []
     out_of_reach: list[int] = []
     missed_by_wh: list[float] = []
@@ -165,9 +165,9 @@ def check_rally(case: Case) -> Iterator[Finding]:
             )
 
 
-def check_hover_throttle(case: Case) -> Iterator[Finding]:
+def check_hover_throttle(a: Assessment) -> Iterator[Finding]:
     """Yield where hovering takes more of the thrust than leaves room for control."""
-    parameters, pack, discharge = case.parameters, case.pack, case.discharge
+    parameters, pack, discharge = a.parameters, a.pack, a.discharge
     if parameters is None or isinstance(parameters, Px4Parameters):
         return
     origin = parameters.origins.get("hover_throttle")
@@ -176,26 +176,26 @@ def check_hover_throttle(case: Case) -> Iterator[Finding]:
     if discharge is None or pack is None or pack.ocv_v is None:
         return
     heavier = 1.0
-    if case.vehicle.mass_kg and case.flight.power.mass_kg:
-        heavier = case.flight.power.mass_kg / case.vehicle.mass_kg
+    if a.vehicle.mass_kg and a.flight.power.mass_kg:
+        heavier = a.flight.power.mass_kg / a.vehicle.mass_kg
     lowest = int(np.argmin(discharge.voltage_v))
     voltage_v = float(discharge.voltage_v[lowest])
     share = parameters.hover_throttle * heavier * (pack.ocv_v[-1] / voltage_v) ** 2
     if share <= _MOST_HOVER_THRUST:
         return
-    item = int(case.flight.motion.segments.item[lowest])
+    item = int(a.flight.motion.segments.item[lowest])
     yield HOVER_THROTTLE_HIGH.finding(
         f"hovering takes {numbers.percent(share)} of the thrust that is there at "
         f"{numbers.decimals(voltage_v, 1)} V, {numbers.percent(parameters.hover_throttle)} when full",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-FAILSAFE_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+FAILSAFE_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (
     check_failsafes,
     check_arming,
     check_rally,
     check_hover_throttle,
 )
-"""What is asked of cases with an autopilot's parameters and a battery."""
+"""What is asked of flights with an autopilot's parameters and a battery."""

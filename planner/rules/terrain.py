@@ -20,10 +20,10 @@ from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from planner.checks.case import Case
     from planner.findings import Finding
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.geo.terrain import TerrainGrid
+    from planner.rules.assessment import Assessment
 
 _MOST_SAMPLES = 500_000
 _MOST_RETURNS = 2_000
@@ -52,9 +52,9 @@ class _Way(NamedTuple):
     follows_terrain: BoolArray
 
 
-def check_ground(case: Case) -> Iterator[Finding]:
+def check_ground(a: Assessment) -> Iterator[Finding]:
     """Yield findings on the heights over ground of the flight and of every way home."""
-    way = _sampled(case)
+    way = _sampled(a)
     if way is None:
         return
     unknown = np.isnan(way.clearance_m)
@@ -65,20 +65,20 @@ def check_ground(case: Case) -> Iterator[Finding]:
             f"{'the whole flight lies' if unknown.all() else some} outside of the terrain grid: "
             f"heights over ground are not checked{'' if unknown.all() else ' there'}",
             item=item,
-            place=case.mission.items[item - 1].place,
+            place=a.mission.items[item - 1].place,
             severity=Severity.WARNING,
             fix="give --terrain the grids of the whole mission",
         )
     if unknown.all():
         return
-    yield from _too_low(case, way)
-    yield from _extremes(case, way)
-    yield from _returns(case, way)
+    yield from _too_low(a, way)
+    yield from _extremes(a, way)
+    yield from _returns(a, way)
 
 
-def _sampled(case: Case) -> _Way | None:
+def _sampled(a: Assessment) -> _Way | None:
     """Return the flight in steps of half a cell or less; ``None`` where nothing is in the air."""
-    terrain, motion = case.terrain, case.flight.motion
+    terrain, motion = a.terrain, a.flight.motion
     if terrain is None:
         return None
     spacing_m = 0.5 * min(tile.cell_m for tile in terrain.tiles)
@@ -98,12 +98,12 @@ def _sampled(case: Case) -> _Way | None:
     number = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
     share = number / (np.repeat(count, count) - 1)
     state = motion.state_at(piece, share * motion.piece_duration_s[piece])
-    ground_m = _ground_m(case, terrain, state.east_m, state.north_m)
+    ground_m = _ground_m(a, terrain, state.east_m, state.north_m)
     step_m = np.zeros(len(piece))
     step_m[1:] = np.hypot(np.diff(state.east_m), np.diff(state.north_m))
     step_m[1:][np.diff(piece) > 1] = 0.0
     item = motion.segments.item[motion.piece_segment[piece]]
-    frames = np.array([one.frame for one in case.mission.items])
+    frames = np.array([one.frame for one in a.mission.items])
     return _Way(
         east_m=state.east_m,
         north_m=state.north_m,
@@ -113,22 +113,22 @@ def _sampled(case: Case) -> _Way | None:
         time_s=motion.piece_start_s()[piece] + share * motion.piece_duration_s[piece],
         item=item,
         follows_terrain=np.isin(frames[item - 1], list(TERRAIN_FRAMES))
-        & (case.autopilot is Autopilot.ARDUPILOT),
+        & (a.autopilot is Autopilot.ARDUPILOT),
     )
 
 
 def _ground_m(
-    case: Case, terrain: TerrainGrid, east_m: FloatArray, north_m: FloatArray
+    a: Assessment, terrain: TerrainGrid, east_m: FloatArray, north_m: FloatArray
 ) -> FloatArray:
     """Return the height of the ground above home, NaN where the grid does not know it. [m]"""
-    heights = terrain.height_amsl_m(*case.route.frame.latitude_longitude_deg(east_m, north_m))
-    ground_m: FloatArray = heights.filled(np.nan) - case.route.home_amsl_m
+    heights = terrain.height_amsl_m(*a.route.frame.latitude_longitude_deg(east_m, north_m))
+    ground_m: FloatArray = heights.filled(np.nan) - a.route.home_amsl_m
     return ground_m
 
 
-def _too_low(case: Case, way: _Way) -> Iterator[Finding]:
+def _too_low(a: Assessment, way: _Way) -> Iterator[Finding]:
     """Yield a finding where the flight is below the ground, or nearer to it than asked for."""
-    low = (way.clearance_m < case.clearance_m) & ~way.follows_terrain
+    low = (way.clearance_m < a.clearance_m) & ~way.follows_terrain
     if not low.any():
         return
     clearance_m = np.where(low, way.clearance_m, np.inf)
@@ -138,7 +138,7 @@ def _too_low(case: Case, way: _Way) -> Iterator[Finding]:
     where = (
         f"{numbers.height(-lowest_m)} below the ground"
         if lowest_m < 0.0
-        else f"{numbers.height(lowest_m)} over the ground, {numbers.height(case.clearance_m)} are "
+        else f"{numbers.height(lowest_m)} over the ground, {numbers.height(a.clearance_m)} are "
         "asked for"
     )
     to_go_m = float(way.step_m[worst + 1 :][way.item[worst + 1 :] == item].sum())
@@ -146,11 +146,11 @@ def _too_low(case: Case, way: _Way) -> Iterator[Finding]:
     yield BELOW_TERRAIN.finding(
         f"{where}{before}; {numbers.distance(float(way.step_m[low].sum()))} of the way are too low",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-def _extremes(case: Case, way: _Way) -> Iterator[Finding]:
+def _extremes(a: Assessment, way: _Way) -> Iterator[Finding]:
     """Yield the least and the greatest height over ground."""
     lowest, highest = int(np.nanargmin(way.clearance_m)), int(np.nanargmax(way.clearance_m))
     item = int(way.item[lowest])
@@ -158,14 +158,14 @@ def _extremes(case: Case, way: _Way) -> Iterator[Finding]:
         f"{numbers.height(float(way.clearance_m[lowest]))} over the ground at item {item} to "
         f"{numbers.height(float(way.clearance_m[highest]))} at item {int(way.item[highest])}",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-def _returns(case: Case, way: _Way) -> Iterator[Finding]:
+def _returns(a: Assessment, way: _Way) -> Iterator[Finding]:
     """Yield a finding where a return of the vehicle meets the ground."""
-    parameters, homeward = case.parameters, case.homeward
-    if case.terrain is None or (
+    parameters, homeward = a.parameters, a.homeward
+    if a.terrain is None or (
         isinstance(parameters, ArduPilotParameters)
         and parameters.return_altitude_type == _OVER_TERRAIN
     ):
@@ -177,7 +177,7 @@ def _returns(case: Case, way: _Way) -> Iterator[Finding]:
     first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
     first |= np.diff(way.item, append=0) != 0
     # The mission's own return is the way home already, and judged as it is flown.
-    own = [stage.item for stage in case.route.stages if stage.kind is StageKind.RETURN]
+    own = [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]
     begun = np.flatnonzero(first & ~np.isin(way.item, own))
     if not len(begun):
         return
@@ -189,17 +189,17 @@ def _returns(case: Case, way: _Way) -> Iterator[Finding]:
     leg_m = np.concatenate([np.diff(path, axis=0) for path in paths])
     owner = np.repeat(np.arange(len(paths)), [len(path) - 1 for path in paths])
     length_m = np.hypot(leg_m[:, 0], leg_m[:, 1])
-    cell_m = 0.5 * min(tile.cell_m for tile in case.terrain.tiles)
+    cell_m = 0.5 * min(tile.cell_m for tile in a.terrain.tiles)
     cell_m = max(cell_m, float(length_m.sum()) / _MOST_SAMPLES)
     count = np.ceil(length_m / cell_m).astype(np.intp) + 1
     leg = np.repeat(np.arange(len(count)), count)
     share = (np.arange(len(leg)) - np.repeat(np.cumsum(count) - count, count)) / count[leg]
     place_m = start_m[leg] + share[:, None] * leg_m[leg]
-    ground_m = _ground_m(case, case.terrain, place_m[:, 0], place_m[:, 1])
+    ground_m = _ground_m(a, a.terrain, place_m[:, 0], place_m[:, 1])
     clearance_m = np.where(np.isnan(ground_m), np.inf, place_m[:, 2] - ground_m)
     worst = int(clearance_m.argmin())
     lowest_m = float(clearance_m[worst])
-    if lowest_m >= case.clearance_m:
+    if lowest_m >= a.clearance_m:
         return
     begin = int(owner[leg[worst]])
     item = int(way.item[begun[begin]])
@@ -215,8 +215,8 @@ def _returns(case: Case, way: _Way) -> Iterator[Finding]:
         f"a return from here at {numbers.height(float(place_m[worst, 2]))} above home is {over}, "
         f"{numbers.distance(to_go_m)} from {where}",
         item=item,
-        place=case.mission.items[item - 1].place,
+        place=a.mission.items[item - 1].place,
     )
 
 
-TERRAIN_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (check_ground,)
+TERRAIN_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (check_ground,)

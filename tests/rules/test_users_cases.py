@@ -108,9 +108,9 @@ def east(metres: float) -> float:
 
 def places(result: CheckResult, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return east, north and height at times, in the frame of home."""
-    assert result.case is not None
-    state = result.case.flight.motion.state_at_time(time_s)
-    there = result.case.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
+    assert result.assessment is not None
+    state = result.assessment.flight.motion.state_at_time(time_s)
+    there = result.assessment.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
     frame = LocalFrame(latitude_deg=HOME.latitude_deg, longitude_deg=HOME.longitude_deg)
     return np.stack((*frame.east_north_m(*there), state.height_m))
 

@@ -24,8 +24,8 @@ from planner.mission.remarks import Remarks
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from planner.checks.case import Case
     from planner.findings import Finding
+    from planner.rules.assessment import Assessment
     from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 
 _REQUIRED: Mapping[int, Command] = {
@@ -48,23 +48,23 @@ _LANDINGS = frozenset(
 )
 
 
-def check_required_items(case: Case) -> Iterator[Finding]:
+def check_required_items(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where an item is missing that ARMING_MIS_ITEMS asks for."""
-    if case.autopilot is not Autopilot.ARDUPILOT:
+    if a.autopilot is not Autopilot.ARDUPILOT:
         return  # reference steps have no parameters, and do not wait for their import
-    parameters = cast("ArduPilotParameters | None", case.parameters)
+    parameters = cast("ArduPilotParameters | None", a.parameters)
     bits = 0 if parameters is None else parameters.mission_items_required
     if bits <= 0:
         return
-    commands = {item.command for item in case.mission.items}
+    commands = {item.command for item in a.mission.items}
     missing = [
         command.name
         for bit, command in _REQUIRED.items()
         if bits & 1 << bit and command not in commands
     ]
-    limit_m = _rally_limit_m(case)
+    limit_m = _rally_limit_m(a)
     if bits & 1 << _RALLY_BIT and not any(
-        math.hypot(*point_m) <= limit_m for point_m in _rally_m(case)
+        math.hypot(*point_m) <= limit_m for point_m in _rally_m(a)
     ):
         within = "" if math.isinf(limit_m) else f" within {numbers.distance(limit_m)} of home"
         missing.append(f"a rally point{within}")
@@ -74,9 +74,9 @@ def check_required_items(case: Case) -> Iterator[Finding]:
         )
 
 
-def check_land_starts(case: Case) -> Iterator[Finding]:
+def check_land_starts(a: Assessment) -> Iterator[Finding]:
     """Yield a finding for each DO_LAND_START that no landing follows."""
-    items = case.mission.items
+    items = a.mission.items
     remarks = Remarks()
     for number, item in enumerate(items, start=1):
         if item.command == Command.DO_LAND_START and not any(
@@ -87,12 +87,12 @@ def check_land_starts(case: Case) -> Iterator[Finding]:
     yield from remarks.findings()
 
 
-def check_jumps(case: Case) -> Iterator[Finding]:
+def check_jumps(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where there are more jumps with a count than ArduPilot keeps count of."""
-    reached = set(case.route.reached)
+    reached = set(a.route.reached)
     counted = [
         (number, item)
-        for number, item in enumerate(case.mission.items, start=1)
+        for number, item in enumerate(a.mission.items, start=1)
         if item.command in _JUMPS and number in reached and is_counted(item)
     ]
     if len(counted) <= _FEWEST_COUNTED:
@@ -108,18 +108,18 @@ def check_jumps(case: Case) -> Iterator[Finding]:
     )
 
 
-def check_rally(case: Case) -> Iterator[Finding]:
+def check_rally(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a rally point is beyond RALLY_LIMIT_KM of the mission, and home nearer.
 
     ``AP_Rally::find_nearest_rally_point``: beyond the limit home is taken where it is nearer.  Where it
     is not, one end of a leg is nearer to the rally point than to home.
     """
-    rally, route, limit_m = case.mission.rally, case.route, _rally_limit_m(case)
+    rally, route, limit_m = a.mission.rally, a.route, _rally_limit_m(a)
     if not rally:
         return
     path_m = np.array([(0.0, 0.0), *((s.east_m, s.north_m) for s in route.stages)])
     remarks = Remarks()
-    for number, (point, point_m) in enumerate(zip(rally, _rally_m(case), strict=True), start=1):
+    for number, (point, point_m) in enumerate(zip(rally, _rally_m(a), strict=True), start=1):
         away_m = _distance_to_path_m(point_m, path_m)
         is_nearer = np.hypot(*(path_m - point_m).T) <= np.hypot(*path_m.T)
         if away_m > limit_m and not is_nearer.any():
@@ -132,18 +132,18 @@ def check_rally(case: Case) -> Iterator[Finding]:
     yield from remarks.findings()
 
 
-def _rally_limit_m(case: Case) -> float:
+def _rally_limit_m(a: Assessment) -> float:
     """Return how far ArduPilot looks for a rally point; infinite where it takes any. [m]"""
-    if case.autopilot is not Autopilot.ARDUPILOT or case.parameters is None:
+    if a.autopilot is not Autopilot.ARDUPILOT or a.parameters is None:
         return _RALLY_LIMIT_M
-    return cast("ArduPilotParameters", case.parameters).rally_limit_m or math.inf
+    return cast("ArduPilotParameters", a.parameters).rally_limit_m or math.inf
 
 
-def _rally_m(case: Case) -> npt.NDArray[np.float64]:
+def _rally_m(a: Assessment) -> npt.NDArray[np.float64]:
     """Return the rally points, east and north of home. (n, 2) [m]"""
-    rally = case.mission.rally
+    rally = a.mission.rally
     return np.column_stack(
-        case.route.frame.east_north_m(
+        a.route.frame.east_north_m(
             [point.latitude_deg for point in rally], [point.longitude_deg for point in rally]
         )
     )
@@ -158,7 +158,7 @@ def _distance_to_path_m(point_m: npt.NDArray[np.float64], path_m: npt.NDArray[np
     return float(np.hypot(*(point_m - nearest).T).min())
 
 
-ARDUPILOT_CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (
+ARDUPILOT_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (
     check_required_items,
     check_land_starts,
     check_jumps,

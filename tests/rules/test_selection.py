@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from planner.checks.selection import Exemption, Selection
 from planner.findings import Finding, Severity
+from planner.rules.selection import Exemption, Selection
 
 
 def _finding(code: str, *, item: int | None = None, severity: int = 1) -> Finding:

@@ -8,30 +8,30 @@ import numpy as np
 
 from planner import numbers
 from planner.catalogue.fence import FENCE_IN_PART, RTL_PATH_CROSSES
-from planner.checks.energy import destination_name
-from planner.checks.fenced_flight import straight_legs
 from planner.geo.swept_area import swept_areas
 from planner.mission.stage import StageKind
+from planner.rules.energy import destination_name
+from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.checks.case import Case
-    from planner.checks.fenced_flight import FencedFlight
     from planner.findings import Finding
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.geo.barrier import Barrier
     from planner.geo.swept_area import SweptAreas
+    from planner.rules.assessment import Assessment
+    from planner.rules.fenced_flight import FencedFlight
 
 
-def own_return(case: Case, item: int) -> bool:
+def own_return(a: Assessment, item: int) -> bool:
     """Return whether an item is the mission's own return."""
-    return any(s.item == item and s.kind is StageKind.RETURN for s in case.route.stages)
+    return any(s.item == item and s.kind is StageKind.RETURN for s in a.route.stages)
 
 
-def unchecked_returns(case: Case) -> Iterator[Finding]:
+def unchecked_returns(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where it is not known where home is."""
-    if case.mission.home is None:
+    if a.mission.home is None:
         yield FENCE_IN_PART.finding(
             "the file says no home: ways home, and distances from home, are taken from where the "
             "flight starts",
@@ -47,7 +47,7 @@ def check_returns(
     Parameters
     ----------
     flown, barriers, crossing
-        As in `planner.checks.stop_buffer.check_stop_buffer`.
+        As in `planner.rules.stop_buffer.check_stop_buffer`.
     """
     target = flown.return_ends_m
     judged = ~np.isin(flown.group, list(crossing))
@@ -56,7 +56,8 @@ def check_returns(
     judged &= ~(outside[:-1] | outside[1:])
     # The own return of a mission flies what is checked as its path already.
     judged &= ~np.isin(
-        flown.path.item, [s.item for s in flown.case.route.stages if s.kind is StageKind.RETURN]
+        flown.path.item,
+        [s.item for s in flown.assessment.route.stages if s.kind is StageKind.RETURN],
     )
     for barrier in barriers:
         legs = _legs_cut_off(flown, barrier, target, judged)
