@@ -74,7 +74,7 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
     model = load_vehicle(request.check.vehicle)
     given = dict(model.parameters) if model.reference is autopilot else {}
     if request.check.parameters is not None:
-        from planner.vehicle.parameter_file import read_parameters
+        from planner.vehicle.parameters.files import read_parameters
 
         values = read_parameters(request.check.parameters).values
         given |= {name: one.value for name, one in values.items() if one.value is not None}

@@ -9,7 +9,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, Motion

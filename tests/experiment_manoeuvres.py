@@ -22,7 +22,7 @@ from simulated_experiment import (
 from planner.identify.hover import fit_altitude_law
 from planner.identify.manoeuvre import Manoeuvre
 from planner.identify.steady import SteadyPower, steady_power
-from planner.vehicle.hover_law import hover_power_w
+from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
     import numpy.typing as npt

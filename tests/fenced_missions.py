@@ -16,8 +16,8 @@ from planner.mission.route import make_route
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import parameters_from_text
-from planner.vehicle.parameters import resolve_parameters
+from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.parameters.resolve import resolve_parameters
 
 if TYPE_CHECKING:
     from planner.findings import Finding

@@ -167,7 +167,7 @@ def _settings(output: Path | None, options: dict[str, object]) -> Identification
 
     from planner.identify.discharges import PackSettings
     from planner.identify.settings import IdentificationSettings, Method
-    from planner.vehicle.chemistry import chemistry_names
+    from planner.vehicle.battery import chemistry_names
     from planner.vehicle.library import load_vehicle
 
     name = options["name"]

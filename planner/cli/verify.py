@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.identify.settings import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameters.files import ParameterSet
 
 _SETTINGS = {setting.key: setting for setting in FLIGHT_SETTINGS}
 _FILE = click.Path(path_type=Path)
@@ -185,7 +185,7 @@ def _settings(vehicle: VehicleModel) -> IdentificationSettings:
 
 
 def _parameters(path: Path) -> ParameterSet:
-    from planner.vehicle.parameter_file import read_parameters
+    from planner.vehicle.parameters.files import read_parameters
 
     return read_parameters(path)
 

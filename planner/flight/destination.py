@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.stage import ReturnWay, Route
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 HOME = 0
 """Home among destinations; rally point n of the mission is n."""
@@ -146,7 +146,7 @@ class Destinations:
             return np.full_like(home, ALONG)
         if self.parameters is None:
             return home
-        from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+        from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
         to_home = self.home_ground_m[self.home_of(stage), :2] - point_m[:, :2]
         home_m = np.hypot(to_home[:, 0], to_home[:, 1])
@@ -167,7 +167,7 @@ class Destinations:
         self, point_m: FloatArray, home_m: FloatArray, rally_m: FloatArray, home: IntArray
     ) -> IntArray:
         """Return the destination PX4 chooses among home, the landing and the rally points. (n,)"""
-        from planner.vehicle.px4_parameters import Px4Parameters
+        from planner.vehicle.parameters.px4 import Px4Parameters
 
         ways, parameters = self.mission_ways, self.parameters
         assert isinstance(parameters, Px4Parameters)
@@ -236,7 +236,7 @@ def make_destinations(
     )
     if parameters is None:
         return plain
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
     if not isinstance(parameters, Px4Parameters):
         return plain

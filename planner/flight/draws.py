@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.flight.conditions import Conditions
     from planner.flight.motion.kinematics import FloatArray
     from planner.flight.power import SteadyPower
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.model import ModelSpread
 
 DRAWS = 10_000
 _SEED = 1908

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from planner.flight.discharge import Discharge
     from planner.flight.homeward import Homeward
     from planner.flight.motion.kinematics import FloatArray
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.battery import Battery
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _SECONDS_PER_HOUR = 3600.0
 _MEAN_CURRENT_S = 50.0

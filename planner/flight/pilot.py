@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from planner.flight.transients import Transients
     from planner.mission.stage import Route, Stage
     from planner.physics.wind import Wind
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import Responses, VehicleModel
-    from planner.vehicle.parameter_file import ParameterSet
-    from planner.vehicle.parameter_table import Version
-    from planner.vehicle.parameters import FlightParameters
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.files import ParameterSet
+    from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.resolve import FlightParameters
+    from planner.vehicle.parameters.table import Version
 
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
@@ -109,7 +109,7 @@ def flight_parameters(
         )
         raise UsageError(msg)
     if flown_by is not Autopilot.STEP:
-        from planner.vehicle.parameters import resolve_parameters
+        from planner.vehicle.parameters.resolve import resolve_parameters
 
         resolved = resolve_parameters(
             flown_by, file=given, model=vehicle, version=version, has_rally=has_rally
@@ -134,7 +134,7 @@ def fence_parameters_of(
     A fence is geometry and needs no pilot: it is that of the autopilot the file is of, else of the one
     the mission is for; where neither is known and the file holds one, it cannot be judged.
     """
-    from planner.vehicle.parameters import resolve_parameters
+    from planner.vehicle.parameters.resolve import resolve_parameters
 
     autopilot = given.stack or (None if target is None else target.autopilot)
     if autopilot is None:
@@ -158,7 +158,7 @@ def make_pilot(
     """Return who flies a vehicle: an autopilot with its parameters, else steps of the reference."""
     if parameters is None:
         return StepPilot(vehicle=vehicle)
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
     limit_m_s = vehicle.airspeed_limit_m_s
     if isinstance(parameters, Px4Parameters):

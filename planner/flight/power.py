@@ -14,8 +14,12 @@ from planner.autopilot import Autopilot
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.frozen import frozen
 from planner.physics.atmosphere import air_density_kg_m3
-from planner.vehicle.cruise_law import CruisePower, WholeLaw, whole_power_w
-from planner.vehicle.hover_law import hover_power_w
+from planner.vehicle.power import (
+    CruisePower,
+    WholeLaw,
+    hover_power_w,
+    whole_power_w,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.vehicle.battery import Battery
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.model import ModelSpread
 
 _CHARGE_POINTS = 5
 _TIGHTEST = 8

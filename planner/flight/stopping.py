@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.frozen import frozen
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.flight.motion.kinematics import FloatArray
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _BISECTIONS = 60
 

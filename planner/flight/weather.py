@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from planner.flight.draws import DRAWS
-from planner.vehicle.cruise_law import CruisePower
+from planner.vehicle.power import CruisePower
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

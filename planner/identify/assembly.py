@@ -39,10 +39,12 @@ if TYPE_CHECKING:
     from planner.identify.settings import IdentificationSettings
     from planner.identify.steady import SteadyPower
     from planner.logs.record import FlightRecord
-    from planner.vehicle.cruise_law import CruiseLaw, VerticalPower
-    from planner.vehicle.hover_law import HoverLaw
-    from planner.vehicle.model import Loads, ManoeuvreResponse, Ramps
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.model import Loads, ManoeuvreResponse, ModelSpread, Ramps
+    from planner.vehicle.power import (
+        CruiseLaw,
+        HoverLaw,
+        VerticalPower,
+    )
 
 _LEAST_DAMPING = 0.3
 """Of a response to a reference that was shaped to be followed. [-]"""

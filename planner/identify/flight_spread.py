@@ -19,7 +19,10 @@ from planner.identify.steady import speed_through_air_m_s
 from planner.identify.steady_flight import record_air_density_kg_m3
 from planner.identify.verification import KnownConditions, verify_flight
 from planner.units import SECONDS_PER_HOUR
-from planner.vehicle.cruise_law import WholeLaw, whole_power_w
+from planner.vehicle.power import (
+    WholeLaw,
+    whole_power_w,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,8 +30,7 @@ if TYPE_CHECKING:
     from planner.identify.settings import IdentificationSettings
     from planner.identify.steady import SteadyPower
     from planner.logs.record import FlightRecord
-    from planner.vehicle.model import VehicleModel
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.model import ModelSpread, VehicleModel
 
 _LEAST_FLIGHTS = 2
 _SLOPE_S = 3.0

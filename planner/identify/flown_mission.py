@@ -22,7 +22,10 @@ from planner.mission.items import (
     VehicleKind,
 )
 from planner.physics.wind import Wind
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
 
 if TYPE_CHECKING:
     from planner.findings import Finding

@@ -37,8 +37,8 @@ def flown_parameters(
     findings : tuple of Finding
         What differs from flight to flight, and is left to the parameter file of the day.
     """
-    from planner.vehicle.parameter_table import parameter_table
-    from planner.vehicle.parameters import PARAMETERS_OF
+    from planner.vehicle.parameters.resolve import PARAMETERS_OF
+    from planner.vehicle.parameters.table import parameter_table
 
     common: list[tuple[str, float]] = []
     differing: list[str] = []

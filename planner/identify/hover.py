@@ -15,7 +15,10 @@ import numpy as np
 from planner.errors import IdentificationError
 from planner.frozen import frozen
 from planner.identify.estimate import Estimate
-from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
+from planner.vehicle.power import (
+    AltitudeLaw,
+    DensityLaw,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

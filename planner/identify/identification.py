@@ -36,8 +36,11 @@ from planner.identify.settings import Method
 from planner.identify.states import find_states
 from planner.identify.steady import steady_stretches
 from planner.identify.steady_flight import record_air_density_kg_m3, steady_flight
-from planner.vehicle.hover_law import AltitudeLaw, hover_power_w
 from planner.vehicle.model import Loads
+from planner.vehicle.power import (
+    AltitudeLaw,
+    hover_power_w,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

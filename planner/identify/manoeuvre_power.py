@@ -21,8 +21,11 @@ from planner.identify.power_states import PowerIdentification
 from planner.identify.quality import fit_percent
 from planner.identify.steady import SteadyPower, speed_through_air_m_s
 from planner.identify.timed_manoeuvres import timed_flight
-from planner.vehicle.cruise_law import CruisePower, VerticalPower
-from planner.vehicle.hover_law import AltitudeLaw
+from planner.vehicle.power import (
+    AltitudeLaw,
+    CruisePower,
+    VerticalPower,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

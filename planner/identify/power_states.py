@@ -15,15 +15,18 @@ from planner.identify.hover import fit_altitude_law, fit_density_law
 from planner.identify.outcome import SegmentUse, StateOutcome, Status
 from planner.identify.quality import fit_percent
 from planner.identify.steady_map import SteadyMap, cell_of, fit_steady_map
-from planner.vehicle.cruise_law import CruisePower, VerticalPower
-from planner.vehicle.hover_law import AltitudeLaw, hover_power_w
+from planner.vehicle.power import (
+    AltitudeLaw,
+    CruisePower,
+    VerticalPower,
+    hover_power_w,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.identify.steady import SteadyPower
-    from planner.vehicle.cruise_law import CruiseLaw
-    from planner.vehicle.hover_law import HoverLaw
+    from planner.vehicle.power import CruiseLaw, HoverLaw
 
 _EVERY = 4
 """Of as many steady flights of one cell the last is held out from the fit that is tested."""

@@ -24,8 +24,7 @@ from planner.identify.ramp_fit import durations_s, fit_ramps
 from planner.identify.spread import FlownAndPredicted, fit_spread
 from planner.identify.steady_flight import record_air_density_kg_m3
 from planner.identify.timed_manoeuvres import timed_flight
-from planner.vehicle.cruise_law import CruisePower
-from planner.vehicle.hover_law import AltitudeLaw
+from planner.vehicle.power import AltitudeLaw, CruisePower
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,8 +34,7 @@ if TYPE_CHECKING:
     from planner.identify.steady import SteadyPower
     from planner.identify.timed_manoeuvres import TimedFlight
     from planner.logs.record import FlightRecord
-    from planner.vehicle.model import Ramps
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.model import ModelSpread, Ramps
 
 
 def ramp_spread(

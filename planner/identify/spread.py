@@ -18,7 +18,7 @@ import numpy as np
 from planner.errors import IdentificationError
 from planner.frozen import frozen
 from planner.physics.transfer_function import TransferFunctionStack
-from planner.vehicle.model_spread import ModelSpread
+from planner.vehicle.model import ModelSpread
 from planner.vehicle.spread_schema import STATE_NAMES
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ from planner.errors import IdentificationError
 from planner.identify.estimate import Estimate
 from planner.physics.rotor import momentum_power_w
 from planner.units import GRAVITY_M_S2
-from planner.vehicle.cruise_law import MomentumLaw
+from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.mission.stage import Route
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameters.files import ParameterSet
 
 _WHOLE = 0.95
 """Share of the flight the power is known for, under which the energy is doubtful. [-]"""

@@ -13,7 +13,10 @@ from planner.frozen import frozen
 from planner.link.mission_items import mission_of_lists, shortest
 from planner.link.mission_kind import MissionKind
 from planner.link.vehicle import VehicleSnapshot
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _REQUIRED: Mapping[int, Command] = {
     0: Command.NAV_LAND,

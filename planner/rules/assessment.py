@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from planner.rules.site_profile import SiteProfile
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_file import ParameterSet
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.files import ParameterSet
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 
 @frozen(eq=False)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planner.flight.extremes import Extreme
     from planner.mission.stage import Stage
     from planner.rules.assessment import Assessment
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _HEIGHT_SLACK_M = 0.5
 """A height this little outside the identified ones is inside: rounding of files. [m]"""

@@ -24,8 +24,8 @@ from planner.flight.failsafe import (
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
 from planner.rules.energy import place_along
-from planner.vehicle.parameter_table import OriginKind
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

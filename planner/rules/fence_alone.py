@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.geo.fence import Fence, RallyPoint
     from planner.geo.local_frame import LocalFrame
     from planner.mission.items import Mission
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _PX4_POINTS = 64
 """Points PX4 stores (``DM_KEY_FENCE_POINTS_MAX``); 16 on small boards."""

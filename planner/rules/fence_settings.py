@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.frozen import frozen
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
-from planner.vehicle.parameter_table import OriginKind
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _CEILING, _CIRCLE, _POLYGONS, _FLOOR = 1, 2, 4, 8
 """Bits of ArduPilot's FENCE_TYPE."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _CLOSEST_GATE_M = 0.05
 _WARNS_ONLY = (1, 16)

@@ -16,8 +16,8 @@ from planner.catalogue.site import (
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
 from planner.vehicle.keys import nearest_hint
-from planner.vehicle.parameter_table import parameter_table
-from planner.vehicle.parameters import PARAMETERS_OF
+from planner.vehicle.parameters.resolve import PARAMETERS_OF
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
     from planner.rules.site_profile import ExpectedValue
-    from planner.vehicle.parameter_file import ParameterSet
-    from planner.vehicle.parameter_table import Spelling
+    from planner.vehicle.parameters.files import ParameterSet
+    from planner.vehicle.parameters.table import Spelling
 
 
 def check_expected_values(a: Assessment) -> Iterator[Finding]:

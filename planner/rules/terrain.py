@@ -15,7 +15,7 @@ from planner.flight.destination import HOME
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.stage import StageKind
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

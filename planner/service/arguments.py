@@ -33,9 +33,9 @@ _TYPES = {
     ),
     "autopilot": ("planner.autopilot", "Autopilot", "planner.Autopilot.PX4, for example"),
     "parameters": (
-        "planner.vehicle.parameter_file",
+        "planner.vehicle.parameters.files",
         "ParameterSet",
-        "planner.vehicle.parameter_file.read_parameters(path)",
+        "planner.vehicle.parameters.files.read_parameters(path)",
     ),
     "terrain": ("planner.geo.terrain", "TerrainGrid", "planner.geo.terrain.read_terrain(path)"),
     "target": ("planner.autopilot", "Target", "planner.Target(planner.Autopilot.PX4)"),

@@ -48,9 +48,9 @@ if TYPE_CHECKING:
     from planner.service.result import Verdict
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_file import ParameterSet
-    from planner.vehicle.parameter_table import Version
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.files import ParameterSet
+    from planner.vehicle.parameters.resolve import FlightParameters
+    from planner.vehicle.parameters.table import Version
 
 
 def check(

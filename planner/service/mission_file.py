@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from planner.service.request import CheckRequest
     from planner.service.result import CheckResult
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_file import ParameterSet
+    from planner.vehicle.parameters.files import ParameterSet
 
 
 def read_request(
@@ -42,7 +42,7 @@ def read_request(
     """
     vehicle = load_vehicle(request.vehicle)
     if request.parameters is not None:
-        from planner.vehicle.parameter_file import read_parameters
+        from planner.vehicle.parameters.files import read_parameters
 
         parameters = read_parameters(request.parameters)
     terrain = None

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.flight.segment import ItemArrival, Segment
     from planner.flight.trace import Trace
     from planner.rules.assessment import Assessment
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 
 Verdict = Literal["go", "no-go"]

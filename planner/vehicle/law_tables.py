@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.vehicle.cruise_law import CruisePower, DiFrancoButtazzoLaw, LiuLaw, MomentumLaw
-from planner.vehicle.hover_law import AltitudeLaw, DensityLaw
+from planner.vehicle.power import (
+    AltitudeLaw,
+    CruisePower,
+    DensityLaw,
+    DiFrancoButtazzoLaw,
+    LiuLaw,
+    MomentumLaw,
+)
 from planner.vehicle.power_schema import (
     ALTITUDE_LAW,
     CRUISE,
@@ -21,9 +27,8 @@ from planner.vehicle.power_schema import (
 if TYPE_CHECKING:
     from typing import Any
 
-    from planner.vehicle.cruise_law import CruiseLaw
-    from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Table
+    from planner.vehicle.power import CruiseLaw, HoverLaw
 
 MASS_TABLES = (DENSITY_LAW, MOMENTUM, LIU)
 """Laws that need the mass."""

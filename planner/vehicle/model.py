@@ -7,27 +7,21 @@ from typing import TYPE_CHECKING
 from planner.autopilot import Autopilot
 from planner.frozen import frozen
 from planner.physics.response import StepResponse
-from planner.vehicle.consistency import (
-    mass_problems,
-    power_problems_together,
-    reference_problems,
-)
-from planner.vehicle.cruise_law import MASS_LAWS, CruisePower, MomentumLaw, WholeLaw
-from planner.vehicle.hover_law import DensityLaw
+from planner.vehicle.consistency import mass_problems, power_problems_together, reference_problems
+from planner.vehicle.power import MASS_LAWS, CruisePower, DensityLaw, MomentumLaw, WholeLaw
 from planner.vehicle.power_schema import LOADS
 from planner.vehicle.ramp_schema import RAMPS
 from planner.vehicle.response_schema import RESPONSE_TABLES
 from planner.vehicle.schema import PROVENANCE, TOP, VALID_FOR
+from planner.vehicle.spread_schema import SPREAD, STATE_NAMES
 
 if TYPE_CHECKING:
     import datetime as dt
 
     from planner.physics.transfer_function import TransferFunction
     from planner.vehicle.battery import Battery
-    from planner.vehicle.cruise_law import CruiseLaw, VerticalPower
-    from planner.vehicle.hover_law import HoverLaw
     from planner.vehicle.keys import Interval
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower
 
 
 @frozen
@@ -245,7 +239,7 @@ class VehicleModel:
             ),
         ]
         if self.reference is not Autopilot.STEP:
-            from planner.vehicle.parameters import parameter_problems
+            from planner.vehicle.parameters.resolve import parameter_problems
 
             problems += parameter_problems(self.reference, dict(self.parameters))
         if problems:
@@ -272,3 +266,28 @@ class VehicleModel:
     def knows_air_density(self) -> bool:
         """Whether the power depends on the density of the air."""
         return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MomentumLaw)
+
+
+@frozen
+class ModelSpread:
+    """Standard deviations of (flown - predicted) / predicted; ``None`` where not known."""
+
+    n_flights: int
+    """Flights compared, none of which the model was fitted to."""
+    source: str
+    """Which flights, and how they were compared."""
+    time_fraction: float | None = None
+    """Of the time of a flight. [-]"""
+    energy_fraction: float | None = None
+    """Of its energy, what all states of one flight share. [-]"""
+    energy_state_fraction: tuple[tuple[str, float], ...] = ()
+    """Of the energy of states by name, independent from state to state. [-]"""
+    stopping_distance_fraction: float | None = None
+    """Of stopping distances. [-]"""
+
+    def __post_init__(self) -> None:
+        SPREAD.refuse(self)
+        for state, fraction in self.energy_state_fraction:
+            if state not in STATE_NAMES or not 0.0 <= fraction <= 10.0:
+                msg = f"energy_state_fraction holds shares by state, got {state} = {fraction}"
+                raise ValueError(msg)

@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.physics.transfer_function import TransferFunction
-from planner.vehicle.battery import Battery
+from planner.vehicle.battery import (
+    Battery,
+    chemistry_names,
+    with_chemistry,
+)
 from planner.vehicle.battery_schema import BATTERY
-from planner.vehicle.chemistry import chemistry_names, with_chemistry
 from planner.vehicle.consistency import (
     mass_problems,
     power_problems_together,
     reference_problems,
 )
-from planner.vehicle.cruise_law import VerticalPower
 from planner.vehicle.document import (
     MOST_BYTES,
     document_from_toml,
@@ -33,6 +35,7 @@ from planner.vehicle.model import (
     ValidFor,
     VehicleModel,
 )
+from planner.vehicle.power import VerticalPower
 from planner.vehicle.power_schema import (
     CRUISE_NOT_GIVEN,
     HOVER_NOT_GIVEN,
@@ -57,7 +60,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.vehicle.keys import Table
-    from planner.vehicle.model_spread import ModelSpread
+    from planner.vehicle.model import ModelSpread
 
 
 def read_vehicle(path: str | Path) -> VehicleModel:
@@ -209,7 +212,7 @@ class _Content:
             )
             parameters = self._cleaned.get(PARAMETERS.name, {})
             if reference != Autopilot.STEP:
-                from planner.vehicle.parameters import parameter_problems
+                from planner.vehicle.parameters.resolve import parameter_problems
 
                 self.problems += [
                     (_dotted(PARAMETERS.name, key), problem)
@@ -271,7 +274,7 @@ class _Content:
         values = self._cleaned.get(SPREAD.name)
         if values is None:
             return None
-        from planner.vehicle.model_spread import ModelSpread
+        from planner.vehicle.model import ModelSpread
 
         states = self._cleaned.get(STATE_SPREAD.name, {})
         return ModelSpread(**values, energy_state_fraction=tuple(states.items()))

@@ -10,7 +10,7 @@ import planner
 from planner.cli.main import main
 from planner.link import pymavlink_link
 from planner.link.mission_kind import MissionKind
-from planner.vehicle.parameter_file import read_parameters
+from planner.vehicle.parameters.files import read_parameters
 
 if TYPE_CHECKING:
     from pathlib import Path

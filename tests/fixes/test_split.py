@@ -23,7 +23,10 @@ from planner.mission.plan import read_plan_text
 from planner.mission.steps import make_steps
 from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

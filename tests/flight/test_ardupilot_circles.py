@@ -11,7 +11,7 @@ from ardupilot_missions import DEFAULTS, fly, go, stage, states, takeoff, time_s
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.mission.stage import StageKind
 from planner.physics.wind import Wind
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 LIMIT_M_S = 15.0
 LEAN_M_S2 = 9.80665 * math.tan(math.radians(30.0))

@@ -10,7 +10,7 @@ from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.mission.stage import Stage, StageKind
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
 def hop_s(parameters: ArduPilotParameters, length: float = 1000.0) -> float:

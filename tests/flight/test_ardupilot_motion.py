@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.mission.stage import Stage, StageKind
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion

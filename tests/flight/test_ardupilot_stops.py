@@ -18,8 +18,8 @@ from planner.flight.motion.ardupilot.stops import stopping_distance_m
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
 from planner.physics.transfer_function import TransferFunction
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.model import ManoeuvreResponse, Responses
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, Motion

@@ -21,7 +21,7 @@ from planner.service import check
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
 def leg_s(

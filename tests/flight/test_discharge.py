@@ -19,9 +19,9 @@ from planner.flight.prediction import Flight, predict_flight
 from planner.mission.route import make_route
 from planner.physics.wind import Wind
 from planner.service import CheckResult, check
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from planner.findings import Finding

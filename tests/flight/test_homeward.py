@@ -19,14 +19,14 @@ from planner.flight.return_search import ReturnSearch
 from planner.geo.fence import RallyPoint
 from planner.mission.route import make_route
 from planner.physics.wind import Wind
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
     from planner.mission.items import Mission
-    from planner.vehicle.parameters import FlightParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")

@@ -31,7 +31,10 @@ from planner.flight.destination import ALONG, HERE, LANDING
 from planner.flight.return_profile import return_profile
 from planner.flight.return_search import ReturnSearch
 from planner.geo.fence import RallyPoint
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray

@@ -15,7 +15,7 @@ from made_missions import HOME, item, mission, rtl, takeoff, waypoint
 from planner.autopilot import Autopilot
 from planner.service import check
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem

@@ -16,7 +16,7 @@ from planner.flight.motion.px4.laws import BrakeLaw, wright_omega
 from planner.flight.motion.px4.ramps import Ramps, ramp_time_s
 from planner.flight.motion.px4.speeds import allowed_speed_m_s, braking_distance_m, braking_time_s
 from planner.flight.state import STATES, FlightState
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
 CRUISE, BRAKE = STATES.index(FlightState.CRUISE), STATES.index(FlightState.BRAKE)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion

@@ -25,7 +25,7 @@ from planner.flight.motion.px4.speeds import (
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
 from planner.physics.wind import Wind
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
 A, J, R = 3.0, 4.0, 2.0

@@ -16,7 +16,7 @@ from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.pilot import Px4Pilot, make_pilot
 from planner.service import check
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
 

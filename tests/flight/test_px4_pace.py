@@ -20,7 +20,7 @@ from planner.flight.motion.px4.pace import Pace
 from planner.mission.stage import StageKind
 from planner.service import check
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
 P, E = 0.95, 2.0  # MPC_XY_P and MPC_XY_ERR_MAX

@@ -16,7 +16,7 @@ from planner.flight.pilot import make_pilot
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
 RETURN = stage(StageKind.RETURN, height_m=0.0)

@@ -14,7 +14,7 @@ from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.motion.px4.speeds import yaw_time_s
 from planner.flight.state import STATES
 from planner.mission.stage import Stage, StageKind
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
 

@@ -26,10 +26,10 @@ from planner.mission.route import make_route
 from planner.physics.wind import Wind
 from planner.service import CheckResult, check
 from planner.vehicle.battery import Battery
-from planner.vehicle.cruise_law import CruisePower
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.model_spread import ModelSpread
-from planner.vehicle.parameters import resolve_parameters
+from planner.vehicle.model import ModelSpread
+from planner.vehicle.parameters.resolve import resolve_parameters
+from planner.vehicle.power import CruisePower
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel

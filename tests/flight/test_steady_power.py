@@ -11,9 +11,12 @@ from planner.flight.motion.kinematics import KinematicState
 from planner.flight.power import SteadyPower
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.physics.wind import Wind
-from planner.vehicle.cruise_law import CruisePower, VerticalPower
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Loads, VehicleModel
+from planner.vehicle.power import (
+    CruisePower,
+    VerticalPower,
+)
 
 SURVEY = load_vehicle("arducopter-sitl-quad")
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from planner.autopilot import Autopilot
 from planner.flight.stopping import StopRoom
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 def room(autopilot: Autopilot, reaction_time_s: float = 1.0) -> StopRoom:

@@ -12,7 +12,7 @@ from made_record import make_record
 from planner.identify.discharges import PackSettings, charge_used_ah, identify_battery
 from planner.identify.outcome import Status
 from planner.physics.battery import open_circuit_voltage_v
-from planner.vehicle.chemistry import load_chemistry
+from planner.vehicle.battery import load_chemistry
 
 if TYPE_CHECKING:
     from planner.logs.record import FlightRecord

@@ -26,8 +26,7 @@ from simulated_experiment import (
 from planner.cli.main import main
 from planner.identify.identification import identify_vehicle
 from planner.identify.settings import IdentificationSettings, Method
-from planner.vehicle.cruise_law import CruisePower
-from planner.vehicle.hover_law import AltitudeLaw
+from planner.vehicle.power import AltitudeLaw, CruisePower
 from planner.vehicle.reader import read_vehicle
 
 if TYPE_CHECKING:

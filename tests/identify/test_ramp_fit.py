@@ -26,9 +26,8 @@ from planner.identify.settings import IdentificationSettings
 from planner.identify.steady import SteadyPower
 from planner.identify.timed_manoeuvres import timed_flight
 from planner.mission.stage import Stage, StageKind
-from planner.vehicle.cruise_law import CruisePower
-from planner.vehicle.hover_law import AltitudeLaw
 from planner.vehicle.model import Ramps
+from planner.vehicle.power import AltitudeLaw, CruisePower
 from planner.vehicle.reader import vehicle_from_toml
 from planner.vehicle.writer import vehicle_text
 

@@ -24,7 +24,7 @@ from planner.identify.output_error import fit_response
 from planner.identify.states import find_states
 from planner.identify.steady import steady_stretches
 from planner.identify.structure import MOTION, POWER
-from planner.vehicle.hover_law import hover_power_w
+from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
     from planner.identify.manoeuvre import Manoeuvre

@@ -14,8 +14,11 @@ from planner.identify.steady import SteadyPower
 from planner.identify.steady_flight import record_air_density_kg_m3, steady_flight
 from planner.identify.steady_map import fit_steady_map
 from planner.physics.rotor import momentum_power_w
-from planner.vehicle.cruise_law import CruisePower, MomentumLaw
-from planner.vehicle.hover_law import AltitudeLaw
+from planner.vehicle.power import (
+    AltitudeLaw,
+    CruisePower,
+    MomentumLaw,
+)
 
 LAW = {
     "disk_area_m2": 0.4,

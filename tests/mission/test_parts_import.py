@@ -14,7 +14,10 @@ from planner.autopilot import Autopilot
 from planner.fixes.split import split_mission
 from planner.mission.plan import read_plan_text
 from planner.vehicle.battery import Battery
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

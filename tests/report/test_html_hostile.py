@@ -23,7 +23,10 @@ from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
 from planner.service import CheckRequest, UnreadableMission, check_file
 from planner.vehicle.battery import Battery
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome

@@ -13,8 +13,7 @@ from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, PX4, STEP, RuleCases, foun
 from planner.physics.wind import Wind
 from planner.service import check
 from planner.vehicle.battery import Battery
-from planner.vehicle.model import Responses
-from planner.vehicle.model_spread import ModelSpread
+from planner.vehicle.model import ModelSpread, Responses
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,8 +8,8 @@ from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found, vehicle_of
 
 from planner.autopilot import TARGETS
 from planner.rules.site_profile import ExpectedValue, SiteProfile
-from planner.vehicle.parameter_table import parameter_table
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

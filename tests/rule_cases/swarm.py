@@ -9,7 +9,7 @@ from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, takeoff
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, vehicle_of
 
 from planner.service import check, check_together
-from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -14,7 +14,7 @@ from planner.findings import Severity
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.model_spread import ModelSpread
+from planner.vehicle.model import ModelSpread
 
 if TYPE_CHECKING:
     from planner.service import CheckResult

@@ -20,11 +20,14 @@ from planner.flight.prediction import predict_flight
 from planner.geo.fence import RallyPoint
 from planner.mission.route import make_route
 from planner.service import check
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    ParameterValue,
+)
+from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from planner.findings import Finding

@@ -13,7 +13,7 @@ from planner.geo.fence import Fence, FenceCircle, FencePolygon
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters.files import parameters_from_text
 
 SQUARE = ((46.99, 7.99), (46.99, 8.01), (47.01, 8.01), (47.01, 7.99))
 BOW_TIE = (SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3])

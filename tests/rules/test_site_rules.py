@@ -15,7 +15,7 @@ from planner.rules.site_profile import read_profile
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from pathlib import Path

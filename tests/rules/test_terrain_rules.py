@@ -22,7 +22,7 @@ from planner.geo.terrain import TerrainGrid
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from planner.findings import Finding

@@ -27,7 +27,7 @@ from planner.physics.wind import Wind
 from planner.service import check, check_together
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import parameters_from_text
+from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,12 +8,22 @@ import pytest
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameter_file import ParameterSet, parameters_from_text
-from planner.vehicle.parameter_table import OriginKind, Parameter, parameter_table
-from planner.vehicle.parameters import ResolvedParameters, resolve_parameters
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.files import (
+    ParameterSet,
+    parameters_from_text,
+)
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.resolve import (
+    ResolvedParameters,
+    resolve_parameters,
+)
+from planner.vehicle.parameters.table import (
+    OriginKind,
+    Parameter,
+    parameter_table,
+)
 
 
 def file_of(text: str) -> ParameterSet:
@@ -314,7 +324,7 @@ def test_a_name_near_one_that_is_in_the_file_as_well_is_left_alone() -> None:
 
 @pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
 def test_no_name_that_counts_is_a_slip_of_another(autopilot: Autopilot) -> None:
-    from planner.vehicle.parameters import PARAMETERS_OF
+    from planner.vehicle.parameters.resolve import PARAMETERS_OF
 
     names = {
         spelling.name

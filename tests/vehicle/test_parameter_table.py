@@ -7,11 +7,14 @@ import math
 import pytest
 
 from planner.autopilot import Autopilot
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
-from planner.vehicle.parameter_file import parameters_from_text
-from planner.vehicle.parameter_table import parameter_table
-from planner.vehicle.parameters import FlightParameters, resolve_parameters
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.files import parameters_from_text
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.resolve import (
+    FlightParameters,
+    resolve_parameters,
+)
+from planner.vehicle.parameters.table import parameter_table
 
 RENAMED_IN_4_7 = [
     # ArduPilot #31562, #31970, #32147, #32184, and its page "Parameter Name Changes"

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from planner.errors import VehicleFileError
-from planner.vehicle.battery import Battery
-from planner.vehicle.chemistry import chemistry_names, load_chemistry
-from planner.vehicle.cruise_law import (
+from planner.vehicle.battery import (
+    Battery,
+    chemistry_names,
+    load_chemistry,
+)
+from planner.vehicle.model import Loads, VehicleModel
+from planner.vehicle.power import (
     CruisePower,
     DiFrancoButtazzoLaw,
     LiuLaw,
@@ -16,7 +20,6 @@ from planner.vehicle.cruise_law import (
     VerticalPower,
     whole_power_w,
 )
-from planner.vehicle.model import Loads, VehicleModel
 from planner.vehicle.reader import vehicle_from_toml
 
 HEAD = """\

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from planner.errors import VehicleFileError
 from planner.flight.state import STATES
-from planner.vehicle.cruise_law import CruisePower
 from planner.vehicle.document import MOST_BYTES
+from planner.vehicle.power import CruisePower
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml
 from planner.vehicle.spread_schema import STATE_NAMES
 

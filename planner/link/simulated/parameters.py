@@ -8,14 +8,20 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.frozen import frozen
-from planner.vehicle.parameter_table import SI_PER_UNIT, parameter_table
-from planner.vehicle.parameters import PARAMETERS_OF
+from planner.vehicle.parameters.resolve import PARAMETERS_OF
+from planner.vehicle.parameters.table import (
+    SI_PER_UNIT,
+    parameter_table,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from planner.vehicle.battery import Battery
-    from planner.vehicle.parameter_table import Parameter, Version
+    from planner.vehicle.parameters.table import (
+        Parameter,
+        Version,
+    )
 
 INT16, INT32, REAL32 = 4, 6, 9
 """MAV_PARAM_TYPE."""

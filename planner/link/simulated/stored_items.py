@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.link.mission_transfer import WireItem
-    from planner.vehicle.parameter_table import Version
+    from planner.vehicle.parameters.table import Version
 
 _LONGEST_HOLD_S = 65_535.0
 _PX4_FRAMES = (

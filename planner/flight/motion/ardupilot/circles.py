@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.motion.manoeuvres import Manoeuvres
     from planner.physics.wind import Wind
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
 """``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""

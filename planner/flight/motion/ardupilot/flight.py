@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from planner.flight.motion.manoeuvres import Manoeuvres
     from planner.mission.stage import Stage
     from planner.physics.wind import Wind
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import Responses
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
 def fly_ardupilot(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.s_curve import SCurves
     from planner.physics.wind import Wind
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 SLOTS = 8
 """A stage's manoeuvres are numbered from SLOTS times its position."""

@@ -11,7 +11,7 @@ from planner.units import GRAVITY_M_S2
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 
 def limits_along(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.kinematics import FloatArray, IntArray
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _LEAST_RETURN_M = 0.3
 """``RTL_ALT_MIN_M``. [m]"""

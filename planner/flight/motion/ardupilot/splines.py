@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.manoeuvres import Manoeuvres
     from planner.physics.wind import Wind
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _PIECES = 24
 """Pieces of a spline: a bend of 90° is then flown as ten of 9°."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.mission.stage import Stage
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 KINDS = tuple(StageKind)
 KIND_INDEX = {kind: index for index, kind in enumerate(KINDS)}

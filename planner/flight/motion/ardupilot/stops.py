@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.physics.transfer_function import TransferFunction
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
     from planner.vehicle.model import ManoeuvreResponse, Responses
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 BRAKING_FRACTION = 0.97
 """A stop counts from where the speed has fallen to this fraction of the cruise. [-]"""

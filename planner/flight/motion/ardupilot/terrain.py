@@ -33,7 +33,7 @@ from planner.flight.motion.ardupilot.vertical import (
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _STEP_S = 0.05
 _HARMLESS_M_S = 1.0

@@ -17,7 +17,7 @@ from planner.units import GRAVITY_M_S2
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.motion.manoeuvres import Manoeuvres
-    from planner.vehicle.ardupilot_parameters import ArduPilotParameters
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 ARMING_DELAY_S = 2.0
 """``ARMING_DELAY_SEC`` of ArduCopter/config.h: motors wait so long after arming. [s]"""

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.pieces import Ordered
     from planner.mission.stage import ReturnWay, Stage
     from planner.physics.wind import Wind
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 def fly_px4(

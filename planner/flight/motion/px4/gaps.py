@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.mission.stage import Stage
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:

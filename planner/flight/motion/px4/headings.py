@@ -11,7 +11,7 @@ from planner.flight.motion.px4.speeds import yaw_time_s
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
     from planner.flight.motion.px4.moves import Moves
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 _TO_HOME, _FROM_HOME, _TURNS_FIRST, _FIXED = 1, 2, 4, 5

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.layout import Layout
     from planner.flight.motion.px4.limits import Limits
     from planner.flight.motion.px4.straights import Straights
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _LEAST_SHARE = 0.5
 """Of b, that of a braking law which leads to a stop: below it the vehicle is too fast. [-]"""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.pace import Pace
     from planner.flight.motion.px4.pieces import Pieces
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 LANDED_AFTER_S = 3.6
 """From touch-down to the landed flag with a range sensor, which cannot see the ground it stands on:

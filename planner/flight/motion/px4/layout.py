@@ -15,7 +15,7 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.moves import Moves
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 _ON_THE_EDGE_M = 1e-6

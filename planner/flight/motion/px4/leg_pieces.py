@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.legs import FlownMoves, Legs
     from planner.flight.motion.px4.pace import Pace
     from planner.flight.motion.px4.pieces import Pieces
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 BRAKING_FRACTION = 0.98
 """A vehicle brakes from where its speed has fallen to this fraction of the cruise. [-]"""

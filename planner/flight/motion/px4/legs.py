@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.turns import Turns
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 _UNCHANGED = 0.01

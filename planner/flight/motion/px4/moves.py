@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.mission.stage import ReturnWay, Stage
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _SMALLEST_RADIUS_M = 0.001
 """An acceptance radius below this stands for NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""

@@ -19,7 +19,7 @@ from planner.flight.motion.px4.turns import (
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
     from planner.flight.motion.px4.layout import Layout
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 _SHORTEST_JOIN_S = 0.1

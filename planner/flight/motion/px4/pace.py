@@ -11,7 +11,7 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _WANDER_SHARE = 0.7
 """Ground speed of a hovering vehicle over the speed its position controller asks for, MPC_XY_P times

@@ -12,7 +12,7 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray
     from planner.mission.stage import ReturnWay
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 _CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
 """Half angles of the cone over home that mean something (``RTL::computeReturnAltitude``). [rad]"""

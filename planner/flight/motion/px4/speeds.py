@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.flight.motion.kinematics import FloatArray
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 STILL_M = 1e-6
 """Way that is none. [m]"""

@@ -11,7 +11,7 @@ from planner.flight.motion.px4.speeds import STILL_M, allowed_speed_m_s, corner_
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import FloatArray
     from planner.flight.motion.px4.moves import Moves
-    from planner.vehicle.px4_parameters import Px4Parameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 _SAME_PLACE_M = 0.001

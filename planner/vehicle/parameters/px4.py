@@ -11,12 +11,13 @@ from dataclasses import field
 from typing import TYPE_CHECKING
 
 from planner.frozen import frozen
-from planner.vehicle.parameter_table import parameter
+from planner.vehicle.parameters.table import parameter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.vehicle.parameter_table import Origin
+    from planner.vehicle.parameters.table import Origin
+
 
 _FASTEST_M_S = 50.0
 """Faster than any multicopter that flies missions: beyond it a unit was mistaken. [m/s]"""

@@ -19,18 +19,19 @@ from planner.catalogue.parameter import (
 )
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
 from planner.vehicle.keys import nearest_hint
-from planner.vehicle.parameter_file import ParameterSet, ParameterValue
-from planner.vehicle.parameter_table import Origin, OriginKind, parameter_table
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import Origin, OriginKind, parameter_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from planner.findings import Finding, Rule
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameter_table import Parameter, Spelling, Version
+    from planner.vehicle.parameters.table import Parameter, Spelling, Version
+
 
 FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
 
@@ -196,8 +197,6 @@ class _Resolution:
 
     def note_misspelt(self, given: ParameterSet) -> None:
         """Note names of a file that are nobody's, and a letter away from one that is missing."""
-        from planner.vehicle.parameter_names import misspelt_names
-
         known = {
             spelling.name
             for kind in PARAMETERS_OF.values()
@@ -341,3 +340,40 @@ def _described(given: ParameterSet, spelling: Spelling) -> str:
 
 def _with_unit(value: float, spelling: Spelling) -> str:
     return f"{value:.6g} {spelling.unit}".rstrip()
+
+
+def misspelt_names(given: Collection[str], wanted: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Yield (name given, name wanted) for names that nobody knows and that were meant otherwise.
+
+    Parameters
+    ----------
+    given : collection of str
+        Names of a file that are not known.
+    wanted : collection of str
+        Names that are known, and not in the file.
+
+    Yields
+    ------
+    tuple of str
+        Names apart by one letter too many, too few or wrong, or two that changed places.  Digits do
+        not count: BATT2_CAPACITY is another battery.
+    """
+    for name in given:
+        for other in wanted:
+            if abs(len(name) - len(other)) <= 1 and _is_a_slip(name, other):
+                yield name, other
+                break
+
+
+def _is_a_slip(given: str, wanted: str) -> bool:
+    first = next(
+        (at for at, (a, b) in enumerate(zip(given, wanted, strict=False)) if a != b),
+        min(len(given), len(wanted)),
+    )
+    before, after = given[first:], wanted[first:]
+    if len(given) == len(wanted):
+        swapped = before[:2] == after[:2][::-1] and before[2:] == after[2:]
+        replaced = before[1:] == after[1:]
+        return swapped or (replaced and not (before[0].isdigit() or after[0].isdigit()))
+    longer, shorter = (before, after) if len(given) > len(wanted) else (after, before)
+    return longer[1:] == shorter and not longer[0].isdigit()

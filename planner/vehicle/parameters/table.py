@@ -16,6 +16,7 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+
 Version: TypeAlias = tuple[int, int]
 """Major and minor version of a firmware."""
 

@@ -25,15 +25,16 @@ from planner.catalogue.parameter import PARAMETER_REPEATED
 from planner.errors import ParameterFileError
 from planner.findings import Place
 from planner.frozen import frozen
-from planner.vehicle.ardupilot_parameters import ArduPilotParameters
-from planner.vehicle.parameter_table import parameter_table
-from planner.vehicle.px4_parameters import Px4Parameters
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+from planner.vehicle.parameters.px4 import Px4Parameters
+from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from planner.findings import Finding
-    from planner.vehicle.parameter_table import Version
+    from planner.vehicle.parameters.table import Version
+
 
 MOST_BYTES = 1 << 22
 """A vehicle has some thousand parameters, some 100 KB; anything larger is another kind of file."""
