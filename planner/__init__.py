@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.mission.one_speed import mission_at_speed
     from planner.physics.wind import Wind
-    from planner.rules.selection import Selection
-    from planner.rules.site_profile import read_profile
+    from planner.selection import Selection
     from planner.service import CheckResult, check, check_together
+    from planner.site_profile import read_profile
     from planner.vehicle.battery import Battery
     from planner.vehicle.library import load_vehicle
     from planner.vehicle.model import VehicleModel
@@ -84,7 +84,7 @@ _HOMES = {
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
     "Reserve": "planner.flight.reserve",
-    "Selection": "planner.rules.selection",
+    "Selection": "planner.selection",
     "Severity": "planner.findings",
     "SpeedCurve": "planner.fixes.speed_curve",
     "Split": "planner.fixes.split",
@@ -101,7 +101,7 @@ _HOMES = {
     "read_csv_mapping": "planner.logs.csv_mapping",
     "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
-    "read_profile": "planner.rules.site_profile",
+    "read_profile": "planner.site_profile",
     "split_mission": "planner.fixes.split",
     "write_mission": "planner.mission.files",
     "write_split": "planner.fixes.split",

@@ -127,7 +127,7 @@ def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:
 
 def attach_baseline(results: Results, path: Path) -> None:
     """Write what was found, for later calls not to report it."""
-    from planner.rules.baseline import write_baseline
+    from planner.selection import write_baseline
 
     for result in results:
         if isinstance(result, UnreadableMission):

@@ -12,7 +12,7 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from planner.frozen import frozen
-from planner.rules.selection import Exemption
+from planner.selection import Exemption
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

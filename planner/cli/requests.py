@@ -11,7 +11,7 @@ from planner.errors import UsageError
 from planner.flight.conditions import Conditions
 from planner.flight.spread import divided
 from planner.frozen import frozen
-from planner.rules.selection import Selection
+from planner.selection import Selection
 from planner.service import CheckRequest
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from planner.catalogue.px4_events import events_of
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Severity
 from planner.report.table import table_lines
-from planner.rules.baseline import ENERGY_FAMILY
+from planner.selection import ENERGY_FAMILY
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

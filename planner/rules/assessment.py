@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.stage import Route
-    from planner.rules.site_profile import SiteProfile
+    from planner.site_profile import SiteProfile
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding, Rule
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
-    from planner.rules.selection import Selection
+    from planner.selection import Selection
     from planner.vehicle.parameters.resolve import FlightParameters
 
     Check = Callable[[Assessment], Iterator[Finding]]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
-    from planner.rules.site_profile import ExpectedValue
+    from planner.site_profile import ExpectedValue
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.table import Spelling
 

@@ -39,8 +39,8 @@ _TYPES = {
     ),
     "terrain": ("planner.geo.terrain", "TerrainGrid", "planner.geo.terrain.read_terrain(path)"),
     "target": ("planner.autopilot", "Target", "planner.Target(planner.Autopilot.PX4)"),
-    "profile": ("planner.rules.site_profile", "SiteProfile", "planner.read_profile(path)"),
-    "selection": ("planner.rules.selection", "Selection", "planner.Selection(ignore=…)"),
+    "profile": ("planner.site_profile", "SiteProfile", "planner.read_profile(path)"),
+    "selection": ("planner.selection", "Selection", "planner.Selection(ignore=…)"),
     "fail_on": ("planner.findings", "Severity", "planner.Severity.WARNING, for example"),
     "with_trace": ("builtins", "bool", "True or False"),
 }

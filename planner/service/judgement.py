@@ -31,7 +31,7 @@ from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
 from planner.rules.registry import check_case, check_unflown
-from planner.rules.selection import Selection
+from planner.selection import Selection
 from planner.service.arguments import refuse_out_of_range, refuse_wrong_types, reserve_of
 from planner.service.result import CheckResult
 
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.stage import Route
-    from planner.rules.site_profile import SiteProfile
     from planner.service.result import Verdict
+    from planner.site_profile import SiteProfile
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet

@@ -52,12 +52,12 @@ def read_request(
         terrain = read_terrain(*request.terrain)
     profile = None
     if request.profile is not None:
-        from planner.rules.site_profile import read_profile
+        from planner.site_profile import read_profile
 
         profile = read_profile(request.profile)
     selection = request.selection
     if request.baseline is not None:
-        from planner.rules.baseline import read_baseline
+        from planner.selection import read_baseline
 
         selection = replace(selection, baseline=read_baseline(request.baseline))
     return vehicle, {

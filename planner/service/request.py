@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
 from planner.frozen import frozen
-from planner.rules.selection import Selection
+from planner.selection import Selection
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.rules.selection import Selection
+from planner.selection import Selection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

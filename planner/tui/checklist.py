@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from planner.findings import Finding
-    from planner.rules.site_profile import ManualItem
+    from planner.site_profile import ManualItem
     from planner.tui.checked import Checked
 
 AUTOMATIC_FAMILIES = "EFAWMTPX"

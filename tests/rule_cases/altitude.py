@@ -9,7 +9,7 @@ from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from made_terrain import ground
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
-from planner.rules.site_profile import SiteProfile
+from planner.site_profile import SiteProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

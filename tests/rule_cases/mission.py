@@ -12,8 +12,8 @@ from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 from planner.geo.geodesy import distance_m
 from planner.mission.items import Home, MissionFormat
 from planner.mission.vehicle_kind import tell_vehicle
-from planner.rules.selection import Selection
-from planner.rules.site_profile import SiteProfile
+from planner.selection import Selection
+from planner.site_profile import SiteProfile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found, vehicle_of
 
 from planner.autopilot import TARGETS
-from planner.rules.site_profile import ExpectedValue, SiteProfile
+from planner.site_profile import ExpectedValue, SiteProfile
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
 

@@ -16,7 +16,7 @@ from planner.findings import Severity
 from planner.geo.fence import RallyPoint
 from planner.mission.command_support import Support, support
 from planner.physics.wind import Wind
-from planner.rules.selection import Selection
+from planner.selection import Selection
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -11,8 +11,8 @@ from made_missions import item, mission, north, rtl, takeoff, waypoint
 from planner.errors import ProfileFileError
 from planner.findings import Severity
 from planner.geo.fence import Fence, FencePolygon, RallyPoint
-from planner.rules.site_profile import read_profile
 from planner.service import check
+from planner.site_profile import read_profile
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

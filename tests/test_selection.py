@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from planner.findings import Finding, Severity
-from planner.rules.selection import Exemption, Selection
+from planner.selection import Exemption, Selection
 
 
 def _finding(code: str, *, item: int | None = None, severity: int = 1) -> Finding:

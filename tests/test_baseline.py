@@ -10,8 +10,7 @@ import pytest
 
 from planner.errors import BaselineFileError, OutputError
 from planner.findings import Finding, Place, Severity
-from planner.rules.baseline import read_baseline, write_baseline
-from planner.rules.selection import Selection
+from planner.selection import Selection, read_baseline, write_baseline
 
 if TYPE_CHECKING:
     from pathlib import Path
