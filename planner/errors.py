@@ -1,4 +1,4 @@
-"""What can go wrong, as one tree; each class knows the exit code it ends in.
+"""What can go wrong, as one tree; each class knows the exit code it ends in.  How messages quote input.
 
 ::
 
@@ -23,10 +23,13 @@
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from planner.findings import Place
 
 
@@ -155,3 +158,40 @@ class LinkError(MavjouleError):
 def bug_text(error: BaseException) -> str:
     """Return the sentence about an error that is none of the above."""
     return f"this is a bug in mavjoule, not in your files: {type(error).__name__}: {error}"
+
+
+def is_number(value: object) -> bool:
+    """Return whether a value is a finite number that a float can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number of more than 308 digits
+        return False
+
+
+def described(value: object) -> str:
+    """Return a short description of a value that is not what it should be."""
+    match value:
+        case bool():
+            return str(value).lower()
+        case dict():
+            return "a table"
+        case int() if not is_number(value):
+            return "a whole number out of range"
+        case list() | tuple():
+            return shortened("[" + ", ".join(described(entry) for entry in value[:8]) + "]")
+    return shortened(repr(value) if isinstance(value, str) else str(value))
+
+
+def shortened(text: str) -> str:
+    """Return a text that fits in a message."""
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def nearest_hint(name: str, known: Iterable[str]) -> str:
+    """Return a hint at the nearest known spelling, empty where none is near."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(name, sorted(known), n=1)
+    return f"; did you mean {close[0]}?" if close else ""

@@ -17,10 +17,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.errors import ProfileFileError
+from planner.errors import ProfileFileError, described, is_number, nearest_hint
 from planner.frozen import frozen
 from planner.mission.commands import load_command_table
-from planner.vehicle.keys import Key, Kind, Table, described, is_number, nearest_hint
+from planner.vehicle.keys import Key, Kind, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from planner.cli.setting import Kind, Setting
 from planner.cli.settings import SETTINGS
-from planner.errors import ConfigurationError
+from planner.errors import ConfigurationError, described, is_number, nearest_hint
 from planner.frozen import frozen
-from planner.vehicle.keys import described, is_number, nearest_hint
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

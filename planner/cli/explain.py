@@ -10,10 +10,9 @@ from planner import __version__, catalogue
 from planner.catalogue.px4_events import PX4_EVENTS
 from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
-from planner.errors import UsageError
+from planner.errors import UsageError, nearest_hint
 from planner.report.catalogue_json import rule_json
 from planner.report.rule_text import rule_text
-from planner.vehicle.keys import nearest_hint
 
 if TYPE_CHECKING:
     from planner.findings import Rule

@@ -8,8 +8,8 @@ from planner import catalogue
 from planner.autopilot import TARGETS, Autopilot, Target
 from planner.cli import quantities
 from planner.cli.setting import Kind, Setting
+from planner.errors import nearest_hint
 from planner.findings import Severity
-from planner.vehicle.keys import nearest_hint
 from planner.vehicle.library import model_names
 
 AUTOPILOTS = ("auto", *Autopilot)

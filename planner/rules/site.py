@@ -13,9 +13,9 @@ from planner.catalogue.site import (
     TOO_FAR_FOR_SITE,
     TOO_HIGH_FOR_SITE,
 )
+from planner.errors import nearest_hint
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
-from planner.vehicle.keys import nearest_hint
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import parameter_table
 

@@ -7,9 +7,8 @@ import tomllib
 from typing import Any
 
 from planner import numbers
-from planner.errors import VehicleFileError
+from planner.errors import VehicleFileError, described, shortened
 from planner.findings import Place
-from planner.vehicle.keys import described, shortened
 from planner.vehicle.schema import SCHEMA_VERSION, VERSION
 
 MOST_BYTES = 1 << 18

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import datetime as dt
-import math
 from dataclasses import field
 from enum import StrEnum
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from planner.errors import described, is_number, nearest_hint
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
@@ -198,43 +198,6 @@ class Table:
         raw = {name: _as_toml(entry) for name, entry in held.items() if entry is not None}
         if problems := self.problems(raw):
             raise ValueError("; ".join(f"{key} {problem}" for key, problem in problems))
-
-
-def is_number(value: object) -> bool:
-    """Return whether a value is a finite number that a float can hold."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(float(value))
-    except OverflowError:  # a whole number of more than 308 digits
-        return False
-
-
-def described(value: object) -> str:
-    """Return a short description of a value that is not what it should be."""
-    match value:
-        case bool():
-            return str(value).lower()
-        case dict():
-            return "a table"
-        case int() if not is_number(value):
-            return "a whole number out of range"
-        case list() | tuple():
-            return shortened("[" + ", ".join(described(entry) for entry in value[:8]) + "]")
-    return shortened(repr(value) if isinstance(value, str) else str(value))
-
-
-def shortened(text: str) -> str:
-    """Return a text that fits in a message."""
-    return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-def nearest_hint(name: str, known: Iterable[str]) -> str:
-    """Return a hint at the nearest known spelling, empty where none is near."""
-    from difflib import get_close_matches
-
-    close = get_close_matches(name, sorted(known), n=1)
-    return f"; did you mean {close[0]}?" if close else ""
 
 
 def _as_toml(value: object) -> object:

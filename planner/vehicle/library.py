@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.errors import VehicleFileError
-from planner.vehicle.keys import nearest_hint, shortened
+from planner.errors import VehicleFileError, nearest_hint, shortened
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml
 from planner.vehicle.shipped import models_root
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
+from planner.errors import described, nearest_hint, shortened
 from planner.physics.transfer_function import TransferFunction
 from planner.vehicle.battery import (
     Battery,
@@ -24,7 +25,7 @@ from planner.vehicle.document import (
     file_error,
     single_problem,
 )
-from planner.vehicle.keys import Kind, described, nearest_hint, shortened
+from planner.vehicle.keys import Kind
 from planner.vehicle.law_tables import MASS_TABLES, WHOLE_TABLES, cruise_law, hover_law
 from planner.vehicle.model import (
     Loads,

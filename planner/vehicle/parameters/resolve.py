@@ -17,9 +17,9 @@ from planner.catalogue.parameter import (
     PARAMETERS_ASSUMED,
     PARAMETERS_OF_ANOTHER_AUTOPILOT,
 )
+from planner.errors import nearest_hint
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.vehicle.keys import nearest_hint
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
