@@ -5,22 +5,20 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import MAX_ORDER, TransferFunction
 
 
 @st.composite
-def poles(
-    draw: st.DrawFn, *, largest_order: int = 6, damped: bool = True, repeats: bool = True
-) -> list[complex]:
+def poles(draw: st.DrawFn, *, damped: bool = True) -> list[complex]:
     """Poles of a stable system: real and complex, some repeated exactly or very nearly.
 
     Without ``damped`` there are undamped pairs and poles at the origin as well.
     """
-    order = draw(st.integers(1, largest_order))
+    order = draw(st.integers(1, MAX_ORDER))
     found: list[complex] = []
     while len(found) < order:
         modulus = 10.0 ** draw(st.floats(-1.5, 1.0))
-        if found and repeats and draw(st.integers(0, 3)) == 0:
+        if found and draw(st.integers(0, 3)) == 0:
             pole = found[-1] * (1.0 + draw(st.sampled_from([0.0, 1e-9, 1e-5, 1e-2])))
         elif not damped and draw(st.integers(0, 3)) == 0:
             pole = draw(st.sampled_from([0.0, 1j])) * modulus
@@ -43,11 +41,9 @@ def denominator(of: list[complex]) -> tuple[float, ...]:
 
 
 @st.composite
-def systems(
-    draw: st.DrawFn, *, largest_order: int = 6, damped: bool = True, repeats: bool = True
-) -> TransferFunction:
+def systems(draw: st.DrawFn, *, damped: bool = True) -> TransferFunction:
     """Random system with a numerator of any degree that is proper, and a delay."""
-    of = draw(poles(largest_order=largest_order, damped=damped, repeats=repeats))
+    of = draw(poles(damped=damped))
     coefficient = st.floats(-2.0, 2.0).map(lambda c: round(c, 3))
     numerator = draw(st.lists(coefficient, min_size=1, max_size=len(of) + 1))
     return TransferFunction(

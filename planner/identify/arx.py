@@ -10,7 +10,8 @@ conversion to G(s) is the exact inverse of sampling behind a zero-order hold,
 .. math:: \begin{bmatrix} \Phi & \Gamma \\ 0 & 1 \end{bmatrix}
           = \exp\left( h \begin{bmatrix} F & g \\ 0 & 0 \end{bmatrix} \right),
 
-by the matrix logarithm: ``control`` 0.10 samples systems but does not convert them back.
+by the matrix logarithm between two forms of ``control``, which samples systems but does not convert
+them back.
 
 .. warning:: Noise of the measurement biases ARX, the more the faster the sampling
    (`planner.catalogue.identification.ARX_BIASED`).  `planner.identify.output_error` is consistent.
@@ -29,7 +30,7 @@ from planner.catalogue.identification import ARX_BIASED
 from planner.errors import IdentificationError
 from planner.frozen import frozen
 from planner.identify.manoeuvre import ReferenceForm
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import MAX_ORDER, TransferFunction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-MOST_POLES = 4
-"""Highest order that is searched."""
 _REAL = 1e-9
 """Distance from the real axis, and from zero, of a pole in z that lies there. [-]"""
 
@@ -137,7 +136,7 @@ def select_arx(
     manoeuvres: Sequence[Manoeuvre],
     *,
     longest_delay_s: float,
-    poles: Sequence[int] = range(1, MOST_POLES + 1),
+    poles: Sequence[int] = range(1, MAX_ORDER + 1),
     zeros: Sequence[int] | None = None,
     criterion: Criterion = Criterion.BIC,
 ) -> ArxModel:
@@ -229,10 +228,13 @@ def _fit(
 
 def _continuous(model: ArxModel) -> TransferFunction:
     """Invert the sampling behind a zero-order hold by the matrix logarithm; equation 2."""
+    import control
     from scipy.linalg import logm
 
     order = len(model.a)
-    poles = np.roots([1.0, *model.a])
+    padding = [0.0] * (order - len(model.b))
+    sampled = control.tf([*model.b, *padding], [1.0, *model.a], model.step_s)
+    poles = sampled.poles()
     if not np.all(np.abs(poles) < 1.0):
         msg = "the ARX model is not stable: refine it, or fit another order"
         raise IdentificationError(msg)
@@ -242,20 +244,12 @@ def _continuous(model: ArxModel) -> TransferFunction:
             "of z = 0"
         )
         raise IdentificationError(msg)
-    # controllable form; the output picks b from the past inputs
-    held = np.zeros((order + 1, order + 1))
-    held[0, :order] = -np.array(model.a)
-    held[np.arange(1, order), np.arange(order - 1)] = 1.0
-    held[0, order] = held[order, order] = 1.0
-    output = np.zeros(order)
-    output[: len(model.b)] = model.b
+    form = control.ss(sampled)
+    held = np.block([[form.A, form.B], [np.zeros((1, order)), np.ones((1, 1))]])
     generator = np.asarray(logm(held)).real / model.step_s
-    system, drive = generator[:order, :order], generator[:order, order]
-    denominator = np.poly(system).real
-    # det(sI - F + g c) - det(sI - F) = c adj(sI - F) g
-    numerator = np.poly(system - np.outer(drive, output)).real - denominator
+    system = control.tf(control.ss(generator[:order, :order], generator[:order, order:], form.C, 0))
     return TransferFunction(
-        numerator=tuple(float(c) for c in numerator[1:]),
-        denominator=tuple(float(c) for c in denominator),
+        numerator=tuple(system.num[0][0].tolist()),
+        denominator=tuple(system.den[0][0].tolist()),
         delay_s=(model.delay_samples - 1) * model.step_s,
     )

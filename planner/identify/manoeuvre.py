@@ -12,7 +12,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.physics.transfer_function import TransferFunction, TransferFunctionStack
+    from planner.physics.response import Modes
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -182,7 +182,8 @@ def _convolved(train: FloatArray, answers: FloatArray) -> FloatArray:
 
 
 def simulated_answers(
-    system: TransferFunction | TransferFunctionStack,
+    modes: Modes,
+    delay_s: float | FloatArray,
     manoeuvres: Sequence[Manoeuvre],
     *,
     derivative: int = 0,
@@ -191,8 +192,10 @@ def simulated_answers(
 
     Parameters
     ----------
-    system : TransferFunction or TransferFunctionStack
-        One system, or a stack with batch shape (…, 1).
+    modes : Modes
+        Of one system, or of a stack with batch shape (…, 1).
+    delay_s : float or ndarray
+        Its dead time, broadcast against the batch shape. [s]
     manoeuvres : sequence of Manoeuvre
         Their references, each taken from rest.
     derivative : int
@@ -208,8 +211,8 @@ def simulated_answers(
         kind = (manoeuvre.step_s, manoeuvre.edge_order)
         longest[kind] = max(longest.get(kind, 0), manoeuvre.time_s.size)
     edges = {
-        (step_s, order): system.modes.impulse_integral(
-            np.arange(samples) * step_s - system.delay_s, order + 1 - derivative
+        (step_s, order): modes.impulse_integral(
+            np.arange(samples) * step_s - delay_s, order + 1 - derivative
         )
         for (step_s, order), samples in longest.items()
     }

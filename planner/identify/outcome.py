@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.identify.steady import SteadyPower
     from planner.identify.steady_map import SteadyMap
     from planner.logs.record import FlightRecord
-    from planner.physics.transfer_function import TransferFunction
+    from planner.physics.response import TransferFunction
     from planner.vehicle.model import VehicleModel
 
 

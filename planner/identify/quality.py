@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.identify.manoeuvre import Manoeuvre
-    from planner.physics.transfer_function import TransferFunction
+    from planner.physics.response import TransferFunction
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def evaluate_model(
         One for each manoeuvre.
     """
     found = []
-    answers = simulated_answers(system, manoeuvres)
+    answers = simulated_answers(system.modes, system.delay_s, manoeuvres)
     for manoeuvre, answer in zip(manoeuvres, answers, strict=True):
         predicted = manoeuvre.answer_before + answer
         residuals = manoeuvre.answer - predicted

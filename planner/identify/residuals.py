@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from planner.identify.manoeuvre import simulated_answers
 from planner.identify.noise import Noise, fit_noise
-from planner.physics.transfer_function import TransferFunctionStack
+from planner.physics.response import make_modes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -135,13 +135,14 @@ def basis_answers(
         Highest power of s first.
     """
     systems = denominators.shape[0]
-    stack = TransferFunctionStack(
-        numerators=np.broadcast_to(
+    modes = make_modes(
+        np.broadcast_to(
             np.eye(numerator_size)[None, :, None], (systems, numerator_size, 1, numerator_size)
         ),
-        denominators=np.broadcast_to(
+        np.broadcast_to(
             denominators[:, None, None], (systems, numerator_size, 1, denominators.shape[1])
         ),
-        delay_s=np.reshape(delay_s, (-1, 1, 1)),
     )
-    return simulated_answers(stack, manoeuvres, derivative=derivative)
+    return simulated_answers(
+        modes, np.reshape(delay_s, (-1, 1, 1)), manoeuvres, derivative=derivative
+    )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from planner.identify.noise import Noise
     from planner.identify.structure import Structure
-    from planner.physics.transfer_function import TransferFunction
+    from planner.physics.response import TransferFunction
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.identify.manoeuvre import Manoeuvre
     from planner.identify.quality import Quality
     from planner.identify.structure import Structure
-    from planner.physics.transfer_function import TransferFunction
+    from planner.physics.response import TransferFunction
 
     FloatArray = npt.NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.frozen import frozen
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import MAX_ORDER, TransferFunction
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class Structure:
     Raises
     ------
     ValueError
-        If the numerator is not of lower degree than the denominator, or a gain is not finite.
+        If the degrees are out of range, or a gain is not finite.
     """
 
     numerator_degree: int
@@ -39,9 +39,9 @@ class Structure:
     """Gain at s = 0 where it is known, 1 for a vehicle that arrives where it is sent. [-]"""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.numerator_degree < self.denominator_degree:
+        if not 0 <= self.numerator_degree < self.denominator_degree <= MAX_ORDER:
             msg = (
-                "a structure needs fewer zeros than poles, got "
+                f"a structure needs fewer zeros than poles, and {MAX_ORDER} poles at most, got "
                 f"{self.numerator_degree} and {self.denominator_degree}"
             )
             raise ValueError(msg)

@@ -1,239 +1,707 @@
-r"""Answers of a linear system with delay to steps, pulses, ramps and shaped references.
+r"""How a vehicle, or its power, answers a reference: linear systems of order up to three with delay.
 
-An input is a sum of edges, :math:`u(t) = \sum_e a_e (t - t_e)^{q_e} / q_e!` for :math:`t \ge t_e`:
-a step is one edge of order 0, a pulse two, a ramp one of order 1, a jerk-limited reference a few of
-order 3.  The answer is a sum of k-fold integrated impulse responses (`planner.physics.modes`),
+.. math:: G(s) = e^{-s T} H(s), \qquad
+          H(s) = \frac{b_m s^m + \dots + b_0}{a_n s^n + \dots + a_0}, \qquad m \le n \le 3
 
-.. math:: y(t) = \sum_e a_e\, I_{q_e + 1}(t - t_e - T), \quad
-          \dot y = \sum_e a_e\, I_{q_e}, \quad
-          \int_0^t y = \sum_e a_e\, I_{q_e + 2},
+What is asked is one function of time, the impulse response of H integrated k times,
 
-exact at every time, without sampling.  Nothing answers before the delay T.  At the very moment of a
-jump the value after it is returned; the slope of a system with direct feedthrough leaves the
-impulse at that moment out.
+.. math:: I_k(t) = \mathcal{L}^{-1}\{ H(s) / s^k \}(t) :
 
-=============  ======  ======================================================================
-name           symbol  meaning
-=============  ======  ======================================================================
-system         G(s)    transfer function with delay T, or a stack of them
-edges          e       start t_e [s], order q_e, amplitude a_e [input/s^q] of the input's parts
-value          y       answer [output]
-slope          dy/dt   its derivative [output/s]
-integral       ∫ y     its integral from 0 [output·s]
-=============  ======  ======================================================================
-
-Times and amplitudes broadcast against each other, and against the batch shape of a stack, by
-numpy's rules.  Questions about the shape of one response (peaks, settling, crossings) are answered
-by `planner.physics.extrema` and `planner.physics.settling`, for one system and plain numbers.
+the answer to a unit step is :math:`I_1`, its slope :math:`I_0`, its integral :math:`I_2`; an input of
+order q that begins at :math:`t_e` adds :math:`a_e I_{q+1}(t - t_e - T)`.  `Modes` sums it in closed form,
+exact at every time.  Order three is what flights can tell; more belongs to the ``control`` library
+(`TransferFunction.to_control`), which is the reference in the tests.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from planner.frozen import frozen
-from planner.physics import extrema, settling
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     import numpy.typing as npt
 
-    from planner.physics.extrema import Extremum
-    from planner.physics.modes import FloatArray
-    from planner.physics.transfer_function import TransferFunction, TransferFunctionStack
+    FloatArray: TypeAlias = npt.NDArray[np.float64]
+    ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+    BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
-MAX_EDGE_ORDER = 3
-"""Inputs grow with the cube of time at most."""
+MAX_ORDER = 3
+"""Highest order of a system: what identification can tell."""
+_MAX_INTEGRATIONS = 4  # the integral of the answer to an input that grows with the square of time
+_CLOSE = 0.1  # poles nearer than this fraction of their modulus lose digits as partial fractions
+_UNDAMPED = 1e-12  # damping ratio that is lost in the rounding of the roots
+_TAYLOR_TERMS = 27  # 2^27 / 27! is 1e-20
+_NEGLIGIBLE = 1e-12  # of the steady value
+_MOST_TURNS = 4_000_000
 
 
 @frozen
-class Edge:
-    """One part of an input: amplitude · (t - start)^order / order! from its start on."""
-
-    start_s: float | FloatArray = 0.0
-    """When it begins, not negative. [s]"""
-
-    order: int = 0
-    """0 for a step, 1 for a ramp, up to `MAX_EDGE_ORDER`."""
-
-    amplitude: float | FloatArray = 1.0
-    """Its size. [input s^-order]"""
-
-
-class Response(ABC):
-    """Answer of a system to an input made of edges.
+class TransferFunction:
+    """One linear system: a proper rational function of s and a delay.
 
     Raises
     ------
     ValueError
-        If the input is not finite, or has a part that begins before 0 or grows too fast.
+        If coefficients are missing, not finite, improper or of an order above `MAX_ORDER`, or the
+        delay is negative.
     """
 
-    __slots__ = ()
+    numerator: tuple[float, ...]
+    """Coefficients in descending powers of s; leading zeros are dropped."""
 
-    system: TransferFunction | TransferFunctionStack
+    denominator: tuple[float, ...]
+    """Coefficients in descending powers of s, the first not zero."""
+
+    delay_s: float = 0.0
+    """Dead time. [s]"""
 
     def __post_init__(self) -> None:
-        for edge in self.edges:
-            if edge.order not in range(MAX_EDGE_ORDER + 1):
-                msg = f"an edge of an input has order 0 to {MAX_EDGE_ORDER}, not {edge.order}"
+        for name in ("numerator", "denominator"):
+            coefficients = tuple(float(c) for c in getattr(self, name))
+            if not coefficients or not all(map(math.isfinite, coefficients)):
+                msg = f"the {name} of a transfer function needs finite coefficients, got {coefficients}"
                 raise ValueError(msg)
-            if not np.all(np.isfinite(edge.start_s) & np.greater_equal(edge.start_s, 0.0)):
-                msg = f"an input begins and ends at finite times from 0 on, not {edge.start_s}"
-                raise ValueError(msg)
-            if not np.all(np.isfinite(edge.amplitude)):
-                msg = f"the size of an input must be finite, got {edge.amplitude}"
-                raise ValueError(msg)
+            object.__setattr__(self, name, coefficients)
+        while len(self.numerator) > 1 and self.numerator[0] == 0.0:
+            object.__setattr__(self, "numerator", self.numerator[1:])
+        if self.denominator[0] == 0.0:
+            msg = f"the leading denominator coefficient must not be zero, got {self.denominator}"
+            raise ValueError(msg)
+        if not len(self.numerator) - 1 <= self.order <= MAX_ORDER:
+            msg = (
+                f"a transfer function has order {MAX_ORDER} at most and no more zeros than poles, got "
+                f"degree {len(self.numerator) - 1} over degree {self.order}"
+            )
+            raise ValueError(msg)
+        if not 0.0 <= self.delay_s < math.inf:
+            msg = f"delay_s must be finite and not negative, got {self.delay_s}"
+            raise ValueError(msg)
 
     @property
-    @abstractmethod
-    def edges(self) -> tuple[Edge, ...]:
-        """The parts of the input."""
+    def order(self) -> int:
+        """Degree of the denominator."""
+        return len(self.denominator) - 1
 
-    def derivative(self, t_s: npt.ArrayLike, order: int) -> FloatArray:
-        """Return a derivative of the answer; order -1 is its integral.
+    @property
+    def modes(self) -> Modes:
+        """Poles and partial fractions, computed once per system."""
+        return _modes(self.numerator, self.denominator)
+
+    @property
+    def poles(self) -> tuple[complex, ...]:
+        """Roots of the denominator, imaginary parts descending, integrators last [rad s⁻¹]."""
+        return tuple(self.modes.poles.tolist())
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether every pole has a negative real part, beyond the rounding of the roots."""
+        return all(pole.real < -_UNDAMPED * abs(pole) for pole in self.poles)
+
+    @property
+    def dc_gain(self) -> float | None:
+        """Gain at s = 0; None where a pole at the origin leaves none."""
+        return self.numerator[-1] / self.denominator[-1] if self.denominator[-1] else None
+
+    @property
+    def natural_frequency_rad_s(self) -> float | None:
+        """Undamped natural frequency √(a₀/a₂) of a second-order system, else None [rad s⁻¹]."""
+        if self.order != 2 or self.denominator[2] / self.denominator[0] <= 0.0:
+            return None
+        return math.sqrt(self.denominator[2] / self.denominator[0])
+
+    @property
+    def damping_ratio(self) -> float | None:
+        """Damping ratio a₁/(2√(a₀ a₂)) of a second-order system, else None [-]."""
+        frequency = self.natural_frequency_rad_s
+        return frequency and self.denominator[1] / self.denominator[0] / (2.0 * frequency)
+
+    @property
+    def damped_period_s(self) -> float | None:
+        """Period of the oscillation of a second-order system; None if it does not swing [s]."""
+        frequency, damping = self.natural_frequency_rad_s, self.damping_ratio
+        if frequency is None or damping is None or abs(damping) >= 1.0:
+            return None
+        return math.tau / (frequency * math.sqrt((1.0 - damping) * (1.0 + damping)))
+
+    @property
+    def mean_residence_time_s(self) -> float:
+        r"""Delay plus the area between the steady answer and the step response [s].
+
+        .. math:: \int_0^\infty \left(1 - \frac{y(t)}{G(0)}\right) dt
+                  = T + \frac{a_1}{a_0} - \frac{b_1}{b_0}
+
+        A speed of v0, commanded to zero, covers v0 times this before it has stopped; for a
+        second-order system without zeros T + 2ζ/ω_n.
+
+        Raises
+        ------
+        ValueError
+            If the system is not stable or its gain at s = 0 is zero.
+        """
+        if not self.is_stable or self.numerator[-1] == 0.0:
+            msg = f"only a stable system with a steady gain has a mean residence time, not {self}"
+            raise ValueError(msg)
+        (a1, a0), (b1, b0) = ((0.0, *c)[-2:] for c in (self.denominator, self.numerator))
+        return self.delay_s + a1 / a0 - b1 / b0
+
+    def to_control(self, *, pade_order: int = 0) -> Any:  # noqa: ANN401 - control is not typed
+        """Return this system as a ``control.TransferFunction``.
+
+        Parameters
+        ----------
+        pade_order : int
+            Order of the Padé approximation of the delay; 0 leaves the delay out, and the rest exact.
+        """
+        import control
+
+        system = control.tf(list(self.numerator), list(self.denominator))
+        if pade_order and self.delay_s:
+            system *= control.tf(*control.pade(self.delay_s, pade_order))
+        return system
+
+
+@frozen(eq=False)
+class Modes:
+    r"""One rational system, or a stack of them of batch shape B, ready to be evaluated over time.
+
+    With z poles at the origin and the others :math:`p_i`,
+
+    .. math:: I_k(t) = \sum_i r_i p_i^{-(z+k)} e^{p_i t}
+              + \sum_{j < z + k} m_j \frac{t^{z+k-1-j}}{(z+k-1-j)!} ,
+
+    which loses its digits early, where the Taylor series of the Markov parameters
+    :math:`h^{(j)}(0)` takes over, and where poles lie close together or a slow one has hardly begun
+    to act, where divided differences of the exponential do (`_divided_exponentials`):
+
+    .. math:: I_k(t) = \sum_m c_m t^{k+m-1} \exp[\underbrace{0, \dots, 0}_{k}, p_1 t, \dots, p_m t],
+              \qquad H(s) = \sum_m \frac{c_m}{(s - p_1) \cdots (s - p_m)} .
+    """
+
+    feedthrough: FloatArray
+    """Direct term d. [output/input], shape B"""
+    numerator: FloatArray
+    """Strictly proper part of the numerator, descending powers, shape (…, n)."""
+    denominator: FloatArray
+    """Monic, descending powers, shape (…, n + 1)."""
+    poles: ComplexArray
+    """Imaginary parts descending, those at the origin last. [rad s⁻¹], shape (…, n)"""
+    integrators: int
+    """Poles at the origin z, the same for all systems of a stack."""
+
+    fractions: tuple[tuple[FloatArray, FloatArray, ComplexArray], ...]
+    """Partial fractions, one of each conjugate pair: Re p_i, Im p_i, r_i, each of shape B."""
+    steady_series: tuple[FloatArray, ...]
+    """Taylor coefficients m_j about s = 0 of s^z H(s) without d, each of shape B."""
+    markov: tuple[FloatArray, ...]
+    """Derivatives of the impulse response at 0, each of shape B."""
+    is_close: BoolArray
+    """Whether poles are too close for partial fractions, shape B."""
+    fastest_rad_s: FloatArray
+    """Largest modulus of a pole. [rad s⁻¹], shape B"""
+    slowest_rad_s: FloatArray
+    """Smallest modulus of a pole other than the origin. [rad s⁻¹], shape B"""
+
+    def impulse_integral(self, t_s: npt.ArrayLike, k: int) -> FloatArray:
+        """Impulse response integrated k times, :math:`I_k`, right-continuous at 0.
 
         Parameters
         ----------
         t_s : array_like
-            Time since the beginning of the input, broadcast against amplitudes and stack. [s]
-        order : int
-            0 for the value, 1 for the slope, -1 for the integral from 0.
+            Time since the impulse, broadcast against B; before it the result is 0. [s]
+        k : int
+            Number of integrations; negative for derivatives, without the impulses at t = 0.
+        """
+        t = np.asarray(t_s, dtype=np.float64)
+        before = t < 0.0
+        if t.ndim and not self.feedthrough.ndim and before.any():
+            result = np.zeros(t.shape)
+            result[~before] = self._after_impulse(t[~before], k)
+            return result
+        return np.where(before, 0.0, self._after_impulse(np.maximum(t, 0.0), k))
+
+    def _after_impulse(self, t: FloatArray, k: int) -> FloatArray:
+        powers = self.integrators + k
+        total = np.zeros(np.broadcast_shapes(t.shape, self.feedthrough.shape))
+        for rate, turning, residue in self.fractions:
+            weight = residue / (rate + 1j * turning) ** powers
+            if turning.any():
+                angle = turning * t
+                wave = weight.real * np.cos(angle) - weight.imag * np.sin(angle)
+                total += np.exp(rate * t) * wave
+            else:
+                total += weight.real * np.exp(rate * t)
+        if powers > 0:
+            total += _power_sum(self.steady_series[:powers][::-1], t)
+        early = t * self.fastest_rad_s < 1.0
+        close = self.is_close
+        if powers > 0 and len(self.fractions) > 1:
+            close = close | (t * self.slowest_rad_s < 1.0)
+        for where, values in ((close & ~early, self._by_differences), (early, self._by_series)):
+            if where.any():
+                mask = np.broadcast_to(where, total.shape)
+                total[mask] = values(np.broadcast_to(t, total.shape)[mask], mask, k)
+        if k > 0:
+            total += self.feedthrough * t ** (k - 1) / math.factorial(k - 1)
+        return total
+
+    def _by_series(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
+        terms = [_at(mask, markov) for markov in self.markov[max(-k, 0) :]]
+        return t ** max(k, 0) * _power_sum(terms, t, max(k, 0))
+
+    def _by_differences(self, t: FloatArray, mask: BoolArray, k: int) -> FloatArray:
+        zeros = max(k, 0)
+        nodes = np.zeros((t.size, zeros + self.poles.shape[-1]), np.complex128)
+        nodes[:, zeros:] = t[:, None] * _at(mask, self.poles, trailing=1)
+        differences = _divided_exponentials(nodes)
+        total = np.zeros(t.shape)
+        for power, coefficient in enumerate(self.newton_form(min(k, 0)), start=zeros):
+            total += t**power * (_at(mask, coefficient) * differences[:, power]).real
+        return total
+
+    def newton_form(self, k: int) -> tuple[ComplexArray, ...]:
+        """Coefficients c_m of the impulse response, differentiated -k times, each of shape B."""
+        numerator = self.numerator
+        for _ in range(-k):
+            numerator = derived(numerator, self.denominator)
+        # division by one pole after the other, from the last on
+        remainders: list[ComplexArray] = []
+        quotient = numerator.astype(np.complex128)
+        for i in range(self.poles.shape[-1] - 1, -1, -1):
+            for j in range(1, i + 1):
+                quotient[..., j] += quotient[..., j - 1] * self.poles[..., i]
+            remainders.append(quotient[..., i])
+        return tuple(reversed(remainders))
+
+
+def make_modes(numerators: FloatArray, denominators: FloatArray) -> Modes:
+    """Modes of one system or of a stack of systems of the same order.
+
+    Parameters
+    ----------
+    numerators, denominators : ndarray, shapes (…, m + 1) and (…, n + 1)
+        Coefficients in descending powers of s, m ≤ n, leading denominator coefficient not zero,
+        the same number of poles at the origin in every system.
+    """
+    order = denominators.shape[-1] - 1
+    monic = denominators / denominators[..., :1]
+    whole = np.zeros(denominators.shape)
+    whole[..., order + 1 - numerators.shape[-1] :] = numerators / denominators[..., :1]
+    feedthrough = whole[..., 0]
+    proper = whole[..., 1:] - feedthrough[..., None] * monic[..., 1:]
+
+    integrators = 0
+    while integrators < order and not np.any(monic[..., order - integrators]):
+        integrators += 1
+    rest = monic[..., : order + 1 - integrators]
+    found = _roots(rest)
+    moduli = np.abs(found)
+    is_close = np.zeros(feedthrough.shape, np.bool_)
+    fractions = []
+    for i in range(found.shape[-1]):
+        pole = found[..., i]
+        others = np.delete(found, i, axis=-1)
+        reach = _CLOSE * np.maximum(moduli[..., i : i + 1], np.abs(others))
+        is_close |= (np.abs(pole[..., None] - others) < reach).any(axis=-1)
+    for i in range(found.shape[-1]):
+        pole = np.where(is_close, -1.0, found[..., i])
+        divisor = np.prod(pole[..., None] - np.delete(found, i, axis=-1), axis=-1)
+        # the upper pole of a pair stands for both
+        weight = np.where(is_close, 0.0, 1.0 + np.sign(pole.imag))
+        if weight.any():
+            top = np.zeros(pole.shape, np.complex128)
+            for j in range(order):
+                top = top * pole + proper[..., j]
+            residue = weight * top / np.where(is_close, 1.0, divisor)
+            fractions.append((pole.real, pole.imag, residue))
+    return Modes(
+        feedthrough=feedthrough,
+        numerator=proper,
+        denominator=monic,
+        poles=np.concatenate([found, np.zeros((*feedthrough.shape, integrators))], axis=-1),
+        integrators=integrators,
+        fractions=tuple(fractions),
+        # about s = 0 the coefficients ascend, about infinity, in powers of 1/s, they descend
+        steady_series=_quotient_series(
+            proper[..., ::-1], rest[..., ::-1], integrators + _MAX_INTEGRATIONS
+        ),
+        markov=_quotient_series(proper, monic, order + _TAYLOR_TERMS),
+        is_close=is_close,
+        fastest_rad_s=moduli.max(axis=-1, initial=0.0),
+        slowest_rad_s=moduli.min(axis=-1, initial=np.inf),
+    )
+
+
+@lru_cache(maxsize=1024)
+def _modes(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> Modes:
+    return make_modes(np.array(numerator), np.array(denominator))
+
+
+def derived(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
+    """Numerator of the derivative of an impulse response, without the impulse: s N mod D.
+
+    Parameters
+    ----------
+    numerator, denominator : ndarray, shapes (…, n) and (…, n + 1)
+        Strictly proper, the denominator monic, descending powers.
+    """
+    shifted = np.concatenate([numerator[..., 1:], np.zeros_like(numerator[..., :1])], axis=-1)
+    return np.asarray(shifted - numerator[..., :1] * denominator[..., 1:])
+
+
+def _roots(monic: FloatArray) -> ComplexArray:
+    """Roots of real polynomials (…, n + 1), each conjugate pair exactly conjugate, upper first."""
+    order = monic.shape[-1] - 1
+    if order <= 1:
+        return -monic[..., 1:].astype(np.complex128)
+    if order == 2:
+        half = -0.5 * monic[..., 1]
+        discriminant = half * half - monic[..., 2]
+        distance = np.sqrt(np.abs(discriminant))
+        # the root of larger modulus first, the other from the product: no cancellation
+        large = half + np.copysign(distance, half)
+        small = monic[..., 2] / np.where(large == 0.0, 1.0, large)
+        pair = np.stack([half + 1j * distance, half - 1j * distance], axis=-1)
+        apart = np.stack([large, small], axis=-1)
+        return np.where(discriminant[..., None] < 0.0, pair, apart)
+    companion = np.zeros((*monic.shape[:-1], order, order))
+    companion[..., 0, :] = -monic[..., 1:]
+    companion[..., range(1, order), range(order - 1)] = 1.0
+    found = np.linalg.eigvals(companion).astype(np.complex128)
+    return np.take_along_axis(found, np.argsort(-found.imag, axis=-1, kind="stable"), axis=-1)
+
+
+def _quotient_series(
+    numerator: FloatArray, denominator: FloatArray, length: int
+) -> tuple[FloatArray, ...]:
+    """First terms of the power series numerator / denominator, coefficients ascending."""
+    terms: list[FloatArray] = []
+    for j in range(length):
+        term = numerator[..., j] if j < numerator.shape[-1] else 0.0 * denominator[..., 0]
+        for i in range(1, min(j, denominator.shape[-1] - 1) + 1):
+            term = term - denominator[..., i] * terms[j - i]
+        terms.append(term / denominator[..., 0])
+    return tuple(terms)
+
+
+def _power_sum(coefficients: Sequence[FloatArray], t: FloatArray, offset: int = 0) -> FloatArray:
+    """Sum of c_j t^j / (j + offset)!, by Horner's rule."""
+    total = np.zeros(())
+    for j in range(len(coefficients) - 1, -1, -1):
+        total = total * t + coefficients[j] / math.factorial(j + offset)
+    return total
+
+
+def _at(mask: BoolArray, column: npt.NDArray[Any], trailing: int = 0) -> npt.NDArray[Any]:
+    """Return the elements of a column of shape B where the mask holds; one system has no B."""
+    if column.ndim == trailing:
+        return column
+    return np.broadcast_to(column, mask.shape + column.shape[column.ndim - trailing :])[mask]
+
+
+def _divided_exponentials(nodes: ComplexArray) -> ComplexArray:
+    """Divided differences exp[x_1 … x_j] of each row of nodes, no two of which need differ.
+
+    They are the first row of the exponential of the bidiagonal matrix with the nodes on its diagonal
+    and ones above (G. Opitz, Z. angew. Math. Mech. 44 (1964) T52), here by scaling and squaring.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (rows, m)
+
+    Returns
+    -------
+    ndarray, shape (rows, m)
+        Column j - 1 holds exp[x_1 … x_j].
+    """
+    size = nodes.shape[1]
+    shift = nodes.real.max(axis=1)
+    diagonal = nodes - shift[:, None]
+    squarings = np.ceil(np.log2(np.maximum(np.abs(diagonal).max(axis=1), 1.0))).astype(np.int64)
+    scale = np.exp2(-squarings.astype(np.float64))[:, None, None]
+    diagonal = diagonal[:, None, :] * scale
+    term = np.broadcast_to(np.eye(size, dtype=np.complex128), (*nodes.shape, size))
+    total = np.array(term)
+    for degree in range(1, _TAYLOR_TERMS):
+        product = term * diagonal
+        product[:, :, 1:] += term[:, :, :-1] * scale
+        term = product / degree
+        total += term
+    for done in range(int(squarings.max(initial=0))):
+        unfinished = squarings > done
+        total[unfinished] = total[unfinished] @ total[unfinished]
+    return np.asarray(np.exp(shift)[:, None] * total[:, 0, :])
+
+
+class Edge(NamedTuple):
+    """One part of an input: amplitude · (t - start)^order / order! from its start on."""
+
+    amplitude: float | FloatArray = 1.0
+    """Its size. [input s^-order]"""
+    start_s: float | FloatArray = 0.0
+    """When it begins, not negative. [s]"""
+    order: int = 0
+    """0 for a step, 1 for a ramp, 2 for a parabola."""
+
+
+@frozen(eq=False)
+class ShapedResponse:
+    """Answer to an input made of edges, such as a jerk-limited reference, from rest."""
+
+    system: TransferFunction
+    edges: tuple[Edge, ...]
+    """Starts and amplitudes broadcast against the times asked for."""
+
+    def value(self, t_s: npt.ArrayLike) -> FloatArray:
+        """Answer at times since the beginning of the input [output]."""
+        return self._sum(t_s, 1)
+
+    def integral(self, t_s: npt.ArrayLike) -> FloatArray:
+        """Integral of the answer from 0 to each time [output·s]."""
+        return self._sum(t_s, 2)
+
+    def _sum(self, t_s: npt.ArrayLike, k: int) -> FloatArray:
+        since = np.asarray(t_s, dtype=np.float64) - self.system.delay_s
+        modes = self.system.modes
+        parts = [
+            edge.amplitude * modes.impulse_integral(since - edge.start_s, edge.order + k)
+            for edge in self.edges
+        ]
+        return np.asarray(sum(parts))
+
+
+class Extremum(NamedTuple):
+    """A point of a response."""
+
+    time_s: float
+    """Time since the beginning of the input. [s]"""
+    value: float
+
+
+@frozen
+class StepResponse:
+    """Answer of one system to a step at time 0, and its shape: peaks, settling, crossings."""
+
+    system: TransferFunction
+    amplitude: float = 1.0
+    """Size of the step. [input]"""
+
+    def value(self, t_s: npt.ArrayLike) -> FloatArray:
+        """Answer at times of any shape [output]."""
+        return self._integral(t_s, 1)
+
+    def slope(self, t_s: npt.ArrayLike) -> FloatArray:
+        """Rate of change of the answer, without the impulse of a feedthrough [output/s]."""
+        return self._integral(t_s, 0)
+
+    def integral(self, t_s: npt.ArrayLike) -> FloatArray:
+        """Integral of the answer from 0 to each time [output·s]."""
+        return self._integral(t_s, 2)
+
+    def _integral(self, t_s: npt.ArrayLike, k: int) -> FloatArray:
+        since = np.asarray(t_s, dtype=np.float64) - self.system.delay_s
+        return self.amplitude * self.system.modes.impulse_integral(since, k)
+
+    @property
+    def final_value(self) -> float:
+        """Value the answer tends to [output].
+
+        Raises
+        ------
+        ValueError
+            If it swings or grows for ever.
+        """
+        gain = self.system.dc_gain
+        if gain is None or not self.system.is_stable:
+            msg = f"the answer of a system that is not stable has no end: {self.system}"
+            raise ValueError(msg)
+        return self.amplitude * gain
+
+    def extremum(self, window_s: float, *, highest: bool) -> Extremum:
+        """Highest or lowest point in [0, window], ends included; the first of equals."""
+        times = self._monotone_between(window_s)
+        values = self.value(times)
+        at = int(np.argmax(values if highest else -values))
+        return Extremum(float(times[at]), float(values[at]))
+
+    def peak_slope(self) -> Extremum:
+        """Point of the largest slope, upward or downward, of a stable system; its sign is kept."""
+        modes = self.system.modes
+        if not self.system.is_stable:
+            msg = f"the slope of a system that is not stable need have no peak: {self.system}"
+            raise ValueError(msg)
+        # where the envelope has fallen below one of the slopes no larger one comes
+        some = np.abs(modes.impulse_integral(np.linspace(0.0, 8.0, 65) / modes.fastest_rad_s, 0))
+        end_s = _quiet_after_s(modes, float(some.max(initial=1e-300)))
+        slopes_slope = make_modes(derived(modes.numerator, modes.denominator), modes.denominator)
+        times = self.system.delay_s + np.append(0.0, _sign_changes(slopes_slope, end_s))
+        slopes = self.slope(times)
+        at = int(np.argmax(np.abs(slopes)))
+        return Extremum(float(times[at]), float(slopes[at]))
+
+    def settling_times_s(self, tolerances: npt.ArrayLike) -> FloatArray:
+        """First times from which the answer stays within tolerances of its final value.
+
+        Parameters
+        ----------
+        tolerances : array_like
+            Largest distances allowed, positive. [output]
 
         Returns
         -------
         ndarray
-            Right-continuous, without impulses. [output s^-order]
+            In the shape of the tolerances; 0 where the answer is never farther away. [s]
         """
-        since = np.asarray(t_s, dtype=np.float64) - self.system.delay_s
-        modes = self.system.modes
-        total: FloatArray | float = 0.0
-        for edge in self.edges:
-            part = modes.impulse_integral(since - edge.start_s, edge.order + 1 - order)
-            total = total + edge.amplitude * part
-        return np.asarray(total)
+        allowed = np.asarray(tolerances, dtype=np.float64)
+        final = self.final_value
+        if not np.all(allowed > 0.0):
+            msg = f"a settling tolerance must be positive, got {allowed.tolist()}"
+            raise ValueError(msg)
+        times = self._monotone_between(self._near_end_s(float(allowed.min(initial=np.inf))))
+        away = self.value(times) - final
+        # how far the answer still goes from each of the times on, the last by the envelope not at all
+        farthest = np.maximum.accumulate(np.abs(away[:-1])[::-1])[::-1]
+        flat = allowed.ravel()
+        last = np.searchsorted(-farthest, -flat, side="left") - 1
+        settled = np.zeros(flat.size)
+        some = last >= 0
+        before = last[some]
+        limit = final + np.copysign(flat[some], away[before])
+        settled[some] = self._reached_s(limit, times[before], times[before + 1])
+        return settled.reshape(allowed.shape)
 
-    def value(self, t_s: npt.ArrayLike) -> FloatArray:
-        """Answer at times of any shape [output]."""
-        return self.derivative(t_s, 0)
+    def first_crossing_s(self, level: float) -> float | None:
+        """First time at which a level is reached; None where it never is.
 
-    def slope(self, t_s: npt.ArrayLike) -> FloatArray:
-        """Rate of change of the answer, without the impulses of a feedthrough [output/s]."""
-        return self.derivative(t_s, 1)
+        Everything rests at zero before time 0: a jump at the start reaches what lies between.
+        """
+        distance = abs(level - self.final_value)
+        times = self._monotone_between(self._near_end_s(distance))
+        reached = np.flatnonzero(np.copysign(1.0, level) * self.value(times) >= abs(level))
+        if not reached.size:
+            return None
+        first = int(reached[0])
+        if first == 0:
+            return 0.0
+        around = (times[first - 1 : first], times[first : first + 1])
+        return float(self._reached_s(np.array([level]), *around)[0])
 
-    def integral(self, t_s: npt.ArrayLike) -> FloatArray:
-        """Integral of the answer from 0 to each time [output·s]."""
-        return self.derivative(t_s, -1)
+    def _monotone_between(self, window_s: float) -> FloatArray:
+        """Return rising times from 0 to the window's end, between which the answer is monotone."""
+        if not 0.0 < window_s < math.inf:
+            msg = f"the window must be positive and finite, got {window_s}"
+            raise ValueError(msg)
+        modes, delay_s = self.system.modes, self.system.delay_s
+        turns = delay_s + _sign_changes(modes, window_s - delay_s)
+        # just before the delay has passed and at it: a feedthrough jumps
+        times = [0.0, *np.nextafter([delay_s], -1.0), delay_s, *turns, window_s]
+        rising = np.sort([time for time in times if 0.0 <= time <= window_s])
+        return rising[np.concatenate(([True], rising[1:] > rising[:-1]))]
 
-    @property
-    def final_value(self) -> float | None:
-        """Value the answer tends to; None where it swings or grows for ever [output]."""
-        return settling.final_value(self)
+    def _near_end_s(self, distance: float) -> float:
+        """Return a time from which the answer is nearer to its final value than a distance."""
+        modes, final = self.system.modes, self.final_value
+        # what is left of the answer is an impulse response too: that of (H(s) - H(0)) / s
+        gain = (self.system.dc_gain or 0.0) - modes.feedthrough
+        left = (np.append(0.0, modes.numerator) - gain * modes.denominator)[:-1]
+        least = max(distance, _NEGLIGIBLE * abs(final), 1e-300) / (abs(self.amplitude) or 1.0)
+        return self.system.delay_s + _quiet_after_s(make_modes(left, modes.denominator), least)
 
-    def extremum(self, window_s: float, *, highest: bool, derivative: int = 0) -> Extremum:
-        """Highest or lowest point in [0, window], ends included; see `extrema.extremum`."""
-        return extrema.extremum(self, window_s, highest=highest, derivative=derivative)
-
-    def extrema(self, window_s: float, *, derivative: int = 0) -> tuple[Extremum, ...]:
-        """Return the turning points in [0, window] by time; see `extrema.turning_points`."""
-        return extrema.turning_points(self, window_s, derivative=derivative)
-
-    def peak_slope(self, window_s: float | None = None) -> Extremum:
-        """Steepest point, whichever way; see `settling.peak_slope`."""
-        return settling.peak_slope(self, window_s)
-
-    def overshoot(self) -> Extremum | None:
-        """Farthest point beyond the final value; see `settling.overshoot`."""
-        return settling.overshoot(self)
-
-    def settling_time_s(self, tolerance: float, *, target: float | None = None) -> float | None:
-        """First time from which the answer stays near; see `settling.settling_times_s`."""
-        time_s = float(settling.settling_times_s(self, tolerance, target=target))
-        return None if np.isinf(time_s) else time_s
-
-    def first_crossing_s(
-        self, level: float, *, window_s: float | None = None, derivative: int = 0
-    ) -> float | None:
-        """First time a level is reached; see `settling.first_crossings_s`."""
-        time_s = float(
-            settling.first_crossings_s(self, level, window_s=window_s, derivative=derivative)
-        )
-        return None if np.isinf(time_s) else time_s
-
-
-@frozen
-class StepResponse(Response):
-    """Answer to a step of the input at time 0."""
-
-    system: TransferFunction | TransferFunctionStack
-    """What answers."""
-
-    amplitude: float | FloatArray = 1.0
-    """Size of the step. [input]"""
-
-    @property
-    def edges(self) -> tuple[Edge, ...]:
-        """One step."""
-        return (Edge(amplitude=self.amplitude),)
+    def _reached_s(self, level: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        return _bracketed_roots(lambda t: (self.value(t) - level, self.slope(t)), low, high)
 
 
-@frozen
-class PulseResponse(Response):
-    """Answer to an input held for a while and then withdrawn."""
-
-    system: TransferFunction | TransferFunctionStack
-    """What answers."""
-
-    width_s: float | FloatArray
-    """How long the input is held, not negative. [s]"""
-
-    amplitude: float | FloatArray = 1.0
-    """Height of the pulse. [input]"""
-
-    @property
-    def edges(self) -> tuple[Edge, ...]:
-        """A step and the step back."""
-        return (
-            Edge(amplitude=self.amplitude),
-            Edge(start_s=self.width_s, amplitude=-self.amplitude),
-        )
+def _quiet_after_s(modes: Modes, limit: float) -> float:
+    """Time from which the impulse response of one stable system stays below a limit [s]."""
+    if modes.is_close:
+        # t^q / q! exp(σ t) is at most (2 / -σ)^q exp(σ t / 2)
+        rate = float(modes.poles.real.max())
+        sizes = [abs(c) * (-2.0 / rate) ** q for q, c in enumerate(modes.newton_form(0))]
+        terms = [(float(size), 0.5 * rate) for size in sizes]
+    else:
+        terms = [(float(abs(residue)), float(rate)) for rate, _, residue in modes.fractions]
+    times = [math.log(len(terms) * size / limit) / -rate for size, rate in terms if size > 0.0]
+    return max([0.0, *times]) + 1e-9  # a little later, where rounding does not matter
 
 
-@frozen
-class RampResponse(Response):
-    """Answer to an input that grows steadily from time 0, for ever or until it is held."""
+def _sign_changes(modes: Modes, end_s: float) -> FloatArray:
+    """Return the times in (0, end) at which the impulse response of one system changes its sign.
 
-    system: TransferFunction | TransferFunctionStack
-    """What answers."""
+    With a real pole p, exp(-p t) times the response of a third-order system is monotone between the
+    sign changes of its derivative, and that is exp(-p t) times a response of second order.
+    """
+    numerator, denominator = modes.numerator, modes.denominator
+    if len(numerator) < 2 or end_s <= 0.0:
+        return np.zeros(0)
+    if len(numerator) == 2:
+        return _second_order_sign_changes(numerator, denominator, end_s)
+    pole = modes.poles[np.argmin(np.abs(modes.poles.imag))].real
+    rest = np.array([1.0, denominator[1] + pole, 0.0])
+    rest[2] = denominator[2] + pole * rest[1]
+    reduced = (numerator - numerator[0] * rest)[1:]
+    cuts = np.concatenate([[0.0], _second_order_sign_changes(reduced, rest, end_s), [end_s]])
+    negative = modes.impulse_integral(cuts, 0) < 0.0
+    changes = np.flatnonzero(negative[1:] != negative[:-1])
+    return _bracketed_roots(
+        lambda t: (modes.impulse_integral(t, 0), modes.impulse_integral(t, -1)),
+        cuts[changes],
+        cuts[changes + 1],
+    )
 
-    rate_per_s: float | FloatArray = 1.0
-    """Growth of the input. [input/s]"""
 
-    duration_s: float | FloatArray | None = None
-    """When the input stops growing and is held; None for never. [s]"""
+def _second_order_sign_changes(
+    numerator: FloatArray, denominator: FloatArray, end_s: float
+) -> FloatArray:
+    """Sign changes of exp(σ t) (b₁ cosh δt + (b₀ + b₁ σ) sinh(δt)/δ) in (0, end)."""
+    (b1, b0), (_, a1, a0) = numerator.tolist(), denominator.tolist()
+    sigma = -0.5 * a1
+    across = b0 + b1 * sigma
+    square = sigma * sigma - a0
+    if square < 0.0:
+        turning = math.sqrt(-square)
+        if end_s * turning > math.pi * _MOST_TURNS:
+            msg = f"{end_s:.6g} s hold too many oscillations to search; give a shorter window"
+            raise ValueError(msg)
+        first = math.atan2(-b1 * turning, across) % math.pi
+        times = (first + math.pi * np.arange(math.ceil(end_s * turning / math.pi) + 1)) / turning
+        return np.asarray(times[(times > 0.0) & (times < end_s)])
+    delta = math.sqrt(square)
+    ratio = -b1 / across if across else 0.0
+    if not 0.0 < ratio * max(delta, 1e-300) < 1.0:
+        return np.zeros(0)
+    time = math.atanh(ratio * delta) / delta if delta > 0.0 else ratio
+    return np.array([time] if time < end_s else [])
 
-    @property
-    def edges(self) -> tuple[Edge, ...]:
-        """A ramp, and where it is held the opposite one."""
-        ramp = Edge(order=1, amplitude=self.rate_per_s)
-        if self.duration_s is None:
-            return (ramp,)
-        return (ramp, Edge(start_s=self.duration_s, order=1, amplitude=-self.rate_per_s))
 
+def _bracketed_roots(
+    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    low: FloatArray,
+    high: FloatArray,
+) -> FloatArray:
+    """Root of a monotone function, given with its slope, in each bracket.
 
-@frozen
-class ShapedResponse(Response):
-    """Answer to a shaped reference, such as a jerk-limited one."""
-
-    system: TransferFunction | TransferFunctionStack
-    """What answers."""
-
-    reference: tuple[Edge, ...]
-    """The parts of the input."""
-
-    @property
-    def edges(self) -> tuple[Edge, ...]:
-        """The parts of the input."""
-        return self.reference
+    By Newton's rule inside the bracket, to a few units in the last place or 1e-12.
+    """
+    rising = function(high)[0] > function(low)[0]
+    root = 0.5 * (low + high)
+    for turn in range(200):
+        value, slope = function(root)
+        below = (value < 0.0) == rising
+        low, high = np.where(below, root, low), np.where(below, high, root)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            newton = root - value / slope
+        inside = (newton >= low) & (newton <= high)
+        tolerance = 1e-12 + 4e-16 * np.abs(root)
+        done = (inside & (np.abs(newton - root) <= tolerance)) | (high - low <= tolerance)
+        # a bisection now and then, so that slow progress of Newton's rule cannot last
+        chosen = inside & (done | (turn % 4 < 3))
+        root = np.where(chosen, newton, 0.5 * (low + high))
+        if done.all():
+            break
+    return root

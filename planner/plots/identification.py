@@ -71,10 +71,10 @@ def _response(response: ResponseEvidence) -> Chart:
     """Figures 3 to 7: each manoeuvre from its command on, and the model's answer."""
     alt = load_altair()
     chosen = response.manoeuvres[:_MOST_CURVES]
+    system = response.transfer_function
+    answers = simulated_answers(system.modes, system.delay_s, chosen)
     rows: list[Row] = []
-    for number, (manoeuvre, answer) in enumerate(
-        zip(chosen, simulated_answers(response.transfer_function, chosen), strict=True)
-    ):
+    for number, (manoeuvre, answer) in enumerate(zip(chosen, answers, strict=True)):
         since_s = manoeuvre.time_s - manoeuvre.command_s
         step = max(1, len(since_s) // _MOST_SAMPLES)
         for what, values in (

@@ -18,7 +18,7 @@ from planner.vehicle.spread_schema import SPREAD, STATE_NAMES
 if TYPE_CHECKING:
     import datetime as dt
 
-    from planner.physics.transfer_function import TransferFunction
+    from planner.physics.response import TransferFunction
     from planner.vehicle.battery import Battery
     from planner.vehicle.keys import Interval
     from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
 from planner.errors import described, nearest_hint, shortened
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import TransferFunction
 from planner.vehicle.battery import (
     Battery,
     chemistry_names,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from planner.physics.response import MAX_ORDER
 from planner.vehicle.consistency import motion_problems, power_problems
 from planner.vehicle.keys import Key, Kind, Table
 
@@ -20,7 +21,7 @@ _STANDARD_ERRORS = (
         meaning="standard error of each coefficient of the numerator, in its order",
         required=False,
         at_least=0.0,
-        most_count=9,
+        most_count=MAX_ORDER + 1,
     ),
     Key(
         name="denominator_standard_error",
@@ -28,7 +29,7 @@ _STANDARD_ERRORS = (
         meaning="standard error of each coefficient of the denominator; 0 of one that is not fitted",
         required=False,
         at_least=0.0,
-        most_count=9,
+        most_count=MAX_ORDER + 1,
     ),
     Key(
         name="delay_standard_error_s",
@@ -58,14 +59,14 @@ def _response_table(name: str, meaning: str, *, is_power: bool, identified: Key)
                 kind=Kind.NUMBERS,
                 meaning="coefficients, highest power of s first",
                 least_count=1,
-                most_count=9,
+                most_count=MAX_ORDER + 1,
             ),
             Key(
                 name="denominator",
                 kind=Kind.NUMBERS,
-                meaning="coefficients, highest power of s first",
+                meaning="coefficients, highest power of s first; third order at most",
                 least_count=2,
-                most_count=9,
+                most_count=MAX_ORDER + 1,
             ),
             Key(name="delay_s", kind=Kind.NUMBER, unit="s", meaning="dead time", at_least=0.0),
             *_STANDARD_ERRORS,

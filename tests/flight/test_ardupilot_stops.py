@@ -17,7 +17,7 @@ from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.flight.motion.ardupilot.stops import stopping_distance_m
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.mission.stage import StageKind
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import TransferFunction
 from planner.vehicle.model import ManoeuvreResponse, Responses
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from planner.identify.manoeuvre import Manoeuvre, ReferenceForm, simulated_answers
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import TransferFunction
 
 SYSTEM = TransferFunction(numerator=(0.4, 2.56), denominator=(1.0, 1.9, 2.56), delay_s=0.3)
 STEP_S = 0.1
@@ -35,7 +35,7 @@ def test_the_answer_to_a_held_reference_is_that_of_control() -> None:
     sampled = control.sample_system(control.tf([0.4, 2.56], [1.0, 1.9, 2.56]), STEP_S, "zoh")
     time_s = STEP_S * np.arange(reference.size)
     expected = delayed(control.forced_response(sampled, time_s, reference - 3.0).outputs)
-    (found,) = simulated_answers(SYSTEM, [manoeuvre(reference)])
+    (found,) = simulated_answers(SYSTEM.modes, SYSTEM.delay_s, [manoeuvre(reference)])
     np.testing.assert_allclose(found, expected, atol=1e-11)
 
 
@@ -46,14 +46,16 @@ def test_the_answer_to_a_linear_reference_is_that_of_control() -> None:
     time_s = STEP_S * np.arange(reference.size)
     system = control.tf([0.4, 2.56], [1.0, 1.9, 2.56])
     expected = delayed(control.forced_response(system, time_s, reference - 3.0).outputs)
-    (found,) = simulated_answers(SYSTEM, [manoeuvre(reference, ReferenceForm.LINEAR)])
+    (found,) = simulated_answers(
+        SYSTEM.modes, SYSTEM.delay_s, [manoeuvre(reference, ReferenceForm.LINEAR)]
+    )
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
 def test_slopes_are_those_of_the_answer() -> None:
     cut = manoeuvre(np.repeat([0.0, 1.0], 300))
-    (answer,) = simulated_answers(SYSTEM, [cut])
-    (slope,) = simulated_answers(SYSTEM, [cut], derivative=1)
+    (answer,) = simulated_answers(SYSTEM.modes, SYSTEM.delay_s, [cut])
+    (slope,) = simulated_answers(SYSTEM.modes, SYSTEM.delay_s, [cut], derivative=1)
     # the trapezoid rule errs by h³/12 times a third derivative of about 4
     trapezoid = 0.5 * STEP_S * (slope[1:] + slope[:-1])
     after_delay = slice(304, None)
@@ -66,7 +68,7 @@ def test_manoeuvres_of_several_lengths_and_steps_are_answered_alike() -> None:
     short = manoeuvre([0.0] * 5 + [1.0] * 20)
     long = manoeuvre([0.0] * 5 + [1.0] * 90)
     coarse = long.every(5)
-    answers = simulated_answers(SYSTEM, [short, long, coarse])
+    answers = simulated_answers(SYSTEM.modes, SYSTEM.delay_s, [short, long, coarse])
     np.testing.assert_array_equal(answers[0], answers[1][:25])
     np.testing.assert_allclose(answers[2], answers[1][::5], atol=1e-12)
 

@@ -8,7 +8,7 @@ from experiment_manoeuvres import manoeuvres
 
 from planner.identify.manoeuvre import Manoeuvre
 from planner.identify.quality import evaluate_model, fit_percent, whiteness
-from planner.physics.transfer_function import TransferFunction
+from planner.physics.response import TransferFunction
 
 TRUTH = TransferFunction(numerator=(0.3569,), denominator=(1.0, 0.935, 0.3588), delay_s=0.6)
 

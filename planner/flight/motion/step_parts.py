@@ -14,12 +14,11 @@ from planner.flight.motion.kinematics import CircleLaw, PolynomialLaw
 from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
 from planner.flight.state import STATE_INDEX, FlightState
 from planner.frozen import frozen
-from planner.physics.settling import settling_times_s
 
 if TYPE_CHECKING:
     from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, MotionLaw
     from planner.flight.motion.step_legs import Legs
-    from planner.physics.extrema import Extremum
+    from planner.physics.response import Extremum
     from planner.vehicle.model import ManoeuvreResponse
 
 T = TypeVar("T")
@@ -88,11 +87,11 @@ class _Pace:
 @lru_cache(maxsize=64)
 def _pace(speed_response: ManoeuvreResponse) -> _Pace:
     unit = speed_response.unit_step
-    steady = given(unit.final_value)
+    steady = unit.final_value
     return _Pace(
         steady=steady,
         reached_s=given(unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)),
-        stop_s=given(unit.settling_time_s(SPEED_TOLERANCE * steady)),
+        stop_s=float(unit.settling_times_s(SPEED_TOLERANCE * steady)),
     )
 
 
@@ -101,7 +100,7 @@ def _settled_s(altitude: ManoeuvreResponse, steps_m: tuple[float, ...]) -> Float
     """Return the times after which the heights stay near the targets of steps. [s]"""
     sizes = np.array(steps_m)
     tolerances = np.minimum(VERTICAL_TOLERANCE_M / sizes, SMALL_STEP_TOLERANCE)
-    return settling_times_s(altitude.unit_step, tolerances)
+    return altitude.unit_step.settling_times_s(tolerances)
 
 
 @lru_cache(maxsize=64)

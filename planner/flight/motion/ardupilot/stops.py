@@ -20,7 +20,7 @@ from planner.flight.motion.speed_ramps import speed_ramps
 if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.kinematics import FloatArray, IntArray
-    from planner.physics.transfer_function import TransferFunction
+    from planner.physics.response import TransferFunction
     from planner.vehicle.model import ManoeuvreResponse, Responses
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -103,11 +103,11 @@ def _followed_stop_m(
     eased = steady + ramps.steady_s
     lost = ShapedResponse(
         system=system,
-        reference=(
-            Edge(start_s=begun, order=2, amplitude=jerk),
-            Edge(start_s=steady, order=2, amplitude=-jerk),
-            Edge(start_s=eased, order=2, amplitude=-jerk),
-            Edge(start_s=eased + ramps.jerk_s, order=2, amplitude=jerk),
+        edges=(
+            Edge(jerk, begun, order=2),
+            Edge(-jerk, steady, order=2),
+            Edge(-jerk, eased, order=2),
+            Edge(jerk, eased + ramps.jerk_s, order=2),
         ),
     )
     late_s = system.mean_residence_time_s
@@ -164,12 +164,9 @@ def _waits_s(legs: Legs, rows: IntArray, system: TransferFunction, radius_m: flo
     steps = np.diff(jerk, axis=1, prepend=0.0) / _steady_gain(system)
     followed = ShapedResponse(
         system=system,
-        reference=(
-            Edge(amplitude=curves.start_m_s[rows]),
-            *(
-                Edge(start_s=begin, order=2, amplitude=step)
-                for begin, step in zip(start.T, steps.T, strict=True)
-            ),
+        edges=(
+            Edge(curves.start_m_s[rows]),
+            *(Edge(step, begin, order=2) for begin, step in zip(start.T, steps.T, strict=True)),
         ),
     )
     length, end = curves.length_m[rows], curves.duration_s[rows]
