@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from planner.frozen import frozen
-from planner.physics.hover import altitude_law_hover_power_w, density_law_hover_power_w
-from planner.physics.power_curves import di_franco_buttazzo_power_w, liu_power_w
-from planner.physics.rotor import momentum_power_w
+from planner.physics.rotor import (
+    altitude_law_hover_power_w,
+    density_law_hover_power_w,
+    di_franco_buttazzo_power_w,
+    liu_power_w,
+    momentum_power_w,
+)
 from planner.vehicle.power_schema import (
     ALTITUDE_LAW,
     CRUISE,
@@ -175,7 +179,7 @@ class MomentumLaw:
 
 @frozen
 class LiuLaw:
-    """All power by five parameters: see `planner.physics.power_curves.liu_power_w`."""
+    """All power by five parameters: see `planner.physics.rotor.liu_power_w`."""
 
     k1: float
     k2_sqrt_kg_m: float
@@ -195,7 +199,7 @@ class LiuLaw:
 class DiFrancoButtazzoLaw:
     """All power by a polynomial and two powers.
 
-    See `planner.physics.power_curves.di_franco_buttazzo_power_w`.
+    See `planner.physics.rotor.di_franco_buttazzo_power_w`.
     """
 
     coefficients: tuple[float, ...]
