@@ -15,15 +15,17 @@ if TYPE_CHECKING:
     from planner.fixes.speed import predict_speed_curve
     from planner.fixes.speed_curve import SpeedCurve
     from planner.fixes.split import Split, split_mission, write_split
-    from planner.flight.conditions import Conditions
-    from planner.flight.reserve import Reserve
-    from planner.flight.spread import Spread
-    from planner.logs.csv_mapping import CsvMapping, read_csv_mapping
+    from planner.flight.budget import Reserve
+    from planner.flight.conditions import Conditions, Spread
+    from planner.logs.csv import (
+        CsvMapping,
+        read_csv_mapping,
+    )
     from planner.logs.files import read_log
     from planner.logs.record import FlightRecord
+    from planner.mission.convert import mission_at_speed
     from planner.mission.files import read_mission, write_mission
     from planner.mission.items import Mission
-    from planner.mission.one_speed import mission_at_speed
     from planner.physics.wind import Wind
     from planner.selection import Selection
     from planner.service import CheckResult, check, check_together
@@ -77,18 +79,18 @@ _HOMES = {
     "CheckResult": "planner.service",
     "Comparison": "planner.fixes.comparison",
     "Conditions": "planner.flight.conditions",
-    "CsvMapping": "planner.logs.csv_mapping",
+    "CsvMapping": "planner.logs.csv",
     "Finding": "planner.findings",
     "FlightRecord": "planner.logs.record",
     "MavjouleError": "planner.errors",
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
-    "Reserve": "planner.flight.reserve",
+    "Reserve": "planner.flight.budget",
     "Selection": "planner.selection",
     "Severity": "planner.findings",
     "SpeedCurve": "planner.fixes.speed_curve",
     "Split": "planner.fixes.split",
-    "Spread": "planner.flight.spread",
+    "Spread": "planner.flight.conditions",
     "Target": "planner.autopilot",
     "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",
@@ -96,9 +98,9 @@ _HOMES = {
     "check": "planner.service",
     "check_together": "planner.service",
     "load_vehicle": "planner.vehicle.library",
-    "mission_at_speed": "planner.mission.one_speed",
+    "mission_at_speed": "planner.mission.convert",
     "predict_speed_curve": "planner.fixes.speed",
-    "read_csv_mapping": "planner.logs.csv_mapping",
+    "read_csv_mapping": "planner.logs.csv",
     "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
     "read_profile": "planner.site_profile",

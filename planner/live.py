@@ -6,25 +6,25 @@ from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.vehicle import (
     CAPACITY_NOT_TAKEN,
     CHARGE_NOT_TOLD,
     CONDITIONS_FROM_VEHICLE,
 )
 from planner.errors import OutputError, UsageError
+from planner.files import write_output_files
 from planner.frozen import frozen
 from planner.link.connection import OWN_SYSTEM
+from planner.link.exchange import LinkSettings
 from planner.link.mission_items import mission_of_lists
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import open_vehicle
-from planner.link.settings import LinkSettings
 from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
-from planner.mission.comparison import compare_missions
-from planner.mission.conversion import convert_mission
+from planner.mission.compare import compare_missions
+from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
-from planner.output_file import write_output_files
 from planner.service import check_read
 from planner.vehicle.library import load_vehicle
 
@@ -34,11 +34,10 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.link.address import LinkAddress
-    from planner.link.log_files import DownloadedLog
-    from planner.link.log_transfer import VehicleLog
+    from planner.link.logs import DownloadedLog, VehicleLog
     from planner.link.pymavlink_link import OnProgress, PymavlinkLink
     from planner.link.vehicle import VehicleSnapshot
-    from planner.mission.difference import Difference
+    from planner.mission.compare import Difference
     from planner.mission.items import Mission
     from planner.service import CheckRequest, CheckResult, UnreadableMission
 
@@ -170,7 +169,7 @@ def check_vehicle(
     parameters = None
     if request.parameters is None and snapshot.parameters:
         parameters = parameter_set(snapshot)
-        taken.append(numbers.count(len(snapshot.parameters), "parameter"))
+        taken.append(quantity.count(len(snapshot.parameters), "parameter"))
     if taken:
         message = f"taken from {identity.label}: {', '.join(taken)}"
         findings.append(CONDITIONS_FROM_VEHICLE.finding(message))
@@ -284,7 +283,10 @@ def fetch_logs(
     OutputError
         If a file cannot be written.
     """
-    from planner.link.log_files import download_logs, fetch_log_list
+    from planner.link.logs import (
+        download_logs,
+        fetch_log_list,
+    )
 
     with open_link(request, on_progress=on_progress) as link:
         listed = fetch_log_list(link)

@@ -10,11 +10,18 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError, MavjouleError
 from planner.frozen import frozen
-from planner.link.energy_watch import Prediction
-from planner.link.guard_session import GuardSession
-from planner.link.guarding import GuardSettings, Part
-from planner.link.judgement import go_judgement, no_go_judgement, unknown_judgement
-from planner.link.outgoing import Purpose
+from planner.guard.authorisation import (
+    go_judgement,
+    no_go_judgement,
+    unknown_judgement,
+)
+from planner.guard.energy import Prediction
+from planner.guard.guard import (
+    GuardSettings,
+    Part,
+)
+from planner.guard.session import GuardSession
+from planner.link.parameters import Purpose
 from planner.live import check_vehicle, open_link, silent
 from planner.service import UnreadableMission
 from planner.vehicle.library import load_vehicle
@@ -22,9 +29,12 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.link.guard_session import Authoriser, GuardStatus
-    from planner.link.guarding import Decision
-    from planner.link.judgement import Judgement
+    from planner.guard.authorisation import Judgement
+    from planner.guard.guard import Decision
+    from planner.guard.session import (
+        Authoriser,
+        GuardStatus,
+    )
     from planner.link.pymavlink_link import OnProgress
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
@@ -121,7 +131,7 @@ def _guard_once(
         )
         authoriser: Authoriser | None = None
         if guard.uses_mavsdk:
-            from planner.link.mavsdk_authoriser import MavsdkAuthoriser
+            from planner.guard.authorisation import MavsdkAuthoriser
 
             authoriser = stack.enter_context(closing(MavsdkAuthoriser(link.connection)))
         executor = ThreadPoolExecutor(1)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.vehicle import FENCE_REMOVED, RALLY_REMOVED
 from planner.errors import UsageError
 from planner.frozen import frozen
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.snapshot import fetch_snapshot
 from planner.link.upload import upload_mission
 from planner.live import check_vehicle, open_link, silent
@@ -178,7 +178,7 @@ def _replaced(
     mission: Mission, snapshot: VehicleSnapshot, kept: tuple[MissionKind, ...]
 ) -> tuple[str, ...]:
     held = snapshot.mission
-    found = [numbers.count(len(held.items), "item")]
+    found = [quantity.count(len(held.items), "item")]
     if held.fence is not None and MissionKind.FENCE not in kept and held.fence != mission.fence:
         found.append(_held(snapshot, MissionKind.FENCE))
     if held.rally and MissionKind.RALLY not in kept:
@@ -190,6 +190,6 @@ def _held(snapshot: VehicleSnapshot, kind: MissionKind) -> str:
     """Return ``a fence of 2 areas``, or ``3 rally points``."""
     held = snapshot.mission
     if kind is MissionKind.RALLY:
-        return numbers.count(len(held.rally), "rally point")
+        return quantity.count(len(held.rally), "rally point")
     areas = 0 if held.fence is None else held.fence.area_count
-    return f"a fence of {numbers.count(areas, 'area')}"
+    return f"a fence of {quantity.count(areas, 'area')}"

@@ -8,8 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import MavjouleError, UsageError
-from planner.link.guard_session import GuardSession
-from planner.link.guarding import GuardSettings, Part
+from planner.guard.guard import (
+    GuardSettings,
+    Part,
+)
+from planner.guard.session import GuardSession
 from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.live import open_link
 from planner.live_guard import judge_vehicle
@@ -17,9 +20,9 @@ from planner.live_guard import judge_vehicle
 if TYPE_CHECKING:
     from threading import Event
 
-    from planner.link.energy_watch import Prediction
-    from planner.link.guard_session import GuardStatus
-    from planner.link.judgement import Judgement
+    from planner.guard.authorisation import Judgement
+    from planner.guard.energy import Prediction
+    from planner.guard.session import GuardStatus
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
     from planner.service import CheckRequest

@@ -15,9 +15,9 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 from planner.errors import BaselineFileError
+from planner.files import write_output_file
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

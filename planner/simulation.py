@@ -8,24 +8,28 @@ from typing import TYPE_CHECKING
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, MavjouleError
 from planner.frozen import frozen
-from planner.link.simulated.fault_text import Faults
-from planner.link.simulated.flown import fly_prediction
-from planner.link.simulated.parameters import make_parameters
-from planner.link.simulated.runner import SimulationRunner
-from planner.link.simulated.setup import FIRMWARE, VehicleLog, make_setup
-from planner.link.simulated.vehicle import SimulatedVehicle
-from planner.link.simulated.wire import SimulatedWire
 from planner.mission.items import Home
 from planner.service import CheckRequest, UnreadableMission, check_read
+from planner.simulator.faults import Faults
+from planner.simulator.flown import fly_prediction
+from planner.simulator.lines import SimulatedWire
+from planner.simulator.parameters import make_parameters
+from planner.simulator.runner import SimulationRunner
+from planner.simulator.setup import (
+    FIRMWARE,
+    VehicleLog,
+    make_setup,
+)
+from planner.simulator.vehicle import SimulatedVehicle
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.link.address import LinkAddress
-    from planner.link.simulated.flown import FlownMission
     from planner.mission.items import Mission
     from planner.service import CheckResult
+    from planner.simulator.flown import FlownMission
 
 _LOG_PATHS = {
     Autopilot.PX4: "/fs/microsd/log/2026-01-{:02d}/12_00_00.ulg",
@@ -124,7 +128,7 @@ def open_simulation(
     UsageError
         If MAVSDK or pymavlink is not installed.
     """
-    from planner.link.simulated.file_server import FileServer
+    from planner.simulator.servers import FileServer
 
     wire = make_simulated_wire(vehicle, request)
     setup = vehicle.setup

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
-from planner.flight.state import STATES
-from planner.mission.stage import Stage, StageKind
+from planner.flight.motion.kinematics import STATES
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray, Motion
+    from planner.arrays import FloatArray
+    from planner.flight.motion.kinematics import Motion
 
 DEFAULTS = ArduPilotParameters()
 

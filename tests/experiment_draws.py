@@ -17,18 +17,19 @@ from experiment_manoeuvres import TRUTH, manoeuvres
 from simulated_experiment import ALTITUDE_NOISE_M, POWER_NOISE_W, SPEED_NOISE_M_S
 
 from planner.identify.arx import ArxModel, select_arx
-from planner.identify.output_error import select_response
-from planner.identify.residuals import LEAST_FACTOR, Residuals
-from planner.identify.response_fit import ResponseFit
+from planner.identify.output_error import (
+    LEAST_FACTOR,
+    Residuals,
+    ResponseFit,
+    select_response,
+)
 from planner.identify.structure import MOTION, POWER, POWER_WITHOUT_ZERO
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from planner.identify.manoeuvre import Manoeuvre
+    from planner.arrays import FloatArray
+    from planner.identify.manoeuvres import Manoeuvre
     from planner.identify.structure import Structure
 
-    FloatArray = npt.NDArray[np.float64]
     # figure: value, standard error (NaN where the method tells none)
     Figures = dict[str, tuple[float, float]]
 

@@ -20,15 +20,15 @@ from simulated_experiment import (
 )
 
 from planner.identify.hover import fit_altitude_law
-from planner.identify.manoeuvre import Manoeuvre
+from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.steady import SteadyPower, steady_power
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
     from simulated_experiment import Flown
 
-    FloatArray = npt.NDArray[np.float64]
+    from planner.arrays import FloatArray
+
 
 TRUTH = {"G1": G1, "G2": G2, "G3": G3, "G4": G4, "G5": G5}
 SETTLED_S = 40.0

@@ -11,8 +11,8 @@ from planner.autopilot import Autopilot
 from planner.flight.conditions import Conditions
 from planner.flight.pilot import make_pilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
-from planner.geo.local_frame import LocalFrame
-from planner.mission.route import make_route
+from planner.geo.geodesy import LocalFrame
+from planner.mission.route.route import make_route
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

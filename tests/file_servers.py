@@ -5,8 +5,12 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING
 
-from planner.link.file_packet import _HEAD, FilePacket, Operation
-from planner.link.message import Message
+from planner.link.codec import Message
+from planner.link.files import (
+    _HEAD,
+    FilePacket,
+    Operation,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

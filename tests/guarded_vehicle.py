@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 from virtual_vehicle import VirtualVehicle, wire_item
 
-from planner.link.message import Message, message
-from planner.link.mission_kind import MissionKind
+from planner.link.codec import (
+    Message,
+    message,
+)
+from planner.link.mission_transfer import MissionKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

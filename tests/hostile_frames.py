@@ -6,9 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
 
-from planner.link.codec import Codec, load_dialect
-from planner.link.message import Message
-from planner.link.newer_messages import EXTENSIONS, LAYOUTS
+from planner.link.codec import (
+    EXTENSIONS,
+    LAYOUTS,
+    Codec,
+    Message,
+    load_dialect,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +11,8 @@ from simulated_experiment import STEP_S, Flown
 
 from planner.logs.record import Boundary, FlightRecord, LogFormat, LoggedHome
 
-FloatArray = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
 
 
 def make_record(*, is_landed: npt.NDArray[np.bool_], **columns: FloatArray) -> FlightRecord:

@@ -8,12 +8,14 @@ speed.  It knows nothing of ``planner.physics`` or ``planner.identify``.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import control
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+
 
 STEP_S = 0.1
 POWER_NOISE_W = 5.0

@@ -13,10 +13,7 @@ from made_missions import mission, rtl, takeoff, waypoint
 from planner.autopilot import Autopilot
 from planner.flight.conditions import Conditions
 from planner.geo.fence import Fence
-from planner.link.message import Message
-from planner.link.simulated.fault_text import read_faults
-from planner.link.simulated.memory_line import MemoryLine
-from planner.link.simulated.vehicle import SimulatedVehicle
+from planner.link.codec import Message
 from planner.physics.wind import Wind
 from planner.service import CheckRequest
 from planner.simulation import (
@@ -25,15 +22,18 @@ from planner.simulation import (
     make_simulated_wire,
     predict_flown,
 )
+from planner.simulator.faults import read_faults
+from planner.simulator.lines import MemoryLine
+from planner.simulator.vehicle import SimulatedVehicle
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.link.simulated.flown import FlownMission
-    from planner.link.simulated.setup import VehicleSetup
-    from planner.link.simulated.wire import SimulatedWire
     from planner.mission.items import Mission
+    from planner.simulator.flown import FlownMission
+    from planner.simulator.lines import SimulatedWire
+    from planner.simulator.setup import VehicleSetup
 
 GROUND_STATION = 245
 BATTERY = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner import numbers
+from planner import quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     ],
 )
 def test_durations_read_as_a_clock_would_say_them(duration_s: float, text: str) -> None:
-    assert numbers.duration(duration_s) == text
+    assert quantity.duration(duration_s) == text
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_durations_read_as_a_clock_would_say_them(duration_s: float, text: str) 
     ],
 )
 def test_distances_change_to_kilometres_at_one(distance_m: float, text: str) -> None:
-    assert numbers.distance(distance_m) == text
+    assert quantity.distance(distance_m) == text
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def test_distances_change_to_kilometres_at_one(distance_m: float, text: str) -> 
     ],
 )
 def test_energies_have_three_digits_and_never_lose_their_sign(energy_wh: float, text: str) -> None:
-    assert numbers.energy(energy_wh) == text
+    assert quantity.energy(energy_wh) == text
 
 
 @pytest.mark.parametrize(
@@ -79,11 +79,11 @@ def test_energies_have_three_digits_and_never_lose_their_sign(energy_wh: float, 
     ],
 )
 def test_shares_read_as_percent(fraction: float, text: str) -> None:
-    assert numbers.percent(fraction) == text
+    assert quantity.percent(fraction) == text
 
 
 def test_bearings_have_three_digits_and_wrap_at_north() -> None:
-    assert [numbers.bearing(value) for value in (0.0, 7.4, 270.0, 359.7, 360.0)] == [
+    assert [quantity.bearing(value) for value in (0.0, 7.4, 270.0, 359.7, 360.0)] == [
         "000°",
         "007°",
         "270°",
@@ -93,28 +93,28 @@ def test_bearings_have_three_digits_and_wrap_at_north() -> None:
 
 
 def test_nothing_counts_as_minus_zero() -> None:
-    assert numbers.decimals(-0.04, 1) == "0.0"
+    assert quantity.decimals(-0.04, 1) == "0.0"
 
 
 def test_a_count_agrees_with_its_noun() -> None:
-    assert [numbers.count(n, "error") for n in (0, 1, 2)] == ["0 errors", "1 error", "2 errors"]
-    assert numbers.count(0.5, "turn") == "0.5 turns"
-    assert numbers.count(1.0, "turn") == "1 turn"
-    assert [numbers.count(n, "vertex", "vertices") for n in (1, 2)] == ["1 vertex", "2 vertices"]
+    assert [quantity.count(n, "error") for n in (0, 1, 2)] == ["0 errors", "1 error", "2 errors"]
+    assert quantity.count(0.5, "turn") == "0.5 turns"
+    assert quantity.count(1.0, "turn") == "1 turn"
+    assert [quantity.count(n, "vertex", "vertices") for n in (1, 2)] == ["1 vertex", "2 vertices"]
 
 
 FORMATTERS: tuple[Callable[[float | None], str], ...] = (
-    numbers.energy,
-    numbers.charge,
-    numbers.power,
-    numbers.distance,
-    numbers.height,
-    numbers.speed,
-    numbers.bearing,
-    numbers.temperature,
-    numbers.mass,
-    numbers.percent,
-    numbers.duration,
+    quantity.energy,
+    quantity.charge,
+    quantity.power,
+    quantity.distance,
+    quantity.height,
+    quantity.speed,
+    quantity.bearing,
+    quantity.temperature,
+    quantity.mass,
+    quantity.percent,
+    quantity.duration,
 )
 
 
@@ -128,7 +128,7 @@ def test_what_is_absent_or_no_number_is_a_dash(formatter: Callable[[float | None
 @settings(deadline=None, max_examples=200)
 @given(energy_wh=st.floats(min_value=-1e5, max_value=1e5).filter(lambda value: value != 0.0))
 def test_an_energy_that_is_not_zero_is_not_written_as_zero(energy_wh: float) -> None:
-    text = numbers.energy(energy_wh)
+    text = quantity.energy(energy_wh)
     assert any(digit in text for digit in "123456789")
     assert ("-" in text) == (energy_wh < 0.0)
 
@@ -137,23 +137,23 @@ def test_an_energy_that_is_not_zero_is_not_written_as_zero(energy_wh: float) -> 
 @given(energy_wh=st.floats(min_value=0.1, max_value=1e5))
 def test_an_energy_is_rounded_by_less_than_half_a_percent(energy_wh: float) -> None:
     # three digits: at most half a unit of the third; below 1 Wh half a hundredth of a Wh
-    written = float(numbers.energy(energy_wh).removesuffix(" Wh"))
+    written = float(quantity.energy(energy_wh).removesuffix(" Wh"))
     assert abs(written - energy_wh) <= max(0.005 * energy_wh, 0.005) * (1.0 + 1e-9)
 
 
 def test_a_chance_is_never_none_and_never_sure() -> None:
-    assert numbers.chance(0.0) == "< 0.1 %"
-    assert numbers.chance(0.031) == "3.1 %"
-    assert numbers.chance(0.5) == "50 %"
-    assert numbers.chance(1.0) == "> 99.9 %"
-    assert numbers.chance(None) == numbers.ABSENT
+    assert quantity.chance(0.0) == "< 0.1 %"
+    assert quantity.chance(0.031) == "3.1 %"
+    assert quantity.chance(0.5) == "50 %"
+    assert quantity.chance(1.0) == "> 99.9 %"
+    assert quantity.chance(None) == quantity.ABSENT
 
 
 def test_a_number_beyond_sense_is_short() -> None:
-    assert numbers.power(1e300) == "1e+300 W"
-    assert numbers.height(-2.5e9) == "-2.5e+09 m"
-    assert numbers.decimals(999_999_999.0, 0) == "999999999"
-    assert len(numbers.duration(1e300)) < 30
+    assert quantity.power(1e300) == "1e+300 W"
+    assert quantity.height(-2.5e9) == "-2.5e+09 m"
+    assert quantity.decimals(999_999_999.0, 0) == "999999999"
+    assert len(quantity.duration(1e300)) < 30
 
 
 @pytest.mark.parametrize(
@@ -168,4 +168,4 @@ def test_a_number_beyond_sense_is_short() -> None:
 def test_a_value_that_reads_as_its_limit_says_on_which_side_it_is(
     value: float, limit: float, text: str
 ) -> None:
-    assert numbers.beside(value, limit, numbers.height) == text
+    assert quantity.beside(value, limit, quantity.height) == text

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from planner.errors import OutputError
-from planner.output_file import write_output_file
+from planner.files import write_output_file
 
 
 def test_a_text_replaces_the_one_before_and_leaves_nothing_else(tmp_path: Path) -> None:

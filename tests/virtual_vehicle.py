@@ -14,10 +14,17 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
 
-from planner.link.codec import Codec
-from planner.link.message import Message, message
-from planner.link.mission_kind import MissionKind, MissionResult
-from planner.link.mission_transfer import ITEM_FIELDS, WireItem
+from planner.link.codec import (
+    Codec,
+    Message,
+    message,
+)
+from planner.link.mission_transfer import (
+    ITEM_FIELDS,
+    MissionKind,
+    MissionResult,
+    WireItem,
+)
 
 PX4, ARDUPILOT = 12, 3
 _DELAY_S = 0.01

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.cli.output import narrate, write_data
 from planner.errors import UsageError
 from planner.service import UnreadableMission
@@ -37,7 +37,10 @@ def refuse_attachments(report: ReportRequest, *, missions: int) -> None:
 
         refuse_without_libraries()
     if report.plots is not None:
-        from planner.plots.library import load_altair, load_converter
+        from planner.report.plots.figures import (
+            load_altair,
+            load_converter,
+        )
 
         load_altair()
         load_converter()
@@ -60,7 +63,7 @@ def write_attachments(results: Results, report: ReportRequest) -> None:
 
 
 def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:
-    from planner.report.columns_csv import columns_csv
+    from planner.report.columns import columns_csv
 
     trace = None if isinstance(result, UnreadableMission) else result.trace
     if trace is None:
@@ -119,10 +122,10 @@ def _draw(result: CheckResult | UnreadableMission, folder: Path) -> None:
     if isinstance(result, UnreadableMission) or result.assessment is None:
         narrate(f"nothing is flown: nothing is drawn into {folder}")
         return
-    from planner.plots import mission_figures, write_figures
+    from planner.report.plots import mission_figures, write_figures
 
     written = write_figures(mission_figures(result), folder)
-    narrate(f"{numbers.count(len(written), 'picture')} drawn into {folder}")
+    narrate(f"{quantity.count(len(written), 'picture')} drawn into {folder}")
 
 
 def attach_baseline(results: Results, path: Path) -> None:
@@ -135,7 +138,7 @@ def attach_baseline(results: Results, path: Path) -> None:
             return
     found = [(result.file, finding) for result in results for finding in result.findings]
     written, refused = write_baseline(path, found)
-    text = f"{numbers.count(written, 'finding')} written to {path}"
+    text = f"{quantity.count(written, 'finding')} written to {path}"
     if refused:
-        text += f"; {numbers.count(refused, 'error')} of energy left out: mend the mission"
+        text += f"; {quantity.count(refused, 'error')} of energy left out: mend the mission"
     narrate(text)

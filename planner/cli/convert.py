@@ -6,13 +6,16 @@ from pathlib import Path
 
 import click
 
-from planner import numbers, service
+from planner import (
+    quantity,
+    service,
+)
 from planner.cli.options import SettingType
 from planner.cli.output import narrate, refuse_overwriting
 from planner.cli.settings import SETTINGS
 from planner.errors import UsageError
-from planner.report.finding_text import finding_lines
 from planner.report.medium import Medium
+from planner.report.text import finding_lines
 
 
 @click.command("convert")
@@ -42,4 +45,4 @@ def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) 
         for finding in findings:
             for line in finding_lines(finding, file=file, medium=Medium()):
                 narrate(line)
-    narrate(f"{numbers.count(result.items, 'item')} of {result.file} written to {result.target}")
+    narrate(f"{quantity.count(result.items, 'item')} of {result.file} written to {result.target}")

@@ -39,11 +39,11 @@ def command(*, first: str, second: str, form: str, **link: object) -> ExitCode:
     else:
         comparison = live.compare_files(mission, read_mission(second))
     if form == "json":
-        from planner.report.comparison_json import comparison_json
+        from planner.report.json import comparison_json
 
         write_data(comparison_json(comparison, __version__))
     else:
-        from planner.report.comparison_text import comparison_text
+        from planner.report.comparison import mission_comparison_text
 
-        write_data(comparison_text(comparison))
+        write_data(mission_comparison_text(comparison))
     return ExitCode.GO if comparison.is_same else ExitCode.NO_GO

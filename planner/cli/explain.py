@@ -11,7 +11,7 @@ from planner.catalogue.px4_events import PX4_EVENTS
 from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
-from planner.report.catalogue_json import rule_json
+from planner.report.json import rule_json
 from planner.report.rule_text import rule_text
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from planner import __version__, live
 from planner.cli.link_options import TransferProgress, link_options, link_request
 from planner.cli.output import narrate, write_data
 from planner.errors import UsageError
-from planner.report.finding_text import finding_lines
 from planner.report.medium import Medium
+from planner.report.text import finding_lines
 
 
 @click.command("fetch", short_help="Read mission, parameters and state from a vehicle.")
@@ -62,11 +62,11 @@ def command(
         for line in finding_lines(finding, file=snapshot.address, medium=Medium()):
             narrate(line)
     if form == "json":
-        from planner.report.snapshot_json import snapshot_json
+        from planner.report.json import snapshot_json
 
         write_data(snapshot_json(snapshot, __version__))
     else:
-        from planner.report.snapshot_text import snapshot_text
+        from planner.report.vehicle import snapshot_text
 
         write_data(snapshot_text(snapshot))
     narrate(f"the mission is in {output}, the parameters are in {params}")

@@ -70,7 +70,10 @@ def _text(results: Results, report: ReportRequest) -> str:
 
 
 def _json(results: Results, report: ReportRequest) -> str:
-    from planner.report.json_report import check_json, check_json_lines
+    from planner.report.json import (
+        check_json,
+        check_json_lines,
+    )
 
     if report.format == "json-lines":
         return check_json_lines(results, version=__version__)

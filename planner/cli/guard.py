@@ -21,14 +21,17 @@ from planner.cli.output import narrate
 from planner.cli.requests import check_request
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import OutputError
-from planner.link.guarding import GuardSettings
-from planner.report.guard_json import decision_json
-from planner.report.guard_text import decision_text, status_line
-from planner.report.plain_text import printable
+from planner.guard.guard import GuardSettings
+from planner.report.json import decision_json
+from planner.report.text import printable
+from planner.report.vehicle import (
+    decision_text,
+    status_line,
+)
 
 if TYPE_CHECKING:
-    from planner.link.guard_session import GuardStatus
-    from planner.link.guarding import Decision
+    from planner.guard.guard import Decision
+    from planner.guard.session import GuardStatus
 
 _DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min|h)?", re.IGNORECASE)
 _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}

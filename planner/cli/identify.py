@@ -21,8 +21,8 @@ from planner.cli.output import (
 from planner.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from planner.identify.settings import IdentificationSettings
-    from planner.logs.csv_mapping import CsvMapping
+    from planner.identify.assembly import IdentificationSettings
+    from planner.logs.csv import CsvMapping
     from planner.vehicle.model import VehicleModel
 
 _PATH = click.Path(path_type=Path)
@@ -113,7 +113,7 @@ def command(
     """
     csv_mapping = None
     if mapping is not None:
-        from planner.logs.csv_mapping import read_csv_mapping
+        from planner.logs.csv import read_csv_mapping
 
         csv_mapping = read_csv_mapping(mapping)
     if is_listed:
@@ -125,17 +125,17 @@ def command(
         logs, settings, mapping=csv_mapping, output=output, on_log=narrate, on_step=narrate_seldom()
     )
     if file_format == "json":
-        from planner.report.identification_json import identification_json
+        from planner.report.json import identification_json
 
         file = None if output is None else str(output)
         write_data(identification_json(found, version=__version__, output=file))
     else:
-        from planner.report.identification_text import identification_text
+        from planner.report.identification import identification_text
 
         medium = standard_medium()
         write_data(identification_text(found, medium=medium, with_segments=with_segments))
     if plots is not None:
-        from planner.plots import identification_figures, write_figures
+        from planner.report.plots import identification_figures, write_figures
 
         figures = identification_figures(found)
         for path in write_figures(figures, plots, file_formats=(plot_format,)):
@@ -152,11 +152,11 @@ def _list_logs(logs: tuple[str, ...], mapping: CsvMapping | None, file_format: s
 
     records = [record for log in logs for record in read_log(log, mapping)]
     if file_format == "json":
-        from planner.report.identification_json import log_table_json
+        from planner.report.json import log_table_json
 
         write_data(log_table_json(records, version=__version__))
     else:
-        from planner.report.identification_text import log_table_text
+        from planner.report.identification import log_table_text
 
         write_data(log_table_text(records, medium=standard_medium()))
 
@@ -165,8 +165,11 @@ def _settings(output: Path | None, options: dict[str, object]) -> Identification
     """Return what was asked for."""
     import datetime as dt
 
-    from planner.identify.discharges import PackSettings
-    from planner.identify.settings import IdentificationSettings, Method
+    from planner.identify.assembly import (
+        IdentificationSettings,
+        Method,
+    )
+    from planner.identify.battery import PackSettings
     from planner.vehicle.battery import chemistry_names
     from planner.vehicle.library import load_vehicle
 

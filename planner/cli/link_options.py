@@ -91,7 +91,7 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
         If the address is none.
     """
     from planner.link.address import read_address
-    from planner.link.settings import LinkSettings
+    from planner.link.exchange import LinkSettings
     from planner.live import LinkRequest
 
     address = read_address(url, baud=options["baud"])

@@ -12,7 +12,7 @@ from planner.cli.link_options import TransferProgress, link_options, link_reques
 from planner.cli.output import narrate, write_data
 
 if TYPE_CHECKING:
-    from planner.link.log_files import DownloadedLog
+    from planner.link.logs import DownloadedLog
 
 
 @click.command("logs", short_help="List or download the flight logs of a vehicle.")

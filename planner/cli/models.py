@@ -7,8 +7,8 @@ import click
 from planner import __version__
 from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
-from planner.report.catalogue_json import models_json
-from planner.report.model_text import models_text
+from planner.report.identification import models_text
+from planner.report.json import models_json
 from planner.vehicle.library import load_vehicle, model_names
 
 

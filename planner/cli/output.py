@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import OutputError, UsageError
 from planner.report.medium import Medium
-from planner.report.plain_text import printable
+from planner.report.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -48,7 +48,7 @@ def write_data(text: str, *, output: Path | None = None) -> None:
         If the report cannot be written.
     """
     if output is not None and output != STANDARD_OUTPUT:
-        from planner.output_file import write_output_file
+        from planner.files import write_output_file
 
         write_output_file(output, text)
         return

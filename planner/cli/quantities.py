@@ -10,9 +10,12 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from planner.flight.conditions import Conditions
-from planner.flight.reserve import Reserve
-from planner.flight.spread import Spread, joined
+from planner.flight.budget import Reserve
+from planner.flight.conditions import (
+    Conditions,
+    Spread,
+    joined,
+)
 from planner.physics.wind import Wind
 from planner.units import MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.vehicle.battery import Battery

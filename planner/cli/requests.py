@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.cli.settings import FLEET_SETTINGS, REPORT_SETTINGS
 from planner.errors import UsageError
-from planner.flight.conditions import Conditions
-from planner.flight.spread import divided
+from planner.flight.conditions import Conditions, divided
 from planner.frozen import frozen
 from planner.selection import Selection
 from planner.service import CheckRequest

@@ -7,7 +7,7 @@ import click
 from planner import __version__, catalogue
 from planner.cli.format_option import format_option
 from planner.cli.output import write_data
-from planner.report.catalogue_json import rules_json
+from planner.report.json import rules_json
 from planner.report.rule_text import rules_text
 
 

@@ -14,8 +14,11 @@ from planner.cli.output import narrate, refuse_overwriting, write_data
 from planner.cli.requests import check_request
 from planner.cli.settings import FLIGHT_SETTINGS
 from planner.errors import ExitCode
-from planner.report.json_report import segments_json
-from planner.report.segments_table import segments_csv, segments_text
+from planner.report.columns import (
+    segments_csv,
+    segments_text,
+)
+from planner.report.json import segments_json
 from planner.service import UnreadableMission
 
 if TYPE_CHECKING:

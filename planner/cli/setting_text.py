@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import TARGETS, Target
 from planner.findings import Severity
-from planner.flight.reserve import Reserve
-from planner.flight.spread import Spread
+from planner.flight.budget import Reserve
+from planner.flight.conditions import Spread
 from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.cli.configuration import mission_settings
 from planner.cli.number_option import FiniteRange
@@ -21,8 +21,8 @@ from planner.errors import UsageError
 
 if TYPE_CHECKING:
     from planner.link.address import LinkAddress
-    from planner.link.simulated.vehicle import SimulatedVehicle
-    from planner.link.simulated.wire import Passed
+    from planner.simulator.lines import Passed
+    from planner.simulator.vehicle import SimulatedVehicle
 
 _AUTOPILOTS = {"px4": Autopilot.PX4, "arducopter": Autopilot.ARDUPILOT}
 _RETRY_S = 10.0
@@ -115,9 +115,9 @@ def command(
     interrupted.
     """
     from planner.link.address import read_address
-    from planner.link.simulated.fault_text import read_faults
     from planner.mission.files import read_mission
     from planner.simulation import SimulationRequest, make_simulated_vehicle, open_simulation
+    from planner.simulator.faults import read_faults
 
     address = read_address(url)
     check = check_request(mission_settings(mission, given_settings(options)))
@@ -149,7 +149,7 @@ def command(
 def _introduce(vehicle: SimulatedVehicle, mission: str, address: LinkAddress) -> None:
     held = vehicle.mission()
     narrate(
-        f"simulating {vehicle.setup.identity.label} with {numbers.count(len(held.items), 'item')} "
+        f"simulating {vehicle.setup.identity.label} with {quantity.count(len(held.items), 'item')} "
         f"of {mission} on {address.text}; Ctrl-C ends it"
     )
     narrate(f"run next, elsewhere: mavjoule fetch {_other_end(address)} -o fetched.plan")

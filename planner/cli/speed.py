@@ -97,7 +97,7 @@ def _draw(curve: SpeedCurve, folder: Path) -> None:
     if any(flown.energy_wh is None for flown in curve.points):
         narrate(f"the energy is not known: nothing is drawn into {folder}")
         return
-    from planner.plots import speed_figure, write_figures
+    from planner.report.plots import speed_figure, write_figures
 
     for path in write_figures({"speed": speed_figure(curve)}, folder):
         narrate(f"wrote {path}")

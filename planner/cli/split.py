@@ -6,7 +6,10 @@ from pathlib import Path
 
 import click
 
-from planner import __version__, numbers
+from planner import (
+    __version__,
+    quantity,
+)
 from planner.cli.configuration import mission_settings
 from planner.cli.format_option import format_option
 from planner.cli.options import MISSION_PATH, given_settings, setting_options
@@ -92,5 +95,5 @@ def command(
             title=flights_text(split),
             names=[f"Part {number}" for number in range(1, len(results) + 1)],
         )
-    narrate(f"{numbers.count(len(split.parts), 'part')} written to {folder}")
+    narrate(f"{quantity.count(len(split.parts), 'part')} written to {folder}")
     return ExitCode.GO

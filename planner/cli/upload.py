@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from planner import live_upload, numbers
+from planner import (
+    live_upload,
+    quantity,
+)
 from planner.cli.configuration import mission_settings
 from planner.cli.formats import rendered
 from planner.cli.link_options import LINK_KEYS, TransferProgress, link_options, link_request
@@ -18,7 +21,7 @@ from planner.cli.requests import check_request, report_request
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
-from planner.report.comparison_text import difference_lines
+from planner.report.comparison import difference_lines
 
 if TYPE_CHECKING:
     from planner.link.upload import UploadResult
@@ -85,7 +88,7 @@ def command(
         if verdict != "go" and not force:
             narrate("a no-go is not sent: mend the mission, or give --force")
             return False
-        what = f"{numbers.count(len(mission.items), 'item')} of {file}"
+        what = f"{quantity.count(len(mission.items), 'item')} of {file}"
         if proposal.removed:
             narrate(f"will be removed from {vehicle}: {' and '.join(proposal.removed)}")
         old = ", ".join(proposal.replaced)

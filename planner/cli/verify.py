@@ -20,7 +20,7 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.identify.settings import IdentificationSettings
+    from planner.identify.assembly import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet
@@ -128,7 +128,7 @@ def command(
     vehicle = load_vehicle(model)
     csv_mapping = None
     if mapping is not None:
-        from planner.logs.csv_mapping import read_csv_mapping
+        from planner.logs.csv import read_csv_mapping
 
         csv_mapping = read_csv_mapping(mapping)
     with progress(logs, label="Verifying") as paths:
@@ -144,11 +144,11 @@ def command(
     if plots is not None:
         _draw(done, plots)
     if file_format == "json":
-        from planner.report.verification_json import verification_json
+        from planner.report.json import verification_json
 
         text = verification_json(done, model=model, version=__version__)
     else:
-        from planner.report.verification_text import verification_text
+        from planner.report.identification import verification_text
 
         text = verification_text(done, medium=standard_medium(output))
     write_data(text, output=output)
@@ -172,7 +172,7 @@ def _settings(vehicle: VehicleModel) -> IdentificationSettings:
     """Return how the models of leaving one out are identified: as the one given, which is the base."""
     import datetime as dt
 
-    from planner.identify.settings import IdentificationSettings
+    from planner.identify.assembly import IdentificationSettings
 
     return IdentificationSettings(
         name=vehicle.name,
@@ -192,8 +192,11 @@ def _parameters(path: Path) -> ParameterSet:
 
 def _draw(done: Sequence[Verification], folder: Path) -> None:
     """Draw every flight into a folder, a file each."""
-    from planner.plots import verification_figure, write_figures
-    from planner.report.verification_text import flight_errors, flight_label
+    from planner.report.identification import (
+        flight_errors,
+        flight_label,
+    )
+    from planner.report.plots import verification_figure, write_figures
 
     figures = {
         f"{number:02d}-{Path(one.log).stem}-{one.flight}": verification_figure(

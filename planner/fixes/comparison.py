@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import service
-from planner.flight.state import STATES
+from planner.flight.motion.kinematics import STATES
 from planner.frozen import frozen
 from planner.mission.files import read_mission
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.findings import Finding
-    from planner.flight.state import FlightState
+    from planner.flight.motion.kinematics import FlightState
     from planner.service import CheckRequest, CheckResult
 
 

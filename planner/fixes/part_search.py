@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner import numbers, service
+from planner import (
+    quantity,
+    service,
+)
 from planner.flight.destination import HOME
 from planner.frozen import frozen
-from planner.mission.parts import part_of, possible_cuts, resumption
-from planner.mission.steps import ENDS
+from planner.mission.parts import ENDS, part_of, possible_cuts, resumption
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.flight.motion.kinematics import FloatArray
-    from planner.mission.parts import Cut
-    from planner.mission.steps import Steps
+    from planner.arrays import FloatArray
+    from planner.mission.parts import Cut, Steps
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -191,7 +192,7 @@ class PartSearch:
     def _tell(self, found: list[Range], end: Cut, *, inside_legs: bool) -> None:
         where = "inside legs too" if inside_legs else "between items"
         self._on_step(
-            f"cutting {where}: {numbers.count(len(found), 'part')}, up to item "
+            f"cutting {where}: {quantity.count(len(found), 'part')}, up to item "
             f"{self._steps.numbers[end.step]} of {len(self._steps.mission.items)}"
         )
 
@@ -272,8 +273,8 @@ class PartSearch:
         if battery is not None and not others:
             left_wh = battery.usable_wh - battery.reserve_wh
             why = (
-                f": with the way there and home it takes {numbers.energy(totals.energy_wh)}, the "
-                f"battery has {numbers.energy(left_wh)} above the reserve"
+                f": with the way there and home it takes {quantity.energy(totals.energy_wh)}, the "
+                f"battery has {quantity.energy(left_wh)} above the reserve"
             )
         if self._steps.stage(step).hold_s > totals.time_s / 2.0:
             helps = "a shorter hold there, a larger battery, or a smaller reserve"

@@ -11,8 +11,11 @@ from planner.errors import UsageError
 from planner.findings import Severity
 from planner.fixes.speed_curve import FlownSpeed, SpeedCurve
 from planner.flight.prediction import predict_flight
+from planner.mission.convert import (
+    level_speeds,
+    route_at_speed,
+)
 from planner.mission.files import read_mission
-from planner.mission.one_speed import level_speeds, route_at_speed
 from planner.service.arguments import refuse_wrong_types
 from planner.units import wh_from_j
 

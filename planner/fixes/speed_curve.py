@@ -10,12 +10,9 @@ import numpy as np
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.vehicle.keys import Interval
-
-    FloatArray = npt.NDArray[np.float64]
 
 
 @frozen

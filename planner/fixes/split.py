@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner import numbers, service
+from planner import (
+    quantity,
+    service,
+)
 from planner.catalogue.loader_writer import (
     LOOPS_WRITTEN_OUT,
     OUTPUTS_SET_AGAIN,
@@ -13,17 +16,17 @@ from planner.catalogue.loader_writer import (
     RETURN_ADDED,
 )
 from planner.errors import SplitError, UsageError
+from planner.files import (
+    make_output_folder,
+    write_output_files,
+)
 from planner.fixes.part_search import MENDED, PartSearch
 from planner.frozen import frozen
-from planner.mission.carried_state import is_output
-from planner.mission.conversion import convert_mission
+from planner.mission.convert import convert_mission, mission_at_speed
 from planner.mission.files import read_mission
+from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
-from planner.mission.one_speed import mission_at_speed
-from planner.mission.parts import part_of
-from planner.mission.plan import read_plan_text
-from planner.mission.steps import make_steps
-from planner.output_file import make_output_folder, write_output_files
+from planner.mission.parts import is_output, make_steps, part_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -31,8 +34,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fixes.part_search import Range
     from planner.mission.items import Mission
-    from planner.mission.parts import Cut
-    from planner.mission.steps import Steps
+    from planner.mission.parts import Cut, Steps
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -268,7 +270,7 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
     """Yield what is other in the parts than in the mission."""
     if steps.has_jumps:
         yield LOOPS_WRITTEN_OUT.finding(
-            f"jumps are written out: {numbers.count(len(steps.items), 'item')} flown of "
+            f"jumps are written out: {quantity.count(len(steps.items), 'item')} flown of "
             f"{len(steps.mission.items)} in the file"
         )
     if not steps.ends:
@@ -278,8 +280,8 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
     twice = [part.flown_twice_m for part in parts if part.flown_twice_m > 0.0]
     if twice:
         yield PART_FLOWN_TWICE.finding(
-            f"no photo is missing: up to {numbers.distance(max(twice))} are flown twice where "
-            f"{numbers.count(len(twice), 'part begins', 'parts begin')}"
+            f"no photo is missing: up to {quantity.distance(max(twice))} are flown twice where "
+            f"{quantity.count(len(twice), 'part begins', 'parts begin')}"
         )
     if len(parts) > 1 and (outputs := steps.states[-1].outputs()):
         first = next(
@@ -289,6 +291,6 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
         )
         yield OUTPUTS_SET_AGAIN.finding(
             "servos, relays or the like keep their state on the way home, and are set again where the "
-            f"next part begins: {numbers.count(len(outputs), 'output')}",
+            f"next part begins: {quantity.count(len(outputs), 'output')}",
             item=first,
         )

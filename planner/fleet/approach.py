@@ -17,8 +17,8 @@ from planner.fleet.trajectory import part_of_cubic
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.fleet.trajectory import Trajectory
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
 
 ACCURACY_M = 0.01
 """A closest approach is found to this, and never told to be farther than it is. [m]"""

@@ -6,14 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import PolynomialLaw
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+    PolynomialLaw,
+)
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, Motion
-    from planner.geo.local_frame import LocalFrame
-    from planner.mission.stage import Route
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.kinematics import Motion
+    from planner.geo.geodesy import LocalFrame
+    from planner.mission.route.stage import Route
 
 CUBIC_TOLERANCE_M = 1.5e-3
 """How far a motion that is no polynomial may be from its cubics. [m]"""

@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
-from planner.mission.whereabouts import ground_amsl_m
+from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import ground_amsl_m
 
 if TYPE_CHECKING:
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.mission_way import MissionWays
-    from planner.flight.motion.kinematics import FloatArray, IntArray
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
-    from planner.mission.stage import ReturnWay, Route
+    from planner.mission.route.stage import (
+        ReturnWay,
+        Route,
+    )
     from planner.vehicle.parameters.resolve import FlightParameters
 
 HOME = 0

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.flight.destination import ALONG, LANDING
 from planner.frozen import frozen
 from planner.physics.battery import open_circuit_voltage_v
@@ -14,9 +14,9 @@ from planner.physics.battery import open_circuit_voltage_v
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.flight.discharge import Discharge
+    from planner.arrays import FloatArray
+    from planner.flight.budget import Discharge
     from planner.flight.homeward import Homeward
-    from planner.flight.motion.kinematics import FloatArray
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -121,13 +121,13 @@ def px4_events(
     ):
         found = _first_below(seen, threshold)
         if found is not None:
-            share = numbers.percent(threshold)
+            share = quantity.percent(threshold)
             reading = f"{share} of the charge is left as PX4 counts it, {name} is {share}"
             yield _event(name, action or WARNS, reading, found)
     if parameters.flight_time_max_s >= 0.0:
         found = _first_below(-course.time_s, -parameters.flight_time_max_s)
         if found is not None:
-            limit = numbers.duration(parameters.flight_time_max_s)
+            limit = quantity.duration(parameters.flight_time_max_s)
             reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
             yield _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
     yield from _px4_time_events(homeward, seen, course, battery, parameters)
@@ -180,8 +180,8 @@ def _px4_time_events(
     duration_s = float(flight.motion.segments.duration_s[segment])
     share = float(time_s[at] - homeward.start_s[segment]) / max(duration_s, 1e-9)
     reading = (
-        f"{numbers.duration(float(left_s[at]))} of charge by PX4's own estimate, "
-        f"{numbers.duration(float(needed_s[at]))} to return, RTL_TIME_FACTOR and RTL_TIME_MARGIN "
+        f"{quantity.duration(float(left_s[at]))} of charge by PX4's own estimate, "
+        f"{quantity.duration(float(needed_s[at]))} to return, RTL_TIME_FACTOR and RTL_TIME_MARGIN "
         "counted in"
     )
     yield FailsafeEvent(
@@ -265,7 +265,7 @@ def ardupilot_events(
             found = _first_below(parameters.battery_capacity_ah - course.used_ah, charge_ah)
             name = f"BATT_{which}_MAH"
             if found is not None:
-                limit = numbers.charge(1000.0 * charge_ah)
+                limit = quantity.charge(1000.0 * charge_ah)
                 reading = f"{limit} of BATT_CAPACITY are left, {name} is {limit}"
                 yield _event(name, does, reading, found)
         if low_v > 0.0 and parameters.battery_low_timer_s > 0.0 and voltage_v is not None:
@@ -276,8 +276,8 @@ def ardupilot_events(
             if found is not None:
                 kind = "at rest" if at_rest else "under load"
                 reading = (
-                    f"below {numbers.decimals(low_v, 1)} V {kind} for "
-                    f"{numbers.duration(parameters.battery_low_timer_s)}: {name}"
+                    f"below {quantity.decimals(low_v, 1)} V {kind} for "
+                    f"{quantity.duration(parameters.battery_low_timer_s)}: {name}"
                 )
                 yield _event(name, does, reading, found)
 

@@ -6,21 +6,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import KinematicState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    STATES,
+    FlightState,
+    KinematicState,
+)
 from planner.flight.prediction import segment_energy_j
-from planner.flight.state import STATE_INDEX, STATES, FlightState
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.arrays import FloatArray, IntArray
     from planner.flight.destination import Destinations, Targets
-    from planner.flight.motion.kinematics import FloatArray, IntArray, Motion
+    from planner.flight.motion.kinematics import Motion
     from planner.flight.pilot import Pilot
     from planner.flight.prediction import Flight
-    from planner.mission.stage import ReturnWay, Route
+    from planner.mission.route.stage import (
+        ReturnWay,
+        Route,
+    )
 
 _BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
 _SLOWEST_M_S = 1e-3

@@ -14,14 +14,18 @@ from planner.catalogue.time import RETURN_LANDS_HERE, SETTING_NOT_FOLLOWED
 from planner.findings import Severity
 from planner.frozen import frozen
 from planner.mission.commands import RELATIVE_FRAMES, Command
-from planner.mission.stage import ReturnWay, Stage, StageKind
+from planner.mission.route.stage import (
+    ReturnWay,
+    Stage,
+    StageKind,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from planner.findings import Finding
     from planner.mission.items import Mission, MissionItem
-    from planner.mission.stage import Route
+    from planner.mission.route.stage import Route
 
 _LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
 _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})

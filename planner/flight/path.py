@@ -10,13 +10,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import CircleLaw, PolynomialLaw
-from planner.flight.motion.step_laws import SpeedPulseLaw, VerticalStepLaw
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    CircleLaw,
+    FlightState,
+    PolynomialLaw,
+)
+from planner.flight.motion.steps import (
+    SpeedPulseLaw,
+    VerticalStepLaw,
+)
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, Motion
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.kinematics import Motion
 
 PATH_TOLERANCE_M = 0.05
 """How far a motion may be from the straight pieces of its path. [m]"""

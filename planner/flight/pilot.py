@@ -11,25 +11,28 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.errors import UsageError
 from planner.findings import Severity
-from planner.flight.motion.step_legs import Legs
-from planner.flight.motion.step_response import fly_step_references
-from planner.flight.transients import NO_TRANSIENTS
+from planner.flight.motion.steps import Legs, fly_step_references
+from planner.flight.power import NO_TRANSIENTS
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
+    from planner.arrays import FloatArray
     from planner.autopilot import Target
     from planner.findings import Finding
     from planner.flight.conditions import Conditions
     from planner.flight.destination import Targets
-    from planner.flight.motion.kinematics import FloatArray, Motion
-    from planner.flight.transients import Transients
-    from planner.mission.stage import Route, Stage
+    from planner.flight.motion.kinematics import Motion
+    from planner.flight.power import Transients
+    from planner.mission.route.stage import (
+        Route,
+        Stage,
+    )
     from planner.physics.wind import Wind
     from planner.vehicle.model import Responses, VehicleModel
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -283,7 +286,10 @@ class Px4Pilot:
 
     def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
         """Return the heights of RTL_RETURN_ALT and its cone."""
-        from planner.flight.motion.px4.returns import return_heights_m, way_height_m
+        from planner.flight.motion.px4.moves import (
+            return_heights_m,
+            way_height_m,
+        )
 
         way = targets.ground_m - points_m
         datum = targets.ground_m[:, 2] + targets.rally_height_m
@@ -346,14 +352,14 @@ class ArduPilotPilot:
 
     def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
         """Return the heights of RTL_ALT, RTL_CLIMB_MIN and the cone of RTL_CONE_SLOPE."""
-        from planner.flight.motion.ardupilot.returns import return_height_m
+        from planner.flight.motion.ardupilot.stages import return_height_m
 
         ground_m, rally_m = targets.ground_m, targets.rally_height_m
         return return_height_m(points_m, ground_m, self.parameters, rally_m)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the way an S-curve brakes by, and its time."""
-        from planner.flight.motion.ardupilot.stops import stopping_distance_m
+        from planner.flight.motion.ardupilot.legs import stopping_distance_m
 
         speed_response = None if self.responses is None else self.responses.speed
         way_m = stopping_distance_m(speed_m_s, self.parameters, speed_response)
@@ -367,7 +373,7 @@ def _return_height_finding(route: Route) -> Finding | None:
         if stage.kind is StageKind.RETURN:
             from planner.catalogue.time import RETURN_HEIGHT_ASSUMED
 
-            height = numbers.height(0.0 if before is None else before.height_m)
+            height = quantity.height(0.0 if before is None else before.height_m)
             return RETURN_HEIGHT_ASSUMED.finding(
                 f"the return is flown level, {height} above home: the vehicle has no return height "
                 "of its own",

@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray
     from planner.flight.homeward import Homeward
-    from planner.flight.motion.kinematics import BoolArray, FloatArray
 
 _SAMPLES = 400
 """Points looked at along what is flown for one item. [-]"""

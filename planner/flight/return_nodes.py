@@ -10,7 +10,7 @@ import numpy as np
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.arrays import FloatArray, IntArray
 
 
 @frozen(eq=False)

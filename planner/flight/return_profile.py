@@ -10,8 +10,8 @@ from planner.flight.destination import HOME
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
+    from planner.arrays import FloatArray, IntArray
     from planner.flight.homeward import Homeward
-    from planner.flight.motion.kinematics import FloatArray, IntArray
 
 PROFILE_POINTS = 400
 """A flight is looked at this often, evenly in time, and at the ends of its stages. [-]"""

@@ -15,14 +15,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
 from planner.flight.return_nodes import ReturnNodes
-from planner.flight.state import STATE_INDEX, FlightState
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.homeward import Homeward
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
 
 _TOLERANCE = 1e-3
 """Share of the highest sum by which a point may be tighter than the one found. [-]"""

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.state import STATES, FlightState
+from planner.flight.motion.kinematics import (
+    STATES,
+    FlightState,
+)
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.arrays import FloatArray, IntArray
     from planner.flight.prediction import Flight
-    from planner.mission.stage import Route
+    from planner.mission.route.stage import Route
 
 TRACE_STEP_S = 0.1
 """Time between samples. [s]"""

@@ -12,15 +12,15 @@ import numpy as np
 from planner.errors import TerrainFileError
 from planner.frozen import frozen
 from planner.geo.geodesy import distance_m
-from planner.geo.path_legs import path_legs
+from planner.geo.path import path_legs
 
 if TYPE_CHECKING:
     from os import PathLike
 
     import numpy.typing as npt
 
-    from planner.geo.geodesy import FloatArray
-    from planner.geo.local_frame import LocalFrame
+    from planner.arrays import FloatArray
+    from planner.geo.geodesy import LocalFrame
 
 
 MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"

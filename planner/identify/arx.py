@@ -24,21 +24,19 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.catalogue.identification import ARX_BIASED
 from planner.errors import IdentificationError
 from planner.frozen import frozen
-from planner.identify.manoeuvre import ReferenceForm
+from planner.identify.manoeuvres import ReferenceForm
 from planner.physics.response import MAX_ORDER, TransferFunction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.findings import Finding
-    from planner.identify.manoeuvre import Manoeuvre
+    from planner.identify.manoeuvres import Manoeuvre
 
-FloatArray = npt.NDArray[np.float64]
 
 _REAL = 1e-9
 """Distance from the real axis, and from zero, of a pole in z that lies there. [-]"""

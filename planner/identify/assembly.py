@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.identification import (
     ARX_BIASED,
@@ -17,34 +22,265 @@ from planner.catalogue.identification import (
 )
 from planner.errors import IdentificationError
 from planner.findings import Severity
-from planner.identify.commands import Answer
-from planner.identify.discharges import identify_battery
-from planner.identify.flight_spread import left_out_spread
-from planner.identify.flown_parameters import flown_parameters
+from planner.identify.battery import PackSettings, identify_battery
+from planner.identify.flown_mission import flown_parameters
+from planner.identify.manoeuvres import Answer
 from planner.identify.outcome import Evidence, Identification, Status
-from planner.identify.provenance import made_description, made_provenance, made_remarks
-from planner.identify.ramp_spread import ramp_spread
-from planner.identify.settings import Method
-from planner.identify.validity import flown_box
-from planner.vehicle.model import Responses, VehicleModel
+from planner.identify.spread import left_out_spread, ramp_spread
+from planner.vehicle.keys import Interval
+from planner.vehicle.model import Provenance, Responses, ValidFor, VehicleModel
 
 if TYPE_CHECKING:
+    import datetime as dt
     from collections.abc import Callable, Mapping, Sequence
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.identify.outcome import StateOutcome
     from planner.identify.power_states import PowerIdentification
-    from planner.identify.ramp_fit import RampIdentification
+    from planner.identify.ramps import RampIdentification
     from planner.identify.response_states import ResponseIdentification
-    from planner.identify.settings import IdentificationSettings
     from planner.identify.steady import SteadyPower
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import Loads, ManoeuvreResponse, ModelSpread, Ramps
-    from planner.vehicle.power import (
-        CruiseLaw,
-        HoverLaw,
-        VerticalPower,
+    from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower
+
+
+_SHORT_SHARE = 0.005
+"""By which the mean of what was flown falls short of what was commanded. [-]"""
+_DENSITY_MARGIN = 0.01
+"""Share by which the air may be thinner or denser than in the flights. [-]"""
+
+
+def flown_box(
+    records: Sequence[FlightRecord],
+    parts: Parts,
+    settings: IdentificationSettings,
+    *,
+    mass_kg: float | None,
+) -> ValidFor:
+    """Return the box of what was flown, no larger.
+
+    Parameters
+    ----------
+    records : sequence of FlightRecord
+        The flights.
+    parts : Parts
+        What was found.
+    settings : IdentificationSettings
+        Payload and reference.
+    mass_kg : float or None
+        Mass without payload; ``None`` where the power does not depend on it. [kg]
+
+    Raises
+    ------
+    IdentificationError
+        If neither a speed nor a height is known.
+    """
+    flown = [~r.is_landed for r in records]
+    heights = _known([r.height_above_home_m for r in records], flown)
+    steady = parts.steady
+    speeds = [f.airspeed_m_s for f in steady]
+    climbs = [f.climb_rate_m_s for f in steady]
+    ramps = None if parts.ramps is None else parts.ramps.ramps
+    if not steady or ramps is not None:  # means over manoeuvres are below the speeds flown in them
+        speeds += [
+            float(np.percentile(own, 99.0))
+            for r, f in zip(records, flown, strict=True)
+            if (own := _known([r.ground_speed_m_s], [f])).size
+        ]
+    if ramps is not None:
+        climbs += [-ramps.descent_m_s, ramps.climb_m_s]
+    speed = Interval(low=0.0, high=_outward(max(speeds), 0.1)) if speeds else None
+    height = (
+        Interval(
+            low=min(0.0, -_outward(-float(heights.min()), 1.0)),
+            high=_outward(float(heights.max()), 1.0),
+        )
+        if heights.size
+        else None
     )
+    if speed is None and height is None:
+        msg = "the flights tell neither speed nor height: nothing is known of where a model would hold"
+        raise IdentificationError(msg)
+    is_mapped = parts.power.steady_map is not None or parts.power.vertical is not None
+    densities = [f.air_density_kg_m3 for f in steady if f.air_density_kg_m3 is not None]
+    hovers = [h.height_above_home_m for h in parts.hovers]
+    steps = [
+        abs(float(m.reference[-1] - m.reference[0]))
+        for r in parts.responses
+        if r.evidence is not None and r.evidence.name == Answer.ALTITUDE.value
+        for m in r.evidence.manoeuvres
+    ]
+    is_stepped = settings.reference is Autopilot.STEP
+    return ValidFor(
+        speed_m_s=speed,
+        height_above_home_m=height,
+        hover_height_above_home_m=_interval(hovers, 1.0),
+        altitude_step_m=(
+            Interval(low=0.0, high=round(max(steps), 1)) if steps and is_stepped else None
+        ),
+        climb_rate_m_s=_interval(climbs, 0.1) if is_mapped else None,
+        mass_kg=(
+            Interval(
+                low=mass_kg - settings.payload_deviation_kg,
+                high=mass_kg + settings.payload_kg + settings.payload_deviation_kg,
+            )
+            if mass_kg is not None
+            else None
+        ),
+        air_density_kg_m3=(
+            Interval(
+                low=round(min(densities) * (1.0 - _DENSITY_MARGIN), 4),
+                high=round(max(densities) * (1.0 + _DENSITY_MARGIN), 4),
+            )
+            if densities and mass_kg is not None
+            else None
+        ),
+    )
+
+
+def _known(columns: Sequence[FloatArray], where: Sequence[npt.NDArray[np.bool_]]) -> FloatArray:
+    joined = np.concatenate([c[w] for c, w in zip(columns, where, strict=True)])
+    known: FloatArray = joined[np.isfinite(joined)]
+    return known
+
+
+def _interval(values: Sequence[float], step: float) -> Interval | None:
+    if not values:
+        return None
+    return Interval(low=-_outward(-min(values), step), high=_outward(max(values), step))
+
+
+def _outward(value: float, step: float) -> float:
+    """Round up, away from what was flown: a mean falls a little short of its command."""
+    beyond = value + _SHORT_SHARE * abs(value)
+    return round(math.ceil(beyond / step - 1e-9) * step, 6)
+
+
+def made_description(records: Sequence[FlightRecord], reference: Autopilot) -> str:
+    """Return a description for a pilot, where none is given."""
+    names = ", ".join(sorted({r.vehicle for r in records if r.vehicle})) or "Multicopter"
+    minutes = sum(r.duration_s for r in records) / 60.0
+    flights = f"{len(records)} flight" + ("s" if len(records) > 1 else "")
+    return f"{names}, {reference.label}; identified from {flights} of {minutes:.0f} min."
+
+
+def made_provenance(
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    outcomes: Sequence[StateOutcome],
+    readings: Sequence[str],
+) -> Provenance:
+    """Return logs, method and figures of the fit.
+
+    Parameters
+    ----------
+    records : sequence of FlightRecord
+        The flights.
+    settings : IdentificationSettings
+        Date, version and method.
+    outcomes : sequence of StateOutcome
+        What was found about each state.
+    readings : sequence of str
+        What was decided.
+    """
+    files = {record.sha256: record.source for record in records}
+    firmware = ", ".join(sorted({r.firmware for r in records if r.firmware}))
+    vehicle = ", ".join(sorted({r.vehicle for r in records if r.vehicle}))
+    told = " of ".join(part for part in (firmware, vehicle) if part)
+    source = f"{quantity.count(len(records), 'flight')} in {quantity.count(len(files), 'log')}" + (
+        f", {told}" if told else ""
+    )
+    fit: list[tuple[str, float]] = [("flights", float(len(records)))]
+    for outcome in outcomes:
+        if outcome.status is not Status.IDENTIFIED:
+            continue
+        name = outcome.name.replace(" ", "_")
+        fit.append((f"{name}_segments", float(outcome.used)))
+        if outcome.fit_percent is not None:
+            fit.append((f"{name}_fit_percent", round(outcome.fit_percent, 2)))
+        if outcome.rms is not None:
+            unit = {"W": "w", "m": "m", "m/s": "m_s", "V": "v"}.get(outcome.unit, "")
+            fit.append((f"{name}_rmse_{unit}".rstrip("_"), float(f"{outcome.rms:.4g}")))
+    return Provenance(
+        source=source,
+        method=f"mavjoule identify {settings.version}, {settings.method}",
+        date=settings.date,
+        readings=tuple(readings),
+        logs=tuple(_log_name(path) for path in files.values()),
+        logs_sha256=tuple(files),
+        fit=tuple(fit),
+    )
+
+
+def _log_name(path: str) -> str:
+    """Return a log's name with its folder's: logs of one logger are often called alike."""
+    parts = Path(path).parts
+    return "/".join(parts[-2:])
+
+
+def made_remarks(
+    records: Sequence[FlightRecord],
+    settings: IdentificationSettings,
+    outcomes: Sequence[StateOutcome],
+) -> tuple[str, ...]:
+    """Return comments for the top of the file: each state with its numbers and their errors."""
+    minutes = sum(r.duration_s for r in records) / 60.0
+    flights = quantity.count(len(records), "flight")
+    lines = [
+        f"Written by mavjoule identify {settings.version} from {flights}, {minutes:.0f} min.",
+        "",
+    ]
+    for outcome in outcomes:
+        lines.append(f"{outcome.name}: {outcome.said}")
+        lines += [
+            f"    {e.name} = {e.value:.6g} +- {e.error:.2g}"
+            for e in outcome.estimates
+            if np.isfinite(e.error)
+        ]
+    return tuple(lines)
+
+
+class Method(StrEnum):
+    """How responses are fitted."""
+
+    OUTPUT_ERROR = "output-error"
+    """In continuous time, by output error: consistent."""
+    ARX = "arx"
+    """As the article does: noise biases it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentificationSettings:
+    """What no log tells, and how to go about it."""
+
+    name: str
+    """Of the model; also the stem of its file."""
+    date: dt.date
+    """Day the model is made."""
+    version: str
+    """Of this program."""
+    description: str | None = None
+    readings: tuple[str, ...] = ()
+    """What whoever uses the numbers has to know besides."""
+    reference: Autopilot | None = None
+    """Who shapes the reference; ``None``: as the logs say, step references where they do not."""
+    mass_kg: float | None = None
+    """Take-off mass with battery, without payload. [kg]"""
+    payload_kg: float = 0.0
+    """Carried in the flights beyond it. [kg]"""
+    payload_deviation_kg: float = 0.0
+    """Standard deviation of a payload that is not known from flight to flight. [kg]"""
+    temperature_c: float | None = None
+    """Air temperature at home in the flights; ``None``: of the standard atmosphere. [°C]"""
+    position_noise_m: float = 0.0
+    """What the model assumes of the position in a hover. [m]"""
+    pack: PackSettings = field(default_factory=PackSettings)
+    method: Method = Method.OUTPUT_ERROR
+    base: VehicleModel | None = None
+    """Gives what the flights do not tell."""
+
 
 _LEAST_DAMPING = 0.3
 """Of a response to a reference that was shaped to be followed. [-]"""

@@ -9,19 +9,25 @@ it as such.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from planner.errors import IdentificationError
 from planner.frozen import frozen
-from planner.identify.estimate import Estimate
 from planner.identify.noise import Noise, fit_noise, least_squares_covariance
+from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
+from planner.units import SECONDS_PER_HOUR
+from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
+    from collections.abc import Sequence
 
-    FloatArray = npt.NDArray[np.float64]
+    from planner.arrays import FloatArray
+    from planner.logs.record import FlightRecord
+
 
 KNOTS = 6
 """Points of the curve over the charge that was used."""
@@ -119,3 +125,239 @@ def fit_battery(
         ),
         noise=noise,
     )
+
+
+CAPACITY_PARAMETERS = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
+"""Where ArduPilot and PX4 keep the charge of the full battery. [mAh]"""
+_CELL_PARAMETERS = ("BAT1_N_CELLS", "BAT_N_CELLS")
+_NOT_FULL = 0.98
+"""Voltage at the start, over the highest of all flights, below which a battery was not full. [-]"""
+_THINNED_S = 0.5
+"""Samples taken for the fit: the noise has a memory, more of them tell no more. [s]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PackSettings:
+    """What no log tells about a battery."""
+
+    capacity_ah: float | None = None
+    """Charge of the full battery; left out, as the autopilot's parameters say. [Ah]"""
+    cells_in_series: int | None = None
+    chemistry: str | None = None
+    """Kind of cell whose open-circuit curve is scaled to the flights."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatteryIdentification:
+    """What the discharges tell."""
+
+    battery: Battery | None
+    outcome: StateOutcome
+    fit: BatteryFit | None = None
+    readings: tuple[str, ...] = ()
+
+
+def charge_used_ah(record: FlightRecord) -> FloatArray:
+    """Return the charge drawn since the beginning of a flight, (n,) [Ah]."""
+    current_a = np.nan_to_num(record.current_a)  # a gap draws nothing that is known
+    between = 0.5 * (current_a[1:] + current_a[:-1]) * np.diff(record.time_s)
+    return np.concatenate(([0.0], np.cumsum(between))) / SECONDS_PER_HOUR
+
+
+def identify_battery(
+    records: Sequence[FlightRecord], settings: PackSettings
+) -> BatteryIdentification:
+    """Identify capacity, open-circuit curve and resistance, as far as the flights tell.
+
+    Parameters
+    ----------
+    records : sequence of FlightRecord
+        Flights with batteries of one kind.
+    settings : PackSettings
+        What no log tells.
+
+    Returns
+    -------
+    BatteryIdentification
+        A battery, or none and why.
+    """
+    segments = _discharges(records)
+    used = [r for r, s in zip(records, segments, strict=True) if s.is_used]
+    capacity_ah = settings.capacity_ah or _parameter(records, CAPACITY_PARAMETERS, 1e-3)
+    if not used:
+        return _nothing("no flight tells voltage and current", segments)
+    if capacity_ah is None:
+        return _nothing("no log tells the capacity of the battery: give --capacity", segments)
+    cells = (
+        settings.cells_in_series or round(_parameter(records, _CELL_PARAMETERS, 1.0) or 0) or None
+    )
+    thin = [
+        slice(None, None, max(1, round(_THINNED_S / (r.time_s[1] - r.time_s[0])))) for r in used
+    ]
+    columns = [
+        np.stack([r.voltage_v, r.current_a, charge_used_ah(r)])[:, t]
+        for r, t in zip(used, thin, strict=True)
+    ]
+    voltage, current, charge = (
+        np.concatenate([c[i, np.isfinite(c).all(axis=0)] for c in columns]) for i in range(3)
+    )
+    try:
+        fit = fit_battery(voltage, current, charge, capacity_ah=capacity_ah)
+    except IdentificationError as error:
+        return _nothing(str(error), segments)
+    if settings.chemistry is not None and cells is not None:
+        return _with_curve(
+            fit,
+            segments,
+            chemistry=settings.chemistry,
+            cells=cells,
+            capacity_ah=capacity_ah,
+            columns=(voltage, current, charge),
+        )
+    nominal_v = float(np.mean(fit.ocv_v))
+    resistance = fit.internal_resistance_ohm
+    battery = Battery(
+        capacity_ah=_rounded(capacity_ah),
+        nominal_voltage_v=_rounded(nominal_v, 4),
+        cells_in_series=cells,
+        internal_resistance_ohm=_rounded(resistance.value, 4),
+    )
+    low = fit.ocv_soc[0]
+    said = (
+        f"{capacity_ah:g} Ah, {resistance.value * 1e3:.0f} mohm, {nominal_v:.1f} V open-circuit over "
+        f"the charge that was used, down to {low:.0%}"
+    )
+    return BatteryIdentification(
+        battery=battery,
+        outcome=StateOutcome(
+            name="battery",
+            status=Status.IDENTIFIED,
+            said=said,
+            unit="V",
+            estimates=(resistance,),
+            segments=segments,
+            rms=fit.noise.deviation,
+        ),
+        fit=fit,
+        readings=(
+            (
+                f"Open-circuit voltage is known down to {low:.0%} of the charge only, so it is held "
+                "at its mean: name the kind of cell to get a curve."
+            ),
+            "Every flight that began within 2 % of the highest voltage began with a full battery.",
+        ),
+    )
+
+
+def _with_curve(
+    fit: BatteryFit,
+    segments: tuple[SegmentUse, ...],
+    *,
+    chemistry: str,
+    cells: int,
+    capacity_ah: float,
+    columns: tuple[FloatArray, FloatArray, FloatArray],
+) -> BatteryIdentification:
+    """Scale the curve of a kind of cell, V = k E(s) - R I, by linear least squares."""
+    from planner.identify.noise import fit_noise, least_squares_covariance
+    from planner.physics.battery import open_circuit_voltage_v
+    from planner.vehicle.battery import load_chemistry
+
+    voltage, current, charge = columns
+    cell = load_chemistry(chemistry)
+    curve_v = cells * np.array(cell.cell_ocv_v)
+    open_v = open_circuit_voltage_v(1.0 - charge / capacity_ah, ocv_soc=cell.ocv_soc, ocv_v=curve_v)
+    design = np.stack([open_v, -current], axis=-1)
+    found = np.linalg.lstsq(design, voltage)[0]
+    left = voltage - design @ found
+    noise = fit_noise([left], parameters=2)
+    errors = np.sqrt(np.diagonal(least_squares_covariance([(1.0, design, noise)])))
+    scale, resistance_ohm = float(found[0]), max(float(found[1]), 0.0)
+    low = 1.0 - float(charge.max()) / capacity_ah
+    rms = float(np.sqrt(np.mean(left**2)))
+    return BatteryIdentification(
+        battery=Battery(
+            capacity_ah=_rounded(capacity_ah),
+            cells_in_series=cells,
+            internal_resistance_ohm=_rounded(resistance_ohm, 4),
+            ocv_soc=cell.ocv_soc,
+            ocv_v=tuple(round(float(v), 3) for v in scale * curve_v),
+        ),
+        outcome=StateOutcome(
+            name="battery",
+            status=Status.IDENTIFIED,
+            said=(
+                f"{capacity_ah:g} Ah, {cells} {chemistry} cells with the voltage times {scale:.4f}, "
+                f"{resistance_ohm * 1e3:.0f} mohm; used down to {low:.0%}"
+            ),
+            unit="V",
+            estimates=(
+                Estimate(
+                    name="internal_resistance_ohm", value=resistance_ohm, error=float(errors[1])
+                ),
+                Estimate(name="voltage_scale", value=scale, error=float(errors[0])),
+            ),
+            segments=segments,
+            rms=rms,
+        ),
+        fit=fit,
+        readings=(
+            (
+                f"The open-circuit curve has the shape of {chemistry} cells, scaled to the flights, "
+                f"which used the charge down to {low:.0%}; below that only the shape speaks."
+            ),
+            "Every flight that began within 2 % of the highest voltage began with a full battery.",
+            "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
+        ),
+    )
+
+
+def _discharges(records: Sequence[FlightRecord]) -> tuple[SegmentUse, ...]:
+    """One discharge a flight, used or refused."""
+    first_v = [_first_known(r.voltage_v) for r in records]
+    highest = max((v for v in first_v if v is not None), default=0.0)
+    rows = []
+    for record, volts in zip(records, first_v, strict=True):
+        refusal = ""
+        if volts is None:
+            refusal = "no voltage"
+        elif not np.isfinite(record.current_a).any():
+            refusal = "no current"
+        elif volts < _NOT_FULL * highest:
+            refusal = f"began with less than {_NOT_FULL:.0%} of the highest voltage: not full"
+        rows.append(
+            SegmentUse(
+                log=record.source,
+                flight=record.number,
+                start_s=0.0,
+                duration_s=record.duration_s,
+                what="discharge",
+                refusal=refusal,
+            )
+        )
+    return tuple(rows)
+
+
+def _first_known(column: FloatArray) -> float | None:
+    known = column[np.isfinite(column)]
+    return float(known[0]) if known.size else None
+
+
+def _parameter(
+    records: Sequence[FlightRecord], names: Sequence[str], factor: float
+) -> float | None:
+    """Return a parameter that is positive and the same in all logs that have it."""
+    told = {r.parameters[name] for r in records for name in names if name in r.parameters}
+    value = factor * told.pop() if len(told) == 1 else 0.0
+    return value if value > 0.0 else None
+
+
+def _nothing(why: str, segments: tuple[SegmentUse, ...]) -> BatteryIdentification:
+    return BatteryIdentification(
+        battery=None,
+        outcome=StateOutcome(name="battery", status=Status.LEFT_OUT, said=why, segments=segments),
+    )
+
+
+def _rounded(value: float, digits: int = 6) -> float:
+    return float(f"{value:.{digits}g}")

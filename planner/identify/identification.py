@@ -13,29 +13,35 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
-from planner.identify.assembly import Parts, assemble_model
-from planner.identify.commands import Answer, cut_manoeuvres
-from planner.identify.manoeuvre_power import (
-    at_mean_load,
-    identify_manoeuvre_power,
-    manoeuvre_powers,
+from planner.identify.assembly import Method, Parts, assemble_model
+from planner.identify.manoeuvres import (
+    Answer,
+    cut_manoeuvres,
 )
 from planner.identify.outcome import SegmentUse, Status
 from planner.identify.power_states import (
     PowerIdentification,
+    at_mean_load,
     identify_cruise,
     identify_hover,
+    identify_manoeuvre_power,
     identify_power,
+    manoeuvre_powers,
 )
-from planner.identify.ramp_fit import has_references, identify_ramps
+from planner.identify.ramps import (
+    has_references,
+    identify_ramps,
+)
 from planner.identify.response_states import identify_response
-from planner.identify.settings import Method
 from planner.identify.states import find_states
-from planner.identify.steady import steady_stretches
-from planner.identify.steady_flight import record_air_density_kg_m3, steady_flight
+from planner.identify.steady import (
+    record_air_density_kg_m3,
+    steady_flight,
+    steady_stretches,
+)
 from planner.vehicle.model import Loads
 from planner.vehicle.power import (
     AltitudeLaw,
@@ -45,10 +51,10 @@ from planner.vehicle.power import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.identify.commands import Cut
+    from planner.identify.assembly import IdentificationSettings
+    from planner.identify.manoeuvres import Cut
     from planner.identify.outcome import Identification
     from planner.identify.response_states import ResponseIdentification
-    from planner.identify.settings import IdentificationSettings
     from planner.identify.steady import SteadyPower, SteadyStretch
     from planner.logs.record import FlightRecord
 
@@ -225,7 +231,7 @@ def _responses(
     found = []
     for answer in answers:
         count = sum(cut.answer is answer for cut in cuts)
-        on_step(f"fitting {answer.value} to {numbers.count(count, 'manoeuvre')}")
+        on_step(f"fitting {answer.value} to {quantity.count(count, 'manoeuvre')}")
         found.append(identify_response(answer, cuts, use_arx=use_arx, is_shaped=is_shaped))
     return tuple(found)
 

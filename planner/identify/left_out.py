@@ -12,7 +12,7 @@ from planner.identify.verification import verify_flight
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.identify.settings import IdentificationSettings
+    from planner.identify.assembly import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
     from planner.logs.record import FlightRecord
 

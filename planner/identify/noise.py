@@ -17,7 +17,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.errors import IdentificationError
 from planner.frozen import frozen
@@ -25,7 +24,8 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-FloatArray = npt.NDArray[np.float64]
+    from planner.arrays import FloatArray
+
 
 _LONGEST_MEMORY = 20
 _SAMPLES_PER_COEFFICIENT = 20

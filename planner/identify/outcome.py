@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from statistics import NormalDist
 from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.identify.battery import BatteryFit
-    from planner.identify.estimate import Estimate
-    from planner.identify.manoeuvre import Manoeuvre
-    from planner.identify.steady import SteadyPower
-    from planner.identify.steady_map import SteadyMap
+    from planner.identify.manoeuvres import Manoeuvre
+    from planner.identify.steady import SteadyMap, SteadyPower
     from planner.logs.record import FlightRecord
     from planner.physics.response import TransferFunction
     from planner.vehicle.model import VehicleModel
@@ -141,3 +142,18 @@ class Identification:
             if outcome.name == name:
                 return outcome
         raise KeyError(name)
+
+
+@frozen
+class Estimate:
+    """A number that was measured, and how well."""
+
+    name: str
+    value: float
+    error: float
+    """Standard error, in the unit of the value."""
+
+    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+        """Return the interval that holds the truth with a probability, errors taken as normal."""
+        half = NormalDist().inv_cdf(0.5 + 0.5 * confidence) * self.error
+        return self.value - half, self.value + half

@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.frozen import frozen
-from planner.identify.manoeuvre import simulated_answers
+from planner.identify.manoeuvres import simulated_answers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy.typing as npt
-
-    from planner.identify.manoeuvre import Manoeuvre
+    from planner.arrays import FloatArray
+    from planner.identify.manoeuvres import Manoeuvre
     from planner.physics.response import TransferFunction
 
-    FloatArray = npt.NDArray[np.float64]
 
 _LAGS = 20
 

@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.commands import Answer, Cut, hold_out
+from planner.identify.manoeuvres import (
+    Answer,
+    Cut,
+    hold_out,
+)
 from planner.identify.outcome import ResponseEvidence, SegmentUse, StateOutcome, Status
 from planner.identify.output_error import select_response
 from planner.identify.quality import evaluate_model
@@ -19,15 +23,12 @@ from planner.vehicle.model import ManoeuvreResponse
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy.typing as npt
-
-    from planner.identify.estimate import Estimate
-    from planner.identify.manoeuvre import Manoeuvre
+    from planner.identify.manoeuvres import Manoeuvre
+    from planner.identify.outcome import Estimate
     from planner.identify.quality import Quality
     from planner.identify.structure import Structure
     from planner.physics.response import TransferFunction
 
-    FloatArray = npt.NDArray[np.float64]
 
 _POWERS = (Answer.CLIMB_POWER, Answer.DESCENT_POWER, Answer.BRAKE_POWER)
 _HEIGHTS = (Answer.ALTITUDE, Answer.CLIMB_POWER, Answer.DESCENT_POWER)
@@ -198,7 +199,7 @@ def _fit_by_arx(
     manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], longest_delay_s: float
 ) -> FittedResponse:
     """Fit as the article does: it tells no errors, and noise biases it."""
-    from planner.identify.estimate import Estimate
+    from planner.identify.outcome import Estimate
 
     system = _slowest_sampled(manoeuvres, structures[0], longest_delay_s)
     gain = system.numerator[-1] / system.denominator[-1]
@@ -295,7 +296,7 @@ def _outcome(
     return StateOutcome(
         name=answer.value,
         status=Status.IDENTIFIED,
-        said=f"{order} order with a delay, from {numbers.count(used, 'manoeuvre')}{window}{beside}",
+        said=f"{order} order with a delay, from {quantity.count(used, 'manoeuvre')}{window}{beside}",
         unit="W" if answer in _POWERS else "m" if answer is Answer.ALTITUDE else "m/s",
         estimates=fitted.estimates,
         segments=_segments(cuts, of_all),

@@ -11,22 +11,39 @@ spread: the next flight meets it as well.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import IdentificationError
+from planner.errors import IdentificationError, MavjouleError
+from planner.flight.motion.kinematics import FlightState
 from planner.frozen import frozen
+from planner.identify.power_states import (
+    at_mean_load,
+    identify_manoeuvre_power,
+    identify_power,
+    manoeuvre_powers,
+)
+from planner.identify.ramps import durations_s, fit_ramps, timed_flight
+from planner.identify.states import find_states, slope_per_s
+from planner.identify.steady import record_air_density_kg_m3, speed_through_air_m_s
+from planner.identify.verification import KnownConditions, verify_flight
+from planner.units import SECONDS_PER_HOUR
 from planner.vehicle.model import ModelSpread
+from planner.vehicle.power import AltitudeLaw, CruisePower, WholeLaw, whole_power_w
 from planner.vehicle.spread_schema import STATE_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    import numpy.typing as npt
-
-    FloatArray = npt.NDArray[np.float64]
-    BoolArray = npt.NDArray[np.bool_]
+    from planner.arrays import FloatArray
+    from planner.identify.assembly import IdentificationSettings
+    from planner.identify.power_states import PowerIdentification
+    from planner.identify.ramps import TimedFlight
+    from planner.identify.steady import SteadyPower
+    from planner.logs.record import FlightRecord
+    from planner.vehicle.model import Ramps, VehicleModel
 
 
 @frozen
@@ -127,3 +144,226 @@ def _root_mean_square(fractions: Iterable[float]) -> float | None:
 
 def _rounded_up(fraction: float) -> float:
     return float(np.ceil(1e4 * fraction - 1e-6) / 1e4)
+
+
+_LEAST_FLIGHTS = 2
+_SLOPE_S = 3.0
+"""Window of a climb rate told by heights alone. [s]"""
+
+
+def left_out_spread(
+    model: VehicleModel,
+    records: Sequence[FlightRecord],
+    steady: Sequence[SteadyPower],
+    settings: IdentificationSettings,
+) -> ModelSpread | None:
+    """Compare each flight with its prediction by the power of the others.
+
+    Parameters
+    ----------
+    model : VehicleModel
+        Made of all flights, by an autopilot's references.
+    records : sequence of FlightRecord
+        The flights.
+    steady : sequence of SteadyPower
+        Their steady flight.
+    settings : IdentificationSettings
+        What no log tells.
+
+    Returns
+    -------
+    ModelSpread or None
+        ``None`` where there are fewer than two flights, or none can be compared.
+    """
+    if len(records) < _LEAST_FLIGHTS:
+        return None
+    compared: list[FlownAndPredicted] = []
+    is_whole = True
+    for record in records:
+        without = _model_without(model, record, steady, settings)
+        if without is None:
+            continue
+        whole = _whole_flight(record, without, settings) if record.mission_items else None
+        is_whole &= whole is not None
+        one = whole or _energy_alone(record, without, settings)
+        if one is not None:
+            compared.append(one)
+    if not compared:
+        return None
+    how = "from its mission alone" if is_whole else "along the motion flown"
+    found = fit_spread(
+        compared,
+        source=f"{len(compared)} flights, each predicted {how} by a model made without it",
+    )
+    if not is_whole:
+        found = replace(found, time_fraction=None, stopping_distance_fraction=None)
+    return None if found.time_fraction is None and found.energy_fraction is None else found
+
+
+def _model_without(
+    model: VehicleModel,
+    record: FlightRecord,
+    steady: Sequence[SteadyPower],
+    settings: IdentificationSettings,
+) -> VehicleModel | None:
+    """Return the model with the power of the other flights."""
+    if not model.is_power_known:
+        return model
+    own = f"{record.source}#{record.number}"
+    power = identify_power(
+        [f for f in steady if f.source != own], mass_deviation_kg=settings.payload_deviation_kg
+    )
+    if not power.is_known:
+        return None
+    return replace(model, hover=power.hover, cruise=power.cruise, vertical=power.vertical)
+
+
+def _whole_flight(
+    record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
+) -> FlownAndPredicted | None:
+    known = KnownConditions(
+        payload_kg=settings.payload_kg,
+        temperature_c=settings.temperature_c,
+        position_noise_m=settings.position_noise_m,  # whoever plans a flight knows no other
+    )
+    try:
+        found = verify_flight(record, model, known)
+    except MavjouleError:  # what cannot be predicted tells nothing about predictions
+        return None
+    joules = SECONDS_PER_HOUR
+    has_energy = found.measured.energy_wh is not None and found.predicted.energy_wh is not None
+    of_states = [
+        s for s in found.states if has_energy and s.energy_wh is not None and s.predicted_energy_wh
+    ]
+    stops = [(s.measured_m, s.predicted_m) for s in found.stops if s.predicted_m]
+    return FlownAndPredicted(
+        flown_time_s=found.measured.time_s,
+        predicted_time_s=found.predicted.time_s,
+        flown_energy_j={s.state.value: joules * (s.energy_wh or 0.0) for s in of_states},
+        predicted_energy_j={
+            s.state.value: joules * (s.predicted_energy_wh or 0.0) for s in of_states
+        },
+        flown_stops_m=tuple(measured_m for measured_m, _ in stops),
+        predicted_stops_m=tuple(predicted_m for _, predicted_m in stops),
+    )
+
+
+def _energy_alone(
+    record: FlightRecord, model: VehicleModel, settings: IdentificationSettings
+) -> FlownAndPredicted | None:
+    """Return the energy of each state along the motion flown."""
+    law = model.cruise
+    if not isinstance(law, WholeLaw) or model.mass_kg is None:
+        return None
+    speed = speed_through_air_m_s(record)
+    density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+    step_s = float(record.time_s[1] - record.time_s[0])
+    climb = record.climb_m_s
+    if not np.isfinite(climb).any():
+        climb = slope_per_s(record.height_above_home_m, round(_SLOPE_S / step_s), step_s)
+    columns = np.stack([speed, climb, record.power_w, density])
+    known = np.isfinite(columns).all(axis=0)
+    predicted_w = np.zeros(known.size)
+    predicted_w[known] = whole_power_w(
+        law,
+        airspeed_m_s=speed[known],
+        climb_rate_m_s=climb[known],
+        mass_kg=model.mass_kg + settings.payload_kg,
+        air_density_kg_m3=density[known],
+    )
+    flown: dict[str, float] = {}
+    predicted: dict[str, float] = {}
+    for segment in find_states(record):
+        part = np.zeros(known.size, dtype=np.bool_)
+        part[segment.samples] = True
+        part &= known
+        name = segment.state.value
+        flown[name] = flown.get(name, 0.0) + step_s * float(record.power_w[part].sum())
+        predicted[name] = predicted.get(name, 0.0) + step_s * float(predicted_w[part].sum())
+    if not sum(predicted.values()) > 0.0:
+        return None
+    return FlownAndPredicted(
+        flown_time_s=record.duration_s,
+        predicted_time_s=record.duration_s,
+        flown_energy_j=flown,
+        predicted_energy_j=predicted,
+    )
+
+
+def ramp_spread(
+    records: Sequence[FlightRecord], settings: IdentificationSettings
+) -> ModelSpread | None:
+    """Compare each flight with its prediction by the ramps and the power of the others.
+
+    Parameters
+    ----------
+    records : sequence of FlightRecord
+        Flights without references.
+    settings : IdentificationSettings
+        What no log tells.
+
+    Returns
+    -------
+    ModelSpread or None
+        ``None`` where ramps cannot be told without one of the flights.
+    """
+    told: list[tuple[TimedFlight, tuple[SteadyPower, ...]]] = []
+    for record in records:
+        flight = timed_flight(record)
+        if not flight.refusal:
+            density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
+            powers = manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=None)
+            told.append((flight, powers))
+    compared = []
+    for number, (flight, powers) in enumerate(told):
+        others = told[:number] + told[number + 1 :]
+        try:
+            ramps = fit_ramps([other for other, _ in others])
+        except IdentificationError:
+            return None
+        power = identify_manoeuvre_power(at_mean_load([own for _, own in others]))
+        compared.append(_compared(flight, powers, ramps, power))
+    if not compared:
+        return None
+    found = fit_spread(
+        compared,
+        source=(
+            f"{len(compared)} flights, each predicted from its legs by a model made without it; "
+            "with loads that are not told"
+        ),
+    )
+    # A manoeuvre holds several states: what they share is all that is told.  Where a stop was commanded
+    # these logs do not tell, so that no stopping distance can be compared.
+    return replace(found, energy_state_fraction=(), stopping_distance_fraction=None)
+
+
+def _compared(
+    flight: TimedFlight, powers: Sequence[SteadyPower], ramps: Ramps, power: PowerIdentification
+) -> FlownAndPredicted:
+    durations = durations_s(flight, ramps)
+    flown_j, predicted_j = 0.0, 0.0
+    for mean in powers if isinstance(power.hover, AltitudeLaw) else ():
+        # a manoeuvre that takes longer than predicted takes its power for longer
+        middle_s = mean.start_s + 0.5 * mean.duration_s
+        own, duration_s = next(
+            (m, s) for m, s in reversed(durations) if m.start_s <= middle_s or m is flight.takeoff
+        )
+        flown_j += mean.power_w * mean.duration_s
+        predicted_j += _power_w(power, mean) * mean.duration_s * duration_s / own.duration_s
+    return FlownAndPredicted(
+        flown_time_s=sum(m.duration_s for m, _ in durations),
+        predicted_time_s=sum(s for _, s in durations),
+        flown_energy_j={FlightState.CRUISE.value: flown_j} if predicted_j > 0.0 else {},
+        predicted_energy_j={FlightState.CRUISE.value: predicted_j} if predicted_j > 0.0 else {},
+    )
+
+
+def _power_w(power: PowerIdentification, mean: SteadyPower) -> float:
+    """Return what the others say of a manoeuvre, by its airspeed and climb rate. [W]"""
+    assert isinstance(power.hover, AltitudeLaw)
+    total = power.hover.coefficient_w
+    if isinstance(power.cruise, CruisePower):
+        total += float(power.cruise.above_hover_w(np.array(mean.airspeed_m_s)))
+    if power.vertical is not None:
+        total += float(power.vertical.above_hover_w(np.array(mean.climb_rate_m_s)))
+    return total

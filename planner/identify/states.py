@@ -12,17 +12,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.state import STATE_INDEX, STATES, FlightState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    STATES,
+    FlightState,
+)
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.logs.record import FlightRecord
 
-    FloatArray = npt.NDArray[np.float64]
-    BoolArray = npt.NDArray[np.bool_]
-    IntArray = npt.NDArray[np.int64]
 
 _VERTICAL_M_S = (0.15, 0.3)
 _HORIZONTAL_M_S = (0.5, 1.0)

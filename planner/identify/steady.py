@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.state import FlightState
+from planner.errors import IdentificationError
+from planner.flight.motion.kinematics import FlightState
 from planner.identify.noise import mean_with_error
+from planner.identify.outcome import Estimate
+from planner.identify.states import run_bounds, slope_per_s
+from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
+from planner.physics.rotor import momentum_power_w
+from planner.units import GRAVITY_M_S2
+from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    import numpy.typing as npt
-
+    from planner.arrays import BoolArray, FloatArray
     from planner.identify.states import StateSegment
     from planner.logs.record import FlightRecord
 
-    FloatArray = npt.NDArray[np.float64]
 
 _SETTLING_S = 5.0
 """Taken off the beginning of a steady stretch, where the power of the manoeuvre before it rings."""
@@ -181,3 +187,299 @@ def _unsteadiness(record: FlightRecord, segment: StateSegment, part: slice, step
     if np.ptp(np.percentile(speed, (5, 95))) > _SPEED_RANGE_M_S:
         return "the speed is not steady"
     return ""
+
+
+_SLOPE_S = 3.0
+"""Window of an acceleration. [s]"""
+_STEADY_M_S2 = 0.3
+"""Mean acceleration over that below which flight is steady: gusts shake a vehicle by more than this."""
+_FLIGHT_SETTLING_S = 1.5
+"""Taken off the beginning of a stretch: the rotors still answer what was before it. [s]"""
+_SHORTEST_FLIGHT_S = 3.0
+_LONGEST_S = 20.0
+"""Longer stretches are cut: height, wind and density change over them. [s]"""
+_GROUND_S = 3.0
+"""Left out after lift-off and before touch-down: the ground carries part of the weight. [s]"""
+
+
+def record_air_density_kg_m3(
+    record: FlightRecord, *, home_temperature_c: float | None = None
+) -> FloatArray:
+    """Density of the air along a record.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+    home_temperature_c : float, optional
+        Air temperature at home; left out, that of the standard atmosphere there. [°C]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        NaN where no height is known. [kg m⁻³]
+    """
+    home_amsl_m = record.home.altitude_amsl_m or 0.0
+    altitude = record.altitude_amsl_m
+    if not np.isfinite(altitude).any():
+        altitude = record.height_above_home_m + home_amsl_m
+    temperature_c = (
+        standard_temperature_c(home_amsl_m) if home_temperature_c is None else home_temperature_c
+    )
+    return air_density_kg_m3(altitude, home_amsl_m=home_amsl_m, home_temperature_c=temperature_c)
+
+
+def steady_flight(
+    record: FlightRecord,
+    *,
+    air_density_kg_m3: FloatArray,
+    mass_kg: float | None = None,
+) -> tuple[SteadyPower, ...]:
+    """Mean powers of all steady flight of a record.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+    air_density_kg_m3 : ndarray, shape (n,)
+        Air density at each sample. [kg m⁻³]
+    mass_kg : float, optional
+        Mass that flew. [kg]
+
+    Returns
+    -------
+    tuple of SteadyPower
+        In the order flown; empty where the log tells no power or no motion.
+    """
+    step_s = float(record.time_s[1] - record.time_s[0])
+    airspeed = speed_through_air_m_s(record)
+    climb = record.climb_m_s
+    if not np.isfinite(climb).any():
+        climb = slope_per_s(record.height_above_home_m, round(3.0 / step_s), step_s)
+    columns = np.stack([record.power_w, airspeed, climb, air_density_kg_m3])
+    steady = (
+        np.isfinite(columns).all(axis=0)
+        & _is_clear_of_ground(record.is_landed, step_s)
+        & (_acceleration_m_s2(record, climb, step_s) < _STEADY_M_S2)
+    )
+    found = []
+    settling, longest = round(_FLIGHT_SETTLING_S / step_s), round(_LONGEST_S / step_s)
+    for start, end in zip(*run_bounds(steady), strict=True):
+        if not steady[start]:
+            continue
+        pieces = max(1, round((end - start - settling) / longest))
+        edges = np.linspace(start + settling, end, pieces + 1).astype(int)
+        for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            if (last - first) * step_s < _SHORTEST_FLIGHT_S:
+                continue
+            part = slice(first, last)
+            power_w, error_w = mean_with_error([record.power_w[part]])
+            found.append(
+                SteadyPower(
+                    power_w=power_w,
+                    error_w=error_w,
+                    duration_s=(last - first) * step_s,
+                    height_above_home_m=float(np.nanmean(record.height_above_home_m[part])),
+                    airspeed_m_s=float(airspeed[part].mean()),
+                    climb_rate_m_s=_mean_climb_m_s(record, climb, part),
+                    air_density_kg_m3=float(air_density_kg_m3[part].mean()),
+                    mass_kg=mass_kg,
+                    source=f"{record.source}#{record.number}",
+                    start_s=float(record.time_s[first]),
+                )
+            )
+    return tuple(found)
+
+
+def _mean_climb_m_s(record: FlightRecord, climb_m_s: FloatArray, part: slice) -> float:
+    """Mean climb rate by the heights where they are known: climb rates are often biased in cruise."""
+    heights = record.height_above_home_m[part]
+    if not np.isfinite(heights).all():
+        return float(climb_m_s[part].mean())
+    return float(np.polyfit(record.time_s[part], heights, 1)[0])
+
+
+def _acceleration_m_s2(record: FlightRecord, climb_m_s: FloatArray, step_s: float) -> FloatArray:
+    """Magnitude of the acceleration over ground; of the speed where the velocity is not known."""
+    window = round(_SLOPE_S / step_s)
+    columns = [record.velocity_north_m_s, record.velocity_east_m_s]
+    if not np.isfinite(columns).any(axis=1).all():
+        columns = [speed_through_air_m_s(record)]
+    slopes = [slope_per_s(column, window, step_s) for column in (*columns, climb_m_s)]
+    magnitude: FloatArray = np.sqrt(np.sum(np.square(slopes), axis=0))
+    return np.where(np.isfinite(magnitude), magnitude, np.inf)
+
+
+def _is_clear_of_ground(is_landed: BoolArray, step_s: float) -> BoolArray:
+    """Where the vehicle is not on the ground, nor was or will be in a moment."""
+    near = round(_GROUND_S / step_s)
+    kernel = np.ones(2 * near + 1)
+    return np.convolve(is_landed, kernel, mode="same")[: is_landed.size] < 0.5
+
+
+NAMES = (
+    "disk_area_m2",
+    "drag_area_m2",
+    "induced_factor",
+    "axial_factor",
+    "profile_factor",
+    "profile_speed_factor",
+)
+_DISK_LOADING_N_M2 = 70.0
+"""Of multirotors from 30 to 160: centre of the prior of the disk area. [N m⁻²]"""
+_DRAG_AREA_AT_1_KG_M2 = 0.015
+"""Of a body of 1 kg, growing with the mass to the power 2/3: centre of its prior. [m²]"""
+_FACTORS = (1.6, 1.4, 0.35, 0.2)
+"""Centres of the priors of the factors: electrical over ideal watts. [-]"""
+_SPREADS = (0.5, 0.8, 0.3, 0.3, 0.6, 1.0)
+"""Standard deviations of the priors, of the logarithms. [-]"""
+_MODEL_SHARE = 0.01
+"""To which momentum theory describes a multirotor. [-]"""
+_LEAST_CELLS = 3
+"""Of level flight, hover counted: fewer tell nothing about the power over speed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SteadyMap:
+    """Momentum theory fitted to steady flight."""
+
+    law: MomentumLaw
+    estimates: tuple[Estimate, ...]
+    """The six numbers with their errors."""
+    from_prior: tuple[str, ...]
+    """Those of which the flights tell next to nothing."""
+    rms_w: float
+    """Root mean square of what the cells differ from the law by. [W]"""
+    cells: int
+    """Number of different airspeeds and climb rates."""
+    beyond_kg: Mapping[str, float]
+    """Mass of each flight beyond the one given, by source, where it was fitted. [kg]"""
+
+    def residuals_w(self, flights: Sequence[SteadyPower]) -> FloatArray:
+        """Return predicted less measured power of steady flights, (n,) [W]."""
+        values = np.array([getattr(self.law, name) for name in NAMES])
+        measured: FloatArray = np.array([f.power_w for f in flights])
+        beyond_kg = np.array([self.beyond_kg.get(f.source, 0.0) for f in flights])
+        return _powers_w(values, flights, beyond_kg) - measured
+
+
+def cell_of(flight: SteadyPower) -> tuple[int, int]:
+    """Return the cell of the map that a steady flight belongs to: 1 m/s by 0.5 m/s."""
+    return round(flight.airspeed_m_s), round(2.0 * flight.climb_rate_m_s)
+
+
+def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float = 0.0) -> SteadyMap:
+    """Fit momentum theory to steady flights.
+
+    Parameters
+    ----------
+    flights : sequence of SteadyPower
+        With mass and air density, in three cells of level flight at least.
+    mass_deviation_kg : float
+        Standard deviation of the mass from flight to flight, where the payload is not known: each
+        flight then has a mass of its own, fitted beside the law. [kg]
+
+    Returns
+    -------
+    SteadyMap
+        The law, its errors, and what came from the priors.
+
+    Raises
+    ------
+    IdentificationError
+        If a mass or a density is not known, or there are too few airspeeds.
+    """
+    from scipy.optimize import least_squares
+
+    if any(f.mass_kg is None or f.air_density_kg_m3 is None for f in flights):
+        msg = "momentum theory needs the mass and the air density of every steady flight"
+        raise IdentificationError(msg)
+    cells = [cell_of(f) for f in flights]
+    level = {speed for speed, climb in cells if climb == 0}
+    if len(level) < _LEAST_CELLS:
+        msg = (
+            f"momentum theory needs level flight at {_LEAST_CELLS} airspeeds, hover counted, "
+            f"the flights have {len(level)}"
+        )
+        raise IdentificationError(msg)
+    powers = np.array([f.power_w for f in flights])
+    errors = np.hypot([f.error_w for f in flights], _MODEL_SHARE * powers)
+    counts = np.array([cells.count(cell) for cell in cells])
+    scale = errors * np.sqrt(counts)
+    mass_kg = float(np.mean([f.mass_kg or 0.0 for f in flights]))
+    centre = np.log(
+        [
+            mass_kg * GRAVITY_M_S2 / _DISK_LOADING_N_M2,
+            _DRAG_AREA_AT_1_KG_M2 * mass_kg ** (2.0 / 3.0),
+            *_FACTORS,
+        ]
+    )
+    spreads = np.array(_SPREADS)
+
+    sources = sorted({f.source for f in flights}) if mass_deviation_kg > 0.0 else []
+    flight_of = [sources.index(f.source) for f in flights] if sources else []
+
+    def residuals(x: FloatArray) -> FloatArray:
+        own, beyond = x[: len(NAMES)], x[len(NAMES) :]
+        beyond_kg = mass_deviation_kg * beyond[flight_of] if sources else 0.0
+        data = (_powers_w(np.exp(own), flights, beyond_kg) - powers) / scale
+        return np.concatenate([data, (own - centre) / spreads, beyond])
+
+    start = np.concatenate([centre, np.zeros(len(sources))])
+    size = np.concatenate([spreads, np.ones(len(sources))])
+    found = least_squares(residuals, start, jac="3-point", x_scale=size)
+    if not found.success:
+        msg = "the fit of momentum theory to the steady flights did not end"
+        raise IdentificationError(msg)
+    data = found.fun[: powers.size]
+    surplus = len(set(cells)) - len(NAMES)
+    scatter = max(1.0, float(data @ data) / surplus) if surplus > 0 else 1.0
+    of_data = found.jac[: powers.size]
+    information = of_data.T @ of_data / scatter + np.diag(size**-2.0)
+    deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))
+    values = np.exp(found.x[: len(NAMES)])
+    law = MomentumLaw(**{name: _rounded(v) for name, v in zip(NAMES, values, strict=True)})
+    return SteadyMap(
+        law=law,
+        estimates=tuple(
+            Estimate(name=name, value=getattr(law, name), error=_rounded(float(v * d)))
+            for name, v, d in zip(NAMES, values, deviations[: len(NAMES)], strict=True)
+        ),
+        from_prior=tuple(
+            name
+            for name, d, spread in zip(NAMES, deviations[: len(NAMES)], spreads, strict=True)
+            if d > 0.8 * spread
+        ),
+        rms_w=float(np.sqrt(np.average((data * scale) ** 2, weights=1.0 / counts))),
+        cells=len(set(cells)),
+        beyond_kg={
+            source: mass_deviation_kg * float(x)
+            for source, x in zip(sources, found.x[len(NAMES) :], strict=True)
+        },
+    )
+
+
+def _powers_w(
+    values: FloatArray, flights: Sequence[SteadyPower], beyond_kg: FloatArray | float = 0.0
+) -> FloatArray:
+    """Return the power of steady flights by the six numbers, (n,) [W]."""
+    powers = np.empty(len(flights))
+    masses = np.array([f.mass_kg or 0.0 for f in flights]) + beyond_kg
+    speed = np.array([f.airspeed_m_s for f in flights])
+    climb = np.array([f.climb_rate_m_s for f in flights])
+    density = np.array([f.air_density_kg_m3 or 0.0 for f in flights])
+    for mass_kg in np.unique(masses):
+        own = masses == mass_kg
+        powers[own] = momentum_power_w(
+            speed[own],
+            climb[own],
+            mass_kg=float(mass_kg),
+            air_density_kg_m3=density[own],
+            **dict(zip(NAMES, values.tolist(), strict=True)),
+        )
+    return powers
+
+
+def _rounded(value: float) -> float:
+    """Six digits: far more than flights tell, and short enough for people to compare."""
+    return float(f"{value:.6g}") if math.isfinite(value) else value

@@ -8,14 +8,16 @@ other.  Up to the second order the coefficients of the factors are those of the 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.frozen import frozen
 from planner.physics.response import MAX_ORDER, TransferFunction
 
-FloatArray = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
+
 
 _SMALLEST_FACTOR = 1e-6
 """Nothing that is flown changes over a million seconds. [rad/s]"""

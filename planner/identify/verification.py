@@ -11,38 +11,388 @@ from planner.autopilot import Autopilot
 from planner.catalogue.verification import CONDITIONS_ASSUMED, ENERGY_IN_PART
 from planner.errors import UsageError
 from planner.flight.conditions import Conditions
+from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
-from planner.identify.comparison import (
-    compare_states,
-    compare_stops,
-    energy_wh,
-    predicted_times_s,
-    rms_difference,
-    track_length_m,
-)
 from planner.identify.flown_mission import (
     flown_home,
     flown_mission,
-    flown_parameters,
     flown_position_noise_m,
     flown_wind,
+    flown_window,
+    record_parameters,
 )
-from planner.identify.flown_window import flown_window
-from planner.identify.predicted_record import predicted_record
-from planner.mission.route import make_route
+from planner.identify.states import find_states
+from planner.logs.record import STEP_S
+from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.prediction import Flight
-    from planner.identify.comparison import StateComparison, StopComparison
+    from planner.identify.states import StateSegment
     from planner.logs.record import FlightRecord
     from planner.mission.items import Mission
-    from planner.mission.stage import Route
+    from planner.mission.route.stage import Route
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet
+
+
+_ON_GROUND_M = 0.05
+"""Height under which a vehicle that does not climb stands on the ground. [m]"""
+_TOUCHED_DOWN_M = 2.0
+"""Height under which a flight that ends has landed: step responses settle within 1 m. [m]"""
+_STILL_M_S = 0.1
+
+
+def predicted_record(flight: Flight, flown: FlightRecord) -> FlightRecord:
+    """Return a predicted flight as the record a logger would make of it.
+
+    Parameters
+    ----------
+    flight : Flight
+        The prediction.
+    flown : FlightRecord
+        The flight it predicts: references are known where they are known of that one.
+
+    Returns
+    -------
+    FlightRecord
+        Sampled every 0.1 s; what a prediction does not tell is NaN.
+    """
+    motion = flight.motion
+    time_s = np.arange(0.0, flight.time_s, STEP_S)
+    state = motion.state_at_time(time_s)
+    segment = np.minimum(
+        np.searchsorted(motion.segments.end_s, time_s, side="right"),
+        len(motion.segments.duration_s) - 1,
+    )
+    speed = state.ground_speed_m_s
+    still = (np.abs(state.climb_m_s) < _STILL_M_S) & (speed < _STILL_M_S)
+    is_landed = (np.abs(state.height_m) < _ON_GROUND_M) & still
+    # A landing that ends as the flight does, or creeps to its end, leaves no time on the ground.
+    is_down = (np.abs(state.height_m) < _TOUCHED_DOWN_M) & still
+    is_down[-1] = abs(state.height_m[-1]) < _TOUCHED_DOWN_M
+    is_landed |= np.logical_and.accumulate(is_down[::-1])[::-1]
+    known = {
+        "time_s": time_s,
+        "north_m": state.north_m,
+        "east_m": state.east_m,
+        "height_above_home_m": state.height_m,
+        "velocity_north_m_s": state.north_m_s,
+        "velocity_east_m_s": state.east_m_s,
+        "climb_m_s": state.climb_m_s,
+        "ground_speed_m_s": speed,
+        "power_w": flight.power_w(time_s),
+        "mode": np.full(time_s.size, ""),
+        "is_landed": is_landed,
+        "mission_item": motion.segments.item[segment],
+    }
+    if np.isfinite(flown.reference_speed_m_s).any():
+        known["reference_speed_m_s"] = speed
+    unknown = dict.fromkeys(flown.columns(), np.full(time_s.size, np.nan))
+    return replace(
+        flown,
+        **{**unknown, **known},  # type: ignore[arg-type]  # all of them are columns
+        duration_s=flight.time_s,
+        quantities=(),
+        findings=(),
+    )
+
+
+_LEAST_SPEED_M_S = 1.5
+"""Slower is hovering with noise, not flying. [m s⁻¹]"""
+_STANDSTILL_M_S = 0.5
+_PLATEAU = 0.98
+"""A stop begins where the speed falls under this share of what it was. [-]"""
+_KNEE = 0.9
+"""Braking is well under way at this share of the speed; noise is not. [-]"""
+_SMOOTHING_S = 0.5
+"""Noise of a speed counts for little in the mean over so long. [s]"""
+_STEADY_S = 3.0
+"""A speed that has not risen for so long, looking back, is the one braked from. [s]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stop:
+    """A manoeuvre from a horizontal speed to standstill in the air."""
+
+    item: int
+    """Mission item flown when it began, from 1; 0 where it is not known."""
+    start_s: float
+    speed_m_s: float
+    """Speed braked from. [m s⁻¹]"""
+    distance_m: float
+    """Flown from 98 % of that speed to 0.5 m/s. [m]"""
+
+
+def find_stops(record: FlightRecord) -> tuple[Stop, ...]:
+    """Return the stops of a record, in the order flown.
+
+    The speed braked from is the highest looked back to from the standstill until none higher comes
+    for 3 s, or the median of the seconds before the knee where that was held; the stop begins where
+    98 % of it was flown before the knee.
+    """
+    step_s = float(record.time_s[1] - record.time_s[0])
+    window = round(_STEADY_S / step_s)
+    speed = _smoothed(record.ground_speed_m_s, round(_SMOOTHING_S / step_s))
+    found: list[Stop] = []
+    stood = 0
+    fast = False
+    for at, value in enumerate(speed.tolist()):
+        if value >= _LEAST_SPEED_M_S:
+            fast = True
+        elif value < _STANDSTILL_M_S and not record.is_landed[at]:
+            if fast:
+                found.append(_stop(record, speed, stood, at, window))
+            fast, stood = False, at
+    return tuple(found)
+
+
+def _smoothed(column: FloatArray, window: int) -> FloatArray:
+    """Mean of the samples around each, over fewer towards the ends."""
+    weights = np.ones(2 * (window // 2) + 1)
+    counts = np.convolve(np.ones(column.size), weights, mode="same")
+    return np.convolve(column, weights, mode="same") / counts
+
+
+def _stop(record: FlightRecord, speed: FloatArray, first: int, end: int, window: int) -> Stop:
+    peak = end
+    for at in range(end - 1, first - 1, -1):
+        if speed[at] > speed[peak]:
+            peak = at
+        elif peak - at > window and speed[peak] >= _LEAST_SPEED_M_S:
+            break
+    top = float(speed[peak])
+    knee = peak + int(np.flatnonzero(speed[peak : end + 1] >= _KNEE * top)[-1])
+    before = speed[max(knee - 2 * window, first) : max(knee - window // 2, first + 1)]
+    steady = float(np.median(before))
+    if steady >= _KNEE * top:
+        # The highest of many noisy samples is higher than the speed that was held.
+        top = steady
+    start = knee - int(np.argmax(speed[knee::-1] >= _PLATEAU * top))
+    braked = record.ground_speed_m_s[start : end + 1]
+    return Stop(
+        item=int(record.mission_item[start]),
+        start_s=float(record.time_s[start]),
+        speed_m_s=top,
+        distance_m=float(np.trapezoid(braked, record.time_s[start : end + 1])),
+    )
+
+
+_VERTICAL = frozenset(
+    (FlightState.TAKEOFF, FlightState.CLIMB, FlightState.DESCEND, FlightState.LAND)
+)
+_STEADY = frozenset((FlightState.HOVER, FlightState.CRUISE))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateComparison:
+    """Everything flown in one state, against everything predicted in it."""
+
+    state: FlightState
+    count: int
+    """Stretches flown in it."""
+    predicted_count: int
+    time_s: float
+    predicted_time_s: float
+    energy_wh: float | None
+    predicted_energy_wh: float | None
+    fit_percent: float | None
+    """Of ``fit_of``, each item's flight laid on the moment it began; of a steady state, where there
+    is no change to describe, relative to the value itself. [%]"""
+    fit_of: str | None
+    """Column of the record that is fitted: height, speed, or power in hover."""
+
+    @property
+    def energy_fraction(self) -> float | None:
+        """Predicted energy over flown energy, less one. [-]"""
+        if not self.energy_wh or self.predicted_energy_wh is None:
+            return None
+        return self.predicted_energy_wh / self.energy_wh - 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopComparison:
+    """A stop flown, and the one predicted for it."""
+
+    item: int
+    start_s: float
+    speed_m_s: float
+    measured_m: float
+    predicted_m: float | None
+    """``None`` where none is predicted at this item."""
+    predicted_speed_m_s: float | None
+
+
+def energy_wh(record: FlightRecord, part: slice = slice(None)) -> float | None:
+    """Return the energy of part of a record: trapezoids over the power that is known. [Wh]"""
+    power_w, time_s = record.power_w[part], record.time_s[part]
+    known = np.isfinite(power_w)
+    if known.sum() < 2:
+        return None
+    return wh_from_j(float(np.trapezoid(power_w[known], time_s[known])))
+
+
+def track_length_m(record: FlightRecord) -> float | None:
+    """Return the horizontal length of the track, ``None`` where no position is known. [m]"""
+    known = np.isfinite(record.north_m) & np.isfinite(record.east_m)
+    if known.sum() < 2:
+        return None
+    north, east = np.diff(record.north_m[known]), np.diff(record.east_m[known])
+    return float(np.hypot(north, east).sum())
+
+
+def predicted_times_s(flown: FlightRecord, predicted: FlightRecord) -> FloatArray:
+    """Return the time of the prediction that each sample of a flight is compared with.
+
+    Each item's flight is laid on the moment it was begun, so that a second lost early is not counted
+    again ever after; where an item took longer than predicted, its end is held.
+
+    Parameters
+    ----------
+    flown, predicted : FlightRecord
+        The flight and its prediction.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not falling within an item. [s]
+    """
+    begun, foreseen = _items_begun(flown), _items_begun(predicted)
+    anchors = [(0.0, 0.0)]
+    for key, at_s in begun.items():
+        if key in foreseen and at_s > anchors[-1][0] and foreseen[key] > anchors[-1][1]:
+            anchors.append((at_s, foreseen[key]))
+    starts, origins = (np.array(column) for column in zip(*anchors, strict=True))
+    ends = np.append(origins[1:], predicted.time_s[-1])
+    leg = np.searchsorted(starts, flown.time_s, side="right") - 1
+    own_s: FloatArray = np.minimum(origins[leg] + flown.time_s - starts[leg], ends[leg])
+    return own_s
+
+
+def _items_begun(record: FlightRecord) -> dict[tuple[int, int], float]:
+    """Return when each item was begun, by its number and how often it had been."""
+    items = record.mission_item
+    changes = np.flatnonzero(np.diff(items, prepend=0))
+    begun: dict[tuple[int, int], float] = {}
+    times: dict[int, int] = {}
+    for at in changes.tolist():
+        number = int(items[at])
+        if number:
+            times[number] = times.get(number, 0) + 1
+            begun[number, times[number]] = float(record.time_s[at])
+    return begun
+
+
+def compare_states(flown: FlightRecord, predicted: FlightRecord) -> tuple[StateComparison, ...]:
+    """Return a row for every state that was flown or predicted, in the order of the states."""
+    segments, foreseen = find_states(flown), find_states(predicted)
+    at_s = predicted_times_s(flown, predicted)
+    rows = []
+    for state in STATES:
+        own = [segment for segment in segments if segment.state is state]
+        other = [segment for segment in foreseen if segment.state is state]
+        if own or other:
+            fit, fit_of = _fit(state, own, flown, predicted, at_s)
+            rows.append(
+                StateComparison(
+                    state=state,
+                    count=len(own),
+                    predicted_count=len(other),
+                    time_s=sum(segment.duration_s for segment in own),
+                    predicted_time_s=sum(segment.duration_s for segment in other),
+                    energy_wh=_sum_wh(flown, own),
+                    predicted_energy_wh=_sum_wh(predicted, other),
+                    fit_percent=fit,
+                    fit_of=fit_of,
+                )
+            )
+    return tuple(rows)
+
+
+def _sum_wh(record: FlightRecord, segments: Sequence[StateSegment]) -> float | None:
+    """Return the energy of stretches, each up to the first sample of what follows."""
+    if not np.isfinite(record.power_w).any():
+        return None
+    parts = (
+        energy_wh(record, slice(segment.first, segment.end + 1)) or 0.0 for segment in segments
+    )
+    return sum(parts)
+
+
+def _fit(
+    state: FlightState,
+    segments: Sequence[StateSegment],
+    flown: FlightRecord,
+    predicted: FlightRecord,
+    at_s: FloatArray,
+) -> tuple[float | None, str | None]:
+    """Return the fit over all stretches of a state, each about its own mean, and its column."""
+    column = "ground_speed_m_s"
+    if state in _VERTICAL:
+        column = "height_above_home_m"
+    elif state is FlightState.HOVER:
+        column = "power_w"
+    error, spread = 0.0, 0.0
+    for segment in segments:
+        measured = getattr(flown, column)[segment.samples]
+        told = np.interp(at_s[segment.samples], predicted.time_s, getattr(predicted, column))
+        known = np.isfinite(measured) & np.isfinite(told)
+        measured, told = measured[known], told[known]
+        if measured.size:
+            level = 0.0 if state in _STEADY else measured.mean()
+            error += float(np.sum((measured - told) ** 2))
+            spread += float(np.sum((measured - level) ** 2))
+    if spread == 0.0:
+        return None, None
+    return 100.0 * (1.0 - float(np.sqrt(error / spread))), column
+
+
+def compare_stops(flown: FlightRecord, predicted: FlightRecord) -> tuple[StopComparison, ...]:
+    """Return the stops flown, each with the one predicted at the same item, in order."""
+    stops, foreseen = find_stops(flown), list(find_stops(predicted))
+    is_in_order = len(stops) == len(foreseen)
+    rows = []
+    for stop in stops:
+        told = _counterpart(stop, foreseen, is_in_order=is_in_order)
+        if told is not None:
+            foreseen.remove(told)
+        rows.append(
+            StopComparison(
+                item=stop.item,
+                start_s=stop.start_s,
+                speed_m_s=stop.speed_m_s,
+                measured_m=stop.distance_m,
+                predicted_m=None if told is None else told.distance_m,
+                predicted_speed_m_s=None if told is None else told.speed_m_s,
+            )
+        )
+    return tuple(rows)
+
+
+def _counterpart(stop: Stop, foreseen: Sequence[Stop], *, is_in_order: bool) -> Stop | None:
+    """Return the first predicted stop at the item of one flown; by order where items are unknown."""
+    if is_in_order and foreseen:
+        return foreseen[0]
+    return next((told for told in foreseen if told.item == stop.item and stop.item), None)
+
+
+def rms_difference(
+    flown: FlightRecord, predicted: FlightRecord, column: str, at_s: FloatArray
+) -> float | None:
+    """Return the root mean square difference of a column in the air. [unit of the column]"""
+    measured = getattr(flown, column)
+    told = np.interp(at_s, predicted.time_s, getattr(predicted, column))
+    known = np.isfinite(measured) & np.isfinite(told) & ~flown.is_landed
+    if not known.any():
+        return None
+    return float(np.sqrt(np.mean((measured[known] - told[known]) ** 2)))
+
 
 _WHOLE = 0.95
 """Share of the flight the power is known for, under which the energy is doubtful. [-]"""
@@ -146,7 +496,7 @@ def verify_flight(
     """
     mission = _mission(record, known)
     flown_by = vehicle.reference
-    given = known.parameters or (None if flown_by is Autopilot.STEP else flown_parameters(record))
+    given = known.parameters or (None if flown_by is Autopilot.STEP else record_parameters(record))
     if record.autopilot not in {None, flown_by} and flown_by is not Autopilot.STEP:
         msg = (
             f"{record.source}: was flown by {record.autopilot.label if record.autopilot else ''}, "

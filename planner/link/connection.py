@@ -6,19 +6,24 @@ import math
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.codec import Codec
+from planner.link.codec import Codec, message
 from planner.link.heartbeats import HeartbeatWatch
-from planner.link.message import message
-from planner.link.outgoing import Gate, Purpose
+from planner.link.parameters import (
+    Gate,
+    Purpose,
+)
 from planner.link.telemetry import Telemetry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
+    from planner.link.codec import (
+        Message,
+        Transfer,
+    )
+    from planner.link.exchange import LinkSettings
     from planner.link.heartbeats import Heard
     from planner.link.line import Line
-    from planner.link.message import Message, Transfer
-    from planner.link.settings import LinkSettings
 
 OWN_SYSTEM, OWN_COMPONENT = 245, 190
 """A ground station of its own: 255 is usually the pilot's, whose absence ArduPilot acts upon."""

@@ -2,17 +2,91 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from planner.link.retransmission import Retransmission
+from planner.frozen import frozen
+from planner.link.codec import message
 
 if TYPE_CHECKING:
-    from planner.link.message import Message
-    from planner.link.settings import LinkSettings
+    from planner.link.codec import Message
+
+
+_SPREAD = 4.0
+"""An answer this many times as late as usual is lost."""
+_MARGIN = 1.25
+"""On a slow line an answer may take so many times the usual. [-]"""
+_OFTEN = 4
+"""Requests of which one in five lost answers does not account for. [-]"""
+_SMOOTHING = 1 / 8
+"""Weight of the latest round trip in their mean, as in RFC 6298."""
+
+
+class Retransmission:
+    """The timer of one request at a time.
+
+    The time until a request is repeated doubles with each attempt, from a few round trips up to the
+    settings' longest; a round trip is measured only where the request went out once (RFC 6298).  An
+    answer to a request that went out often was not lost that often, but takes so long: then the next
+    one is waited for longer than the settings have it.
+    """
+
+    def __init__(self, settings: LinkSettings, *, retries: int | None = None) -> None:
+        self._settings = settings
+        self._retries = settings.retries if retries is None else retries
+        self._round_trip_s: float | None = None
+        self._late_s = 0.0
+        """How long an answer took to a request that went out often. [s]"""
+        self._first_sent_s = 0.0
+        self.attempts = 0
+        """How often the present request was sent."""
+        self.deadline_s = math.inf
+        """When it is to be repeated. [s]"""
+
+    @property
+    def is_used_up(self) -> bool:
+        """Whether the request was repeated as often as may be."""
+        return self.attempts > self._retries
+
+    def sent(self, now_s: float) -> None:
+        """Note a new request."""
+        self.attempts = 0
+        self._first_sent_s = now_s
+        self.repeated(now_s)
+
+    def repeated(self, now_s: float) -> None:
+        """Note that the present request goes out once more."""
+        self.deadline_s = now_s + self._timeout_s()
+        self.attempts += 1
+
+    def answered(self, now_s: float) -> None:
+        """Note the answer."""
+        if self.attempts == 1:
+            round_trip_s = now_s - self._first_sent_s
+            if self._round_trip_s is None:
+                self._round_trip_s = round_trip_s
+            self._round_trip_s += _SMOOTHING * (round_trip_s - self._round_trip_s)
+            self._late_s = 0.0
+        elif self.attempts >= _OFTEN:
+            self._late_s = self.waited_s(now_s)
+        self.deadline_s = math.inf
+        self.attempts = 0
+
+    def waited_s(self, now_s: float) -> float:
+        """Return the time since the present request first went out [s]."""
+        return now_s - self._first_sent_s
+
+    def _timeout_s(self) -> float:
+        known_s = max(self._round_trip_s or 0.0, self._late_s)
+        longest_s = max(self._settings.reply_timeout_s, _MARGIN * known_s)
+        if self._round_trip_s is None or self._late_s:
+            return longest_s
+        base_s = max(_SPREAD * self._round_trip_s, self._settings.shortest_timeout_s)
+        return min(base_s * 2.0**self.attempts, longest_s)
 
 
 class Exchange:
-    """The requests of a `planner.link.message.Transfer`, of which there is one at a time.
+    """The requests of a `planner.link.codec.Transfer`, of which there is one at a time.
 
     Parameters
     ----------
@@ -58,3 +132,157 @@ class Exchange:
     def _give_up(self, now_s: float) -> None:
         """Raise `planner.errors.LinkError`, or do without."""
         raise NotImplementedError
+
+
+REQUEST_MESSAGE = 512
+_ACCEPTED, _TEMPORARILY_REJECTED, _IN_PROGRESS = 0, 1, 5
+"""MAV_RESULT: it may still come, or is asked for again when the time has come."""
+_MAY_COME = frozenset({_ACCEPTED, _TEMPORARILY_REJECTED, _IN_PROGRESS})
+HASH_NAME = "_HASH_CHECK"
+"""PX4's hash over all parameters: one message tells whether any has changed."""
+_BY_NAME = -1
+
+
+class Question(Exchange):
+    """One request, and the message that answers it: ``None`` where it does not come.
+
+    Parameters
+    ----------
+    request : Message
+        What to ask.
+    settings : LinkSettings
+        How patient to be.
+    retries : int
+        How often to ask again.
+    stray : int
+        Words that may still come to an earlier question, repeated, by the same command: a
+        COMMAND_ACK does not tell which.
+    """
+
+    def __init__(
+        self, request: Message, settings: LinkSettings, *, retries: int, stray: int = 0
+    ) -> None:
+        super().__init__(settings, retries=retries)
+        self._request = request
+        self._stray = stray
+        self._asked = 0
+        self.answer: Message | None = None
+        self.is_heard = False
+        """Whether the vehicle said anything to it, be it that it has no such message."""
+
+    @property
+    def stray(self) -> int:
+        """Words to this question and earlier ones, that it cannot be had, which may still come."""
+        own = 0 if self.answer is not None else self._asked
+        return max(self._stray + own, 0)
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Whether it is there."""
+        return int(self.answer is not None), 1
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle."""
+        if self._is_answer(received):
+            self._timer.answered(now_s)
+            self.answer = received
+            self.is_done = self.is_heard = True
+        elif self._is_word(received):
+            self.is_heard = True
+            is_final = received["result"] not in _MAY_COME
+            self.is_done = is_final and self._stray <= 0
+            self._stray -= is_final
+        return ()
+
+    def _requests(self) -> tuple[Message, ...]:
+        self._asked += 1
+        return (self._request,)
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
+        self.is_done = True
+
+    def _is_answer(self, received: Message) -> bool:
+        raise NotImplementedError
+
+    def _is_word(self, received: Message) -> bool:
+        """Return whether a COMMAND_ACK is about it."""
+        is_command = received.name == "COMMAND_ACK" and "command" in self._request.fields
+        return is_command and received["command"] == self._request["command"]
+
+
+class MessageRequest(Question):
+    """A message that the vehicle is asked to send once (MAV_CMD_REQUEST_MESSAGE).
+
+    Parameters
+    ----------
+    name : str
+        The message.
+    number : int
+        Its number.
+    settings : LinkSettings
+        How patient to be.
+    retries, stray : int
+        As of any question.
+    """
+
+    def __init__(
+        self, name: str, number: int, settings: LinkSettings, *, retries: int, stray: int = 0
+    ) -> None:
+        request = message("COMMAND_LONG", command=REQUEST_MESSAGE, param1=float(number))
+        super().__init__(request, settings, retries=retries, stray=stray)
+        self._name = name
+
+    def _is_answer(self, received: Message) -> bool:
+        return received.name == self._name
+
+
+class ParameterHashRequest(Question):
+    """PX4's hash over the parameters.
+
+    Parameters
+    ----------
+    settings : LinkSettings
+        How patient to be.
+    retries : int
+        How often to ask again.
+    """
+
+    def __init__(self, settings: LinkSettings, *, retries: int) -> None:
+        request = message("PARAM_REQUEST_READ", param_id=HASH_NAME, param_index=_BY_NAME)
+        super().__init__(request, settings, retries=retries)
+
+    @property
+    def content(self) -> bytes | None:
+        """The four bytes of the hash; ``None`` where the vehicle has none."""
+        return None if self.answer is None else bytes(self.answer["param_bytes"])
+
+    def _is_answer(self, received: Message) -> bool:
+        return received.name == "PARAM_VALUE" and received["param_id"] == HASH_NAME
+
+
+@frozen
+class LinkSettings:
+    """Waiting times and numbers of attempts of every transfer.
+
+    The defaults are those of ground stations: MAVLink's guide has 1500 ms for an answer; a request
+    is repeated often enough that one in five messages may be lost in either direction.
+    """
+
+    heartbeat_timeout_s: float = 10.0
+    """How long to wait for the first heartbeat; vehicles send one each second. [s]"""
+    reply_timeout_s: float = 1.5
+    """Longest time until a request is repeated; shorter once answers came faster. [s]"""
+    shortest_timeout_s: float = 0.1
+    """Shortest time until a request is repeated. [s]"""
+    retries: int = 12
+    """How often a request is repeated before the transfer counts as stalled."""
+
+    def __post_init__(self) -> None:
+        for name in ("heartbeat_timeout_s", "reply_timeout_s", "shortest_timeout_s"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                msg = f"{name} must be positive, got {value}"
+                raise ValueError(msg)
+        if self.retries < 0:
+            msg = f"retries must not be negative, got {self.retries}"
+            raise ValueError(msg)

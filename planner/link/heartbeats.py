@@ -10,7 +10,7 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
-    from planner.link.message import Message
+    from planner.link.codec import Message
 
 _NO_AUTOPILOT = 8
 """MAV_AUTOPILOT_INVALID: cameras, gimbals, ground stations."""

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.link.mission_kind import MissionKind
-from planner.link.mission_transfer import WireItem
+from planner.link.mission_transfer import MissionKind, WireItem
 from planner.mission.commands import (
     UNSET_YAW,
     Command,
@@ -18,9 +17,14 @@ from planner.mission.commands import (
     command_name,
     load_command_table,
 )
-from planner.mission.fence_items import fence_items, make_fence, make_rally_points, rally_items
+from planner.mission.formats.fence_items import (
+    fence_items,
+    make_fence,
+    make_rally_points,
+    rally_items,
+)
 from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, MissionItem
-from planner.mission.jump_numbers import numbered_in_order
+from planner.mission.route.jumps import numbered_in_order
 from planner.mission.vehicle_kind import tell_vehicle
 
 if TYPE_CHECKING:

@@ -7,20 +7,66 @@ last its MISSION_ACK.
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.frozen import frozen
+from planner.link.codec import message
 from planner.link.exchange import Exchange
-from planner.link.message import message
-from planner.link.mission_kind import BUSY, MissionKind, MissionResult, result_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.link.message import Message
-    from planner.link.settings import LinkSettings
+    from planner.link.codec import Message
+    from planner.link.exchange import LinkSettings
+
+
+class MissionKind(IntEnum):
+    """MAV_MISSION_TYPE."""
+
+    MISSION = 0
+    FENCE = 1
+    RALLY = 2
+
+    @property
+    def label(self) -> str:
+        """In the words of a message: ``rally points``."""
+        return ("mission", "fence", "rally points")[self.value]
+
+
+class MissionResult(IntEnum):
+    """MAV_MISSION_RESULT."""
+
+    ACCEPTED = 0
+    ERROR = 1
+    UNSUPPORTED_FRAME = 2
+    UNSUPPORTED = 3
+    NO_SPACE = 4
+    INVALID = 5
+    INVALID_PARAM1 = 6
+    INVALID_PARAM2 = 7
+    INVALID_PARAM3 = 8
+    INVALID_PARAM4 = 9
+    INVALID_PARAM5_X = 10
+    INVALID_PARAM6_Y = 11
+    INVALID_PARAM7 = 12
+    INVALID_SEQUENCE = 13
+    DENIED = 14
+    OPERATION_CANCELLED = 15
+
+
+BUSY = frozenset({MissionResult.ERROR, MissionResult.DENIED, MissionResult.OPERATION_CANCELLED})
+"""Answers that may be another one when asked again."""
+
+
+def result_name(number: int) -> str:
+    """Return ``INVALID_PARAM4`` for 9; the number itself where MAVLink knows none."""
+    try:
+        return MissionResult(number).name
+    except ValueError:
+        return f"MAV_MISSION_RESULT {number}"
+
 
 _FORGOTTEN_S = 6.0
 """PX4 forgets a transfer after 5 s of silence and then wants it from the start."""

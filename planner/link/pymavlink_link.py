@@ -7,28 +7,26 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.link.connection import OWN_SYSTEM, Connection
-from planner.link.file_packet import FileNumbers
+from planner.link.exchange import LinkSettings, MessageRequest
+from planner.link.files import FileNumbers
 from planner.link.heartbeats import uid_text
 from planner.link.line import open_line
 from planner.link.mission_transfer import MissionDownload, MissionUpload
-from planner.link.outgoing import Purpose
-from planner.link.parameter_transfer import ParameterDownload
-from planner.link.question import MessageRequest
-from planner.link.settings import LinkSettings
-from planner.link.vehicle import VehicleIdentity, firmware_release
-from planner.link.vehicle_events import EventRequest
+from planner.link.parameters import ParameterDownload, Purpose
+from planner.link.vehicle import EventRequest, VehicleIdentity, firmware_release
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.link.address import LinkAddress
+    from planner.link.codec import (
+        Message,
+        Transfer,
+    )
     from planner.link.line import Line
-    from planner.link.message import Message, Transfer
-    from planner.link.mission_kind import MissionKind
-    from planner.link.mission_transfer import UploadOutcome, WireItem
-    from planner.link.parameter_transfer import WireParameter
-    from planner.link.vehicle import StatusText, VehicleState
-    from planner.link.vehicle_events import VehicleEvent
+    from planner.link.mission_transfer import MissionKind, UploadOutcome, WireItem
+    from planner.link.parameters import WireParameter
+    from planner.link.vehicle import StatusText, VehicleEvent, VehicleState
 
     OnProgress = Callable[[str, int, int | None], None]
 

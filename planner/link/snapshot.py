@@ -6,12 +6,12 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.vehicle import HOME_NOT_TOLD, LIST_NOT_KEPT, PARAMETER_NAMELESS
 from planner.frozen import frozen
 from planner.link.mission_items import mission_of_lists, shortest
-from planner.link.mission_kind import MissionKind
+from planner.link.mission_transfer import MissionKind
 from planner.link.vehicle import VehicleSnapshot
 from planner.vehicle.parameters.files import (
     ParameterSet,
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.link.mission_transfer import WireItem
-    from planner.link.parameter_transfer import WireParameter
+    from planner.link.parameters import WireParameter
     from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleLink, VehicleState
 
 _CAPACITIES_MAH = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
@@ -106,7 +106,7 @@ def make_snapshot(
     ]
     if len(parameters) < len(fetched):
         nameless = len(fetched) - len(parameters)
-        message = f"left out, for it has no readable name: {numbers.count(nameless, 'parameter')}"
+        message = f"left out, for it has no readable name: {quantity.count(nameless, 'parameter')}"
         findings.append(PARAMETER_NAMELESS.finding(message))
     if mission.home is None:
         findings.append(HOME_NOT_TOLD.finding("the vehicle has no home yet"))

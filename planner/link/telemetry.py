@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 from planner.link.vehicle import (
     BatteryState,
+    EventRecord,
     StatusText,
     VehiclePosition,
     VehicleState,
     WindEstimate,
 )
-from planner.link.vehicle_events import EventRecord
 from planner.mission.items import Home
 
 if TYPE_CHECKING:
-    from planner.link.message import Message
+    from planner.link.codec import Message
 
 _NO_VOLTAGE_MV = 65_535
 _NO_CURRENT_CA = -1

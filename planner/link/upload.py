@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from dataclasses import astuple, replace
 from typing import TYPE_CHECKING
@@ -9,19 +10,61 @@ from typing import TYPE_CHECKING
 from planner.errors import ExitCode, LinkError, UsageError
 from planner.frozen import frozen
 from planner.link.mission_items import lists_of_mission, mission_of_lists
-from planner.link.mission_kind import MissionKind
-from planner.link.mission_transfer import UploadOutcome
-from planner.link.objections import objections
-from planner.mission.comparison import compare_missions
+from planner.link.mission_transfer import MissionKind, UploadOutcome
+from planner.mission.compare import compare_missions
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
     from typing import ClassVar
 
     from planner.link.mission_transfer import WireItem
-    from planner.link.vehicle import StatusText, VehicleLink
-    from planner.mission.difference import Difference
+    from planner.link.vehicle import StatusText, VehicleEvent, VehicleLink
+    from planner.mission.compare import Difference
     from planner.mission.items import Mission
+
+
+_ERROR, _WARNING = 3, 4
+"""MAV_SEVERITY; greater numbers are less."""
+_REJECTION = re.compile(
+    r"reject|refus|infeasible|not feasible|mission.*(invalid|denied|fail|unsupported)|"
+    r"invalid mission|prearm: .*(mission|waypoint|fence|rally|item)|"
+    # PX4's feasibility check names no mission in these.
+    r"geofence (violation|breach|requires|invalid)|first waypoint too far|"
+    r"waypoint and gate too close",
+    re.IGNORECASE,
+)
+_ADVICE = frozenset({"navigator_mis_correct_glide_slope"})
+"""What comes after a rejection, to mend it."""
+
+
+def objections(texts: Sequence[StatusText], events: Sequence[VehicleEvent]) -> tuple[str, ...]:
+    """Return what is said against a mission, each once; PX4 says most of it as text and as event.
+
+    Parameters
+    ----------
+    texts, events : sequence of StatusText and of VehicleEvent
+        What the vehicle said once it had the mission.
+    """
+    said = [one.text for one in texts if is_rejection(one)]
+    if not said:
+        said = [_event_text(one) for one in events if is_event_rejection(one)]
+    return tuple(dict.fromkeys(said))
+
+
+def is_rejection(said: StatusText) -> bool:
+    """Return whether a text of the vehicle refuses a mission."""
+    return said.severity <= _WARNING and _REJECTION.search(said.text) is not None
+
+
+def is_event_rejection(event: VehicleEvent) -> bool:
+    """Return whether an event refuses a mission: PX4's warnings leave it accepted."""
+    return event.severity <= _ERROR and event.name not in {"", *_ADVICE}
+
+
+def _event_text(event: VehicleEvent) -> str:
+    where = "" if event.item is None else f" at item {event.item}"
+    return f"{event.name}{where} (mavjoule explain {event.name})"
+
 
 _ORDER = (MissionKind.FENCE, MissionKind.RALLY, MissionKind.MISSION)
 """PX4 judges a mission by the fence it has when the mission comes."""

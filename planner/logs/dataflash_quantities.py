@@ -6,22 +6,24 @@ Sources: ArduPilot's log documentation and structures (``LogStructure.h`` of the
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.catalogue.flight_log import BATTERIES_LEFT_OUT
-from planner.logs.electrical import NO_CURRENT_A, electrical_series
+from planner.logs.modes import AUTO, copter_mode
+from planner.logs.positions import NO_CURRENT_A, electrical_series
+from planner.logs.record import LoggedHome, LoggedItem, sources
 from planner.logs.series import Series
-from planner.logs.source import sources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
-    from planner.logs.dataflash_messages import MessageTable
-    from planner.logs.record import BoolArray, FloatArray
-    from planner.logs.source import Source
+    from planner.logs.dataflash import MessageTable
+    from planner.logs.record import Source
 
 
 _CM = 1e-2
@@ -118,7 +120,7 @@ def quantity_series(
     Returns
     -------
     series : dict
-        Quantities by the names :class:`~planner.logs.recording.Recording` knows.
+        Quantities by the names :class:`~planner.logs.record.Recording` knows.
     remarks : dict
         Sentences by the names of columns.
     """
@@ -240,3 +242,228 @@ def _electrical(
             fields=("Volt", "Curr"),
         )
     return {}, {}
+
+
+# Event numbers of EV: LogEvent in AP_Logger.h
+_ARMED, _DISARMED = 10, 11
+_LANDED, _NOT_LANDED = 18, 28
+_AHRS_HOME = 1
+"""Type of ORGN that is home, not the origin of the estimator."""
+_FIRMWARE = re.compile(r"\S*(Copter|Plane|Rover|Sub|Heli|Blimp|Tracker)\S* V\d\S*.*")
+_FRAME = "Frame: "
+
+
+def armed_events(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> Series | None:
+    """Return when the motors were armed and disarmed; ``None`` where that is not logged."""
+    for name, field in (("ARM", "ArmState"), ("EV", "Id"), ("STAT", "Armed")):
+        table = tables.get(name)
+        if table is None or field not in table.numbers:
+            continue
+        values = table.numbers[field]
+        found_in = f"{name}.{field}"
+        if name == "EV":
+            events = _two_events(times[name], values, _ARMED, _DISARMED, found_in)
+        else:
+            events = Series.of(times[name], values != 0.0, found_in, is_event=True)
+        if len(events):
+            return events
+    return None
+
+
+def landed_events(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> Series | None:
+    """Return when the landing detector saw landing and take-off; ``None`` where it is not logged."""
+    table = tables.get("EV")
+    if table is None or "Id" not in table.numbers:
+        return None
+    events = _two_events(times["EV"], table.numbers["Id"], _LANDED, _NOT_LANDED, "EV.Id")
+    return events if len(events) else None
+
+
+def firmware_and_frame(tables: Mapping[str, MessageTable]) -> tuple[str, str]:
+    """Return the firmware's name and version, and the frame, empty where they are not told."""
+    messages = tables["MSG"].texts.get("Message", ()) if "MSG" in tables else ()
+    firmware = next((text for text in messages if _FIRMWARE.fullmatch(text)), "")
+    frame = next((text for text in messages if text.startswith(_FRAME)), "")
+    return firmware, frame.removeprefix(_FRAME)
+
+
+def modes(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], firmware: str
+) -> tuple[tuple[float, str], ...]:
+    """Return times and names of the modes; those of other vehicles than copters stay numbers."""
+    table = tables.get("MODE")
+    if table is None:
+        return ()
+    is_copter = not firmware or "Copter" in firmware
+    names: list[str] = []
+    if "Mode" in table.texts and "ModeNum" not in table.numbers:
+        names = [_mode_name(text, is_copter=is_copter) for text in table.texts["Mode"]]
+    else:
+        field = "ModeNum" if "ModeNum" in table.numbers else "Mode"
+        numbers = table.numbers.get(field, np.empty(0)).astype(np.int64).tolist()
+        names = [copter_mode(number) if is_copter else f"mode {number}" for number in numbers]
+    return tuple(zip(times["MODE"].tolist(), names, strict=False))
+
+
+def missions(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
+    """Return the missions that were on board, each from when its list was logged."""
+    table = tables.get("CMD")
+    if table is None or "CNum" not in table.numbers:
+        return ()
+    numbers = table.numbers["CNum"].astype(np.int64)
+    lists: list[tuple[float, tuple[LoggedItem, ...]]] = []
+    for begin, end in _lists(numbers):
+        items = tuple(_item(table, row) for row in range(begin + 1, end))
+        if items:
+            lists.append((float(times["CMD"][begin]), items))
+    return tuple(lists)
+
+
+def mission_item_events(
+    tables: Mapping[str, MessageTable],
+    times: Mapping[str, FloatArray],
+    entered: tuple[tuple[float, str], ...],
+) -> Series | None:
+    """Return when which item was begun; 0 where the vehicle leaves the mission for another mode.
+
+    Firmware from 4.6 logs MISE for each item begun, older ones CMD; both may send
+    ``Mission: 3 WP`` as text besides.  What is begun before the log begins is not logged: the
+    item before the first one is taken to have been flown until then.
+    """
+    found_in, begun_s, items = _begun(tables, times)
+    if not len(items):
+        return None
+    mode_s = np.array([time_s for time_s, _ in entered])
+    is_auto = np.array([name == AUTO for _, name in entered], np.bool_)
+    if len(is_auto) and is_auto[0] and mode_s[0] < begun_s[0] and items[0] > 1:
+        begun_s, items = np.append(mode_s[0], begun_s), np.append(items[0] - 1.0, items)
+    left_s = mode_s[~is_auto]
+    return Series.of(
+        np.append(left_s, begun_s),
+        np.append(np.zeros(left_s.shape), items),
+        found_in,
+        is_event=True,
+    )
+
+
+def homes(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> tuple[tuple[float, LoggedHome], ...]:
+    """Return the homes set: ORGN, else the row before the first of the mission."""
+    found: list[tuple[float, LoggedHome]] = []
+    for name, field, number in (("ORGN", "Type", _AHRS_HOME), ("CMD", "CNum", 0)):
+        table = tables.get(name)
+        if table is None or not {field, "Lat", "Lng", "Alt"} <= table.numbers.keys():
+            continue
+        for row in np.flatnonzero(table.numbers[field] == number).tolist():
+            latitude, longitude, altitude = (
+                float(table.numbers[column][row]) for column in ("Lat", "Lng", "Alt")
+            )
+            if not 0.0 < abs(latitude) <= 90.0:
+                continue
+            home = LoggedHome(
+                latitude_deg=latitude,
+                longitude_deg=longitude,
+                altitude_amsl_m=altitude or None,  # Copter before 3.3 wrote zero
+                found_in=name,
+            )
+            found.append((float(times[name][row]), home))
+        if found:
+            break
+    return tuple(found)
+
+
+def parameters(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> tuple[tuple[float, str, float], ...]:
+    """Return time, name and value of each parameter told."""
+    table = tables.get("PARM")
+    if table is None or "Name" not in table.texts or "Value" not in table.numbers:
+        return ()
+    values = table.numbers["Value"].tolist()
+    return tuple(
+        row
+        for row in zip(times["PARM"].tolist(), table.texts["Name"], values, strict=True)
+        if np.isfinite(row[2])
+    )
+
+
+def _two_events(
+    time_s: FloatArray, numbers: FloatArray, one: int, zero: int, found_in: str
+) -> Series:
+    chosen = (numbers == one) | (numbers == zero)
+    return Series.of(time_s[chosen], numbers[chosen] == one, found_in, is_event=True)
+
+
+def _mode_name(text: str, *, is_copter: bool) -> str:
+    if not text.isdigit():
+        return text
+    return copter_mode(int(text)) if is_copter else f"mode {text}"
+
+
+def _lists(numbers: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[tuple[int, int]]:
+    """Return the rows of whole missions: each begins at 0, home, and counts on."""
+    found: list[tuple[int, int]] = []
+    row = 0
+    while row < len(numbers):
+        begin = row
+        row += 1
+        if numbers[begin] == 0:
+            while row < len(numbers) and numbers[row] == numbers[row - 1] + 1:
+                row += 1
+            found.append((begin, row))
+    return found
+
+
+def _begun(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> tuple[str, FloatArray, FloatArray]:
+    """Return the message that tells it, times and numbers of the items begun."""
+    if "MISE" in tables and "CNum" in tables["MISE"].numbers:
+        return "MISE.CNum", times["MISE"], tables["MISE"].numbers["CNum"]
+    if "CMD" in tables and "CNum" in tables["CMD"].numbers:
+        numbers = tables["CMD"].numbers["CNum"]
+        is_begun = np.ones(numbers.shape, np.bool_)
+        for begin, end in _lists(numbers.astype(np.int64)):
+            is_begun[begin:end] = False
+        if np.any(is_begun):
+            return "CMD.CNum", times["CMD"][is_begun], numbers[is_begun]
+    begun: list[tuple[float, float]] = []
+    if "MSG" in tables:
+        for time_s, text in zip(
+            times["MSG"].tolist(), tables["MSG"].texts.get("Message", ()), strict=False
+        ):
+            if told := re.match(r"Mission: (\d{1,5}) ", text):
+                begun.append((time_s, float(told[1])))
+    return (
+        "MSG.Message",
+        np.array([time_s for time_s, _ in begun], np.float64),
+        np.array([item for _, item in begun], np.float64),
+    )
+
+
+def _item(table: MessageTable, row: int) -> LoggedItem:
+    def value(field: str) -> float | None:
+        values = table.numbers.get(field)
+        known = None if values is None else float(values[row])
+        return known if known is not None and np.isfinite(known) else None
+
+    frame = value("Frame")
+    return LoggedItem(
+        item=int(table.numbers["CNum"][row]),
+        command=int(value("CId") or 0),
+        frame=None if frame is None else int(frame),
+        param1=value("Prm1"),
+        param2=value("Prm2"),
+        param3=value("Prm3"),
+        param4=value("Prm4"),
+        latitude_deg=value("Lat"),
+        longitude_deg=value("Lng"),
+        altitude_m=value("Alt"),
+    )

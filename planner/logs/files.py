@@ -10,24 +10,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import LogFileError
-from planner.logs.assembly import flight_record
-from planner.logs.csv_log import NO_KNOWN_LOG, csv_recordings, looks_like_csv
-from planner.logs.dataflash import dataflash_recordings
-from planner.logs.dataflash_binary import HEADER
-from planner.logs.dataflash_text import MAGIC as DATAFLASH_TEXT
-from planner.logs.flights import flight_spans
-from planner.logs.plausibility import plausible
-from planner.logs.record import LogFormat
-from planner.logs.recording import LogFile
-from planner.logs.tlog import tlog_recordings
-from planner.logs.tlog_frames import is_tlog
+from planner.logs.csv import (
+    NO_KNOWN_LOG,
+    csv_recordings,
+    looks_like_csv,
+)
+from planner.logs.dataflash import HEADER, dataflash_recordings
+from planner.logs.dataflash import MAGIC as DATAFLASH_TEXT
+from planner.logs.flights import flight_record, flight_spans, plausible
+from planner.logs.record import LogFile, LogFormat
+from planner.logs.tlog import is_tlog, tlog_recordings
 from planner.logs.ulog import MAGIC as ULOG_MAGIC
 from planner.logs.ulog import ulog_recordings
 
 if TYPE_CHECKING:
-    from planner.logs.csv_mapping import CsvMapping
-    from planner.logs.record import FlightRecord
-    from planner.logs.recording import Recording
+    from planner.logs.csv import CsvMapping
+    from planner.logs.record import FlightRecord, Recording
 
 
 def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[FlightRecord, ...]:

@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.flight_log import FLIGHT_LEFT_OUT
+from planner import quantity
+from planner.catalogue.flight_log import (
+    FLIGHT_INCOMPLETE,
+    FLIGHT_LEFT_OUT,
+    LOG_GAP,
+    POSITION_RESET,
+    VALUES_IMPOSSIBLE,
+)
+from planner.catalogue.verification import MISSION_CHANGED
 from planner.errors import LogFileError
 from planner.frozen import frozen
-from planner.logs.record import STEP_S, Boundary
+from planner.logs.positions import height_columns, home_of, position_columns, speed_columns
+from planner.logs.record import ABSENCE_COSTS, STEP_S, Boundary, FlightRecord, Quantity
+from planner.logs.series import GAP_INTERVALS, LEAST_GAP_S, Column, Grid, Series
 from planner.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator, Mapping
 
+    from planner.arrays import BoolArray, FloatArray, IntArray, TextArray
     from planner.findings import Finding
-    from planner.logs.record import BoolArray, FloatArray
-    from planner.logs.recording import Recording
-    from planner.logs.series import Series
+    from planner.logs.record import (
+        LoggedItem,
+        Recording,
+    )
+
 
 LONGEST_SILENCE_S = 60.0
 """A longer silence ends a flight: nobody knows what happened in it. [s]"""
@@ -259,4 +273,296 @@ def _between_silences(span: FlightSpan, recording: Recording) -> Iterable[Flight
     if span.end_s > begin_s:
         yield FlightSpan(
             begin_s=begin_s, end_s=span.end_s, begins_with=begins_with, ends_with=span.ends_with
+        )
+
+
+def items_flown(
+    told_s: FloatArray,
+    items: FloatArray,
+    modes: tuple[tuple[float, str], ...],
+    mission_mode: str,
+    found_in: str,
+) -> Series:
+    """Return the items flown, from those current: an item stays current in other modes too.
+
+    Parameters
+    ----------
+    told_s : ndarray
+        When each item was told to be current. [s]
+    items : ndarray
+        Items, from 1.
+    modes : tuple
+        Time and name of each mode entered.
+    mission_mode : str
+        The mode that flies missions.
+    found_in : str
+        Message and field of the items.
+
+    Returns
+    -------
+    Series
+        Events; 0 outside the mission mode.
+    """
+    current = Series.of(told_s, items, found_in, is_event=True)
+    entered_s = np.array([time_s for time_s, _ in modes])
+    is_mission = np.array([False, *(name == mission_mode for _, name in modes)])
+    times = np.union1d(told_s, entered_s)
+    is_flown = is_mission[np.searchsorted(entered_s, times, side="right")]
+    flown = np.where(is_flown, np.nan_to_num(current.at(times), nan=0.0), 0.0)
+    return Series.of(times, flown, found_in, is_event=True)
+
+
+_LIMITS: Mapping[str, float] = {
+    "latitude_deg": 90.0,
+    "_deg": 720.0,
+    "_m_s": 300.0,
+    "_amsl_m": 20e3,
+    "height_m": 20e3,
+    "_home_m": 20e3,
+    "_m": 20e6,
+    "_v": 2e3,
+    "_a": 5e3,
+    "_w": 1e6,
+}
+"""Greatest absolute values by the end of a quantity's name, the first that fits; metres that are
+no heights are as far as half around the Earth."""
+
+
+_PLACE = ("latitude_deg", "longitude_deg")
+_NONE = np.zeros(0, np.bool_)
+
+
+def plausible(recording: Recording) -> Recording:
+    """Return a recording without impossible values, and with a finding where there were some.
+
+    Parameters
+    ----------
+    recording : Recording
+        As it was read.
+
+    Returns
+    -------
+    Recording
+        The same where everything is possible.
+    """
+    possible = {
+        name: np.abs(series.values) <= _limit(name) for name, series in recording.series.items()
+    }
+    findings = []
+    for name, series in recording.series.items():
+        if np.all(possible[name]):
+            continue
+        worst = series.values[np.argmax(np.abs(series.values))]
+        impossible = quantity.count(int(np.sum(~possible[name])), "impossible value")
+        findings.append(
+            VALUES_IMPOSSIBLE.finding(
+                f"{recording.file.source}: {impossible} of {series.found_in} left out, such as "
+                f"{worst:.6g}"
+            )
+        )
+    latitude, longitude = (possible.get(name, _NONE) for name in _PLACE)
+    if len(latitude) == len(longitude):  # half a place is none
+        possible |= dict.fromkeys(_PLACE, latitude & longitude)
+    kept = {
+        name: replace(
+            series, time_s=series.time_s[possible[name]], values=series.values[possible[name]]
+        )
+        for name, series in recording.series.items()
+        if np.any(possible[name])
+    }
+    return replace(recording, series=kept, findings=(*recording.findings, *findings))
+
+
+def _limit(name: str) -> float:
+    return next(limit for end, limit in _LIMITS.items() if name.endswith(end))
+
+
+_MEANS = ("voltage_v", "current_a", "power_w")
+"""Averaged around each sample, so that energy is kept."""
+_DIRECT = ("roll_deg", "pitch_deg", "yaw_deg")
+_LEAST_JUMP_M = 1.0
+"""Smaller resets drown in the noise of the estimate. [m]"""
+_EVENTS = ("mode", "is_landed", "mission_item")
+
+
+def flight_record(
+    recording: Recording, span: FlightSpan, number: int, findings: tuple[Finding, ...] = ()
+) -> FlightRecord:
+    """Return the record of one flight.
+
+    Parameters
+    ----------
+    recording : Recording
+        The log the flight is in.
+    span : FlightSpan
+        From when to when.
+    number : int
+        Which flight of the log it is, from 1.
+    findings : tuple of Finding
+        What else is to be said about its log.
+
+    Returns
+    -------
+    FlightRecord
+        Columns every 0.1 s from the beginning, and the table of what was found where.
+    """
+    grid = Grid.of(recording, span)
+    home = home_of(grid)
+    columns = position_columns(grid, home) | height_columns(grid, home) | speed_columns(grid)
+    for name in (*_DIRECT, *_MEANS):
+        column = grid.column(name, is_mean=name in _MEANS)
+        if column is not None:
+            columns[name] = column
+    mode, mode_found = _modes(grid)
+    is_landed, landed_found = _landed(grid, columns.get("height_above_home_m"))
+    mission_item, item_found = _mission_item(grid)
+    events = dict(zip(_EVENTS, (mode_found, landed_found, item_found), strict=True))
+    unknown = np.full(grid.time_s.shape, np.nan)
+    unknown.flags.writeable = False
+    numbers: dict[str, FloatArray] = {
+        name: columns[name].values if name in columns else unknown
+        for name in ABSENCE_COSTS
+        if name not in _EVENTS
+    }
+    return FlightRecord(
+        time_s=grid.time_s - span.begin_s,
+        **numbers,
+        mode=mode,
+        is_landed=is_landed,
+        mission_item=mission_item,
+        duration_s=span.end_s - span.begin_s,
+        begins_with=span.begins_with,
+        ends_with=span.ends_with,
+        number=number,
+        begins_in_log_s=span.begin_s,
+        home=home,
+        mission_items=_mission_at(recording, span),
+        parameters={
+            name: value for time_s, name, value in recording.parameters if time_s <= span.end_s
+        },
+        autopilot=recording.autopilot,
+        firmware=recording.firmware,
+        vehicle=recording.vehicle,
+        source=recording.file.source,
+        sha256=recording.file.sha256,
+        log_format=recording.file.log_format,
+        quantities=tuple(_quantities(columns, events, recording.remarks)),
+        findings=(
+            *recording.findings,
+            *findings,
+            *_gaps(recording, span, number, is_landed),
+            *_mission_changes(recording, span, number),
+        ),
+    )
+
+
+def _modes(grid: Grid) -> tuple[TextArray, str | None]:
+    """Return the mode at each time, empty before the first is told."""
+    entered_s = np.array([time_s for time_s, _ in grid.recording.modes], np.float64)
+    names = np.array(["", *(name for _, name in grid.recording.modes)], np.str_)
+    modes = names[np.searchsorted(entered_s, grid.time_s, side="right")]
+    return modes, grid.recording.modes_found_in if np.any(modes != "") else None
+
+
+def _landed(grid: Grid, height: Column | None) -> tuple[BoolArray, str | None]:
+    """Return whether the vehicle stands on the ground, as the detector or the heights tell."""
+    detector = grid.recording.is_landed
+    if detector is not None:
+        # Before the first event the opposite holds; a sampled state begins with what it is.
+        told = detector.between(grid.time_s[0], np.inf).values
+        values = detector.at(grid.time_s)
+        before = bool(told[0] == 0.0) if len(told) else True
+        return np.where(np.isnan(values), before, values != 0.0), detector.found_in
+    if height is None:
+        return np.zeros(grid.time_s.shape, np.bool_), None
+    return ~is_off_ground(height.values), f"heights of {height.found_in}"
+
+
+def _mission_item(grid: Grid) -> tuple[IntArray, str | None]:
+    series = grid.recording.mission_item
+    if series is None:
+        return np.zeros(grid.time_s.shape, np.int64), None
+    items = np.nan_to_num(series.at(grid.time_s), nan=0.0).astype(np.int64)
+    return items, series.found_in if np.any(items) else None
+
+
+def _mission_at(recording: Recording, span: FlightSpan) -> tuple[LoggedItem, ...]:
+    """Return the mission that was on board at the end of a flight."""
+    held = [items for time_s, items in recording.missions if time_s <= span.end_s]
+    return held[-1] if held else ()
+
+
+def _mission_changes(recording: Recording, span: FlightSpan, number: int) -> Iterator[Finding]:
+    """Return that another mission was sent to the vehicle during a flight."""
+    before = [items for time_s, items in recording.missions if time_s <= span.begin_s]
+    held = before[-1] if before else None
+    for time_s, items in recording.missions:
+        if span.begin_s < time_s <= span.end_s:
+            if held is not None and items != held:
+                yield MISSION_CHANGED.finding(
+                    f"{recording.file.source}: the mission was changed at "
+                    f"{time_s - span.begin_s:.1f} s of flight {number}"
+                )
+                return
+            held = items
+
+
+def _quantities(
+    columns: Mapping[str, Column],
+    events: Mapping[str, str | None],
+    remarks: Mapping[str, str],
+) -> Iterator[Quantity]:
+    for name, cost in ABSENCE_COSTS.items():
+        column = columns.get(name)
+        found_in, coverage = events.get(name), 1.0
+        if column is not None:
+            found_in, coverage = column.found_in, float(np.mean(np.isfinite(column.values)))
+        yield Quantity(
+            name=name,
+            found_in=found_in,
+            rate_hz=None if column is None else column.rate_hz,
+            coverage=coverage if found_in is not None else 0.0,
+            absence_cost=cost,
+            remark=remarks.get(name, ""),
+        )
+
+
+def _gaps(
+    recording: Recording, span: FlightSpan, number: int, is_landed: BoolArray
+) -> Iterator[Finding]:
+    """Return what is missing of a flight: its beginning, its end, times in between."""
+    source = recording.file.source
+    for boundary, verb, is_on_ground in (
+        (span.begins_with, "begins", is_landed[0]),
+        (span.ends_with, "ends", is_landed[-1]),
+    ):
+        if boundary is Boundary.LOG and not is_on_ground:
+            yield FLIGHT_INCOMPLETE.finding(
+                f"{source}: the log {verb} in the middle of flight {number}"
+            )
+    # A log of few messages is not full of gaps.
+    usual_s = min(
+        (series.interval_s for series in recording.series.values() if series.interval_s),
+        default=LEAST_GAP_S,
+    )
+    least_s = max(LEAST_GAP_S, GAP_INTERVALS * usual_s)
+    quiet = silences(recording, span.begin_s, span.end_s, least_s)
+    if len(quiet):
+        lengths_s = quiet[:, 1] - quiet[:, 0]
+        longest = int(np.argmax(lengths_s))
+        more = f", and {quantity.count(len(quiet) - 1, 'shorter gap')}" if len(quiet) > 1 else ""
+        yield LOG_GAP.finding(
+            f"{source}: nothing was logged for {lengths_s[longest]:.1f} s at "
+            f"{quiet[longest, 0] - span.begin_s:.1f} s of flight {number}{more}"
+        )
+    jumps = [
+        (size_m, time_s)
+        for time_s, size_m in recording.position_jumps
+        if span.begin_s <= time_s <= span.end_s and size_m > _LEAST_JUMP_M
+    ]
+    if jumps:
+        size_m, time_s = max(jumps)
+        yield POSITION_RESET.finding(
+            f"{source}: the position estimate jumped {quantity.count(len(jumps), 'time')} in flight "
+            f"{number}, by up to {size_m:.1f} m at {time_s - span.begin_s:.1f} s"
         )

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from planner.geo.local_frame import LocalFrame
+from planner.geo.geodesy import LocalFrame
 from planner.logs.record import LoggedHome
+from planner.logs.series import Series
 
 if TYPE_CHECKING:
-    from planner.logs.grid import Column, Grid
-    from planner.logs.record import FloatArray
+    from planner.arrays import FloatArray
+    from planner.logs.series import Column, Grid
+
 
 Longitude = TypeVar("Longitude", float, "FloatArray")
 
@@ -171,3 +173,168 @@ def _first(column: Column | None) -> float | None:
 def _median(values: FloatArray) -> float | None:
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else None
+
+
+_CALM_M_S = 1e-6
+"""An autopilot that estimates no wind logs exactly none. [m s⁻¹]"""
+
+
+def speed_columns(grid: Grid) -> dict[str, Column]:
+    """Return velocities and speeds, of the vehicle, its references and the wind, and the airspeed.
+
+    What is logged directly is taken; a horizontal speed is the length of its velocity where that
+    is known; the airspeed is the velocity through the wind where it is not measured.
+    """
+    names = (
+        "velocity_north_m_s",
+        "velocity_east_m_s",
+        "climb_m_s",
+        "ground_speed_m_s",
+        "airspeed_m_s",
+        "reference_velocity_north_m_s",
+        "reference_velocity_east_m_s",
+        "reference_climb_m_s",
+        "reference_speed_m_s",
+    )
+    found = {name: grid.column(name) for name in names}
+    columns = {name: column for name, column in found.items() if column is not None}
+    for name, column in _velocity_by_course(grid, columns).items():
+        columns[name] = columns[name].else_from(column) if name in columns else column
+    columns |= _length(grid, columns, "velocity", "ground_speed_m_s")
+    columns |= _length(grid, columns, "reference_velocity", "reference_speed_m_s")
+    columns |= _wind(grid)
+    if "airspeed_m_s" not in columns:
+        columns |= _airspeed(grid, columns)
+    return columns
+
+
+def _velocity_by_course(grid: Grid, columns: dict[str, Column]) -> dict[str, Column]:
+    speed, course = columns.get("ground_speed_m_s"), grid.column("course_deg")
+    if speed is None or course is None:
+        return {}
+    direction = np.radians(course.values)
+    found_in = f"{speed.found_in}, {course.found_in}"
+    return {
+        "velocity_north_m_s": grid.together(
+            speed.values * np.cos(direction), found_in, speed, course
+        ),
+        "velocity_east_m_s": grid.together(
+            speed.values * np.sin(direction), found_in, speed, course
+        ),
+    }
+
+
+def _length(grid: Grid, columns: dict[str, Column], what: str, name: str) -> dict[str, Column]:
+    """Return the length of a horizontal velocity, where both components are known."""
+    north, east = columns.get(f"{what}_north_m_s"), columns.get(f"{what}_east_m_s")
+    if north is None or east is None:
+        return {}
+    length = grid.together(np.hypot(north.values, east.values), north.found_in, north, east)
+    if not length.is_known:
+        return {}
+    return {name: length.else_from(columns[name]) if name in columns else length}
+
+
+def _wind(grid: Grid) -> dict[str, Column]:
+    """Return the wind; an estimate of exactly none throughout is no estimate."""
+    north, east = grid.column("wind_north_m_s"), grid.column("wind_east_m_s")
+    if north is None or east is None:
+        return {}
+    speeds = np.hypot(north.values, east.values)
+    if not np.any(speeds > _CALM_M_S):
+        return {}
+    return {"wind_north_m_s": north, "wind_east_m_s": east}
+
+
+def _airspeed(grid: Grid, columns: dict[str, Column]) -> dict[str, Column]:
+    names = ("velocity_north_m_s", "velocity_east_m_s", "wind_north_m_s", "wind_east_m_s")
+    if not all(name in columns for name in names):
+        return {}
+    north, east, wind_north, wind_east = (columns[name] for name in names)
+    speed = np.hypot(north.values - wind_north.values, east.values - wind_east.values)
+    found_in = f"{north.found_in}, {wind_north.found_in}"
+    return {"airspeed_m_s": grid.together(speed, found_in, north, wind_north)}
+
+
+NO_CURRENT_A = 0.2
+"""No multirotor flies on less; a sensor that never shows more is none. [A]"""
+_NO_VOLTAGE_V = 0.5
+"""A monitor that never shows more is not connected. [V]"""
+
+
+def electrical_series(
+    time_s: FloatArray,
+    voltage_v: FloatArray | None,
+    current_a: FloatArray | None,
+    *,
+    message: str,
+    fields: tuple[str, str],
+) -> tuple[dict[str, Series], dict[str, str]]:
+    """Return voltage, current and power of one battery message, and what is wrong with them.
+
+    Parameters
+    ----------
+    time_s : ndarray
+        Times of the messages. [s]
+    voltage_v, current_a : ndarray, optional
+        Voltage and current of each, NaN where not known; ``None`` where the message has none.
+    message : str
+        Its name; empty for columns of a file.
+    fields : tuple of str
+        Names of its fields for voltage and current.
+
+    Returns
+    -------
+    series : dict
+        ``voltage_v``, ``current_a`` and ``power_w``, as far as a sensor is there.
+    remarks : dict
+        Sentences by the same names, where none is.
+    """
+    of_voltage, of_current = (f"{message}.{field}" if message else field for field in fields)
+    series: dict[str, Series] = {}
+    remarks: dict[str, str] = {}
+    if voltage_v is not None:
+        # A monitor that has measured nothing yet shows zero.
+        voltage_v = np.where(voltage_v > _NO_VOLTAGE_V, voltage_v, np.nan)
+        if np.isfinite(voltage_v).any():
+            series["voltage_v"] = Series.of(time_s, voltage_v, of_voltage)
+        else:
+            remarks["voltage_v"] = (
+                f"{of_voltage} never exceeds {_NO_VOLTAGE_V:g} V: no voltage sensor"
+            )
+    if current_a is not None:
+        if np.any(current_a > NO_CURRENT_A):
+            series["current_a"] = Series.of(time_s, current_a, of_current)
+        else:
+            remarks["current_a"] = (
+                f"{of_current} never exceeds {NO_CURRENT_A:g} A: no current sensor"
+            )
+    if voltage_v is not None and current_a is not None and len(series) == 2:
+        power = Series.of(time_s, voltage_v * current_a, f"{of_voltage} × {fields[1]}")
+        if len(power):
+            series["power_w"] = power
+    return series, remarks
+
+
+def euler_angles_deg(
+    w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return roll, pitch and yaw of a rotation from the body to its frame of reference.
+
+    The order of rotation is yaw, pitch, roll, about axes forward, right, down in a frame north,
+    east, down (Diebel, "Representing Attitude", 2006, section 8.2).
+
+    Parameters
+    ----------
+    w, x, y, z : ndarray
+        Unit quaternions, scalar first.
+
+    Returns
+    -------
+    roll_deg, pitch_deg, yaw_deg : ndarray
+        Roll and yaw in [−180, 180], pitch in [−90, 90]. [°]
+    """
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.degrees(roll), np.degrees(pitch), np.degrees(yaw)

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+import math
+from dataclasses import fields, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
+    from planner.arrays import BoolArray, FloatArray, IntArray, TextArray
     from planner.autopilot import Autopilot
     from planner.findings import Finding
+    from planner.logs.series import Series
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
-TextArray = npt.NDArray[np.str_]
 
 STEP_S = 0.1
 """Time between the samples of a record: the rate autopilots log battery and references at. [s]"""
@@ -229,3 +227,152 @@ class FlightRecord:
             if row.name == name:
                 return row
         raise KeyError(name)
+
+
+_NO_TRACK = "no track: distances and the places of stops are unknown"
+_NO_HEIGHT = "climbs, descents and the hover power over height cannot be identified"
+_NO_SPEED = "accelerating, cruise and braking cannot be identified"
+_NO_AIR = "the air is taken to be calm: power over speed is that over ground"
+_NO_LEAN = "wind cannot be estimated from how the vehicle leans"
+_NO_POSITION_REFERENCE = "position errors cannot be told from the path commanded"
+_NO_SPEED_REFERENCE = (
+    "the speed response can only be identified against the steps the speed itself suggests"
+)
+_NO_POWER = "no power and no energy model can be identified, only the motion"
+
+ABSENCE_COSTS: Mapping[str, str] = {
+    "latitude_deg": _NO_TRACK,
+    "longitude_deg": _NO_TRACK,
+    "altitude_amsl_m": "air density is that of the standard atmosphere at the height above home",
+    "north_m": _NO_TRACK,
+    "east_m": _NO_TRACK,
+    "height_above_home_m": _NO_HEIGHT,
+    "velocity_north_m_s": "turns and the direction of flight against the wind are unknown",
+    "velocity_east_m_s": "turns and the direction of flight against the wind are unknown",
+    "climb_m_s": _NO_HEIGHT,
+    "ground_speed_m_s": _NO_SPEED,
+    "airspeed_m_s": _NO_AIR,
+    "wind_north_m_s": _NO_AIR,
+    "wind_east_m_s": _NO_AIR,
+    "roll_deg": _NO_LEAN,
+    "pitch_deg": _NO_LEAN,
+    "yaw_deg": _NO_LEAN,
+    "reference_north_m": _NO_POSITION_REFERENCE,
+    "reference_east_m": _NO_POSITION_REFERENCE,
+    "reference_height_m": (
+        "the height response can only be identified against the steps the height itself suggests"
+    ),
+    "reference_velocity_north_m_s": _NO_SPEED_REFERENCE,
+    "reference_velocity_east_m_s": _NO_SPEED_REFERENCE,
+    "reference_climb_m_s": "the climb rate commanded is known from the height reference only",
+    "reference_speed_m_s": _NO_SPEED_REFERENCE,
+    "voltage_v": _NO_POWER,
+    "current_a": _NO_POWER,
+    "power_w": _NO_POWER,
+    "mode": "flights by hand cannot be told from missions",
+    "is_landed": "take-off and landing are told from the heights, to about a second",
+    "mission_item": "states cannot be matched with the mission's items",
+}
+"""Cost by the name of the column, in the order of the columns of a record."""
+
+
+@frozen
+class Source:
+    """One field of one message."""
+
+    message: str
+    """Message or topic."""
+    field: str
+    unit: float
+    """The field times this is in the column's unit; negative where the log counts downwards."""
+    valid: str | None
+    """Field of the message that says which samples count, where it has such."""
+
+
+def sources(*places: str, unit: float = 1.0, valid: str | None = None) -> tuple[Source, ...]:
+    """Return sources written as ``MESSAGE.field``, all in the same unit."""
+    return tuple(
+        Source(message=message, field=field, unit=unit, valid=valid)
+        for message, field in (place.split(".", 1) for place in places)
+    )
+
+
+@frozen
+class LogFile:
+    """Which file a recording comes from."""
+
+    source: str
+    """File name as the user gave it."""
+    sha256: str
+    log_format: LogFormat
+
+
+@frozen(eq=False)
+class Recording:
+    """Everything a log tells between two restarts of its clock.
+
+    ``series`` holds quantities by the names of the record's columns, as far as the log has them
+    directly; the rest is computed.  It may hold these besides, which are no columns:
+
+    ``local_north_m``, ``local_east_m``, ``local_height_m``
+        Position in the frame the references are given in, wherever its origin is.
+    ``reference_latitude_deg``, ``reference_longitude_deg``, ``reference_altitude_amsl_m``
+        References where the log gives them globally.  ``reference_north_m``,
+        ``reference_east_m`` and ``reference_height_m`` are in the local frame.
+    ``course_deg``
+        Direction of the ground speed, where velocities are not logged.
+    """
+
+    file: LogFile
+    begin_s: float
+    end_s: float
+    series: Mapping[str, Series]
+    is_armed: Series | None
+    """Events 1 and 0; ``None`` where arming is not logged."""
+    is_landed: Series | None
+    """Events 1 and 0; ``None`` where the autopilot's landing detector is not logged."""
+    modes: tuple[tuple[float, str], ...]
+    """Time and name of each mode entered, in the order of time."""
+    modes_found_in: str
+    """Message and fields of the modes."""
+    mission_item: Series | None
+    """Events: the item begun, from 1, home not counted; 0 where none is flown any longer."""
+    homes: tuple[tuple[float, LoggedHome], ...]
+    """Time of each home set, in the order of time."""
+    missions: tuple[tuple[float, tuple[LoggedItem, ...]], ...]
+    """Time from which each mission is the one on board."""
+    parameters: tuple[tuple[float, str, float], ...]
+    """Time, name and value of each parameter told, in the order of the log."""
+    autopilot: Autopilot | None
+    firmware: str
+    vehicle: str
+    position_jumps: tuple[tuple[float, float], ...]
+    """Time and size in metres of each reset of the position estimate, where they are logged."""
+    remarks: Mapping[str, str]
+    """What is to be said of a quantity that is not as it should be, by the column's name."""
+    findings: tuple[Finding, ...]
+
+
+def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
+    """Return the runs of one vehicle's clock, each with what a vehicle keeps over a restart.
+
+    Parameters, mission, firmware and frame are told once; they hold until they are told anew.
+    """
+    found: list[Recording] = []
+    for run in runs:
+        if not found:
+            found.append(run)
+            continue
+        before = found[-1]
+        kept = tuple((-math.inf, name, value) for _, name, value in before.parameters)
+        mission = tuple((-math.inf, items) for _, items in before.missions[-1:])
+        found.append(
+            replace(
+                run,
+                parameters=(*kept, *run.parameters),
+                missions=(*mission, *run.missions),
+                firmware=run.firmware or before.firmware,
+                vehicle=run.vehicle or before.vehicle,
+            )
+        )
+    return tuple(found)

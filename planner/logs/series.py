@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from planner import quantity
+from planner.catalogue.flight_log import LOG_CLOCK
 from planner.frozen import frozen
 from planner.logs.record import STEP_S
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy.typing as npt
 
-    from planner.logs.record import FloatArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.findings import Finding
+    from planner.logs.flights import FlightSpan
+    from planner.logs.record import Recording
+
 
 LEAST_GAP_S = 1.0
 """A silence shorter than this is bridged by a straight line, whatever the rate. [s]"""
@@ -142,3 +151,147 @@ class Series:
         filled = counts > 0
         values[filled] = sums[filled] / counts[filled]
         return values
+
+
+@frozen(eq=False)
+class Column:
+    """A quantity on the time base of a flight."""
+
+    values: FloatArray
+    """NaN where it is not known."""
+    found_in: str
+    """Message and fields of the log, or what it is computed from."""
+    rate_hz: float | None
+    """Rate of the samples in the log."""
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is a value at all."""
+        return bool(np.isfinite(self.values).any())
+
+    def else_from(self, other: Column) -> Column:
+        """Return the column with what it does not know filled from another."""
+        known = np.isfinite(self.values)
+        if not np.any(np.isfinite(other.values[~known])):
+            return self
+        return replace(
+            self,
+            values=np.where(known, self.values, other.values),
+            found_in=f"{self.found_in}, else {other.found_in}",
+        )
+
+    def plus(self, offset: float) -> Column:
+        """Return the column with an offset added."""
+        return replace(self, values=self.values + offset)
+
+
+@frozen(eq=False)
+class Grid:
+    """The times of a record's samples."""
+
+    recording: Recording
+    span: FlightSpan
+    time_s: FloatArray
+    """On the recording's clock, :data:`~planner.logs.record.STEP_S` apart. [s]"""
+
+    @classmethod
+    def of(cls, recording: Recording, span: FlightSpan) -> Grid:
+        """Return the grid of a flight: from its beginning, as far as it goes."""
+        # The nudge keeps the last sample of a flight of whole steps.
+        count = int((span.end_s - span.begin_s) / STEP_S + 1e-6) + 1
+        return cls(
+            recording=recording,
+            span=span,
+            time_s=span.begin_s + np.arange(count, dtype=np.float64) * STEP_S,
+        )
+
+    def column(self, name: str, *, is_mean: bool = False) -> Column | None:
+        """Return a series of the recording on the grid; ``None`` where it tells nothing here."""
+        series = self.recording.series.get(name)
+        if series is None:
+            return None
+        values = series.mean_at(self.time_s) if is_mean else series.at(self.time_s)
+        if series.period is not None:
+            values %= series.period
+        column = Column(values=values, found_in=series.found_in, rate_hz=series.rate_hz)
+        return column if column.is_known else None
+
+    def together(self, values: FloatArray, found_in: str, *sources: Column) -> Column:
+        """Return a column computed from others; its rate is that of the slowest."""
+        rates = [source.rate_hz for source in sources if source.rate_hz is not None]
+        return Column(values=values, found_in=found_in, rate_hz=min(rates, default=None))
+
+
+_BACK_S = 1.0
+"""Messages are written in the order of time but for less than this. [s]"""
+_MOST_STRAYS = 5
+"""So many messages in a row may be out of time; more of them are another run of the clock."""
+
+
+@frozen(eq=False)
+class Clock:
+    """Places and times of the timed messages of a log, strays left out."""
+
+    places: IntArray
+    """Where in the log, rising: byte, line or number of the message."""
+    time_s: FloatArray
+    restarts: tuple[int, ...]
+    """Places at which the clock begins anew."""
+    strays: int
+    """Messages out of time, left out."""
+
+    @classmethod
+    def of(cls, places: IntArray, time_s: FloatArray) -> Self:
+        """Return the clock that timed messages show.
+
+        A few messages that are more than a second ahead of those after them, or behind those before
+        them, are strays; where there are many on both sides the clock has restarted.
+        """
+        order = np.argsort(places, kind="stable")
+        places, time_s = places[order], time_s[order]
+        kept = np.isfinite(time_s)
+        places, time_s = places[kept], time_s[kept]
+        is_stray = np.zeros(time_s.shape, np.bool_)
+        restarts: list[int] = []
+        for drop in np.flatnonzero(np.diff(time_s) < -_BACK_S).tolist():
+            ahead = time_s[max(drop - _MOST_STRAYS, 0) : drop + 1] > time_s[drop + 1] + _BACK_S
+            behind = time_s[drop + 1 : drop + 2 + _MOST_STRAYS] < time_s[drop] - _BACK_S
+            if not np.all(ahead):
+                is_stray[drop - int(np.argmin(ahead[::-1])) + 1 : drop + 1] = True
+            elif not np.all(behind) or len(behind) <= _MOST_STRAYS:
+                count = int(np.argmin(behind)) if not np.all(behind) else len(behind)
+                is_stray[drop + 1 : drop + 1 + count] = True
+            else:
+                restarts.append(int(places[drop + 1]))
+        return cls(
+            places=places[~is_stray],
+            time_s=time_s[~is_stray],
+            restarts=tuple(restarts),
+            strays=int(np.sum(is_stray)),
+        )
+
+    def runs(self) -> Iterator[tuple[int, int]]:
+        """Return first place and place behind the last of each run, all places in one of them."""
+        yield from itertools.pairwise((0, *self.restarts, np.iinfo(np.int64).max))
+
+    def is_in_time(self, places: IntArray) -> BoolArray:
+        """Return which of timed messages are no strays."""
+        return np.isin(places, self.places)
+
+    def time_at_s(self, places: IntArray) -> FloatArray:
+        """Return the time of the last timed message before each place; the first one's before it."""
+        before = np.searchsorted(self.places, places, side="right") - 1
+        return self.time_s[np.maximum(before, 0)]
+
+    def findings(self, source: str) -> Iterator[Finding]:
+        """Return what is odd about the clock."""
+        if self.restarts:
+            first = np.searchsorted(self.places, self.restarts[0]) - 1
+            yield LOG_CLOCK.finding(
+                f"{source}: the clock restarts after {self.time_s[first]:.1f} s: the log is read as "
+                f"{len(self.restarts) + 1} recordings"
+            )
+        if self.strays:
+            yield LOG_CLOCK.finding(
+                f"{source}: out of time and left out: {quantity.count(self.strays, 'message')}"
+            )

@@ -3,32 +3,362 @@
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING
+from array import array
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.catalogue.flight_log import LOG_DAMAGED
 from planner.errors import LogFileError
-from planner.logs.ardupilot_modes import AUTO, copter_mode
-from planner.logs.clock import Clock
-from planner.logs.items_flown import items_flown
-from planner.logs.px4_modes import AUTO_MISSION, px4_custom_mode
-from planner.logs.record import LoggedHome, LoggedItem
-from planner.logs.recording import Recording, carried_over
-from planner.logs.series import Series
-from planner.logs.tlog_frames import Damage
-from planner.logs.tlog_messages import boot_time_s, messages_by_vehicle
+from planner.frozen import frozen
+from planner.logs.flights import items_flown
+from planner.logs.modes import AUTO, AUTO_MISSION, copter_mode, px4_custom_mode
+from planner.logs.record import LoggedHome, LoggedItem, Recording, carried_over
+from planner.logs.series import Clock, Series
 from planner.logs.tlog_quantities import quantity_series
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
     from mmap import mmap
 
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.logs.record import FloatArray
-    from planner.logs.recording import LogFile
-    from planner.logs.tlog_messages import Messages
+    from planner.logs.record import LogFile
+
+
+_STAMP = 8
+_V1, _V2 = 0xFE, 0xFD
+_SIGNED = 1
+"""Bit of a version 2 frame's incompatibility flags: 13 bytes of signature follow."""
+_EARLIEST_S, _LATEST_S = 946_684_800.0, 4_102_444_800.0
+"""The years 2000 and 2100."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One frame: where it stands, when it came, whose it is."""
+
+    place: int
+    """First byte of its time in the log."""
+    stamp_s: float
+    """Since 1970, by the ground station's clock. [s]"""
+    system: int
+    component: int
+    message: int
+    """Number of the message."""
+    content: bytes
+    """The frame, from its marker to its checksum or signature."""
+
+
+@dataclass(slots=True)
+class Damage:
+    """What of a log is no frame."""
+
+    unreadable: int = 0
+    first_unreadable: int | None = None
+
+
+def is_tlog(data: mmap) -> bool:
+    """Return whether a file begins with two frames behind plausible times."""
+    first = _frame_end(data, 0)
+    if first is None or not _EARLIEST_S < _stamp_s(data, 0) < _LATEST_S:
+        return False
+    return first == len(data) or _frame_end(data, first) is not None
+
+
+def frames(data: mmap, wanted: frozenset[int], damage: Damage) -> Iterator[Frame]:
+    """Yield the frames of wanted messages, in the order of the log.
+
+    Parameters
+    ----------
+    data : mmap
+        The file.
+    wanted : frozenset of int
+        Numbers of messages.
+    damage : Damage
+        Filled with what is no frame.
+    """
+    at = 0
+    while at < len(data):
+        end = _frame_end(data, at)
+        if end is None:
+            if len(data) - at < _STAMP + 280:
+                return  # the last frame, cut off
+            behind = _next_frame(data, at + 1)
+            damage.unreadable += behind - at
+            if damage.first_unreadable is None:
+                damage.first_unreadable = at
+            at = behind
+            continue
+        start = at + _STAMP
+        if data[start] == _V1:
+            system, component, message = data[start + 3], data[start + 4], data[start + 5]
+        else:
+            system, component = data[start + 5], data[start + 6]
+            message = int.from_bytes(data[start + 7 : start + 10], "little")
+        if message in wanted:
+            yield Frame(at, _stamp_s(data, at), system, component, message, data[start:end])
+        at = end
+
+
+def _frame_end(data: mmap, at: int) -> int | None:
+    """Return where the frame at a place ends; ``None`` where there is none, or not all of it."""
+    start = at + _STAMP
+    if start + 3 > len(data):
+        return None
+    if data[start] == _V1:
+        end = start + 6 + data[start + 1] + 2
+    elif data[start] == _V2:
+        end = start + 10 + data[start + 1] + 2 + (13 if data[start + 2] & _SIGNED else 0)
+    else:
+        return None
+    return end if end <= len(data) else None
+
+
+def _next_frame(data: mmap, at: int) -> int:
+    """Return the next place where two frames stand one behind the other, else the end."""
+    while at < len(data):
+        markers = [
+            place
+            for marker in (_V1, _V2)
+            if (place := data.find(bytes([marker]), at + _STAMP)) >= 0
+        ]
+        if not markers:
+            return len(data)
+        at = min(markers) - _STAMP
+        end = _frame_end(data, at)
+        if end is not None and (end == len(data) or _frame_end(data, end) is not None):
+            return at
+        at += 1
+    return len(data)
+
+
+def _stamp_s(data: mmap, at: int) -> float:
+    return int.from_bytes(data[at : at + _STAMP], "big") * 1e-6
+
+
+_ITEM = (
+    *("seq", "frame", "command", "param1", "param2", "param3", "param4", "x", "y", "z"),
+    *("target_system", "mission_type"),
+)
+
+WANTED: Mapping[str, tuple[str, ...]] = {
+    "ATTITUDE": ("time_boot_ms", "roll", "pitch", "yaw"),
+    "AUTOPILOT_VERSION": ("flight_sw_version",),
+    "BATTERY_STATUS": ("id", "current_battery", "voltages"),
+    "EXTENDED_SYS_STATE": ("landed_state",),
+    "GLOBAL_POSITION_INT": (
+        *("time_boot_ms", "lat", "lon", "alt", "relative_alt"),
+        *("vx", "vy", "vz"),
+    ),
+    "HEARTBEAT": ("type", "autopilot", "base_mode", "custom_mode", "system_status"),
+    "HOME_POSITION": ("latitude", "longitude", "altitude"),
+    "LOCAL_POSITION_NED": ("time_boot_ms", "x", "y", "z", "vx", "vy", "vz"),
+    "MISSION_COUNT": ("count", "target_system", "mission_type"),
+    "MISSION_CURRENT": ("seq",),
+    "MISSION_ITEM": _ITEM,
+    "MISSION_ITEM_INT": _ITEM,
+    "PARAM_VALUE": ("param_id", "param_value", "param_type"),
+    "POSITION_TARGET_GLOBAL_INT": (
+        *("time_boot_ms", "coordinate_frame", "type_mask", "lat_int", "lon_int", "alt"),
+        *("vx", "vy", "vz"),
+    ),
+    "POSITION_TARGET_LOCAL_NED": (
+        *("time_boot_ms", "coordinate_frame", "type_mask", "x", "y", "z"),
+        *("vx", "vy", "vz"),
+    ),
+    "STATUSTEXT": ("text",),
+    "SYS_STATUS": ("voltage_battery", "current_battery"),
+    "VFR_HUD": ("groundspeed", "heading", "climb"),
+    "WIND": ("direction", "speed"),
+    "WIND_COV": ("time_usec", "wind_x", "wind_y"),
+}
+"""The fields used, by message."""
+
+_UPLOADED = frozenset(("MISSION_COUNT", "MISSION_ITEM", "MISSION_ITEM_INT"))
+"""Messages about a vehicle that its ground station may have sent."""
+_TEXTS = frozenset(("text", "param_id"))
+_NO_VOLTAGE_MV = 65535
+_GROUND_STATION, _NO_AUTOPILOT = 6, 8
+"""MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID."""
+_AUTOPILOT_COMPONENT = 1
+
+
+@dataclass(slots=True)
+class _Rows:
+    """The messages of one kind so far."""
+
+    places: array[int] = field(default_factory=lambda: array("q"))
+    stamps_s: array[float] = field(default_factory=lambda: array("d"))
+    numbers: dict[str, array[float]] = field(default_factory=dict)
+    texts: dict[str, list[str]] = field(default_factory=dict)
+
+
+@frozen(eq=False)
+class Messages:
+    """The messages of one kind, as columns."""
+
+    places: IntArray
+    stamps_s: FloatArray
+    """By the ground station's clock. [s]"""
+    numbers: Mapping[str, FloatArray]
+    """Fields as they are sent, NaN where a message of an old version lacks them."""
+    texts: Mapping[str, tuple[str, ...]]
+
+    def rows(self, chosen: BoolArray) -> Messages:
+        """Return some of the messages."""
+        return Messages(
+            places=self.places[chosen],
+            stamps_s=self.stamps_s[chosen],
+            numbers={name: values[chosen] for name, values in self.numbers.items()},
+            texts={
+                name: tuple(text for text, is_in in zip(texts, chosen, strict=True) if is_in)
+                for name, texts in self.texts.items()
+            },
+        )
+
+
+def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, dict[str, Messages]]:
+    """Return the messages of each vehicle in a telemetry log, by its system id and their name.
+
+    Parameters
+    ----------
+    data : mmap
+        The file.
+    source : str
+        What errors call it.
+    damage : Damage
+        Filled with what is no frame.
+
+    Returns
+    -------
+    dict of dict
+        Systems with a heartbeat of an autopilot; mission items sent to a vehicle are among its own.
+
+    Raises
+    ------
+    LogFileError
+        If pymavlink is not installed.
+    """
+    try:
+        from pymavlink.dialects.v20 import ardupilotmega as mavlink
+    except ImportError as error:
+        msg = "telemetry needs pymavlink; install it with: pip install 'mavjoule[identify]'"
+        raise LogFileError(msg, source=source) from error
+    names = {kind.id: kind.msgname for kind in mavlink.mavlink_map.values()}
+    wanted = frozenset(number for number, name in names.items() if name in WANTED)
+    decoder = mavlink.MAVLink(None)
+    found: dict[int, dict[str, _Rows]] = {}
+    vehicles: set[int] = set()
+    for frame in frames(data, wanted, damage):
+        try:
+            message = decoder.decode(bytearray(frame.content))
+        except mavlink.MAVError:
+            damage.unreadable += len(frame.content)
+            if damage.first_unreadable is None:
+                damage.first_unreadable = frame.place
+            continue
+        name = names[frame.message]
+        if name == "HEARTBEAT" and _is_vehicle(message):
+            vehicles.add(frame.system)
+        if name in _UPLOADED and message.target_system and frame.component != _AUTOPILOT_COMPONENT:
+            _add(
+                found.setdefault(message.target_system, {}),
+                name,
+                frame.place,
+                frame.stamp_s,
+                message,
+            )
+        elif frame.component == _AUTOPILOT_COMPONENT:
+            _add(found.setdefault(frame.system, {}), name, frame.place, frame.stamp_s, message)
+    return {
+        system: {name: _messages(rows) for name, rows in tables.items()}
+        for system, tables in found.items()
+        if system in vehicles
+    }
+
+
+def boot_time_s(tables: Iterable[Messages]) -> dict[int, FloatArray]:
+    """Return the times of messages on the vehicle's clock, by the identity of their table.
+
+    Messages that carry no time of their own came as much after the last one that does as the
+    ground station's clock says.  Where none does, the ground station's clock is all there is.
+
+    Parameters
+    ----------
+    tables : iterable of Messages
+        All messages of one vehicle.
+
+    Returns
+    -------
+    dict
+        Times of each table, by its ``id``. [s]
+    """
+    every = list(tables)
+    timed = [table for table in every if "time_boot_ms" in table.numbers]
+    if not timed:
+        return {id(table): table.stamps_s for table in every}
+    places = np.concatenate([table.places for table in timed])
+    order = np.argsort(places)
+    lag_s = np.concatenate(
+        [table.stamps_s - table.numbers["time_boot_ms"] * 1e-3 for table in timed]
+    )[order]
+    places = places[order]
+    times: dict[int, FloatArray] = {}
+    for table in every:
+        if "time_boot_ms" in table.numbers:
+            times[id(table)] = table.numbers["time_boot_ms"] * 1e-3
+        else:
+            before = np.searchsorted(places, table.places, side="right") - 1
+            times[id(table)] = table.stamps_s - lag_s[np.maximum(before, 0)]
+    return times
+
+
+def _is_vehicle(heartbeat: Any) -> bool:  # noqa: ANN401 - pymavlink has no types
+    return bool(heartbeat.type != _GROUND_STATION and heartbeat.autopilot != _NO_AUTOPILOT)
+
+
+def _add(
+    tables: dict[str, _Rows],
+    name: str,
+    place: int,
+    stamp_s: float,
+    message: Any,  # noqa: ANN401 - pymavlink has no types
+) -> None:
+    rows = tables.get(name)
+    if rows is None:
+        fields = WANTED[name]
+        rows = tables[name] = _Rows(
+            numbers={field: array("d") for field in fields if field not in _TEXTS},
+            texts={field: [] for field in fields if field in _TEXTS},
+        )
+    rows.places.append(place)
+    rows.stamps_s.append(stamp_s)
+    for field_name, values in rows.numbers.items():
+        if field_name == "voltages":
+            values.append(_sum_mv(message.voltages))
+        else:
+            values.append(getattr(message, field_name, np.nan))
+    for field_name, texts in rows.texts.items():
+        texts.append(str(getattr(message, field_name)))
+
+
+def _sum_mv(cells: Iterable[int]) -> float:
+    """Return the voltage of all cells; NaN where none is told."""
+    told = [cell for cell in cells if cell != _NO_VOLTAGE_MV]
+    return float(sum(told)) if told else np.nan
+
+
+def _messages(rows: _Rows) -> Messages:
+    return Messages(
+        places=np.array(rows.places, np.int64),
+        stamps_s=np.array(rows.stamps_s, np.float64),
+        numbers={name: np.array(values, np.float64) for name, values in rows.numbers.items()},
+        texts={name: tuple(texts) for name, texts in rows.texts.items()},
+    )
+
 
 _AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
 """MAV_AUTOPILOT."""
@@ -182,15 +512,15 @@ def _armed(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> S
 def _landed(
     tables: Mapping[str, Messages], times: Mapping[str, FloatArray], autopilot: Autopilot | None
 ) -> Series | None:
-    for name, field, landed, is_told in (
+    for name, column, landed, is_told in (
         ("EXTENDED_SYS_STATE", "landed_state", _ON_GROUND, True),
         ("HEARTBEAT", "system_status", _STANDBY, autopilot is Autopilot.ARDUPILOT),
     ):
         if is_told and name in tables:
-            states = tables[name].numbers[field]
+            states = tables[name].numbers[column]
             known = states > 0.0
             return Series.of(
-                times[name][known], states[known] == landed, f"{name}.{field}", is_event=True
+                times[name][known], states[known] == landed, f"{name}.{column}", is_event=True
             )
     return None
 

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.logs.electrical import electrical_series
+from planner.logs.positions import electrical_series
+from planner.logs.record import sources
 from planner.logs.series import Series
-from planner.logs.source import sources
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.logs.record import BoolArray, FloatArray
-    from planner.logs.source import Source
-    from planner.logs.tlog_messages import Messages
+    from planner.arrays import BoolArray, FloatArray
+    from planner.logs.record import Source
+    from planner.logs.tlog import Messages
 
 _E7, _MM, _CM = 1e-7, 1e-3, 1e-2
 _DEG = float(np.degrees(1.0))
@@ -67,7 +67,7 @@ def quantity_series(
     Returns
     -------
     series : dict
-        Quantities by the names :class:`~planner.logs.recording.Recording` knows.
+        Quantities by the names :class:`~planner.logs.record.Recording` knows.
     remarks : dict
         Sentences by the names of columns.
     """

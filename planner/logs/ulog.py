@@ -12,21 +12,410 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.catalogue.flight_log import BATTERIES_LEFT_OUT, LOG_DAMAGED
 from planner.errors import LogFileError
-from planner.logs.electrical import NO_CURRENT_A, electrical_series
-from planner.logs.items_flown import items_flown
-from planner.logs.px4_modes import AUTO_MISSION, px4_mode
-from planner.logs.record import LoggedHome
-from planner.logs.recording import Recording
+from planner.frozen import frozen
+from planner.geo.geodesy import LocalFrame
+from planner.logs.flights import items_flown
+from planner.logs.modes import AUTO_MISSION, px4_mode
+from planner.logs.positions import NO_CURRENT_A, electrical_series, euler_angles_deg
+from planner.logs.record import LoggedHome, LoggedItem, Recording, sources
 from planner.logs.series import Series
-from planner.logs.ulog_local_frame import local_series, position_jumps
-from planner.logs.ulog_mission import missions_flown
-from planner.logs.ulog_topics import TOPICS, Topic, quantity_series
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.logs.recording import LogFile
+    from planner.logs.record import (
+        LogFile,
+        Source,
+    )
+
+
+_RELATIVE_FRAME, _AMSL_FRAME, _MISSION_FRAME = 3, 0, 2
+_CHANGE_SPEED = 178
+"""MAV_CMD_DO_CHANGE_SPEED."""
+_SPEED = "current.cruising_speed"
+_SETTLED_S = 0.5
+"""A setpoint follows its item within this time. [s]"""
+
+
+def missions_flown(
+    items: Topic | None, setpoints: Topic | None
+) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
+    """Return the mission as far as it was flown.
+
+    PX4 logs an item with a place when it begins it, and the speed it then flies by: a number left
+    out before an item from which on another speed is flown was a change of speed.
+
+    Parameters
+    ----------
+    items : Topic, optional
+        ``navigator_mission_item``.
+    setpoints : Topic, optional
+        ``position_setpoint_triplet``.
+
+    Returns
+    -------
+    tuple
+        Time and items of the only mission; empty where none is logged.
+    """
+    needed = ("sequence_current", "nav_cmd", "latitude", "longitude", "altitude")
+    if items is None or not set(needed) <= items.fields.keys():
+        return ()
+    found: dict[int, LoggedItem] = {}
+    begun_s: dict[int, float] = {}
+    for row, time_s in enumerate(items.time_s.tolist()):
+        sequence = int(items.fields["sequence_current"][row])
+        begun_s.setdefault(sequence, time_s)
+        found.setdefault(sequence, _item(items, row, sequence))
+    if setpoints is not None and _SPEED in setpoints.fields:
+        found |= _speed_changes(begun_s, setpoints)
+    return ((float(items.time_s[0]), tuple(found[number] for number in sorted(found))),)
+
+
+def _item(items: Topic, row: int, sequence: int) -> LoggedItem:
+    latitude, longitude, altitude = (
+        value if np.isfinite(value) else None
+        for value in (
+            float(items.fields[name][row]) for name in ("latitude", "longitude", "altitude")
+        )
+    )
+    is_relative = items.fields.get("altitude_is_relative", np.zeros(row + 1))[row] != 0.0
+    hold_s = float(items.fields.get("time_inside", np.full(row + 1, np.nan))[row])
+    return LoggedItem(
+        item=sequence + 1,
+        command=int(items.fields["nav_cmd"][row]),
+        frame=_RELATIVE_FRAME if is_relative else _AMSL_FRAME,
+        param1=hold_s if np.isfinite(hold_s) else None,
+        param2=None,
+        param3=None,
+        param4=None,
+        latitude_deg=latitude,
+        longitude_deg=longitude,
+        altitude_m=altitude,
+    )
+
+
+def _speed_changes(begun_s: dict[int, float], setpoints: Topic) -> dict[int, LoggedItem]:
+    """Return a change of speed for each number left out behind which another speed is flown."""
+    speeds = setpoints.fields[_SPEED]
+    changes: dict[int, LoggedItem] = {}
+    flown: float | None = None
+    for sequence in sorted(begun_s):
+        row = int(np.searchsorted(setpoints.time_s, begun_s[sequence] + _SETTLED_S, "right")) - 1
+        speed = max(float(speeds[row]), -1.0) if row >= 0 and np.isfinite(speeds[row]) else None
+        is_other = speed is not None and speed != (-1.0 if flown is None else flown)
+        if is_other and sequence - 1 not in begun_s and sequence > 0:
+            changes[sequence - 1] = LoggedItem(
+                item=sequence,
+                command=_CHANGE_SPEED,
+                frame=_MISSION_FRAME,
+                param1=1.0,
+                param2=speed,
+                param3=-1.0,
+                param4=None,
+                latitude_deg=None,
+                longitude_deg=None,
+                altitude_m=None,
+            )
+        flown = flown if speed is None else speed
+    return changes
+
+
+_POSITIONS = "vehicle_local_position"
+_ORIGIN = ("ref_lat", "ref_lon", "ref_alt")
+_REFERENCES = (
+    ("trajectory_setpoint", ("position[0]", "position[1]", "position[2]")),
+    ("trajectory_setpoint", ("x", "y", "z")),
+    ("vehicle_local_position_setpoint", ("x", "y", "z")),
+)
+"""Where the position told to the controller stands, the best place first."""
+_AXES = ("north_m", "east_m", "height_m")
+
+
+def local_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
+    """Return positions and references in the frame of the first origin.
+
+    Parameters
+    ----------
+    topics : mapping
+        The first instance of each topic, by name.
+
+    Returns
+    -------
+    dict
+        ``local_…`` and ``reference_…`` series north, east and up; latitude, longitude and
+        altitude by the frame, under ``latitude_deg`` and so on, where it has an origin.
+    """
+    topic = topics.get(_POSITIONS)
+    if topic is None or not {"x", "y", "z"} <= topic.fields.keys():
+        return {}
+    frame, offsets = _origins(topic)
+    series: dict[str, Series] = {}
+    for axis, field, valid in zip(
+        _AXES, ("x", "y", "z"), ("xy_valid", "xy_valid", "z_valid"), strict=True
+    ):
+        values = _upwards(topic.fields[field], axis) + offsets[axis]
+        if valid in topic.fields:
+            values = np.where(topic.fields[valid] != 0.0, values, np.nan)
+        series[f"local_{axis}"] = Series.of(topic.time_s, values, f"{_POSITIONS}.{field}")
+    origin = {axis: Series.of(topic.time_s, offsets[axis], "", is_event=True) for axis in _AXES}
+    series |= _references(topics, origin)
+    if frame is not None:
+        series |= _global(topic, frame, series)
+    return {name: found for name, found in series.items() if len(found)}
+
+
+def position_jumps(topics: Mapping[str, Topic]) -> tuple[tuple[float, float], ...]:
+    """Return time and size in metres of each reset of the estimate."""
+    topic = topics.get(_POSITIONS)
+    jumps: list[tuple[float, float]] = []
+    for counter, deltas in (
+        ("xy_reset_counter", ("delta_xy[0]", "delta_xy[1]")),
+        ("z_reset_counter", ("delta_z",)),
+    ):
+        if topic is None or not {counter, *deltas} <= topic.fields.keys():
+            continue
+        resets = np.flatnonzero(np.diff(topic.fields[counter])) + 1
+        squares = [topic.fields[delta][resets] ** 2 for delta in deltas]
+        sizes_m = np.sqrt(np.sum(squares, axis=0))
+        jumps += zip(topic.time_s[resets].tolist(), sizes_m.tolist(), strict=True)
+    return tuple(sorted(jumps))
+
+
+def _origins(topic: Topic) -> tuple[LocalFrame | None, dict[str, FloatArray]]:
+    """Return the frame about the first origin, and where each sample's origin lies in it."""
+    offsets = {axis: np.zeros(topic.time_s.shape) for axis in _AXES}
+    if not set(_ORIGIN) <= topic.fields.keys():
+        return None, offsets
+    latitude, longitude, altitude = (topic.fields[field] for field in _ORIGIN)
+    known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(altitude)
+    known &= (np.abs(latitude) <= 90.0) & ((latitude != 0.0) | (longitude != 0.0))
+    if "xy_global" in topic.fields:
+        known &= topic.fields["xy_global"] != 0.0
+    if not np.any(known):
+        return None, offsets
+    first = int(np.argmax(known))
+    frame = LocalFrame(latitude_deg=float(latitude[first]), longitude_deg=float(longitude[first]))
+    moved = known & ((latitude != latitude[first]) | (longitude != longitude[first]))
+    offsets["east_m"][moved], offsets["north_m"][moved] = frame.east_north_m(
+        latitude[moved], longitude[moved]
+    )
+    offsets["height_m"][known] = altitude[known] - altitude[first]
+    return frame, offsets
+
+
+def _references(topics: Mapping[str, Topic], origin: Mapping[str, Series]) -> dict[str, Series]:
+    for name, fields in _REFERENCES:
+        topic = topics.get(name)
+        if topic is None or not set(fields) <= topic.fields.keys():
+            continue
+        series = {}
+        for axis, field in zip(_AXES, fields, strict=True):
+            offset = np.nan_to_num(origin[axis].at(topic.time_s), nan=0.0)
+            values = _upwards(topic.fields[field], axis) + offset
+            series[f"reference_{axis}"] = Series.of(topic.time_s, values, f"{name}.{field}")
+        if any(len(found) for found in series.values()):
+            return series
+    return {}
+
+
+def _global(topic: Topic, frame: LocalFrame, local: Mapping[str, Series]) -> dict[str, Series]:
+    """Return global positions from local ones; used where PX4 logs no global position."""
+    north, east = local["local_north_m"], local["local_east_m"]
+    if len(north) != len(east):
+        return {}
+    latitude_deg, longitude_deg = frame.latitude_longitude_deg(east.values, north.values)
+    altitude = topic.fields["ref_alt"]
+    height = local["local_height_m"]
+    first_amsl_m = altitude[np.argmax(np.isfinite(altitude))]
+    found_in = f"{_POSITIONS}.x, y, ref"
+    return {
+        "latitude_deg": Series.of(north.time_s, latitude_deg, found_in),
+        "longitude_deg": Series.of(north.time_s, longitude_deg, found_in, period=360.0),
+        "altitude_amsl_m": Series.of(
+            height.time_s, height.values + first_amsl_m, f"{_POSITIONS}.z, ref_alt"
+        ),
+    }
+
+
+def _upwards(values: FloatArray, axis: str) -> FloatArray:
+    """Return a coordinate positive upwards; the log counts z downwards."""
+    return -values if axis == "height_m" else values
+
+
+TOPICS = (
+    "actuator_armed",
+    "airspeed",
+    "airspeed_validated",
+    "battery_status",
+    "estimator_wind",
+    "home_position",
+    "mission_result",
+    "navigator_mission_item",
+    "position_setpoint_triplet",
+    "sensor_gps",
+    "trajectory_setpoint",
+    "vehicle_attitude",
+    "vehicle_global_position",
+    "vehicle_gps_position",
+    "vehicle_land_detected",
+    "vehicle_local_position",
+    "vehicle_local_position_setpoint",
+    "vehicle_status",
+    "wind",
+    "wind_estimate",
+)
+"""What is read of a log; the rest stays on the disk."""
+
+
+@frozen(eq=False)
+class Topic:
+    """The samples of one instance of a topic."""
+
+    name: str
+    instance: int
+    time_s: FloatArray
+    """Since boot. [s]"""
+    fields: Mapping[str, FloatArray]
+
+    def series(
+        self,
+        field: str,
+        *,
+        unit: float = 1.0,
+        period: float | None = None,
+        valid: str | None = None,
+    ) -> Series | None:
+        """Return a field as a series; ``None`` where it is missing or never known.
+
+        Parameters
+        ----------
+        field : str
+            Name of the field.
+        unit : float, optional
+            The field times this is in the column's unit.
+        period : float, optional
+            360 for angles.
+        valid : str, optional
+            Field that says which samples are valid, where the topic has it.
+        """
+        values = self.fields.get(field)
+        if values is None:
+            return None
+        values = values * unit
+        if valid is not None and valid in self.fields:
+            values = np.where(self.fields[valid] != 0.0, values, np.nan)
+        series = Series.of(self.time_s, values, f"{self.name}.{field}", period=period)
+        return series if len(series) else None
+
+
+_DEG_E7 = 1e-7
+_MM = 1e-3
+_GPS = "vehicle_gps_position", "sensor_gps"
+_WINDS = "wind", "estimator_wind", "wind_estimate"
+
+
+def _of(topics: tuple[str, ...], field: str) -> tuple[str, ...]:
+    return tuple(f"{topic}.{field}" for topic in topics)
+
+
+_QUANTITIES: Mapping[str, tuple[Source, ...]] = {
+    "latitude_deg": (
+        *sources("vehicle_global_position.lat", valid="lat_lon_valid"),
+        *sources(*_of(_GPS, "latitude_deg")),
+        *sources(*_of(_GPS, "lat"), unit=_DEG_E7),
+    ),
+    "longitude_deg": (
+        *sources("vehicle_global_position.lon", valid="lat_lon_valid"),
+        *sources(*_of(_GPS, "longitude_deg")),
+        *sources(*_of(_GPS, "lon"), unit=_DEG_E7),
+    ),
+    "altitude_amsl_m": (
+        *sources("vehicle_global_position.alt", valid="alt_valid"),
+        *sources(*_of(_GPS, "altitude_msl_m")),
+        *sources(*_of(_GPS, "alt"), unit=_MM),
+    ),
+    "velocity_north_m_s": (
+        *sources("vehicle_local_position.vx", valid="v_xy_valid"),
+        *sources(*_of(_GPS, "vel_n_m_s"), valid="vel_ned_valid"),
+    ),
+    "velocity_east_m_s": (
+        *sources("vehicle_local_position.vy", valid="v_xy_valid"),
+        *sources(*_of(_GPS, "vel_e_m_s"), valid="vel_ned_valid"),
+    ),
+    "climb_m_s": (
+        *sources("vehicle_local_position.vz", unit=-1.0, valid="v_z_valid"),
+        *sources(*_of(_GPS, "vel_d_m_s"), unit=-1.0, valid="vel_ned_valid"),
+    ),
+    "reference_velocity_north_m_s": sources(
+        "trajectory_setpoint.velocity[0]",
+        "trajectory_setpoint.vx",
+        "vehicle_local_position_setpoint.vx",
+    ),
+    "reference_velocity_east_m_s": sources(
+        "trajectory_setpoint.velocity[1]",
+        "trajectory_setpoint.vy",
+        "vehicle_local_position_setpoint.vy",
+    ),
+    "reference_climb_m_s": sources(
+        "trajectory_setpoint.velocity[2]",
+        "trajectory_setpoint.vz",
+        "vehicle_local_position_setpoint.vz",
+        unit=-1.0,
+    ),
+    "airspeed_m_s": sources("airspeed_validated.true_airspeed_m_s", "airspeed.true_airspeed_m_s"),
+    "wind_north_m_s": sources(*_of(_WINDS, "windspeed_north")),
+    "wind_east_m_s": sources(*_of(_WINDS, "windspeed_east")),
+}
+"""Where each quantity stands, the best place first.
+
+References are the path as it is shaped (trajectory_setpoint); the local setpoint has the
+correction of the position error on top, and is taken only where the other is not logged.
+"""
+
+_PERIODS = {"longitude_deg": 360.0}
+
+
+def quantity_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
+    """Return the quantities that stand in the topics as they are.
+
+    Parameters
+    ----------
+    topics : mapping
+        The first instance of each topic, by name.
+
+    Returns
+    -------
+    dict
+        Series by the names of columns.
+    """
+    series: dict[str, Series] = {}
+    for name, places in _QUANTITIES.items():
+        for source in places:
+            topic = topics.get(source.message)
+            found = topic and topic.series(
+                source.field, unit=source.unit, period=_PERIODS.get(name), valid=source.valid
+            )
+            if found:
+                series[name] = found
+                break
+    return series | _attitude(topics.get("vehicle_attitude"))
+
+
+def _attitude(topic: Topic | None) -> dict[str, Series]:
+    """Return roll, pitch and yaw of a quaternion from body to north-east-down."""
+    names = [f"q[{index}]" for index in range(4)]
+    if topic is None or not set(names) <= topic.fields.keys():
+        return {}
+    roll_deg, pitch_deg, yaw_deg = euler_angles_deg(*(topic.fields[name] for name in names))
+    found_in = f"{topic.name}.q"
+    return {
+        "roll_deg": Series.of(topic.time_s, roll_deg, found_in, period=360.0),
+        "pitch_deg": Series.of(topic.time_s, pitch_deg, found_in),
+        "yaw_deg": Series.of(topic.time_s, yaw_deg, found_in, period=360.0),
+    }
+
 
 MAGIC = b"ULog\x01\x12\x35"
 """The first bytes of a ULog."""

@@ -10,18 +10,25 @@ from typing import TYPE_CHECKING
 
 from planner.catalogue.loader_text import FILE_SUFFIX
 from planner.errors import MissionFileError, UsageError
-from planner.mission.container import read_bytes, read_text
-from planner.mission.foreign import describe_xml
+from planner.files import write_output_file
+from planner.mission.formats.area_text import (
+    is_fence_line,
+    is_rally_line,
+    read_fence_list,
+    read_rally_list,
+)
+from planner.mission.formats.exchange import describe_text, describe_xml, read_bytes, read_text
+from planner.mission.formats.json_document import parse_json
+from planner.mission.formats.plan import is_legacy, read_plan
+from planner.mission.formats.wpl import has_wpl_header, is_row, read_lines, read_wpl
 from planner.mission.items import MissionFormat
-from planner.mission.json_document import parse_json
-from planner.mission.plan import is_legacy, read_plan
-from planner.output_file import write_output_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.findings import Finding
     from planner.mission.items import Mission
+
 
 _SUFFIXES = {
     MissionFormat.PLAN: frozenset({".plan", ".mission", ".json"}),
@@ -113,7 +120,7 @@ def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
         known = ", ".join(_WRITTEN_SUFFIXES)
         msg = f"{path}: the suffix tells the format to write: give a name that ends in {known}"
         raise UsageError(msg)
-    from planner.mission.conversion import convert_mission  # a check writes none
+    from planner.mission.convert import convert_mission  # a check writes none
 
     conversion = convert_mission(mission, file_format)
     write_output_file(Path(path), conversion.text)
@@ -141,7 +148,7 @@ def _read_content(text: str, *, source: str) -> Mission:
         return _read_json(text, source=source)
     if text.lstrip().startswith("<"):
         raise MissionFileError(describe_xml(text), source=source)
-    from planner.mission.text_files import read_mission_text  # most missions are plans
+    # most missions are plans
 
     return read_mission_text(text, source=source)
 
@@ -151,7 +158,7 @@ def _read_json(text: str, *, source: str) -> Mission:
     document = parse_json(text, source=source)
     if not is_legacy(document):
         return read_plan(document, source)
-    from planner.mission.legacy_json import read_legacy
+    from planner.mission.formats.legacy import read_legacy
 
     return read_legacy(document, source)
 
@@ -167,3 +174,24 @@ def _check_suffix(mission: Mission, name: str) -> list[Finding]:
         return []
     what = "JSON" if mission.file_format is MissionFormat.PLAN else "QGC WPL text"
     return [FILE_SUFFIX.finding(f"{what} in a file named {suffix}: QGroundControl refuses it")]
+
+
+def read_mission_text(text: str, *, source: str) -> Mission:
+    """Return the mission in ``QGC WPL`` text, or in a list of fence or rally points.
+
+    Raises
+    ------
+    MissionFileError
+        If it is none of these, or broken.
+    """
+    for _, line in read_lines(text, source=source):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        if has_wpl_header(line) or is_row(line):
+            return read_wpl(text, source=source)
+        if is_rally_line(line):
+            return read_rally_list(text, source=source)
+        if is_fence_line(line):
+            return read_fence_list(text, source=source)
+        break
+    raise MissionFileError(describe_text(text), source=source)

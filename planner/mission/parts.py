@@ -2,22 +2,302 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from planner.autopilot import Autopilot
+from planner.errors import SplitError
 from planner.frozen import frozen
-from planner.mission.carried_state import bare_command, is_output, is_relative_yaw, is_repeatable
-from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame
+from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
+from planner.mission.formats.plan import PlanDocument
 from planner.mission.items import Mission, MissionFormat, MissionItem
-from planner.mission.jump_numbers import numbered_in_order
-from planner.mission.plan import PlanDocument
-from planner.mission.stage import StageKind
-from planner.mission.steps import is_takeoff_assumed
+from planner.mission.route.jumps import numbered_in_order
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
-    from planner.mission.steps import Steps
+    from collections.abc import Iterable
+
+    from planner.mission.route.stage import Route, Stage
+
+
+_RELAY, _SERVO, _ACTUATOR, _SPRAYER, _AUXILIARY = 181, 183, 187, 216, 218
+_ROI_NONE = 197
+_PARACHUTE, _RELEASED = 208, 2.0
+_TRIGGER_INTERVAL, _TRIGGER, _OBLIQUE = 214, 2003, 260
+_START_IMAGES, _STOP_IMAGES, _START_VIDEO, _STOP_VIDEO = 2000, 2001, 2500, 2501
+_ONE_IMAGE = 1.0
+_OF_AN_OUTPUT = frozenset({_RELAY, _SERVO, _AUXILIARY})
+_FAMILIES: dict[int, str] = {
+    **dict.fromkeys((80, 195, 196, _ROI_NONE, 198, 201), "place to look at"),
+    **dict.fromkeys((205, 220, 1000), "gimbal angles"),
+    **dict.fromkeys((_START_IMAGES, _STOP_IMAGES), "images"),
+    **dict.fromkeys((_START_VIDEO, _STOP_VIDEO), "video"),
+    Command.CONDITION_YAW: "yaw",
+    Command.DO_SET_CAM_TRIGG_DIST: "trigger distance",
+    _TRIGGER_INTERVAL: "trigger interval",
+    _TRIGGER: "trigger",
+    _OBLIQUE: "oblique survey",
+    **{
+        command: f"command {command}"
+        for command in (200, 202, 204, 207, _PARACHUTE, 215, 405, 1001)
+    },
+    **{command: f"command {command}" for command in (530, 531, 532, 534)},
+    **{command: f"output {command}" for command in (_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT)},
+}
+"""What each command that leaves a state behind sets; the last of a family counts."""
+_PHOTOS = frozenset({203, _START_IMAGES, _STOP_IMAGES})
+"""Commands that do no harm flown twice: a photo more."""
+
+
+@frozen
+class CarriedState:
+    """What is set at a point of a mission: the last item of each family, in the order set."""
+
+    items: tuple[MissionItem, ...] = ()
+
+    def speeds(self) -> tuple[MissionItem, ...]:
+        """Return the items that command speeds."""
+        return tuple(item for item in self.items if item.command == Command.DO_CHANGE_SPEED)
+
+    def settings(self) -> tuple[MissionItem, ...]:
+        """Return the items that set anything else."""
+        return tuple(item for item in self.items if item.command != Command.DO_CHANGE_SPEED)
+
+    def outputs(self) -> tuple[MissionItem, ...]:
+        """Return the items that set servos, relays and the like."""
+        return tuple(item for item in self.items if is_output(item))
+
+    def trigger_spacing_m(self, speed_m_s: float) -> float:
+        """Return the way between two photos at a speed; 0 where no camera is triggered. [m]"""
+        spacing_m = 0.0
+        for item in self.items:
+            if item.command in {Command.DO_SET_CAM_TRIGG_DIST, _OBLIQUE}:
+                spacing_m = max(spacing_m, item.param1 or 0.0)
+            elif item.command == _TRIGGER_INTERVAL:
+                spacing_m = max(spacing_m, 1e-3 * (item.param1 or 0.0) * speed_m_s)
+            elif item.command == _START_IMAGES:
+                spacing_m = max(spacing_m, (item.param2 or 0.0) * speed_m_s)
+        return spacing_m
+
+    def stopping_items(self) -> tuple[MissionItem, ...]:
+        """Return the items that stop what would go on: triggers, video, sprayer, a place looked at.
+
+        Servos and relays stay as they are: what hangs on them is not known.
+        """
+        stops: dict[int, MissionItem] = {}
+        for item in self.items:
+            is_on = (item.param1 or 0.0) > 0.0
+            match item.command:
+                case Command.DO_SET_CAM_TRIGG_DIST | 260 | 216 if is_on:
+                    stops[item.command] = bare_command(item.command)
+                case 214 | 2003 if is_on:
+                    stops[_TRIGGER] = bare_command(_TRIGGER)
+                case 2000:
+                    stops[_STOP_IMAGES] = bare_command(_STOP_IMAGES)
+                case 2500:
+                    stops[_STOP_VIDEO] = bare_command(_STOP_VIDEO)
+                case 80 | 195 | 196 | 198 | 201:
+                    stops[_ROI_NONE] = bare_command(_ROI_NONE)
+        return tuple(stops.values())
+
+
+def carried_state(items: Iterable[MissionItem], meaning: Autopilot | None) -> CarriedState:
+    """Return the state that items leave behind, flown one after the other.
+
+    Parameters
+    ----------
+    items : iterable of MissionItem
+        In flown order.
+    meaning : Autopilot, optional
+        PX4 takes every DO_CHANGE_SPEED for the speed of level flight.
+    """
+    found: dict[object, MissionItem] = {}
+    for item in items:
+        family = _family(item, meaning)
+        if family is not None:
+            found.pop(family, None)
+            found[family] = item
+    return CarriedState(items=tuple(found.values()))
+
+
+def is_output(item: MissionItem) -> bool:
+    """Return whether an item moves a servo, a relay or the like."""
+    return item.command in {_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT}
+
+
+def is_relative_yaw(item: MissionItem) -> bool:
+    """Return whether an item turns by an angle from the heading there is then."""
+    return item.command == Command.CONDITION_YAW and bool(item.param4)
+
+
+def is_repeatable(item: MissionItem) -> bool:
+    """Return whether an item that is no flight may be flown twice and do no harm."""
+    is_setting = item.command in _FAMILIES or item.command == Command.DO_CHANGE_SPEED
+    is_setting = is_setting and not is_relative_yaw(item)
+    return (is_setting and not is_output(item)) or item.command in _PHOTOS
+
+
+def _family(item: MissionItem, meaning: Autopilot | None) -> object | None:
+    if item.command == Command.DO_CHANGE_SPEED:
+        kind = 1.0 if meaning is Autopilot.PX4 or not item.param1 else item.param1
+        return ("speed", kind)
+    if item.command == _START_IMAGES and item.param3 == _ONE_IMAGE:
+        return None  # one photo, taken
+    if is_relative_yaw(item) or (item.command == _PARACHUTE and item.param1 == _RELEASED):
+        return None
+    if item.command in _OF_AN_OUTPUT:
+        return (item.command, item.param1)
+    if item.command == _ACTUATOR:
+        return (item.command, item.altitude_m)  # its index
+    return _FAMILIES.get(item.command)
+
+
+def bare_command(command: int) -> MissionItem:
+    """Return a command with all its parameters 0: what switches off, or takes none."""
+    return MissionItem(
+        command=int(command),
+        frame=int(Frame.MISSION),
+        param1=0.0,
+        param2=0.0,
+        param3=0.0,
+        param4=0.0,
+        latitude_deg=0.0,
+        longitude_deg=0.0,
+        altitude_m=0.0,
+    )
+
+
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})
+ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
+"""Stages after which a flight is over."""
+
+
+@frozen
+class Steps:
+    """A mission in flown order, jumps written out, each step with the stage that it makes."""
+
+    mission: Mission
+    route: Route
+    meaning: Autopilot | None
+    items: tuple[MissionItem, ...]
+    numbers: tuple[int, ...]
+    """The item of the mission each step is, from 1."""
+    stages: tuple[int | None, ...]
+    """Position in the route's stages; ``None``: no flight."""
+    states: tuple[CarriedState, ...]
+    """What is set before each step, and behind the last."""
+    first: int
+    """The first step behind the take-off."""
+    flying: tuple[int, ...]
+    """The steps behind the take-off that fly."""
+    has_jumps: bool
+
+    @property
+    def ends(self) -> bool:
+        """Whether the mission ends on the ground."""
+        return self.route.stages[-1].kind in ENDS
+
+    def stage(self, step: int) -> Stage:
+        """Return the stage of a step that flies."""
+        number = self.stages[step]
+        assert number is not None
+        return self.route.stages[number]
+
+    def stage_before(self, step: int) -> Stage:
+        """Return the stage before that of a step that flies."""
+        number = self.stages[step]
+        assert number is not None
+        return self.route.stages[number - 1]
+
+    def length_m(self, step: int) -> float:
+        """Return the length over ground of the leg to a step. [m]"""
+        here, there = self.stage_before(step), self.stage(step)
+        return math.hypot(there.east_m - here.east_m, there.north_m - here.north_m)
+
+
+def make_steps(mission: Mission, route: Route, meaning: Autopilot | None) -> Steps:
+    """Return a mission in flown order.
+
+    Parameters
+    ----------
+    mission : Mission
+        It has a home.
+    route : Route
+        What the mission asks for.
+    meaning : Autopilot, optional
+        Whose reading of the items counts.
+
+    Raises
+    ------
+    SplitError
+        If it has no end, or parts of it would not mean what they do in it.
+    """
+    _refuse_unsuitable(mission, route)
+    at = 1 if is_takeoff_assumed(route) else 0
+    items: list[MissionItem] = []
+    numbers: list[int] = []
+    stages: list[int | None] = []
+    states = [CarriedState()]
+    for number in route.reached:
+        item = mission.items[number - 1]
+        flies = at < len(route.stages) and route.stages[at].item == number
+        if item.command not in _JUMPS:
+            items.append(item)
+            numbers.append(number)
+            stages.append(at if flies else None)
+            before = states[-1]
+            states.append(before if flies else carried_state((*before.items, item), meaning))
+        at += flies
+    first = next(step for step, stage in enumerate(stages) if stage is not None)
+    if not is_takeoff_assumed(route):
+        first += 1
+    return Steps(
+        mission=mission,
+        route=route,
+        meaning=meaning,
+        items=tuple(items),
+        numbers=tuple(numbers),
+        stages=tuple(stages),
+        states=tuple(states),
+        first=first,
+        flying=tuple(step for step in range(first, len(items)) if stages[step] is not None),
+        has_jumps=any(
+            item.command in {Command.DO_JUMP, Command.DO_JUMP_TAG} for item in mission.items
+        ),
+    )
+
+
+def is_takeoff_assumed(route: Route) -> bool:
+    """Return whether a route begins with a take-off that no item asks for."""
+    stages = route.stages
+    return len(stages) > 1 and stages[0].item == stages[1].item
+
+
+def _refuse_unsuitable(mission: Mission, route: Route) -> None:
+    why = None
+    if mission.home is None:
+        why = "where home is must be known, for every part comes back to it: set the planned home"
+    elif route.lap is not None:
+        why = f"item {route.lap.item} jumps back for ever: give the jump a count"
+    elif route.moved_homes:
+        why = (
+            "DO_SET_HOME moves home: heights and returns of the parts would count from another "
+            "place; take it out of the mission"
+        )
+    elif len(route.stages) < 2:
+        why = "there is no leg to divide"
+    else:
+        for stage in route.stages:
+            command = mission.items[stage.item - 1].command
+            if command == Command.NAV_LOITER_UNLIM:
+                why = f"item {stage.item} {command_name(command)} never ends: give it a time"
+    if why is not None:
+        msg = f"{mission.source}: cannot be split: {why}"
+        raise SplitError(msg)
+
 
 OVERLAP_M = 10.0
 """Flown twice besides the way between two photos: autopilots count a waypoint as reached up to so far

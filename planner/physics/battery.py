@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    FloatArray: TypeAlias = npt.NDArray[np.float64]
+    from planner.arrays import FloatArray
+
     Curve: TypeAlias = Sequence[float] | FloatArray
 
 # The voltage under load is smooth between two points of the curve.

@@ -6,14 +6,13 @@ longer to import than a small mission takes to check.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
+    from planner.arrays import FloatArray
 
-    FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 _HALVES = {
     3: ((0.0, 0.8888888888888888), (0.7745966692414834, 0.5555555555555556)),

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    FloatArray: TypeAlias = npt.NDArray[np.float64]
-    ComplexArray: TypeAlias = npt.NDArray[np.complex128]
-    BoolArray: TypeAlias = npt.NDArray[np.bool_]
+    from planner.arrays import BoolArray, ComplexArray, FloatArray
+
 
 MAX_ORDER = 3
 """Highest order of a system: what identification can tell."""

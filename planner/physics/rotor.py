@@ -37,7 +37,7 @@ public implementations give them; the numbers of [4]_ were not found in readable
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -48,7 +48,8 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    FloatArray: TypeAlias = npt.NDArray[np.float64]
+    from planner.arrays import FloatArray
+
 
 FASTEST_DESCENT_RATIO = -1.5
 """Speed through the disk over the induced velocity of hover down to which there is one solution. [-]"""

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
-from planner.report.finding_text import finding_lines
-from planner.report.json_document import envelope, json_text, value, values
-from planner.report.json_report import figures, finding_document
-from planner.report.plain_text import printable
-from planner.report.table import table_lines
+from planner import quantity
+from planner.report.json import envelope, figures, finding_document, json_text, value, values
+from planner.report.text import finding_lines, printable, table_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from planner.fixes.comparison import Comparison
+    from planner.live import MissionComparison
+    from planner.mission.compare import Difference
     from planner.report.medium import Medium
     from planner.service import CheckResult
+
 
 _STATE_KEYS = ("count", "time_s", "distance_m", "energy_wh")
 _DIFFERENCES = ("time_s", "distance_m", "energy_wh", "margin_wh", "return_margin_wh")
@@ -35,26 +35,26 @@ def comparison_text(
         ("", "A", "B", "B - A"),
         ("verdict", a.verdict.upper(), b.verdict.upper(), ""),
         ("vehicle", printable(a.vehicle_name), printable(b.vehicle_name), ""),
-        _row("time", comparison, numbers.duration, "time_s", lambda one: one.totals.time_s),
+        _row("time", comparison, quantity.duration, "time_s", lambda one: one.totals.time_s),
         _row(
             "distance",
             comparison,
-            numbers.distance,
+            quantity.distance,
             "distance_m",
             lambda one: one.totals.distance_m,
         ),
-        _row("energy", comparison, numbers.energy, "energy_wh", lambda one: one.totals.energy_wh),
+        _row("energy", comparison, quantity.energy, "energy_wh", lambda one: one.totals.energy_wh),
         _row(
             "above the reserve",
             comparison,
-            numbers.energy,
+            quantity.energy,
             "margin_wh",
             lambda one: None if one.battery is None else one.battery.margin_wh,
         ),
         _row(
             "on the way home",
             comparison,
-            numbers.energy,
+            quantity.energy,
             "return_margin_wh",
             lambda one: None if one.way_home is None else one.way_home.margin_wh,
         ),
@@ -64,12 +64,12 @@ def comparison_text(
     states = [
         (
             str(state),
-            numbers.duration(one.time_s),
-            numbers.duration(other.time_s),
-            numbers.energy(one.energy_wh),
-            numbers.energy(other.energy_wh),
+            quantity.duration(one.time_s),
+            quantity.duration(other.time_s),
+            quantity.energy(one.energy_wh),
+            quantity.energy(other.energy_wh),
             _signed(
-                numbers.energy,
+                quantity.energy,
                 None
                 if one.energy_wh is None or other.energy_wh is None
                 else other.energy_wh - one.energy_wh,
@@ -141,3 +141,21 @@ def _row(
 def _signed(shown: Callable[[float | None], str], apart: float | None) -> str:
     """Return a difference with its sign, on both sides of nothing."""
     return f"{'+' if apart is not None and apart > 0.0 else ''}{shown(apart)}"
+
+
+def mission_comparison_text(comparison: MissionComparison) -> str:
+    """Return every difference, a line for each, and how many matter."""
+    lines = difference_lines(comparison.differences)
+    matter = sum(one.matters for one in comparison.differences)
+    pair = f"{comparison.first} and {comparison.second}"
+    if matter:
+        lines.append(f"{quantity.count(matter, 'difference')} between {pair}")
+    else:
+        lines.append(f"{pair} are the same mission")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def difference_lines(differences: Sequence[Difference]) -> list[str]:
+    """Return a line for each difference, those that matter first."""
+    ordered = sorted(differences, key=lambda one: not one.matters)
+    return [printable(f"{one.kind.value}: {one.message}") for one in ordered]

@@ -7,24 +7,31 @@ first, and what is beyond is counted.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.findings import Severity
-from planner.report.finding_text import label, said
-from planner.report.markdown import escaped
 from planner.report.pipeline import pipeline_path
-from planner.report.plain_text import printable
-from planner.report.text import caveat, headline, tally
+from planner.report.text import caveat, headline, label, printable, said, tally
+from planner.service import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from planner.findings import Finding
-    from planner.service import CheckResult, UnreadableMission
+Results = Sequence[CheckResult | UnreadableMission]
 
-    Results = Sequence[CheckResult | UnreadableMission]
+
+_ESCAPES = str.maketrans(
+    {character: f"\\{character}" for character in "\\`*_[]<>|#~"} | {"&": "&amp;"}
+)
+
+
+def escaped(text: str) -> str:
+    """Return the text with every sign that Markdown or HTML would take for its own escaped."""
+    return text.translate(_ESCAPES)
+
 
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
 _MOST_OF_A_SEVERITY = 10
@@ -50,7 +57,7 @@ def check_github(results: Results, *, folder: Path) -> str:
     more = sum(shown.values()) - len(lines)
     lines.append(f"{tally(results)}{caveat(results)}")
     if more:
-        lines.append(f"{numbers.count(more, 'more finding')}, without annotation")
+        lines.append(f"{quantity.count(more, 'more finding')}, without annotation")
     return "\n".join(lines) + "\n"
 
 

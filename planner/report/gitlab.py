@@ -6,9 +6,12 @@ import json
 from typing import TYPE_CHECKING
 
 from planner.findings import Severity
-from planner.report.finding_text import label, said
 from planner.report.pipeline import fingerprints, pipeline_path
-from planner.report.plain_text import well_formed
+from planner.report.text import (
+    label,
+    said,
+    well_formed,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

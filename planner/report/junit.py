@@ -10,10 +10,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
-from planner.report.finding_text import label, said
 from planner.report.pipeline import pipeline_path
-from planner.report.plain_text import printable
-from planner.report.text import caveat, headline
+from planner.report.text import (
+    caveat,
+    headline,
+    label,
+    printable,
+    said,
+)
 from planner.service import CheckResult
 
 if TYPE_CHECKING:

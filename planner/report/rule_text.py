@@ -9,7 +9,7 @@ from planner.catalogue import FAMILIES
 from planner.catalogue.px4_events import events_of
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Severity
-from planner.report.table import table_lines
+from planner.report.text import table_lines
 from planner.selection import ENERGY_FAMILY
 
 if TYPE_CHECKING:

@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from planner.findings import Severity
-from planner.report.finding_text import said
-from planner.report.json_document import json_text
-from planner.report.json_report import figures, stretch_document
-from planner.report.markdown import escaped
+from planner.report.github import escaped
+from planner.report.json import (
+    figures,
+    json_text,
+    stretch_document,
+)
 from planner.report.pipeline import fingerprints, pipeline_path
-from planner.report.plain_text import printable
 from planner.report.rule_text import explanation
+from planner.report.text import printable, said
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
     from planner.errors import ExitCode
     from planner.findings import Finding, Rule
-    from planner.report.json_document import Document
+    from planner.report.json import Document
     from planner.service import UnreadableMission
 
 _SCHEMA = (

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
-from planner.report.columns_csv import columns_csv
-from planner.report.json_document import envelope, json_text, value, values
-from planner.report.json_report import finding_document
-from planner.report.plain_text import printable
-from planner.report.table import table_lines
+from planner import quantity
+from planner.report.columns import columns_csv
+from planner.report.json import (
+    envelope,
+    finding_document,
+    json_text,
+    value,
+    values,
+)
+from planner.report.text import printable, table_lines
 
 if TYPE_CHECKING:
     from planner.fixes.speed_curve import FlownSpeed, SpeedCurve
@@ -82,12 +86,12 @@ def _document(flown: FlownSpeed) -> dict[str, object]:
 
 def _row(flown: FlownSpeed, *, digits: int = 1) -> tuple[str, ...]:
     return (
-        "several" if flown.speed_m_s is None else numbers.decimals(flown.speed_m_s, digits),
-        numbers.duration(flown.time_s),
-        numbers.decimals(flown.energy_wh, 2),
-        numbers.decimals(flown.energy_wh_per_km, 2),
-        numbers.decimals(flown.mean_power_w, 0),
-        numbers.decimals(flown.margin_wh, 1),
+        "several" if flown.speed_m_s is None else quantity.decimals(flown.speed_m_s, digits),
+        quantity.duration(flown.time_s),
+        quantity.decimals(flown.energy_wh, 2),
+        quantity.decimals(flown.energy_wh_per_km, 2),
+        quantity.decimals(flown.mean_power_w, 0),
+        quantity.decimals(flown.margin_wh, 1),
         " ".join((flown.verdict, *flown.against)),
     )
 
@@ -101,8 +105,8 @@ def _remarks(curve: SpeedCurve) -> list[str]:
             "and neither the best endurance nor the best range can be told"
         )
     elif (saved := _saved(curve)) is not None and curve.best_range is not None:
-        speed = f"{numbers.decimals(curve.best_range.speed_m_s, 2)} m/s"
-        share = numbers.percent(saved) if saved >= _WORTH_TELLING else "less than 1 %"
+        speed = f"{quantity.decimals(curve.best_range.speed_m_s, 2)} m/s"
+        share = quantity.percent(saved) if saved >= _WORTH_TELLING else "less than 1 %"
         remarks.append(f"At {speed} the mission takes {share} less energy than as it stands")
     if curve.present.fits is None:
         remarks.append("No battery is known: whether it does at a speed cannot be told")
@@ -112,8 +116,8 @@ def _remarks(curve: SpeedCurve) -> list[str]:
         remarks.append("At none of these speeds is the mission a go with room to the fence")
     if (identified := curve.identified_m_s) is not None:
         remarks.append(
-            f"The model was identified from {numbers.decimals(identified.low, 1)} to "
-            f"{numbers.speed(identified.high)} through the air; what E105 says of a speed beyond counts"
+            f"The model was identified from {quantity.decimals(identified.low, 1)} to "
+            f"{quantity.speed(identified.high)} through the air; what E105 says of a speed beyond counts"
         )
     else:
         remarks.append("The model does not say which speeds it was identified at")

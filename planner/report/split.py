@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
-from planner.report.finding_text import finding_lines
-from planner.report.json_document import envelope, json_text, value, values
-from planner.report.json_report import figures, finding_document
-from planner.report.plain_text import printable
-from planner.report.table import table_lines
+from planner import quantity
+from planner.report.json import (
+    envelope,
+    figures,
+    finding_document,
+    json_text,
+    value,
+    values,
+)
+from planner.report.text import finding_lines, printable, table_lines
 
 if TYPE_CHECKING:
     from planner.fixes.split import Split, SplitPart
-    from planner.report.json_document import Document
+    from planner.report.json import Document
     from planner.report.medium import Medium
 
 _AT_START_M = 0.05
@@ -32,12 +36,12 @@ _PART_KEYS = (
 
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
-    lines = [flights_text(split, energy=numbers.energy(split.whole.totals.energy_wh)), ""]
+    lines = [flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh)), ""]
     heads = ("", "file", "flies", "time", "energy", "above reserve", "on the way home")
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")
     time_s, energy_wh = together(split).values()
-    lines += ["", f"together {numbers.duration(time_s)} and {numbers.energy(energy_wh)}"]
+    lines += ["", f"together {quantity.duration(time_s)} and {quantity.energy(energy_wh)}"]
     if split.findings:
         lines.append("")
     for finding in split.findings:
@@ -101,18 +105,18 @@ def _row(part: SplitPart) -> tuple[str, ...]:
         result.verdict.upper(),
         printable(part.file),
         flown_text(part),
-        numbers.duration(result.totals.time_s),
-        numbers.energy(result.totals.energy_wh),
-        numbers.energy(None if battery is None else battery.margin_wh),
-        numbers.energy(None if way_home is None else way_home.margin_wh),
+        quantity.duration(result.totals.time_s),
+        quantity.energy(result.totals.energy_wh),
+        quantity.energy(None if battery is None else battery.margin_wh),
+        quantity.energy(None if way_home is None else way_home.margin_wh),
     )
 
 
 def flown_text(part: SplitPart) -> str:
     """Return which items of the mission a part flies: ``items 7 (from 120 m) to 9``."""
     from_start = part.begins_m is None or part.begins_m < _AT_START_M
-    begins = "" if from_start else f" (from {numbers.distance(part.begins_m)})"
-    ends = "" if part.ends_m is None else f" (up to {numbers.distance(part.ends_m)})"
+    begins = "" if from_start else f" (from {quantity.distance(part.begins_m)})"
+    ends = "" if part.ends_m is None else f" (up to {quantity.distance(part.ends_m)})"
     if part.first_item == part.last_item:
         return f"item {part.first_item}{begins}{ends}"
     return f"items {part.first_item}{begins} to {part.last_item}{ends}"

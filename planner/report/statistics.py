@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
 from planner.frozen import frozen
-from planner.report.table import table_lines
+from planner.report.text import table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

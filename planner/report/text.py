@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+import re
+from collections import Counter
+from typing import TYPE_CHECKING, NamedTuple
 
-from planner import numbers
-from planner.findings import Severity
-from planner.report.finding_text import closing_line, finding_lines, note_lines
-from planner.report.finding_text import tally as finding_tally
-from planner.report.phases import flight_phases
-from planner.report.plain_text import printable
-from planner.report.table import table_lines
+from planner import quantity
+from planner.findings import Finding, Severity
+from planner.flight.motion.kinematics import STATES
 from planner.rules.energy import destination_name, place_along, reserve_name
 from planner.service import CheckResult
 
@@ -23,6 +21,155 @@ if TYPE_CHECKING:
     from planner.physics.wind import Wind
     from planner.report.medium import Medium
     from planner.service import UnreadableMission
+
+
+class Phase(NamedTuple):
+    """All segments of one state, or of the whole flight."""
+
+    state: str
+    """``total`` for the whole flight."""
+    segments: int
+    time_s: float
+    distance_m: float
+    energy_wh: float
+    energy_fraction: float | None
+    """Of the energy of the flight; ``None`` where it takes none. [-]"""
+
+
+def flight_phases(result: CheckResult) -> tuple[Phase, ...]:
+    """Return the phases a flight has, in the order of the states, and the whole flight at the end."""
+    totals = result.totals
+    sums: dict[str, list[float]] = {state: [0, 0.0, 0.0, 0.0] for state in STATES}
+    for segment in result.segments:
+        of_state = sums[segment.state]
+        of_state[0] += 1
+        of_state[1] += segment.duration_s
+        of_state[2] += segment.distance_m
+        of_state[3] += segment.energy_wh
+    rows: list[tuple[str, float, float, float, float]] = [
+        (state, count, time_s, distance_m, energy_wh)
+        for state, (count, time_s, distance_m, energy_wh) in sums.items()
+        if count
+    ]
+    rows.append(("total", len(result.segments), totals.time_s, totals.distance_m, totals.energy_wh))
+    return tuple(
+        Phase(
+            state=state,
+            segments=int(count),
+            time_s=time_s,
+            distance_m=distance_m,
+            energy_wh=energy_wh,
+            energy_fraction=energy_wh / totals.energy_wh if totals.energy_wh else None,
+        )
+        for state, count, time_s, distance_m, energy_wh in rows
+    )
+
+
+def printable(text: str) -> str:
+    """Return the text on one line, with everything that cannot be printed written as an escape."""
+    if text.isprintable():
+        return text
+    return "".join(
+        character if character.isprintable() else character.encode("unicode_escape").decode("ascii")
+        for character in text
+    )
+
+
+def well_formed(text: str) -> str:
+    """Return the text with lone surrogates, which no encoding takes, shown as ``�``.
+
+    They come from file names that are no UTF-8 and from careless JSON.
+    """
+    if text.isascii():
+        return text
+    return "".join(
+        "\N{REPLACEMENT CHARACTER}" if "\ud800" <= character <= "\udfff" else character
+        for character in text
+    )
+
+
+_STYLES = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFO: "dim"}
+_INDENT = 4
+
+
+def finding_lines(finding: Finding, *, file: str, medium: Medium) -> list[str]:
+    """Return ``site.plan:41:9: E101 reserve-below-minimum [error] item 7: …`` and its fix."""
+    head = f"{printable(file)}:"
+    if finding.place is not None:
+        head += f"{finding.place.line}:{finding.place.column}:"
+    text = f"{head} {label(finding)} [{finding.severity.label}] {said(finding)}"
+    first, *rest = medium.wrapped(text, indent=_INDENT)
+    first = first.replace(
+        f" {finding.code} ", f" {medium.paint(finding.code, _STYLES[finding.severity])} ", 1
+    )
+    lines = [first, *rest]
+    if finding.fix:
+        fix = f"{' ' * _INDENT}fix: {printable(finding.fix)}"
+        lines += medium.wrapped(fix, indent=_INDENT + 5)
+    return lines
+
+
+def note_lines(finding: Finding, *, medium: Medium) -> list[str]:
+    """Return a finding of severity info as a note, without file and fix."""
+    return medium.wrapped(f"  {label(finding)}: {said(finding)}", indent=_INDENT)
+
+
+def finding_tally(findings: Sequence[Finding]) -> str:
+    """Return how many findings there are of each severity: ``1 error, 2 assumptions``."""
+    nouns = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "assumption"}
+    counts = Counter(finding.severity for finding in findings)
+    return ", ".join(
+        quantity.count(counts[severity], noun)
+        for severity, noun in nouns.items()
+        if counts[severity]
+    )
+
+
+def closing_line(findings: Sequence[Finding], *, suppressed: Sequence[Finding]) -> str:
+    """Return what was found, or that nothing was, and what was found but not reported."""
+    if any(finding.severity > Severity.INFO for finding in findings):
+        text = f"Found {finding_tally(findings)}."
+    elif findings:
+        text = f"All checks passed, with {finding_tally(findings)}."
+    else:
+        text = "All checks passed."
+    if suppressed:
+        text += f" Not reported, as asked: {finding_tally(suppressed)}."
+    return text
+
+
+def label(finding: Finding) -> str:
+    """Return what a finding is called: ``E101 reserve-below-minimum``."""
+    return f"{finding.code} {finding.name}"
+
+
+def said(finding: Finding) -> str:
+    """Return the message of a finding, safe to print, with its item."""
+    message = printable(finding.message)
+    if finding.item is None or re.search(rf"\bitem {finding.item}\b", message):
+        return message
+    return f"item {finding.item}: {message}"
+
+
+def table_lines(rows: Sequence[Sequence[str]], *, alignment: str) -> list[str]:
+    """Return rows as lines, two blanks between columns.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of str
+        Heads and cells, all rows equally long.
+    alignment : str
+        One letter per column: ``<`` left, ``>`` right.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            f"{cell:{side}{width}}"
+            for cell, side, width in zip(row, alignment, widths, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
+
 
 _LABEL_WIDTH = 12
 
@@ -40,15 +187,15 @@ def headline(result: CheckResult | UnreadableMission) -> str:
     if not isinstance(result, CheckResult):
         return "the mission cannot be checked"
     totals, battery = result.totals, result.battery
-    way = f"{numbers.duration(totals.time_s)}, {numbers.distance(totals.distance_m)}"
+    way = f"{quantity.duration(totals.time_s)}, {quantity.distance(totals.distance_m)}"
     if not result.segments:
         return "nothing is flown"
     if math.isnan(totals.energy_wh):
         return f"{way}; the energy is not known"
-    flown = f"{way}, {numbers.energy(totals.energy_wh)}"
+    flown = f"{way}, {quantity.energy(totals.energy_wh)}"
     if battery is None:
         return f"{flown}; no battery is known"
-    return f"{flown}: {numbers.percent(battery.used_fraction)} of the battery, {_left(battery)}"
+    return f"{flown}: {quantity.percent(battery.used_fraction)} of the battery, {_left(battery)}"
 
 
 def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
@@ -68,7 +215,7 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
 def tally(results: Sequence[CheckResult | UnreadableMission]) -> str:
     """Return how many missions go, in a line: ``2 missions: 1 GO, 1 NO-GO``."""
     going = sum(result.verdict == "go" for result in results)
-    missions = numbers.count(len(results), "mission")
+    missions = quantity.count(len(results), "mission")
     return f"{missions}: {going} GO, {len(results) - going} NO-GO"
 
 
@@ -126,8 +273,8 @@ def _left(battery: BatteryBudget) -> str:
 def against(margin_wh: float, reserve: str) -> str:
     """Return a margin in words: ``4.20 Wh above the 20 % reserve``, ``1.30 Wh short of …``."""
     if margin_wh < 0.0:
-        return f"{numbers.energy(-margin_wh)} short of {reserve}"
-    return f"{numbers.energy(margin_wh)} above {reserve}"
+        return f"{quantity.energy(-margin_wh)} short of {reserve}"
+    return f"{quantity.energy(margin_wh)} above {reserve}"
 
 
 def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
@@ -141,44 +288,42 @@ def _figure_lines(result: CheckResult, *, medium: Medium) -> list[str]:
 def _flight(totals: Totals) -> str:
     spread = ""
     if totals.time_s_p10 is not None and totals.time_s_p90 is not None:
-        low, high = numbers.duration(totals.time_s_p10), numbers.duration(totals.time_s_p90)
+        low, high = quantity.duration(totals.time_s_p10), quantity.duration(totals.time_s_p90)
         spread = f" (8 of 10 flights: {low} to {high})"
     return (
-        f"{numbers.duration(totals.time_s)}{spread}, {numbers.distance(totals.distance_m)}, "
-        f"climb {numbers.height(totals.climb_m)}, descent {numbers.height(totals.descent_m)}"
+        f"{quantity.duration(totals.time_s)}{spread}, {quantity.distance(totals.distance_m)}, "
+        f"climb {quantity.height(totals.climb_m)}, descent {quantity.height(totals.descent_m)}"
     )
 
 
 def _energy(totals: Totals) -> str:
-    text = numbers.energy(totals.energy_wh)
+    text = quantity.energy(totals.energy_wh)
     if totals.energy_wh_p10 is not None and totals.energy_wh_p90 is not None:
-        low, high = numbers.energy(totals.energy_wh_p10), numbers.energy(totals.energy_wh_p90)
+        low, high = quantity.energy(totals.energy_wh_p10), quantity.energy(totals.energy_wh_p90)
         text += f" (8 of 10 flights: {low} to {high})"
     elif not math.isnan(totals.energy_wh):
         text += " (its spread is not known)"
     if totals.charge_mah is not None:
-        text += f", {numbers.charge(totals.charge_mah)}"
+        text += f", {quantity.charge(totals.charge_mah)}"
     return (
-        f"{text}, mean {numbers.power(totals.mean_power_w)}, "
-        f"peak {numbers.power(totals.peak_power_w)}"
+        f"{text}, mean {quantity.power(totals.mean_power_w)}, "
+        f"peak {quantity.power(totals.peak_power_w)}"
     )
 
 
 def _battery(battery: BatteryBudget) -> str:
     hover = ""
     if battery.hover_left_s is not None:
-        hover = f", {numbers.duration(battery.hover_left_s)} of hover left at landing"
+        hover = f", {quantity.duration(battery.hover_left_s)} of hover left at landing"
     chance = battery.below_reserve_probability
     text = (
-        f"{numbers.energy(battery.capacity_wh)} full, "
-        f"{numbers.energy(battery.usable_wh)} at the start, "
-        f"{numbers.percent(battery.used_fraction)} used{hover}"
+        f"{quantity.energy(battery.capacity_wh)} full, "
+        f"{quantity.energy(battery.usable_wh)} at the start, "
+        f"{quantity.percent(battery.used_fraction)} used{hover}"
     )
     if battery.charge_left_fraction is not None and battery.lowest_voltage_v is not None:
-        left = numbers.percent(max(battery.charge_left_fraction, 0.0))
-        text += (
-            f", {left} of the charge left, lowest {numbers.decimals(battery.lowest_voltage_v, 1)} V"
-        )
+        left = quantity.percent(max(battery.charge_left_fraction, 0.0))
+        text += f", {left} of the charge left, lowest {quantity.decimals(battery.lowest_voltage_v, 1)} V"
     return text if chance is None else f"{text}; {_chance(chance)} to land below the reserve"
 
 
@@ -187,9 +332,9 @@ def _way_home(way_home: ReturnBudget) -> str:
     if way_home.tightest is not None:
         where = place_along(way_home.tightest)
     goal = destination_name(way_home.destination)
-    text = f"tightest from {where}: {numbers.energy(way_home.energy_home_wh)} to get {goal}"
+    text = f"tightest from {where}: {quantity.energy(way_home.energy_home_wh)} to get {goal}"
     if way_home.time_home_s is not None:
-        text += f" in {numbers.duration(way_home.time_home_s)}"
+        text += f" in {quantity.duration(way_home.time_home_s)}"
     if way_home.margin_wh is None:
         return text
     text = f"{text}, {against(way_home.margin_wh, 'the reserve')}"
@@ -198,20 +343,20 @@ def _way_home(way_home: ReturnBudget) -> str:
 
 
 def _chance(probability: float) -> str:
-    return f"{numbers.chance(probability)} chance"
+    return f"{quantity.chance(probability)} chance"
 
 
 def _conditions(result: CheckResult) -> str:
     conditions = result.conditions
     payload_kg = conditions.payload_kg
-    payload = _give_or_take(numbers.mass, payload_kg, conditions.payload_sd_kg)
+    payload = _give_or_take(quantity.mass, payload_kg, conditions.payload_sd_kg)
     return ", ".join(
         (
             _wind(conditions.wind),
             _give_or_take(
-                numbers.temperature, conditions.temperature_c, conditions.temperature_sd_c
+                quantity.temperature, conditions.temperature_c, conditions.temperature_sd_c
             ),
-            f"home {numbers.height(conditions.home_amsl_m)} AMSL",
+            f"home {quantity.height(conditions.home_amsl_m)} AMSL",
             f"payload {payload}" if payload_kg or conditions.payload_sd_kg else "no payload",
             *_battery_conditions(conditions),
         )
@@ -221,13 +366,13 @@ def _conditions(result: CheckResult) -> str:
 def _wind(wind: Wind) -> str:
     if not (wind.speed_m_s or wind.speed_sd_m_s):
         return "no wind"
-    speed = _give_or_take(numbers.speed, wind.speed_m_s, wind.speed_sd_m_s)
-    text = f"wind {speed} from {numbers.bearing(wind.from_deg)}"
+    speed = _give_or_take(quantity.speed, wind.speed_m_s, wind.speed_sd_m_s)
+    text = f"wind {speed} from {quantity.bearing(wind.from_deg)}"
     if wind.from_sd_deg:
-        text += f" ± {numbers.decimals(wind.from_sd_deg, 0)}°"
+        text += f" ± {quantity.decimals(wind.from_sd_deg, 0)}°"
     if wind.reference_height_m is None:
         return text
-    text += f" at {numbers.height(wind.reference_height_m)}"
+    text += f" at {quantity.height(wind.reference_height_m)}"
     if wind.shear_exponent is not None:
         return f"{text} (power law, exponent {wind.shear_exponent:g})"
     return f"{text} (logarithmic law, roughness {wind.roughness_length_m:g} m)"
@@ -236,11 +381,11 @@ def _wind(wind: Wind) -> str:
 def _battery_conditions(conditions: Conditions) -> Iterator[str]:
     """Yield what is said of the age and the temperature of the battery."""
     if conditions.battery_health is not None:
-        yield f"battery health {numbers.percent(conditions.battery_health)}"
+        yield f"battery health {quantity.percent(conditions.battery_health)}"
     if conditions.battery_resistance_factor is not None:
         yield f"battery resistance {conditions.battery_resistance_factor:g} times the new one's"
     if conditions.battery_temperature_c is not None:
-        yield f"battery at {numbers.temperature(conditions.battery_temperature_c)}"
+        yield f"battery at {quantity.temperature(conditions.battery_temperature_c)}"
 
 
 def _give_or_take(shown: Callable[[float | None], str], mean: float | None, sd: float) -> str:
@@ -253,10 +398,10 @@ def _phase_lines(result: CheckResult) -> list[str]:
         (
             phase.state,
             str(phase.segments),
-            numbers.duration(phase.time_s),
-            numbers.distance(phase.distance_m),
-            numbers.energy(phase.energy_wh),
-            numbers.percent(phase.energy_fraction),
+            quantity.duration(phase.time_s),
+            quantity.distance(phase.distance_m),
+            quantity.energy(phase.energy_wh),
+            quantity.percent(phase.energy_fraction),
         )
         for phase in flight_phases(result)
     ]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.altitude import AMSL_SUSPECT, HOME_MISMATCH, MIXED_FRAMES
 from planner.catalogue.terrain import BELOW_TERRAIN
-from planner.findings import Severity
+from planner.findings import Remarks, Severity
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -15,8 +15,7 @@ from planner.mission.commands import (
     Command,
     is_destination,
 )
-from planner.mission.remarks import Remarks
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -71,7 +70,7 @@ def check_level_ground(a: Assessment) -> Iterator[Finding]:
         lowest = min(low, key=lambda stage: stage.height_m)
         more = "" if len(low) == 1 else f"; {len(low)} places are"
         yield BELOW_TERRAIN.finding(
-            f"{numbers.height(-lowest.height_m)} below the ground, which is taken to be level with "
+            f"{quantity.height(-lowest.height_m)} below the ground, which is taken to be level with "
             f"home{more}",
             item=lowest.item,
             place=a.mission.items[lowest.item - 1].place,
@@ -124,7 +123,7 @@ def check_relative_altitudes(a: Assessment) -> Iterator[Finding]:
         over_m = altitude_m - home_amsl_m
         if home_amsl_m > _TELLING_HOME_M and 0.0 <= over_m <= _ABOVE_GROUND_M:
             why = (
-                f"home is at {numbers.height(home_amsl_m)} AMSL; {numbers.height(over_m)} above it "
+                f"home is at {quantity.height(home_amsl_m)} AMSL; {quantity.height(over_m)} above it "
                 "may be meant"
             )
         elif altitude_m > HIGH_M:
@@ -133,7 +132,7 @@ def check_relative_altitudes(a: Assessment) -> Iterator[Finding]:
             continue
         remarks.add(
             AMSL_SUSPECT,
-            f"is at {numbers.height(altitude_m)} above home: {why}",
+            f"is at {quantity.height(altitude_m)} above home: {why}",
             item=number,
             place=item.place,
             severity=Severity.WARNING,
@@ -161,6 +160,6 @@ def check_home(a: Assessment) -> Iterator[Finding]:
     else:
         return
     yield HOME_MISMATCH.finding(
-        f"the mission was planned from {numbers.height(planned_m)} AMSL, {said} "
-        f"{numbers.height(real_m)}: {numbers.height(abs(real_m - planned_m))} apart"
+        f"the mission was planned from {quantity.height(planned_m)} AMSL, {said} "
+        f"{quantity.height(real_m)}: {quantity.height(abs(real_m - planned_m))} apart"
     )

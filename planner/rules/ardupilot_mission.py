@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import numpy.typing as npt
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.feasibility import (
     LAND_START_WITHOUT_LANDING,
@@ -16,10 +16,9 @@ from planner.catalogue.feasibility import (
     REQUIRED_ITEM_MISSING,
     TOO_MANY_JUMPS,
 )
-from planner.findings import Severity
+from planner.findings import Remarks, Severity
 from planner.mission.commands import Command
-from planner.mission.jumps import is_counted
-from planner.mission.remarks import Remarks
+from planner.mission.route.jumps import is_counted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -66,7 +65,7 @@ def check_required_items(a: Assessment) -> Iterator[Finding]:
     if bits & 1 << _RALLY_BIT and not any(
         math.hypot(*point_m) <= limit_m for point_m in _rally_m(a)
     ):
-        within = "" if math.isinf(limit_m) else f" within {numbers.distance(limit_m)} of home"
+        within = "" if math.isinf(limit_m) else f" within {quantity.distance(limit_m)} of home"
         missing.append(f"a rally point{within}")
     if missing:
         yield REQUIRED_ITEM_MISSING.finding(
@@ -125,7 +124,7 @@ def check_rally(a: Assessment) -> Iterator[Finding]:
         if away_m > limit_m and not is_nearer.any():
             remarks.add(
                 RALLY_FAR,
-                f"rally point {number} is {numbers.beside(away_m, limit_m, numbers.distance)} from the "
+                f"rally point {number} is {quantity.beside(away_m, limit_m, quantity.distance)} from the "
                 f"mission, RALLY_LIMIT_KM is {limit_m / 1000.0:g}: ArduPilot never goes there",
                 place=point.place,
             )

@@ -8,15 +8,14 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
-    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.budget import BatteryBudget, Discharge, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
-    from planner.flight.discharge import Discharge
     from planner.flight.homeward import Homeward
     from planner.flight.prediction import Flight
-    from planner.flight.segment import ItemArrival
+    from planner.flight.segments import ItemArrival
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
-    from planner.mission.stage import Route
+    from planner.mission.route.stage import Route
     from planner.site_profile import SiteProfile
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel

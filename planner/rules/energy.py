@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.energy import (
     BATTERY_UNKNOWN,
     DISCHARGE_RATE_HIGH,
@@ -36,7 +36,7 @@ def check_battery(a: Assessment) -> Iterator[Finding]:
         return  # E109 says so
     if battery is None:
         yield BATTERY_UNKNOWN.finding(
-            f"no battery is known: the flight needs {numbers.energy(needed_wh)}, "
+            f"no battery is known: the flight needs {quantity.energy(needed_wh)}, "
             "the capacity is not given"
         )
         return
@@ -53,13 +53,13 @@ def check_battery(a: Assessment) -> Iterator[Finding]:
     )
     reserve = f"the reserve of {reserve_name(battery)}"
     there = (
-        f"{numbers.energy(available_wh)} are there above {reserve}"
+        f"{quantity.energy(available_wh)} are there above {reserve}"
         if available_wh >= 0.0
-        else f"and the battery starts {numbers.energy(-available_wh)} below {reserve}"
+        else f"and the battery starts {quantity.energy(-available_wh)} below {reserve}"
     )
     yield RESERVE_BELOW_MINIMUM.finding(
-        f"the flight needs {numbers.energy(needed_wh)}, {there}: "
-        f"short by {numbers.energy(-battery.margin_wh)}",
+        f"the flight needs {quantity.energy(needed_wh)}, {there}: "
+        f"short by {quantity.energy(-battery.margin_wh)}",
         item=item,
         place=None if item is None else a.mission.items[item - 1].place,
     )
@@ -78,8 +78,8 @@ def check_way_home(a: Assessment) -> Iterator[Finding]:
     if battery.margin_wh >= 0.0 or way.margin_wh < (1.0 + _SAME_SHORTFALL) * battery.margin_wh:
         worst = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
         message += (
-            f": from {worst} the way takes {numbers.energy(way.energy_home_wh)}, "
-            f"{numbers.energy(-way.margin_wh)} more than is left"
+            f": from {worst} the way takes {quantity.energy(way.energy_home_wh)}, "
+            f"{quantity.energy(-way.margin_wh)} more than is left"
         )
     item = way.tightest_item if turn is None else turn.item
     yield RETURN_BELOW_RESERVE.finding(message, item=item, place=a.mission.items[item - 1].place)
@@ -88,14 +88,14 @@ def check_way_home(a: Assessment) -> Iterator[Finding]:
 def reserve_name(battery: BatteryBudget) -> str:
     """Return the reserve as it was asked for: ``20 %``, ``12.0 Wh``, ``3 min 00 s of hover``."""
     if battery.reserve is None:
-        return numbers.percent(battery.reserve_fraction)
+        return quantity.percent(battery.reserve_fraction)
     return str(battery.reserve)
 
 
 def place_along(point: FlightPoint) -> str:
     """Return a point of a flight in words: ``item 7, 120 m along its leg``."""
     if point.along_m < _AT_THE_END * point.leg_m:
-        return f"item {point.item}, {numbers.distance(point.along_m)} along its leg"
+        return f"item {point.item}, {quantity.distance(point.along_m)} along its leg"
     return f"item {point.item}"
 
 
@@ -116,17 +116,17 @@ def check_risk(a: Assessment) -> Iterator[Finding]:
     if battery is None or battery.below_reserve_probability is None or battery.margin_wh < 0.0:
         return  # nothing is known of it, or E101 says worse
     reserve = f"the reserve of {reserve_name(battery)}"
-    more = f"more than {numbers.percent(a.risk)}"
+    more = f"more than {quantity.percent(a.risk)}"
     landing, returning = battery.below_reserve_probability, None
     if way is not None and way.margin_wh is not None and way.margin_wh >= 0.0:
         returning = way.below_reserve_probability
     if landing > a.risk:
         yield RESERVE_AT_RISK.finding(
-            f"{numbers.beside(landing, a.risk, numbers.chance)} chance to land below {reserve}, {more}"
+            f"{quantity.beside(landing, a.risk, quantity.chance)} chance to land below {reserve}, {more}"
         )
     elif way is not None and returning is not None and returning > a.risk:
         yield RESERVE_AT_RISK.finding(
-            f"{numbers.beside(returning, a.risk, numbers.chance)} chance that the way home from here, "
+            f"{quantity.beside(returning, a.risk, quantity.chance)} chance that the way home from here, "
             f"or from another point, ends below {reserve}, {more}",
             item=way.tightest_item,
             place=a.mission.items[way.tightest_item - 1].place,
@@ -141,12 +141,12 @@ def check_voltage(a: Assessment) -> Iterator[Finding]:
     cutoff_v, lowest_v = a.pack.cutoff_voltage_v, discharge.lowest_voltage_v
     if not discharge.can_deliver:
         message = (
-            f"the battery cannot deliver the power asked of it: {numbers.decimals(lowest_v, 1)} V "
+            f"the battery cannot deliver the power asked of it: {quantity.decimals(lowest_v, 1)} V "
             "is left at its terminals"
         )
     elif cutoff_v is not None and lowest_v < cutoff_v:
         message = (
-            f"{numbers.beside(lowest_v, cutoff_v, _volts)} under load, the battery counts as empty at "
+            f"{quantity.beside(lowest_v, cutoff_v, _volts)} under load, the battery counts as empty at "
             f"{_volts(cutoff_v)}"
         )
     else:
@@ -156,11 +156,11 @@ def check_voltage(a: Assessment) -> Iterator[Finding]:
 
 
 def _volts(voltage_v: float) -> str:
-    return f"{numbers.decimals(voltage_v, 1)} V"
+    return f"{quantity.decimals(voltage_v, 1)} V"
 
 
 def _rate(rate: float) -> str:
-    return numbers.decimals(rate, 1)
+    return quantity.decimals(rate, 1)
 
 
 def check_discharge_rate(a: Assessment) -> Iterator[Finding]:
@@ -173,8 +173,8 @@ def check_discharge_rate(a: Assessment) -> Iterator[Finding]:
         return
     item = int(a.flight.motion.segments.item[discharge.highest_current_segment])
     yield DISCHARGE_RATE_HIGH.finding(
-        f"up to {numbers.decimals(discharge.highest_current_a, 0)} A, "
-        f"{numbers.beside(rate, pack.max_c_rate, _rate)} times the charge an hour, "
+        f"up to {quantity.decimals(discharge.highest_current_a, 0)} A, "
+        f"{quantity.beside(rate, pack.max_c_rate, _rate)} times the charge an hour, "
         f"the battery is made for {_rate(pack.max_c_rate)}",
         item=item,
         place=a.mission.items[item - 1].place,

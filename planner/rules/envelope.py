@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.energy import (
     CONDITION_NOT_MODELLED,
@@ -18,15 +18,18 @@ from planner.catalogue.energy import (
 from planner.catalogue.mission import AUTOPILOT_DIFFERS
 from planner.catalogue.time import ITEM_NOT_MODELLED
 from planner.findings import Severity
-from planner.flight.state import STATE_INDEX, FlightState
-from planner.mission.stage import StageKind
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.findings import Finding
-    from planner.flight.extremes import Extreme
-    from planner.mission.stage import Stage
+    from planner.flight.prediction import Extreme
+    from planner.mission.route.stage import Stage
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -56,13 +59,13 @@ def check_speed(a: Assessment) -> Iterator[Finding]:
         return
     fastest_m_s = max(speed for speed, _ in speeds if speed is not None and speed not in limit)
     yield MODEL_OUTSIDE_ENVELOPE.finding(
-        f"{numbers.speed(fastest_m_s)} is commanded, the model was identified from "
-        f"{numbers.decimals(limit.low, 1)} to {numbers.speed(limit.high)}: "
-        f"time and energy of {numbers.count(len(beyond), 'leg')} cannot be trusted",
+        f"{quantity.speed(fastest_m_s)} is commanded, the model was identified from "
+        f"{quantity.decimals(limit.low, 1)} to {quantity.speed(limit.high)}: "
+        f"time and energy of {quantity.count(len(beyond), 'leg')} cannot be trusted",
         severity=Severity.ERROR,
         item=beyond[0].item,
         place=a.mission.items[beyond[0].item - 1].place,
-        fix=f"command {numbers.speed(limit.high)} or less, or identify the vehicle on such flights",
+        fix=f"command {quantity.speed(limit.high)} or less, or identify the vehicle on such flights",
     )
 
 
@@ -86,9 +89,9 @@ def check_climbs(a: Assessment) -> Iterator[Finding]:
     item = int(columns.item[beyond[0]])
     longest = float(np.abs(columns.climb_m[beyond]).max())
     yield MODEL_OUTSIDE_ENVELOPE.finding(
-        f"{numbers.count(len(beyond), 'climb or descent', 'climbs or descents')} of up to "
-        f"{numbers.height(longest)}, longer than the identified "
-        f"{numbers.height(response.identified_step_m)}: flown at the peak rate of the identified step",
+        f"{quantity.count(len(beyond), 'climb or descent', 'climbs or descents')} of up to "
+        f"{quantity.height(longest)}, longer than the identified "
+        f"{quantity.height(response.identified_step_m)}: flown at the peak rate of the identified step",
         item=item,
         place=a.mission.items[item - 1].place,
     )
@@ -119,9 +122,9 @@ def check_vertical_speeds(a: Assessment) -> Iterator[Finding]:
         item = int(columns.item[segment])
         slower = asked < flown
         yield ITEM_NOT_MODELLED.finding(
-            f"a {name} speed of {numbers.beside(asked, flown, numbers.speed)} is commanded and not "
-            f"modelled: {numbers.count(len(begun), name)} flown as the model answers, this one "
-            f"{numbers.height(climbs[segment])} at {numbers.speed(flown)} on average"
+            f"a {name} speed of {quantity.beside(asked, flown, quantity.speed)} is commanded and not "
+            f"modelled: {quantity.count(len(begun), name)} flown as the model answers, this one "
+            f"{quantity.height(climbs[segment])} at {quantity.speed(flown)} on average"
             + (": time and energy are more than is said" if slower else ""),
             severity=Severity.ERROR if slower else None,
             item=item,
@@ -142,9 +145,9 @@ def check_heights(a: Assessment) -> Iterator[Finding]:
         if outside.any():
             worst = int(np.argmax(np.where(outside, np.abs(heights), -1.0)))
             yield MODEL_OUTSIDE_ENVELOPE.finding(
-                f"{numbers.count(int(outside.sum()), 'leg')} at heights of up to "
-                f"{numbers.height(heights[worst])} above home: the model was identified from "
-                f"{numbers.height(limit.low)} to {numbers.height(limit.high)}",
+                f"{quantity.count(int(outside.sum()), 'leg')} at heights of up to "
+                f"{quantity.height(heights[worst])} above home: the model was identified from "
+                f"{quantity.height(limit.low)} to {quantity.height(limit.high)}",
                 item=a.route.stages[worst].item,
                 place=a.mission.items[a.route.stages[worst].item - 1].place,
             )
@@ -153,8 +156,8 @@ def check_heights(a: Assessment) -> Iterator[Finding]:
         low = float(heights.max())
         if low < measured.low:
             yield MODEL_OUTSIDE_ENVELOPE.finding(
-                f"the flight goes no higher than {numbers.height(low)}, hover power was measured "
-                f"from {numbers.height(measured.low)} up: the hover law is used below its data",
+                f"the flight goes no higher than {quantity.height(low)}, hover power was measured "
+                f"from {quantity.height(measured.low)} up: the hover law is used below its data",
                 severity=Severity.INFO,
                 fix="",
             )
@@ -170,7 +173,7 @@ def check_rates(a: Assessment) -> Iterator[Finding]:
         return
     if (limit := box.speed_m_s) is not None:
         commanded = any((_commanded_m_s(a, stage) or 0.0) > limit.high for stage in a.route.stages)
-        identified = f"the model was identified up to {numbers.speed(limit.high)}"
+        identified = f"the model was identified up to {quantity.speed(limit.high)}"
         over = (1.0 + _OVERSHOOT) * limit.high
         ground_m_s = extremes.ground_speed_m_s.value
         # A response of reference steps overshoots within the flights it was identified on.
@@ -179,7 +182,7 @@ def check_rates(a: Assessment) -> Iterator[Finding]:
                 yield _outside(
                     a,
                     extremes.ground_speed_m_s,
-                    f"{numbers.speed(ground_m_s)} is flown, {identified}: "
+                    f"{quantity.speed(ground_m_s)} is flown, {identified}: "
                     "time and energy cannot be trusted",
                     severity=Severity.ERROR,
                 )
@@ -189,7 +192,7 @@ def check_rates(a: Assessment) -> Iterator[Finding]:
             yield _outside(
                 a,
                 extremes.airspeed_m_s,
-                f"against the wind up to {numbers.speed(airspeed_m_s)} are flown "
+                f"against the wind up to {quantity.speed(airspeed_m_s)} are flown "
                 f"through the air, {identified}",
                 severity=Severity.ERROR if a.vehicle.knows_airspeed or is_strong else None,
             )
@@ -205,9 +208,9 @@ def check_rates(a: Assessment) -> Iterator[Finding]:
                 yield _outside(
                     a,
                     extreme,
-                    f"a climb rate of {numbers.speed(extreme.value)} is flown, the model was "
-                    f"identified from {numbers.decimals(limit.low, 1)} to "
-                    f"{numbers.speed(limit.high)}",
+                    f"a climb rate of {quantity.speed(extreme.value)} is flown, the model was "
+                    f"identified from {quantity.decimals(limit.low, 1)} to "
+                    f"{quantity.speed(limit.high)}",
                     severity=Severity.ERROR
                     if abs(extreme.value) > _FAR * (abs(edge) or widest)
                     else None,
@@ -222,8 +225,8 @@ def check_air_and_mass(a: Assessment) -> Iterator[Finding]:
         mass_kg = power.mass_kg or 0.0
         if mass_kg not in limit:
             yield MODEL_OUTSIDE_ENVELOPE.finding(
-                f"{numbers.mass(mass_kg)} fly with the payload, the model was identified "
-                f"from {numbers.mass(limit.low)} to {numbers.mass(limit.high)}"
+                f"{quantity.mass(mass_kg)} fly with the payload, the model was identified "
+                f"from {quantity.mass(limit.low)} to {quantity.mass(limit.high)}"
             )
     limit = vehicle.valid_for.air_density_kg_m3
     if limit is None or not vehicle.knows_air_density or extremes is None:
@@ -234,9 +237,9 @@ def check_air_and_mass(a: Assessment) -> Iterator[Finding]:
     )
     if thin < (1.0 - _DENSITY_SLACK) * limit.low or dense > (1.0 + _DENSITY_SLACK) * limit.high:
         yield MODEL_OUTSIDE_ENVELOPE.finding(
-            f"the air has {numbers.decimals(thin, 2)} to {numbers.decimals(dense, 2)} kg/m³, the "
-            f"model was identified from {numbers.decimals(limit.low, 2)} to "
-            f"{numbers.decimals(limit.high, 2)} kg/m³",
+            f"the air has {quantity.decimals(thin, 2)} to {quantity.decimals(dense, 2)} kg/m³, the "
+            f"model was identified from {quantity.decimals(limit.low, 2)} to "
+            f"{quantity.decimals(limit.high, 2)} kg/m³",
             severity=Severity.INFO,
             fix="",
         )
@@ -264,7 +267,7 @@ def check_power_known(a: Assessment) -> Iterator[Finding]:
         if cruising.any():
             yield CRUISE_POWER_ASSUMED.finding(
                 "cruise power is taken as hover power over "
-                f"{numbers.distance(float(columns.distance_m[cruising].sum()))}: "
+                f"{quantity.distance(float(columns.distance_m[cruising].sum()))}: "
                 "the model gives none"
             )
 
@@ -277,13 +280,13 @@ def check_conditions(a: Assessment) -> Iterator[Finding]:
         limit = vehicle.valid_for.speed_m_s
         is_strong = limit is not None and wind.speed_m_s > STRONG_WIND * limit.high
         yield CONDITION_NOT_MODELLED.finding(
-            f"the wind of {numbers.speed(wind.speed_m_s)} is not counted in the energy: "
+            f"the wind of {quantity.speed(wind.speed_m_s)} is not counted in the energy: "
             "in the model the airspeed makes no difference",
             severity=Severity.ERROR if is_strong else None,
         )
     if (conditions.payload_kg > 0.0 or conditions.payload_sd_kg > 0.0) and not vehicle.knows_mass:
         yield CONDITION_NOT_MODELLED.finding(
-            f"the payload of {numbers.mass(conditions.payload_kg)} is not counted: "
+            f"the payload of {quantity.mass(conditions.payload_kg)} is not counted: "
             "the model's power knows no mass",
             severity=Severity.ERROR,
             fix="fly a vehicle model that knows its mass, or allow for the load in --reserve and "
@@ -291,7 +294,7 @@ def check_conditions(a: Assessment) -> Iterator[Finding]:
         )
     if conditions.temperature_c is not None and not vehicle.knows_air_density:
         yield CONDITION_NOT_MODELLED.finding(
-            f"the temperature of {numbers.temperature(conditions.temperature_c)} is not counted: "
+            f"the temperature of {quantity.temperature(conditions.temperature_c)} is not counted: "
             "the model's power knows no air density"
         )
     spread = [

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.energy import (
     ARMING_REFUSED,
     FAILSAFE_BEFORE_END,
@@ -21,8 +21,11 @@ from planner.flight.failsafe import (
     battery_course,
     px4_events,
 )
-from planner.flight.state import STATE_INDEX, FlightState
-from planner.mission.stage import StageKind
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
+from planner.mission.route.stage import StageKind
 from planner.rules.energy import place_along
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
@@ -102,20 +105,20 @@ def check_arming(a: Assessment) -> Iterator[Finding]:
         charge = float(course.fraction[0])
         if charge < least:
             yield ARMING_REFUSED.finding(
-                f"PX4 does not arm with {numbers.beside(charge, least, numbers.percent)} of the charge: "
-                f"{name} is {numbers.percent(least)}"
+                f"PX4 does not arm with {quantity.beside(charge, least, quantity.percent)} of the charge: "
+                f"{name} is {quantity.percent(least)}"
             )
         return
     if course.rest_v is not None and course.rest_v[0] < parameters.arm_battery_min_v:
         yield ARMING_REFUSED.finding(
-            f"ArduPilot does not arm with {numbers.decimals(float(course.rest_v[0]), 1)} V: "
-            f"BATT_ARM_VOLT is {numbers.decimals(parameters.arm_battery_min_v, 1)} V"
+            f"ArduPilot does not arm with {quantity.decimals(float(course.rest_v[0]), 1)} V: "
+            f"BATT_ARM_VOLT is {quantity.decimals(parameters.arm_battery_min_v, 1)} V"
         )
     if parameters.battery_capacity_ah < parameters.arm_battery_min_ah:
         yield ARMING_REFUSED.finding(
             f"ArduPilot never arms: BATT_ARM_MAH is "
-            f"{numbers.charge(1000.0 * parameters.arm_battery_min_ah)}, BATT_CAPACITY "
-            f"{numbers.charge(1000.0 * parameters.battery_capacity_ah)}"
+            f"{quantity.charge(1000.0 * parameters.arm_battery_min_ah)}, BATT_CAPACITY "
+            f"{quantity.charge(1000.0 * parameters.battery_capacity_ah)}"
         )
 
 
@@ -150,7 +153,7 @@ def check_rally(a: Assessment) -> Iterator[Finding]:
             missed_by_wh.append(short_wh)
         elif number not in chosen:
             never.append(number)
-    short = numbers.energy(missed_by_wh[0]) if missed_by_wh else ""
+    short = quantity.energy(missed_by_wh[0]) if missed_by_wh else ""
     for numbers_of, why in (
         (out_of_reach, f"cannot be reached above the reserve from any item: short by {short}"),
         (never, "is chosen from no item: the vehicle goes home or to another rally point"),
@@ -185,8 +188,8 @@ def check_hover_throttle(a: Assessment) -> Iterator[Finding]:
         return
     item = int(a.flight.motion.segments.item[lowest])
     yield HOVER_THROTTLE_HIGH.finding(
-        f"hovering takes {numbers.percent(share)} of the thrust that is there at "
-        f"{numbers.decimals(voltage_v, 1)} V, {numbers.percent(parameters.hover_throttle)} when full",
+        f"hovering takes {quantity.percent(share)} of the thrust that is there at "
+        f"{quantity.decimals(voltage_v, 1)} V, {quantity.percent(parameters.hover_throttle)} when full",
         item=item,
         place=a.mission.items[item - 1].place,
     )

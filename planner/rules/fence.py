@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.fence import LOITER_CROSSES, PATH_CROSSES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.findings import Finding
-    from planner.geo.barrier import Barrier
+    from planner.geo.path import Barrier
     from planner.rules.assessment import Assessment
     from planner.rules.fenced_flight import FencedFlight
 
@@ -111,9 +111,9 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
             rule.finding(
                 f"{'the way home' if own_return(flown.assessment, item) else what} is beyond "
                 f"{barriers[number].label}"
-                + (f", and later beyond {numbers.count(others, 'other area')}" if others else "")
-                + f"; {numbers.distance(stretch.distance_m)} lie outside the fence"
-                + (f", at {numbers.count(len(items), 'item')}" if len(items) > 1 else ""),
+                + (f", and later beyond {quantity.count(others, 'other area')}" if others else "")
+                + f"; {quantity.distance(stretch.distance_m)} lie outside the fence"
+                + (f", at {quantity.count(len(items), 'item')}" if len(items) > 1 else ""),
                 item=item,
                 place=flown.place(item),
                 stretch=stretch,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.fence import FENCE_OFF, FENCE_TOO_LARGE, HOME_OUTSIDE, RALLY_OUTSIDE
 from planner.findings import FlightStretch
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding, Place
-    from planner.geo.barrier import Barrier
     from planner.geo.fence import Fence, RallyPoint
-    from planner.geo.local_frame import LocalFrame
+    from planner.geo.geodesy import LocalFrame
+    from planner.geo.path import Barrier
     from planner.mission.items import Mission
     from planner.vehicle.parameters.resolve import FlightParameters
 
@@ -32,8 +32,8 @@ def check_fence_alone(
     fence = mission.fence
     if not fence:
         return
-    from planner.geo.fence_area import make_fence_area
-    from planner.geo.fence_frame import make_fence_frame
+    from planner.geo.fence import make_fence_area
+    from planner.geo.path import make_fence_frame
     from planner.rules.fence_settings import inclusions_unite
 
     home = mission.home
@@ -103,7 +103,7 @@ def check_places(
         worst = distance_m.index(min(distance_m))
         there = (round(latitude_deg, 7), round(longitude_deg, 7))
         yield (HOME_OUTSIDE if name == "home" else RALLY_OUTSIDE).finding(
-            f"{name} is {numbers.distance(-distance_m[worst])} beyond {barriers[worst].label}",
+            f"{name} is {quantity.distance(-distance_m[worst])} beyond {barriers[worst].label}",
             place=place,
             stretch=FlightStretch(start_deg=there, end_deg=there, distance_m=-distance_m[worst]),
         )

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.fence import FENCE_HEIGHT
 from planner.findings import Severity
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 from planner.rules.fence_settings import limits_from_parameters
 
 if TYPE_CHECKING:
@@ -34,18 +34,17 @@ def check_fence_heights(a: Assessment) -> Iterator[Finding]:
         highest = max(stages, key=lambda stage: stage.height_m)
         if highest.height_m > limit.ceiling_m + _SLACK_M:
             yield FENCE_HEIGHT.finding(
-                f"{numbers.beside(highest.height_m, limit.ceiling_m, numbers.height)} above home are flown, "
-                f"{limit.ceiling_name} is "
-                f"{numbers.height(limit.ceiling_m)}",
+                f"{quantity.beside(highest.height_m, limit.ceiling_m, quantity.height)} above home "
+                f"are flown, {limit.ceiling_name} is {quantity.height(limit.ceiling_m)}",
                 item=highest.item,
                 place=a.mission.items[highest.item - 1].place,
             )
         elif (return_m := _highest_return_m(a)) > limit.ceiling_m + _SLACK_M:
-            climbs = numbers.beside(return_m, limit.ceiling_m, numbers.height)
+            climbs = quantity.beside(return_m, limit.ceiling_m, quantity.height)
             returns = [s.item for s in stages if s.kind is StageKind.RETURN]
             yield FENCE_HEIGHT.finding(
                 f"a return climbs to {climbs} above home, "
-                f"{limit.ceiling_name} is {numbers.height(limit.ceiling_m)}",
+                f"{limit.ceiling_name} is {quantity.height(limit.ceiling_m)}",
                 severity=Severity.ERROR if returns else Severity.WARNING,
                 item=returns[0] if returns else None,
                 place=a.mission.items[returns[0] - 1].place if returns else None,
@@ -56,9 +55,9 @@ def check_fence_heights(a: Assessment) -> Iterator[Finding]:
         lowest = min(flying, key=lambda stage: stage.height_m, default=None)
         if lowest is not None and lowest.height_m < limit.floor_m - _SLACK_M:
             yield FENCE_HEIGHT.finding(
-                f"{numbers.beside(lowest.height_m, limit.floor_m, numbers.height)} above home are flown, "
+                f"{quantity.beside(lowest.height_m, limit.floor_m, quantity.height)} above home are flown, "
                 f"{limit.floor_name} is "
-                f"{numbers.height(limit.floor_m)}",
+                f"{quantity.height(limit.floor_m)}",
                 item=lowest.item,
                 place=a.mission.items[lowest.item - 1].place,
                 fix="fly higher, or lower the limit",

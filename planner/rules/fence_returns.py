@@ -6,20 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.fence import FENCE_IN_PART, RTL_PATH_CROSSES
-from planner.geo.swept_area import swept_areas
-from planner.mission.stage import StageKind
+from planner.geo.path import swept_areas
+from planner.mission.route.stage import StageKind
 from planner.rules.energy import destination_name
 from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.geo.barrier import Barrier
-    from planner.geo.swept_area import SweptAreas
+    from planner.geo.path import Barrier, SweptAreas
     from planner.rules.assessment import Assessment
     from planner.rules.fenced_flight import FencedFlight
 
@@ -102,7 +101,7 @@ def _finding(
     item = int(flown.path.item[first[0]])
     items = len(np.unique(flown.path.item[legs]))
     start, end = flown.points_m[point], target_m[point]
-    others = f", as from {numbers.count(items, 'item')} in all" if items > 1 else ""
+    others = f", as from {quantity.count(items, 'item')} in all" if items > 1 else ""
     goal = destination_name(int(flown.destination[point]))
     return RTL_PATH_CROSSES.finding(
         f"the straight way {goal} from here crosses {barrier.label}{others}",

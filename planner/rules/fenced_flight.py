@@ -12,14 +12,13 @@ from planner.autopilot import Autopilot
 from planner.findings import FlightStretch
 from planner.flight.destination import HOME
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
-from planner.flight.stopping import StopRoom
-from planner.geo.ardupilot_lines import bow_m, straight_length_m
-from planner.geo.barrier import CircleBarrier
-from planner.geo.fence import Fence
-from planner.geo.fence_area import make_fence_area
-from planner.geo.fence_frame import make_fence_frame
-from planner.geo.path_legs import PathLegs
-from planner.geo.swept_area import swept_areas
+from planner.flight.segments import StopRoom
+from planner.geo.fence import Fence, make_fence_area
+from planner.geo.geodesy import (
+    bow_m,
+    straight_length_m,
+)
+from planner.geo.path import CircleBarrier, PathLegs, make_fence_frame, swept_areas
 from planner.rules.fence_settings import (
     fence_margin_m,
     inclusions_unite,
@@ -29,13 +28,12 @@ from planner.rules.fence_settings import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Place
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.flight.path import FlownPath
-    from planner.geo.barrier import Barrier
-    from planner.geo.fence_area import FenceArea
-    from planner.geo.local_frame import LocalFrame
-    from planner.geo.swept_area import SweptAreas
+    from planner.geo.fence import FenceArea
+    from planner.geo.geodesy import LocalFrame
+    from planner.geo.path import Barrier, SweptAreas
     from planner.rules.assessment import Assessment
 
 _STANDING_M_S = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.energy import CONDITION_NOT_MODELLED, LIFT_UNKNOWN
 from planner.findings import Severity
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
@@ -32,10 +32,10 @@ def check_lift(a: Assessment) -> Iterator[Finding]:
     heavier = _times_heavier(a)
     if thinner * heavier > MOST_LIFT:
         mass_kg = a.flight.power.mass_kg
-        load = "the flight" if mass_kg is None else numbers.mass(mass_kg)
+        load = "the flight" if mass_kg is None else quantity.mass(mass_kg)
         yield LIFT_UNKNOWN.finding(
-            f"{load} in air of {numbers.decimals(thin, 2)} kg/m³ takes "
-            f"{numbers.beside(thinner * heavier, MOST_LIFT, _times)} the thrust of the flights the "
+            f"{load} in air of {quantity.decimals(thin, 2)} kg/m³ takes "
+            f"{quantity.beside(thinner * heavier, MOST_LIFT, _times)} the thrust of the flights the "
             "model was identified on: whether the vehicle has it is not known"
         )
         return
@@ -43,7 +43,7 @@ def check_lift(a: Assessment) -> Iterator[Finding]:
     told = _THINNER_TOLD if a.conditions.temperature_c is None else _THINNER_REFUSED
     if not a.vehicle.knows_air_density and thinner > told:
         yield CONDITION_NOT_MODELLED.finding(
-            f"air of {numbers.decimals(thin, 2)} kg/m³, {_times(thinner)} thinner than at sea level, is "
+            f"air of {quantity.decimals(thin, 2)} kg/m³, {_times(thinner)} thinner than at sea level, is "
             "not counted: the model's power knows no air density",
             severity=Severity.ERROR if thinner > _THINNER_REFUSED else None,
         )
@@ -65,4 +65,4 @@ def _reference_density_kg_m3(a: Assessment) -> float:
 
 
 def _times(ratio: float) -> str:
-    return f"{numbers.decimals(ratio, 1)} times"
+    return f"{quantity.decimals(ratio, 1)} times"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.energy import BATTERY_COLD, BATTERY_VOLTAGE_DIFFERS
 from planner.findings import Severity
 
@@ -50,13 +50,13 @@ def check_cold(a: Assessment) -> Iterator[Finding]:
     known = (
         "it does not say what it gives in the cold"
         if known_c is None
-        else f"its resistance is known from {numbers.temperature(known_c[0])} up"
+        else f"its resistance is known from {quantity.temperature(known_c[0])} up"
     )
     yield BATTERY_COLD.finding(
-        f"{what} has {numbers.temperature(degrees_c)}: {known}",
+        f"{what} has {quantity.temperature(degrees_c)}: {known}",
         severity=Severity.ERROR if degrees_c < min(coldest_c, TOO_COLD_C) else None,
     )
 
 
 def _volts(voltage_v: float) -> str:
-    return f"{numbers.decimals(voltage_v, 1)} V"
+    return f"{quantity.decimals(voltage_v, 1)} V"

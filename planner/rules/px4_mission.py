@@ -8,7 +8,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, cast
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.feasibility import (
     FIRST_WAYPOINT_FAR,
@@ -17,10 +17,9 @@ from planner.catalogue.feasibility import (
 )
 from planner.catalogue.time import SPEED_CLAMPED
 from planner.catalogue.wind import WIND_LIMIT
-from planner.findings import Severity
+from planner.findings import Remarks, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import Command
-from planner.mission.remarks import Remarks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -98,8 +97,8 @@ def check_first_place(a: Assessment) -> Iterator[Finding]:
         version = None if a.target is None else a.target.version
         refuses = version is not None and version < _WARNS_ONLY
         yield FIRST_WAYPOINT_FAR.finding(
-            f"the first place is {numbers.beside(there_m, limit_m, numbers.distance)} from home, "
-            f"MIS_DIST_1WP is {numbers.distance(limit_m)}: PX4 "
+            f"the first place is {quantity.beside(there_m, limit_m, quantity.distance)} from home, "
+            f"MIS_DIST_1WP is {quantity.distance(limit_m)}: PX4 "
             f"{'refuses the mission' if refuses else 'warns'}",
             item=number,
             place=a.mission.items[number - 1].place,
@@ -134,8 +133,8 @@ def check_speeds(a: Assessment) -> Iterator[Finding]:
         if item.command == Command.DO_CHANGE_SPEED and (item.param2 or 0.0) > limit_m_s:
             remarks.add(
                 SPEED_CLAMPED,
-                f"{numbers.beside(item.param2 or 0.0, limit_m_s, numbers.speed)} is commanded, "
-                f"MPC_XY_VEL_MAX allows {numbers.speed(limit_m_s)}: {numbers.speed(limit_m_s)} is flown",
+                f"{quantity.beside(item.param2 or 0.0, limit_m_s, quantity.speed)} is commanded, "
+                f"MPC_XY_VEL_MAX allows {quantity.speed(limit_m_s)}: {quantity.speed(limit_m_s)} is flown",
                 item=number,
                 place=item.place,
             )
@@ -149,8 +148,8 @@ def check_wind_limit(a: Assessment) -> Iterator[Finding]:
     wind_m_s = a.conditions.wind.speed_m_s
     if 0.0 < limit_m_s < wind_m_s:
         yield WIND_LIMIT.finding(
-            f"{numbers.beside(wind_m_s, limit_m_s, numbers.speed)} of wind, COM_WIND_MAX is "
-            f"{numbers.speed(limit_m_s)}"
+            f"{quantity.beside(wind_m_s, limit_m_s, quantity.speed)} of wind, COM_WIND_MAX is "
+            f"{quantity.speed(limit_m_s)}"
         )
 
 

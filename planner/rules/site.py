@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.site import (
     ITEM_REQUIRED_BY_SITE,
     PARAMETER_NOT_AS_EXPECTED,
@@ -36,7 +36,7 @@ def check_expected_values(a: Assessment) -> Iterator[Finding]:
         return
     if given is None:
         yield PARAMETER_NOT_AS_EXPECTED.finding(
-            f"{profile.source} asks for {numbers.count(len(profile.expected), 'parameter')}, none is "
+            f"{profile.source} asks for {quantity.count(len(profile.expected), 'parameter')}, none is "
             "known",
             fix="give the vehicle's parameters with --params",
         )
@@ -100,8 +100,8 @@ def check_height(a: Assessment) -> Iterator[Finding]:
         return
     item = a.route.stages[int(np.argmax(heights_m))].item
     yield TOO_HIGH_FOR_SITE.finding(
-        f"{numbers.beside(highest_m, limit_m, numbers.height)} above home, {profile.source} allows "
-        f"{numbers.height(limit_m)}",
+        f"{quantity.beside(highest_m, limit_m, quantity.height)} above home, {profile.source} allows "
+        f"{quantity.height(limit_m)}",
         item=item,
         place=a.mission.items[item - 1].place,
     )
@@ -153,12 +153,12 @@ def check_distance(a: Assessment) -> Iterator[Finding]:
     if away_m[farthest] <= limit_m:
         return
     what, item = places[farthest][:2]
-    away = numbers.beside(float(away_m[farthest]), limit_m, numbers.distance)
+    away = quantity.beside(float(away_m[farthest]), limit_m, quantity.distance)
     beyond = int((away_m > limit_m).sum())
-    more = f", and {numbers.count(beyond - 1, 'more place')}" if beyond > 1 else ""
+    more = f", and {quantity.count(beyond - 1, 'more place')}" if beyond > 1 else ""
     yield TOO_FAR_FOR_SITE.finding(
         f"{what} is {away} from {origin_name}{more}; "
-        f"{profile.source} allows {numbers.distance(limit_m)}",
+        f"{profile.source} allows {quantity.distance(limit_m)}",
         item=item,
         place=None if item is None else mission.items[item - 1].place,
     )

@@ -7,18 +7,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.fence import STOP_BUFFER
 from planner.findings import Severity
-from planner.geo.swept_area import SweptAreas, swept_areas
+from planner.geo.path import (
+    SweptAreas,
+    swept_areas,
+)
 from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import FloatArray, IntArray
-    from planner.geo.barrier import Barrier
+    from planner.geo.path import Barrier
     from planner.rules.fenced_flight import FencedFlight
 
 _SLOWEST_M_S = 0.05
@@ -132,7 +135,7 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
     if narrow.point is None:
         end, about_m = start, margin_m
         message = (
-            f"the flight passes {barrier.label} at {numbers.beside(narrow.path_m, margin_m, _metres)}, "
+            f"the flight passes {barrier.label} at {quantity.beside(narrow.path_m, margin_m, _metres)}, "
             f"nearer than the {_metres(margin_m)} its position may be wrong"
         )
         if narrow.clearance_m < narrow.path_m - _ALIKE_M:
@@ -150,7 +153,7 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         speed = float(flown.path.speed_m_s[narrow.point])
         stop_m = float(flown.room.stopping_distance_m(speed))
         message = (
-            f"to stand still from {numbers.speed(speed)} takes {_metres(about_m)} "
+            f"to stand still from {quantity.speed(speed)} takes {_metres(about_m)} "
             f"({_metres(needed_m - stop_m)} to react, {_metres(stop_m)} to stop, "
             f"{_metres(margin_m)} of position error), {barrier.label} is "
             f"{_metres(free_m + margin_m)} ahead"
@@ -162,13 +165,13 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
             tail_wind_m_s=float(flown.tail_wind_m_s[narrow.point]),
         )
         if fits is not None and fits > _SLOWEST_M_S:
-            message += f": {numbers.speed(fits)} or less would fit"
-            fix = f"fly {numbers.speed(fits)} or less there, or {fix}"
+            message += f": {quantity.speed(fits)} or less would fit"
+            fix = f"fly {quantity.speed(fits)} or less there, or {fix}"
         if narrow.path_m < margin_m:
             fix += f"; the flight itself comes to {_metres(narrow.path_m)} from the fence, keep "
             fix += f"{_metres(margin_m)}"
     if len(items) > 1:
-        message += f"; at {numbers.count(len(items), 'item')} in all"
+        message += f"; at {quantity.count(len(items), 'item')} in all"
     item = int(flown.path.item[narrow.leg])
     return STOP_BUFFER.finding(
         message,
@@ -181,7 +184,7 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
 
 
 def _metres(length_m: float) -> str:
-    return f"{numbers.decimals(length_m, 1)} m"
+    return f"{quantity.decimals(length_m, 1)} m"
 
 
 def _free_way_m(barrier: Barrier, start_m: FloatArray, end_m: FloatArray, margin_m: float) -> float:

@@ -7,7 +7,7 @@ from math import hypot
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.mission import (
     COMMAND_UNSUPPORTED,
@@ -17,11 +17,16 @@ from planner.catalogue.mission import (
     VALUE_NOT_SET,
 )
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
-from planner.findings import Severity
-from planner.mission.command_support import Support, support
-from planner.mission.commands import RELATIVE_FRAMES, Command, command_name, frame_name
-from planner.mission.remarks import Remarks
-from planner.mission.stage import StageKind
+from planner.findings import Remarks, Severity
+from planner.mission.commands import (
+    RELATIVE_FRAMES,
+    Command,
+    Support,
+    command_name,
+    frame_name,
+    support,
+)
+from planner.mission.route.stage import StageKind
 from planner.rules.fence import is_fenced
 from planner.units import wh_from_j
 
@@ -30,7 +35,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.mission.items import MissionItem
-    from planner.mission.stage import Lap
+    from planner.mission.route.stage import Lap
     from planner.rules.assessment import Assessment
 
 _FAR_M = 10_000.0
@@ -61,7 +66,7 @@ def check_endless(a: Assessment) -> Iterator[Finding]:
     time_s = float(motion.segments.duration_s[begin:].sum())
     energy_wh = wh_from_j(float(a.flight.segment_energy_j[begin:].sum()))
     yield ENDLESS.finding(
-        f"jumps back for ever: one lap takes {numbers.duration(time_s)} and {numbers.energy(energy_wh)}; "
+        f"jumps back for ever: one lap takes {quantity.duration(time_s)} and {quantity.energy(energy_wh)}; "
         "the totals hold the way to it and one more lap",
         item=lap.item,
         place=a.mission.items[lap.item - 1].place,
@@ -100,7 +105,7 @@ def check_home_place(a: Assessment) -> Iterator[Finding]:
     if away_m < (_ELSEWHERE_M if is_px4 else _FAR_M):
         return
     yield HOME_FAR.finding(
-        f"home is {numbers.distance(away_m)} from the nearest place of the mission: the way there is "
+        f"home is {quantity.distance(away_m)} from the nearest place of the mission: the way there is "
         "counted",
         severity=Severity.ERROR if away_m >= _ELSEWHERE_M else None,
         item=item,
@@ -113,7 +118,7 @@ def check_landing_altitude(a: Assessment) -> Iterator[Finding]:
     remarks = Remarks()
     for number, item in enumerate(a.mission.items, start=1):
         if item.command == Command.NAV_LAND and item.altitude_m and item.frame in RELATIVE_FRAMES:
-            message = f"lands at an altitude of {numbers.height(item.altitude_m)} above home"
+            message = f"lands at an altitude of {quantity.height(item.altitude_m)} above home"
             remarks.add(LANDING_ALTITUDE, message, item=number, place=item.place)
     yield from remarks.findings()
 
@@ -196,7 +201,7 @@ def check_curves(a: Assessment) -> Iterator[Finding]:
         ]
         where = f"; {' and '.join(unjudged)} cannot be judged on the curve" if unjudged else ""
         yield ITEM_NOT_MODELLED.finding(
-            f"{numbers.count(len(splines), 'spline')} flown straight, with a stop at each: the model "
+            f"{quantity.count(len(splines), 'spline')} flown straight, with a stop at each: the model "
             f"answers steps of its reference{where}",
             severity=Severity.ERROR if unjudged else None,
             item=splines[0].item,

@@ -6,22 +6,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.terrain import BELOW_TERRAIN, GROUND_CLEARANCE, RETURN_BELOW_TERRAIN
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.findings import Severity
 from planner.flight.destination import HOME
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
 from planner.mission.commands import TERRAIN_FRAMES
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.geo.terrain import TerrainGrid
     from planner.rules.assessment import Assessment
 
@@ -60,7 +63,7 @@ def check_ground(a: Assessment) -> Iterator[Finding]:
     unknown = np.isnan(way.clearance_m)
     if unknown.any():
         item = int(way.item[unknown.argmax()])
-        some = f"{numbers.distance(float(way.step_m[unknown].sum()))} of the flight lie"
+        some = f"{quantity.distance(float(way.step_m[unknown].sum()))} of the flight lie"
         yield NO_TERRAIN_DATA.finding(
             f"{'the whole flight lies' if unknown.all() else some} outside of the terrain grid: "
             f"heights over ground are not checked{'' if unknown.all() else ' there'}",
@@ -136,15 +139,15 @@ def _too_low(a: Assessment, way: _Way) -> Iterator[Finding]:
     item = int(way.item[worst])
     lowest_m = float(clearance_m[worst])
     where = (
-        f"{numbers.height(-lowest_m)} below the ground"
+        f"{quantity.height(-lowest_m)} below the ground"
         if lowest_m < 0.0
-        else f"{numbers.height(lowest_m)} over the ground, {numbers.height(a.clearance_m)} are "
+        else f"{quantity.height(lowest_m)} over the ground, {quantity.height(a.clearance_m)} are "
         "asked for"
     )
     to_go_m = float(way.step_m[worst + 1 :][way.item[worst + 1 :] == item].sum())
-    before = f" {numbers.distance(to_go_m)} before its end" if to_go_m >= 1.0 else ""
+    before = f" {quantity.distance(to_go_m)} before its end" if to_go_m >= 1.0 else ""
     yield BELOW_TERRAIN.finding(
-        f"{where}{before}; {numbers.distance(float(way.step_m[low].sum()))} of the way are too low",
+        f"{where}{before}; {quantity.distance(float(way.step_m[low].sum()))} of the way are too low",
         item=item,
         place=a.mission.items[item - 1].place,
     )
@@ -155,8 +158,8 @@ def _extremes(a: Assessment, way: _Way) -> Iterator[Finding]:
     lowest, highest = int(np.nanargmin(way.clearance_m)), int(np.nanargmax(way.clearance_m))
     item = int(way.item[lowest])
     yield GROUND_CLEARANCE.finding(
-        f"{numbers.height(float(way.clearance_m[lowest]))} over the ground at item {item} to "
-        f"{numbers.height(float(way.clearance_m[highest]))} at item {int(way.item[highest])}",
+        f"{quantity.height(float(way.clearance_m[lowest]))} over the ground at item {item} to "
+        f"{quantity.height(float(way.clearance_m[highest]))} at item {int(way.item[highest])}",
         item=item,
         place=a.mission.items[item - 1].place,
     )
@@ -206,14 +209,14 @@ def _returns(a: Assessment, way: _Way) -> Iterator[Finding]:
     end_m = paths[begin][-1, :2]
     to_go_m = float(np.hypot(*(end_m - place_m[worst, :2])))
     over = (
-        f"{numbers.height(-lowest_m)} below the ground"
+        f"{quantity.height(-lowest_m)} below the ground"
         if lowest_m < 0.0
-        else f"{numbers.height(lowest_m)} over the ground"
+        else f"{quantity.height(lowest_m)} over the ground"
     )
     where = "home" if chosen[begin] == HOME else "where it lands"
     yield RETURN_BELOW_TERRAIN.finding(
-        f"a return from here at {numbers.height(float(place_m[worst, 2]))} above home is {over}, "
-        f"{numbers.distance(to_go_m)} from {where}",
+        f"a return from here at {quantity.height(float(place_m[worst, 2]))} above home is {over}, "
+        f"{quantity.distance(to_go_m)} from {where}",
         item=item,
         place=a.mission.items[item - 1].place,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.wind import WIND_BEYOND_MODEL
 
@@ -22,6 +22,6 @@ def check_wind(a: Assessment) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP or limit is None or wind_m_s < limit.high:
         return
     yield WIND_BEYOND_MODEL.finding(
-        f"{numbers.speed(wind_m_s)} of wind, the model was identified up to "
-        f"{numbers.speed(limit.high)}: no way against it is known"
+        f"{quantity.speed(wind_m_s)} of wind, the model was identified up to "
+        f"{quantity.speed(limit.high)}: no way against it is known"
     )

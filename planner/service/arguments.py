@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import UsageError
-from planner.flight.reserve import Reserve
+from planner.flight.budget import Reserve
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,12 +22,16 @@ _TYPES = {
         "Battery",
         "planner.Battery(capacity_ah=…, nominal_voltage_v=…)",
     ),
-    "charge": ("planner.flight.spread", "Spread", "a number, or planner.Spread(mean=…, sd=…)"),
-    "reserve": ("planner.flight.reserve", "Reserve", "a number, or planner.Reserve(energy_wh=…)"),
+    "charge": ("planner.flight.conditions", "Spread", "a number, or planner.Spread(mean=…, sd=…)"),
+    "reserve": ("planner.flight.budget", "Reserve", "a number, or planner.Reserve(energy_wh=…)"),
     "wind": ("planner.physics.wind", "Wind", "planner.Wind(speed_m_s=…, from_deg=…)"),
-    "payload_kg": ("planner.flight.spread", "Spread", "a number, or planner.Spread(mean=…, sd=…)"),
+    "payload_kg": (
+        "planner.flight.conditions",
+        "Spread",
+        "a number, or planner.Spread(mean=…, sd=…)",
+    ),
     "temperature_c": (
-        "planner.flight.spread",
+        "planner.flight.conditions",
         "Spread",
         "a number, or planner.Spread(mean=…, sd=…)",
     ),

@@ -45,7 +45,7 @@ def convert_file(
     """
     mission = read_mission(source)
     if speed_m_s is not None:
-        from planner.mission.one_speed import mission_at_speed
+        from planner.mission.convert import mission_at_speed
 
         mission = mission_at_speed(mission, speed_m_s)
     return ConversionResult(

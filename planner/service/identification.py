@@ -8,9 +8,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from planner.identify.assembly import IdentificationSettings
     from planner.identify.outcome import Identification
-    from planner.identify.settings import IdentificationSettings
-    from planner.logs.csv_mapping import CsvMapping
+    from planner.logs.csv import CsvMapping
     from planner.logs.record import FlightRecord
 
 
@@ -56,7 +56,7 @@ def identify_logs(
     OutputError
         If the model file cannot be written.
     """
-    from planner import numbers
+    from planner import quantity
     from planner.identify.identification import identify_vehicle
     from planner.logs.files import read_log
 
@@ -64,7 +64,7 @@ def identify_logs(
     for path in paths:
         on_log(f"reading {path}")
         records += read_log(path, mapping)
-    on_log(f"identifying {settings.name} from {numbers.count(len(records), 'flight')}")
+    on_log(f"identifying {settings.name} from {quantity.count(len(records), 'flight')}")
     identification = identify_vehicle(records, settings, on_step=on_step)
     if output is not None:
         from planner.vehicle.writer import write_vehicle

@@ -10,23 +10,23 @@ from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.budget import (
     NOTHING_FLOWN,
+    Reserve,
     battery_budget,
     flight_totals,
+    hover_power_w,
     item_arrivals,
+    predict_discharge,
     way_home,
     way_home_limits_wh,
 )
-from planner.flight.conditions import Conditions
+from planner.flight.conditions import Conditions, divided
 from planner.flight.destination import make_destinations, with_own_return
-from planner.flight.discharge import predict_discharge
 from planner.flight.homeward import make_homeward
 from planner.flight.pilot import fence_parameters_of, flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
-from planner.flight.reserve import Reserve, hover_power_w
 from planner.flight.return_search import ReturnSearch
-from planner.flight.spread import divided
 from planner.flight.trace import sample_trace
-from planner.mission.route import make_route
+from planner.mission.route.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
@@ -37,13 +37,13 @@ from planner.service.result import CheckResult
 
 if TYPE_CHECKING:
     from planner.findings import Finding
+    from planner.flight.conditions import Spread
     from planner.flight.destination import Destinations
     from planner.flight.prediction import Flight
-    from planner.flight.segment import ItemArrival
-    from planner.flight.spread import Spread
+    from planner.flight.segments import ItemArrival
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
-    from planner.mission.stage import Route
+    from planner.mission.route.stage import Route
     from planner.service.result import Verdict
     from planner.site_profile import SiteProfile
     from planner.vehicle.battery import Battery
@@ -232,7 +232,7 @@ def check(
             search = ReturnSearch(homeward, *way_home_limits_wh(budget))
             home = way_home(search, budget)
         if vehicle.spread is not None:
-            from planner.flight.scenarios import predict_scenarios
+            from planner.flight.uncertainty import predict_scenarios
 
             scenarios = predict_scenarios(
                 homeward,
@@ -338,15 +338,15 @@ def _route(
     )
     if speed_m_s is None:
         return route, []
-    from planner import numbers
+    from planner import quantity
     from planner.catalogue.time import SPEED_REPLACED
-    from planner.mission.one_speed import route_at_speed
+    from planner.mission.convert import route_at_speed
 
     changed = route_at_speed(route, speed_m_s)
     if changed.stages == route.stages:
         return route, []
     message = (
-        f"every level leg is flown at {numbers.speed(speed_m_s)} as asked: "
+        f"every level leg is flown at {quantity.speed(speed_m_s)} as asked: "
         "the file does not command that"
     )
     return changed, [SPEED_REPLACED.finding(message)]

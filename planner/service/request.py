@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.autopilot import Autopilot, Target
-    from planner.flight.reserve import Reserve
-    from planner.flight.spread import Spread
+    from planner.flight.budget import Reserve
+    from planner.flight.conditions import Spread
     from planner.vehicle.battery import Battery
 
 

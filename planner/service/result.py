@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
     from planner.flight.conditions import Conditions
-    from planner.flight.segment import ItemArrival, Segment
+    from planner.flight.segments import (
+        ItemArrival,
+        Segment,
+    )
     from planner.flight.trace import Trace
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.resolve import FlightParameters

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.swarm import DUPLICATE_SYSTEM_ID, SEPARATION, SEPARATION_UNCHECKED
 from planner.errors import UsageError
 from planner.fleet.separation import (
@@ -146,8 +146,8 @@ def _starts_s(results: Sequence[object], starts_s: Sequence[float]) -> tuple[flo
         refuse_wrong_types({"starts_s": start_s})
     if len(starts) != len(results):
         msg = (
-            f"{numbers.count(len(starts), 'start')} given for "
-            f"{numbers.count(len(results), 'mission')}: give one for each"
+            f"{quantity.count(len(starts), 'start')} given for "
+            f"{quantity.count(len(results), 'mission')}: give one for each"
         )
         raise UsageError(msg)
     return starts
@@ -187,13 +187,13 @@ def _too_near(
     (_, own_s, item), (other_number, other_s, other_item) = sides
     other = fleet[other_number]
     message = (
-        f"{numbers.beside(approach.distance_m, spacing.separation_m, numbers.height)} from "
-        f"{other.file}, {numbers.height(spacing.separation_m)} are to be kept: "
+        f"{quantity.beside(approach.distance_m, spacing.separation_m, quantity.height)} from "
+        f"{other.file}, {quantity.height(spacing.separation_m)} are to be kept: "
         f"{_when(fleet[number], own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
     )
     if spacing.start_error_s > 0.0:
         message += (
-            f", where both start within {numbers.duration(spacing.start_error_s)} of their times"
+            f", where both start within {quantity.duration(spacing.start_error_s)} of their times"
         )
     others = [
         fleet[c.first if c.second == number else c.second].file for c in own if c is not worst
@@ -204,7 +204,7 @@ def _too_near(
     fix = (
         f"no later start of {later.file} keeps the two apart: fly them at other heights or places"
         if delay_s is None
-        else f"start {later.file} {numbers.duration(delay_s)} later, which keeps the two apart, or "
+        else f"start {later.file} {quantity.duration(delay_s)} later, which keeps the two apart, or "
         "fly them at other heights or places"
     )
     yield SEPARATION.finding(message, fix=fix, item=item, place=mission.items[item - 1].place)
@@ -220,7 +220,7 @@ def _when(member: Member, time_s: float, item: int) -> str:
         return "before its start"
     if time_s > member.trajectory.duration_s:
         return "after its end"
-    return f"at {numbers.duration(time_s)} (item {item})"
+    return f"at {quantity.duration(time_s)} (item {item})"
 
 
 def _same_system_id(
@@ -277,7 +277,7 @@ def _unchecked(
             reasons.append(f"{left_out[0]}{_and_more(left_out)}: no separation from it is checked")
         if not fleet[number].trajectory.is_ever_flying:
             reasons.append(
-                f"the flight never rises to {numbers.height(min_nav_alt_m)}: its separation is "
+                f"the flight never rises to {quantity.height(min_nav_alt_m)}: its separation is "
                 "checked only from those that do"
             )
         unknown = [member.file for member in fleet if not are_heights_known(fleet[number], member)]

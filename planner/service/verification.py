@@ -8,9 +8,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from planner.identify.settings import IdentificationSettings
+    from planner.identify.assembly import IdentificationSettings
     from planner.identify.verification import KnownConditions, Verification
-    from planner.logs.csv_mapping import CsvMapping
+    from planner.logs.csv import CsvMapping
     from planner.vehicle.model import VehicleModel
 
 

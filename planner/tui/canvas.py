@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
+    from planner.arrays import FloatArray
 
-    FloatArray = npt.NDArray[np.float64]
 
 DOTS_ACROSS, DOTS_DOWN = 2, 4
 """Dots of a cell."""

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 from planner import __version__, catalogue
 from planner.errors import OutputError, UsageError
+from planner.files import write_output_file
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.output_file import write_output_file
-from planner.report.finding_text import tally
-from planner.report.json_document import envelope, json_text
-from planner.report.plain_text import printable
+from planner.report.json import (
+    envelope,
+    json_text,
+)
+from planner.report.text import finding_tally, printable
 from planner.service import CheckResult
 from planner.tui.checked import file_sha256
 from planner.tui.rows import MARKS, Column, finding_line
@@ -113,7 +115,7 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Line]
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
         sign = f" {MARKS[worst]}" if has_failed else " ✔"
-        said = tally(own) if own else "nothing found"
+        said = finding_tally(own) if own else "nothing found"
         name = catalogue.FAMILIES.get(family, family)
         yield Line(
             sign=sign, text=f"{name}: {said}", tone=worst.label if has_failed else "", family=family

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.flight.return_profile import return_profile
 from planner.frozen import frozen
 from planner.units import wh_from_j
@@ -15,11 +15,9 @@ from planner.units import wh_from_j
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy.typing as npt
-
+    from planner.arrays import FloatArray
     from planner.rules.assessment import Assessment
 
-    FloatArray = npt.NDArray[np.float64]
 
 SAMPLES = 2400
 """Times a flight is looked at, evenly: several to each dot of a wide terminal."""
@@ -72,18 +70,18 @@ def pictures(assessment: Assessment | None) -> tuple[Picture, ...]:
         Picture(
             name="altitude above home",
             lines=(Line(name="altitude", time_s=time_s, value=state.height_m, ink="curve"),),
-            shown=numbers.height,
+            shown=quantity.height,
         ),
         Picture(
             name="ground speed",
             lines=(Line(name="speed", time_s=time_s, value=state.ground_speed_m_s, ink="curve"),),
-            shown=numbers.speed,
+            shown=quantity.speed,
         ),
     ]
     if not assessment.vehicle.is_power_known:
         return tuple(found)
     power = Line(name="power", time_s=time_s, value=flight.power_w(time_s), ink="curve")
-    found.append(Picture(name="power", lines=(power,), shown=numbers.power))
+    found.append(Picture(name="power", lines=(power,), shown=quantity.power))
     found.append(_energy(assessment))
     if (charge := _charge(assessment)) is not None:
         found.append(charge)
@@ -112,7 +110,7 @@ def _energy(assessment: Assessment) -> Picture:
     if assessment.battery is not None:
         above_wh = assessment.battery.usable_wh - assessment.battery.reserve_wh
         lines.append(_level("above the reserve", above_wh, assessment.flight.time_s))
-    return Picture(name="energy", lines=tuple(lines), shown=numbers.energy)
+    return Picture(name="energy", lines=tuple(lines), shown=quantity.energy)
 
 
 def _charge(assessment: Assessment) -> Picture | None:
@@ -131,7 +129,7 @@ def _charge(assessment: Assessment) -> Picture | None:
     if assessment.discharge is None:
         share = battery.reserve_wh / battery.capacity_wh
         lines.append(_level("reserve", share, assessment.flight.time_s))
-    return Picture(name=name, lines=tuple(lines), shown=numbers.percent)
+    return Picture(name=name, lines=tuple(lines), shown=quantity.percent)
 
 
 def _level(name: str, value: float, time_s: float) -> Line:
@@ -179,13 +177,13 @@ def moment_text(assessment: Assessment | None, time_s: float) -> str:
     state = flight.motion.state_at_time(at)
     used_s, used_wh = _used(assessment)
     parts = [
-        numbers.duration(float(at[0])),
-        f"{numbers.height(float(state.height_m[0]))} up",
-        numbers.speed(float(state.ground_speed_m_s[0])),
+        quantity.duration(float(at[0])),
+        f"{quantity.height(float(state.height_m[0]))} up",
+        quantity.speed(float(state.ground_speed_m_s[0])),
     ]
     if assessment.vehicle.is_power_known:
         parts += [
-            numbers.power(float(flight.power_w(at)[0])),
-            f"{numbers.energy(float(np.interp(at[0], used_s, used_wh)))} used",
+            quantity.power(float(flight.power_w(at)[0])),
+            f"{quantity.energy(float(np.interp(at[0], used_s, used_wh)))} used",
         ]
     return ", ".join(parts)

@@ -5,13 +5,19 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from planner import catalogue, numbers
+from planner import (
+    catalogue,
+    quantity,
+)
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.report.finding_text import label, said
-from planner.report.plain_text import printable
 from planner.report.rule_text import explanation
-from planner.report.text import figure_texts
+from planner.report.text import (
+    figure_texts,
+    label,
+    printable,
+    said,
+)
 from planner.service import CheckResult
 from planner.tui.rows import MARKS, finding_line
 
@@ -60,15 +66,15 @@ def segment_details(result: CheckResult, index: int) -> Details:
     parts = [
         (
             "Time",
-            f"{numbers.duration(segment.duration_s)} from {numbers.duration(segment.start_s)}",
+            f"{quantity.duration(segment.duration_s)} from {quantity.duration(segment.start_s)}",
         ),
-        ("Distance", numbers.distance(segment.distance_m)),
-        ("Climb", numbers.height(segment.climb_m)),
-        ("Speed", f"{numbers.speed(segment.speed_m_s)} at most"),
-        ("Energy", numbers.energy(segment.energy_wh)),
+        ("Distance", quantity.distance(segment.distance_m)),
+        ("Climb", quantity.height(segment.climb_m)),
+        ("Speed", f"{quantity.speed(segment.speed_m_s)} at most"),
+        ("Energy", quantity.energy(segment.energy_wh)),
     ]
     if segment.stopping_distance_m is not None:
-        parts.append(("Stop", f"{numbers.distance(segment.stopping_distance_m)} to stand still"))
+        parts.append(("Stop", f"{quantity.distance(segment.stopping_distance_m)} to stand still"))
     parts += _found(result, segment.item)
     title = f"Segment {segment.index}: {segment.state}, for item {segment.item}"
     return Details(title=title, parts=tuple(parts))
@@ -82,17 +88,19 @@ def item_details(result: CheckResult, number: int) -> Details:
             "Reached",
             "not flown"
             if arrival.arrival_s is None
-            else f"{numbers.duration(arrival.arrival_s)} after take-off began",
+            else f"{quantity.duration(arrival.arrival_s)} after take-off began",
         ),
-        ("Used", numbers.energy(arrival.energy_used_wh)),
+        ("Used", quantity.energy(arrival.energy_used_wh)),
     ]
     if result.assessment is not None:
         item = result.assessment.mission.items[number - 1]
         if item.latitude_deg and item.longitude_deg:
-            place = f"{numbers.decimals(item.latitude_deg, 6)}°, "
-            parts.append(("Place", place + f"{numbers.decimals(item.longitude_deg, 6)}°"))
+            place = f"{quantity.decimals(item.latitude_deg, 6)}°, "
+            parts.append(("Place", place + f"{quantity.decimals(item.longitude_deg, 6)}°"))
         if item.altitude_m is not None:
-            parts.append(("Altitude", f"{numbers.height(item.altitude_m)} in the item's own frame"))
+            parts.append(
+                ("Altitude", f"{quantity.height(item.altitude_m)} in the item's own frame")
+            )
     parts += _found(result, number)
     return Details(title=f"Item {number}: {arrival.command}", parts=tuple(parts))
 

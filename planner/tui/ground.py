@@ -10,15 +10,13 @@ import numpy as np
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from planner.arrays import FloatArray
     from planner.findings import FlightStretch
     from planner.geo.fence import Fence
-    from planner.geo.local_frame import LocalFrame
+    from planner.geo.geodesy import LocalFrame
     from planner.physics.wind import Wind
     from planner.rules.assessment import Assessment
 
-    FloatArray = npt.NDArray[np.float64]
 
 _SAMPLES = 3000
 _MOST_ENDS = 50_000

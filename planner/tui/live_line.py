@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.vehicle import (
     MEASURES_DIFFER_IN_FLIGHT,
     NO_RETURN_IN_FLIGHT,
     RETURN_SOON_IN_FLIGHT,
     SHORT_IN_FLIGHT,
 )
-from planner.link.energy_watch import Concern
+from planner.guard.energy import Concern
 from planner.report.text import against
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.findings import Finding
-    from planner.link.guard_session import GuardStatus
+    from planner.guard.session import GuardStatus
 
 _LATE_S = 2.0
 """A vehicle that was not heard for so long is told of. [s]"""
@@ -50,11 +50,11 @@ def live_line(address: str, status: GuardStatus) -> str:
 
 def _parts(status: GuardStatus) -> Iterator[str]:
     if status.heard_ago_s > _LATE_S:
-        yield f"NOT HEARD for {numbers.duration(status.heard_ago_s)}"
+        yield f"NOT HEARD for {quantity.duration(status.heard_ago_s)}"
     battery = status.state.battery
     charge = None if battery is None else battery.remaining_fraction
     voltage_v = None if battery is None else battery.voltage_v
-    yield "battery not told" if charge is None else f"battery {numbers.percent(charge)}"
+    yield "battery not told" if charge is None else f"battery {quantity.percent(charge)}"
     if voltage_v is not None:
         yield f"{voltage_v:.1f} V"
     if not status.is_flying:
@@ -64,15 +64,15 @@ def _parts(status: GuardStatus) -> Iterator[str]:
         return
     yield "in flight"
     if status.state.position is not None:
-        yield f"{numbers.height(status.state.position.height_above_home_m)} above home"
+        yield f"{quantity.height(status.state.position.height_above_home_m)} above home"
     energy = status.energy
     if energy is None:
         yield "energy not measured"
         return
     yield f"item {energy.progress.item}"
-    yield f"{numbers.duration(energy.progress.time_s)} along"
-    yield f"{numbers.energy(energy.left.energy_wh)} left"
+    yield f"{quantity.duration(energy.progress.time_s)} along"
+    yield f"{quantity.energy(energy.left.energy_wh)} left"
     yield f"at the end {against(energy.finish_margin_wh, 'the reserve')}"
     yield f"home from here {against(energy.return_margin_wh, 'the reserve')}"
     if energy.lead_s is not None:
-        yield f"no return in {numbers.duration(energy.lead_s)}"
+        yield f"no return in {quantity.duration(energy.lead_s)}"

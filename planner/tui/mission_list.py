@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.report.plain_text import printable
-from planner.report.text import headline
+from planner.report.text import headline, printable
 from planner.tui.details import Details
 from planner.tui.rows import MARKS, Column, finding_line
 from planner.tui.verdict import summary
@@ -138,6 +137,6 @@ def tally_text(rows: EntryRows) -> str:
     missions = [entry for entry in rows.entries if not entry.is_folder]
     done = [rows.results[entry.path] for entry in missions if entry.path in rows.results]
     going = sum(not isinstance(one, str) and one.verdict == "go" for one in done)
-    text = f"{numbers.count(len(missions), 'mission')}: {going} GO, {len(done) - going} NO-GO"
+    text = f"{quantity.count(len(missions), 'mission')}: {going} GO, {len(done) - going} NO-GO"
     left = len(missions) - len(done)
     return f"{text}, {left} being checked" if left else text

@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.report.finding_text import said
-from planner.report.plain_text import printable
+from planner.report.text import printable, said
 from planner.service import CheckResult
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy.typing as npt
-
+    from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.flight.segment import ItemArrival, Segment
+    from planner.flight.segments import (
+        ItemArrival,
+        Segment,
+    )
     from planner.service import UnreadableMission
 
-    FloatArray = npt.NDArray[np.float64]
 
 MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
 """Signs of severities, so that colour is never needed."""
@@ -104,13 +104,13 @@ class SegmentRows:
         return (
             str(segment.item),
             str(segment.state),
-            numbers.decimals(segment.start_s, 1),
-            numbers.decimals(segment.duration_s, 1),
-            numbers.decimals(segment.distance_m, 1),
-            numbers.decimals(segment.energy_wh, 3),
-            numbers.decimals(segment.speed_m_s, 1),
-            numbers.decimals(segment.climb_m, 1),
-            "" if stop_m is None else numbers.decimals(stop_m, 1),
+            quantity.decimals(segment.start_s, 1),
+            quantity.decimals(segment.duration_s, 1),
+            quantity.decimals(segment.distance_m, 1),
+            quantity.decimals(segment.energy_wh, 3),
+            quantity.decimals(segment.speed_m_s, 1),
+            quantity.decimals(segment.climb_m, 1),
+            "" if stop_m is None else quantity.decimals(stop_m, 1),
         )
 
     def tone(self, index: int) -> str:  # noqa: ARG002 - as the other rows
@@ -144,8 +144,8 @@ class ItemRows:
             "" if worst is None else MARKS[worst],
             str(arrival.item),
             arrival.command,
-            numbers.duration(arrival.arrival_s),
-            numbers.energy(arrival.energy_used_wh),
+            quantity.duration(arrival.arrival_s),
+            quantity.energy(arrival.energy_used_wh),
         )
 
     def tone(self, index: int) -> str:
@@ -191,7 +191,7 @@ def _width(head: str, values: FloatArray | list[float], digits: int) -> int:
     """Return the cells that the widest of some numbers takes, and its head."""
     known = np.asarray(values)[np.isfinite(values)]
     ends = (float(known.min()), float(known.max())) if len(known) else ()
-    return max(len(head), *(len(numbers.decimals(value, digits)) for value in ends), 0)
+    return max(len(head), *(len(quantity.decimals(value, digits)) for value in ends), 0)
 
 
 def item_rows(result: CheckResult | UnreadableMission) -> ItemRows:

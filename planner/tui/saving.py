@@ -6,12 +6,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import __version__, numbers, service
+from planner import (
+    __version__,
+    quantity,
+    service,
+)
 from planner.errors import UsageError
+from planner.files import write_output_file
+from planner.mission.convert import mission_at_speed
 from planner.mission.files import write_mission
-from planner.mission.one_speed import mission_at_speed
-from planner.output_file import write_output_file
-from planner.report.json_report import check_json
+from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text
 
@@ -64,7 +68,7 @@ def save_parts(split: Split, folder: Path, *, replace: bool = False) -> str:
     from planner.fixes.split import write_split
 
     write_split(split, folder, force=replace)
-    return f"{numbers.count(len(split.parts), 'part')} in {folder}"
+    return f"{quantity.count(len(split.parts), 'part')} in {folder}"
 
 
 def save(checked: Checked, name: str, *, replace: bool = False) -> str:
@@ -132,9 +136,9 @@ def _save_mission(checked: Checked, path: Path) -> str:
         if speed_m_s is not None:
             mission = mission_at_speed(mission, speed_m_s)
         items, losses = len(mission.items), write_mission(mission, path)
-    flown = "" if speed_m_s is None else f" at {numbers.speed(speed_m_s)}"
-    lost = f"; not the same in it: {numbers.count(len(losses), 'thing')}" if losses else ""
-    return f"{path}: the mission{flown}, {numbers.count(items, 'item')}{lost}"
+    flown = "" if speed_m_s is None else f" at {quantity.speed(speed_m_s)}"
+    lost = f"; not the same in it: {quantity.count(len(losses), 'thing')}" if losses else ""
+    return f"{path}: the mission{flown}, {quantity.count(items, 'item')}{lost}"
 
 
 class FileThereError(UsageError):

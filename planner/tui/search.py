@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.frozen import frozen
-from planner.report.plain_text import printable
+from planner.report.text import printable
 from planner.service import CheckResult
 from planner.tui.rows import MARKS, Column
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding, Severity
-    from planner.flight.segment import ItemArrival
+    from planner.flight.segments import ItemArrival
     from planner.service import UnreadableMission
 
 MOST_HITS = 200

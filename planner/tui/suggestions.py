@@ -6,7 +6,7 @@ import math
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.cli.setting_text import setting_text
 from planner.errors import MavjouleError
 from planner.findings import Severity
@@ -134,13 +134,13 @@ def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     mission, vehicle, options = check_inputs(checked, result.assessment)
     split = split_mission(mission, vehicle, **options)
     if len(split.parts) > 1:
-        flights = numbers.count(len(split.parts), "flight")
+        flights = quantity.count(len(split.parts), "flight")
         energy_wh = sum(part.result.totals.energy_wh for part in split.parts)
         yield Suggestion(
             text=f"split into {flights}",
             changes=(),
             is_go=True,  # each part was checked as it reads back
-            outcome=f"together {numbers.energy(energy_wh)}",
+            outcome=f"together {quantity.energy(energy_wh)}",
             split=split,
         )
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.frozen import frozen
-from planner.report.finding_text import closing_line
-from planner.report.plain_text import printable
-from planner.report.text import against, caveat, headline
+from planner.report.text import against, caveat, closing_line, headline, printable
 from planner.rules.energy import destination_name, place_along
 from planner.service import CheckResult
 
@@ -52,7 +50,7 @@ def summary(result: CheckResult | UnreadableMission) -> Summary:
 def _tightest(way: ReturnBudget) -> str:
     where = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
     text = (
-        f"Tightest return: {where}, {numbers.energy(way.energy_home_wh)} to get "
+        f"Tightest return: {where}, {quantity.energy(way.energy_home_wh)} to get "
         f"{destination_name(way.destination)}"
     )
     return text if way.margin_wh is None else f"{text}, {against(way.margin_wh, 'the reserve')}"
@@ -78,10 +76,10 @@ def differences(
         return tuple(lines)
     was, then = base.totals, now.totals
     pairs: list[tuple[str, float | None, float | None, Callable[[float | None], str]]] = [
-        ("Time", was.time_s, then.time_s, numbers.duration),
-        ("Energy", was.energy_wh, then.energy_wh, numbers.energy),
-        ("Margin", _margin_wh(base), _margin_wh(now), numbers.energy),
-        ("Way home", _return_wh(base), _return_wh(now), numbers.energy),
+        ("Time", was.time_s, then.time_s, quantity.duration),
+        ("Energy", was.energy_wh, then.energy_wh, quantity.energy),
+        ("Margin", _margin_wh(base), _margin_wh(now), quantity.energy),
+        ("Way home", _return_wh(base), _return_wh(now), quantity.energy),
     ]
     for name, before, after, shown in pairs:
         if before is None or after is None or math.isnan(before) or math.isnan(after):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def _length_problems(raw: Mapping[str, Any], first: str, second: str) -> Problem
     if len(raw[first]) != len(raw[second]):
         yield (
             second,
-            f"has {numbers.count(len(raw[second]), 'value')}, {first} has {len(raw[first])}",
+            f"has {quantity.count(len(raw[second]), 'value')}, {first} has {len(raw[first])}",
         )
 
 
@@ -191,7 +191,7 @@ def log_problems(raw: Mapping[str, Any]) -> Problems:
     """Yield what is wrong with the list of logs."""
     logs, hashes = raw.get("logs", ()), raw.get("logs_sha256", ())
     if hashes and len(hashes) != len(logs):
-        yield "logs_sha256", f"has {numbers.count(len(hashes), 'value')}, logs has {len(logs)}"
+        yield "logs_sha256", f"has {quantity.count(len(hashes), 'value')}, logs has {len(logs)}"
     if any(len(entry) != 64 or set(entry) - set("0123456789abcdef") for entry in hashes):
         yield "logs_sha256", "must hold 64 lower-case hexadecimal digits for each log"
 

@@ -6,7 +6,7 @@ import re
 import tomllib
 from typing import Any
 
-from planner import numbers
+from planner import quantity
 from planner.errors import VehicleFileError, described, shortened
 from planner.findings import Place
 from planner.vehicle.schema import SCHEMA_VERSION, VERSION
@@ -99,7 +99,9 @@ def single_problem(message: str, *, source: str) -> VehicleFileError:
 def file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
     """Return the error of a file with problems (key, what is wrong); at least one."""
     key, message = problems[0]
-    more = f" (and {numbers.count(len(problems) - 1, 'more problem')})" if len(problems) > 1 else ""
+    more = (
+        f" (and {quantity.count(len(problems) - 1, 'more problem')})" if len(problems) > 1 else ""
+    )
     return VehicleFileError(
         message + more,
         source=source,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    FloatArray: TypeAlias = npt.NDArray[np.float64]
+    from planner.arrays import FloatArray
 
 
 @frozen

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.errors import UsageError
-from planner.output_file import write_output_file
+from planner.files import write_output_file
 from planner.vehicle.battery_schema import BATTERY
 from planner.vehicle.keys import Interval
 from planner.vehicle.law_tables import cruise_table, hover_table

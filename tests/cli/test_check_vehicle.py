@@ -8,7 +8,7 @@ from virtual_vehicle import PX4, VirtualLine, VirtualVehicle, wire_item
 
 from planner.cli.main import main
 from planner.link import pymavlink_link
-from planner.link.mission_kind import MissionKind
+from planner.link.mission_transfer import MissionKind
 
 URL = "udp:127.0.0.1:14550"
 _SOMEWHERE = {"x": 500_000_000, "y": 200_000_000}

@@ -12,8 +12,7 @@ from planner.cli.requests import check_request, fleet_request, report_request
 from planner.cli.settings import SETTINGS
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
-from planner.flight.conditions import Conditions
-from planner.flight.spread import Spread
+from planner.flight.conditions import Conditions, Spread
 from planner.physics.wind import Wind
 
 if TYPE_CHECKING:

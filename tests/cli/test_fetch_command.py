@@ -9,7 +9,7 @@ from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_it
 import planner
 from planner.cli.main import main
 from planner.link import pymavlink_link
-from planner.link.mission_kind import MissionKind
+from planner.link.mission_transfer import MissionKind
 from planner.vehicle.parameters.files import read_parameters
 
 if TYPE_CHECKING:

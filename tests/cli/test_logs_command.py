@@ -8,8 +8,11 @@ from virtual_vehicle import VirtualLine, VirtualVehicle
 
 from planner.cli.main import main
 from planner.link import pymavlink_link
-from planner.link.file_checksum import crc32_of
-from planner.link.message import Message, message
+from planner.link.codec import (
+    Message,
+    message,
+)
+from planner.link.files import crc32_of
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner.cli import quantities
-from planner.flight.spread import Spread
+from planner.flight.conditions import Spread
 from planner.physics.wind import Wind
 
 if TYPE_CHECKING:

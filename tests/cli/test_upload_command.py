@@ -13,8 +13,11 @@ from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_it
 from planner.cli import upload as upload_module
 from planner.cli.main import main
 from planner.link import pymavlink_link
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import MESSAGES, Purpose
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import (
+    MESSAGES,
+    Purpose,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,7 +14,7 @@ from planner.errors import UsageError
 from planner.fixes.speed import predict_speed_curve
 from planner.flight.prediction import predict_flight
 from planner.geo.fence import Fence
-from planner.mission.one_speed import route_at_speed
+from planner.mission.convert import route_at_speed
 from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
 

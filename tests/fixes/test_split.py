@@ -18,9 +18,8 @@ from planner.autopilot import Autopilot
 from planner.errors import OutputError, SplitError, UsageError
 from planner.fixes.split import Split, split_mission, write_split
 from planner.geo.fence import Fence, FenceCircle, RallyPoint
-from planner.mission.parts import possible_cuts
-from planner.mission.plan import read_plan_text
-from planner.mission.steps import make_steps
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.parts import make_steps, possible_cuts
 from planner.physics.wind import Wind
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import (
@@ -239,7 +238,7 @@ def test_all_parts_are_written_or_none(tmp_path: Path, monkeypatch: pytest.Monke
             raise OutputError(msg)
         path.write_text(text, encoding="utf-8")
 
-    monkeypatch.setattr("planner.output_file.write_output_file", fails)
+    monkeypatch.setattr("planner.files.write_output_file", fails)
     empty = tmp_path / "empty"
     with pytest.raises(OutputError, match="no room"):
         write_split(split, empty)

@@ -25,19 +25,17 @@ from made_terrain import ground
 from planner.fleet.approach import ACCURACY_M, closest_approach
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
 from planner.fleet.trajectory import AT_REST_S, Trajectory, make_trajectory, part_of_cubic
-from planner.geo.local_frame import LocalFrame
+from planner.geo.geodesy import LocalFrame
 from planner.service import check
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy.typing as npt
-
+    from planner.arrays import FloatArray
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
 
-    FloatArray = npt.NDArray[np.float64]
 
 VEHICLES = ("falkowski-2023-quadrotor", "arducopter-sitl-quad", "px4-sih-quad")
 ROUNDING_M = 1e-6

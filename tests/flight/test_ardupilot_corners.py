@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
-from planner.flight.motion.speed_ramps import speed_ramps
+from planner.flight.motion.ardupilot.legs import (
+    Corners,
+    half_overlap_s,
+)
+from planner.flight.motion.s_curve import speed_ramps
 
 
 def corner(

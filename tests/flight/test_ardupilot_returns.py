@@ -11,7 +11,10 @@ from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s
 
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.flight import ardupilot_ways_home
-from planner.mission.stage import Stage, StageKind
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 

@@ -7,7 +7,7 @@ import pytest
 from ardupilot_missions import fly, go, stage, takeoff, time_s
 from ardupilot_times import leg_s
 
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 
 def test_a_spline_through_points_on_a_line_is_a_leg_with_half_the_acceleration() -> None:

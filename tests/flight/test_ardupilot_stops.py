@@ -14,16 +14,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
-from planner.flight.motion.ardupilot.stops import stopping_distance_m
-from planner.flight.state import STATE_INDEX, FlightState
-from planner.mission.stage import StageKind
+from planner.flight.motion.ardupilot.legs import stopping_distance_m
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
+from planner.mission.route.stage import StageKind
 from planner.physics.response import TransferFunction
 from planner.vehicle.model import ManoeuvreResponse, Responses
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray, Motion
-    from planner.mission.stage import Stage
+    from planner.arrays import FloatArray
+    from planner.flight.motion.kinematics import Motion
+    from planner.mission.route.stage import Stage
 
 STEP_S = 1e-3
 

@@ -9,8 +9,11 @@ import pytest
 from ardupilot_missions import DEFAULTS, go, stage, takeoff, took_s
 
 from planner.flight.motion.ardupilot.flight import fly_ardupilot
-from planner.flight.state import STATES
-from planner.mission.stage import Stage, StageKind
+from planner.flight.motion.kinematics import STATES
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.physics.wind import Wind
 
 if TYPE_CHECKING:

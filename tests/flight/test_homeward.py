@@ -17,14 +17,14 @@ from planner.flight.prediction import predict_flight
 from planner.flight.return_profile import return_profile
 from planner.flight.return_search import ReturnSearch
 from planner.geo.fence import RallyPoint
-from planner.mission.route import make_route
+from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray
+    from planner.arrays import FloatArray
     from planner.mission.items import Mission
     from planner.vehicle.parameters.resolve import FlightParameters
 

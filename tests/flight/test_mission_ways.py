@@ -37,7 +37,7 @@ from planner.vehicle.parameters.files import (
 )
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray
+    from planner.arrays import FloatArray
     from planner.mission.items import Mission, MissionItem
     from planner.rules.assessment import Assessment
     from planner.service import CheckResult

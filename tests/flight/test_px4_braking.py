@@ -11,11 +11,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from stepped_point import leg_time_s
 
+from planner.flight.motion.kinematics import (
+    STATES,
+    FlightState,
+)
 from planner.flight.motion.px4.flight import fly_px4
-from planner.flight.motion.px4.laws import BrakeLaw, wright_omega
-from planner.flight.motion.px4.ramps import Ramps, ramp_time_s
-from planner.flight.motion.px4.speeds import allowed_speed_m_s, braking_distance_m, braking_time_s
-from planner.flight.state import STATES, FlightState
+from planner.flight.motion.px4.pieces import (
+    BrakeLaw,
+    wright_omega,
+)
+from planner.flight.motion.px4.speeds import (
+    Ramps,
+    allowed_speed_m_s,
+    braking_distance_m,
+    braking_time_s,
+    ramp_time_s,
+)
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()

@@ -12,7 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.px4.flight import fly_px4
-from planner.mission.stage import Stage, StageKind
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()

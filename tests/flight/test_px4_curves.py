@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.px4.curves import Curves
+from planner.flight.motion.px4.pieces import Curves
 
 
 def curve(

@@ -15,6 +15,7 @@ from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4, px4_ways_home
 from planner.flight.motion.px4.speeds import (
     allowed_speed_m_s,
@@ -22,8 +23,10 @@ from planner.flight.motion.px4.speeds import (
     corner_speed_m_s,
     stopping_distance_m,
 )
-from planner.flight.state import STATES
-from planner.mission.stage import Stage, StageKind
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.physics.wind import Wind
 from planner.vehicle.parameters.px4 import Px4Parameters
 

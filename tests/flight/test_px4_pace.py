@@ -16,8 +16,8 @@ from scipy.stats import norm
 
 from planner.autopilot import Autopilot
 from planner.flight.motion.px4.flight import fly_px4
-from planner.flight.motion.px4.pace import Pace
-from planner.mission.stage import StageKind
+from planner.flight.motion.px4.pieces import Pace
+from planner.mission.route.stage import StageKind
 from planner.service import check
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters

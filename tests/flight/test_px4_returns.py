@@ -10,11 +10,14 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 
 from planner.flight.conditions import Conditions
+from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4, px4_ways_home
-from planner.flight.motion.px4.returns import return_heights_m
+from planner.flight.motion.px4.moves import return_heights_m
 from planner.flight.pilot import make_pilot
-from planner.flight.state import STATES
-from planner.mission.stage import Stage, StageKind
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters
 

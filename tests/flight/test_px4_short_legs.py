@@ -19,7 +19,7 @@ from planner.flight.motion.px4.flight import fly_px4
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
-    from planner.mission.stage import Stage
+    from planner.mission.route.stage import Stage
 
 PX4 = Px4Parameters()
 J, R, BAND = 4.0, 2.0, 0.8

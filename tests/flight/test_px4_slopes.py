@@ -12,12 +12,12 @@ from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4
-from planner.flight.state import STATES
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
-    from planner.mission.stage import Stage
+    from planner.mission.route.stage import Stage
 
 PX4 = Px4Parameters()
 

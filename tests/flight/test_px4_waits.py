@@ -10,10 +10,13 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 from stepped_point import leg_time_s
 
+from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.motion.px4.speeds import yaw_time_s
-from planner.flight.state import STATES
-from planner.mission.stage import Stage, StageKind
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()

@@ -10,10 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.ramps import fly_ramps
-from planner.flight.motion.step_legs import Legs
-from planner.flight.state import STATES
-from planner.mission.stage import Stage, StageKind
+from planner.flight.motion.steps import Legs
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.model import Ramps
 
 RAMPS = Ramps(

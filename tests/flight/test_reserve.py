@@ -6,7 +6,7 @@ import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.cli.quantities import reserve as read_reserve
-from planner.flight.reserve import Reserve
+from planner.flight.budget import Reserve
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.s_curve import SCurves, s_curves
-from planner.flight.motion.speed_ramps import speed_ramps
+from planner.flight.motion.s_curve import SCurves, s_curves, speed_ramps
 
 RISES = st.sampled_from([0.0, 0.2, 0.3, 0.6])
 SPEEDS = st.floats(0.2, 20.0)

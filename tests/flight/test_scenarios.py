@@ -12,17 +12,21 @@ from made_missions import HOME, item, mission, north, rtl, takeoff
 from scipy.stats import binom, t
 
 from planner.autopilot import Autopilot
-from planner.flight import weather
-from planner.flight.conditions import Conditions
+from planner.flight import uncertainty
+from planner.flight.conditions import Conditions, Spread
 from planner.flight.destination import make_destinations
-from planner.flight.draws import DRAWS, Draws, make_draws
 from planner.flight.homeward import Homeward, make_homeward
+from planner.flight.motion.kinematics import STATES
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight, segment_energy_j
-from planner.flight.scenarios import predict_energy_band, predict_scenarios
-from planner.flight.spread import Spread
-from planner.flight.state import STATES
-from planner.mission.route import make_route
+from planner.flight.uncertainty import (
+    DRAWS,
+    Draws,
+    make_draws,
+    predict_energy_band,
+    predict_scenarios,
+)
+from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.service import CheckResult, check
 from planner.vehicle.battery import Battery
@@ -319,7 +323,7 @@ def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
     spread = replace(EXACT, energy_fraction=0.05)
     first = checked(SURVEYOR, spread=spread, wind=WINDY)
     assert checked(SURVEYOR, spread=spread, wind=WINDY).totals == first.totals
-    monkeypatch.setattr(weather, "_ROWS_AT_ONCE", 37)
+    monkeypatch.setattr(uncertainty, "_ROWS_AT_ONCE", 37)
     again = checked(SURVEYOR, spread=spread, wind=WINDY)
     # sums of products in another order
     assert again.totals.energy_wh_p90 == pytest.approx(first.totals.energy_wh_p90, rel=1e-12)

@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.flight.motion.kinematics import KinematicState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+    KinematicState,
+)
 from planner.flight.power import SteadyPower
-from planner.flight.state import STATE_INDEX, FlightState
 from planner.physics.wind import Wind
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Loads, VehicleModel

@@ -9,12 +9,16 @@ from hypothesis import strategies as st
 from sampled_flight import Manoeuvre, SampledVehicle
 
 from planner.flight.conditions import Conditions
+from planner.flight.motion.kinematics import FlightState
 from planner.flight.pilot import StepPilot
 from planner.flight.prediction import Flight, predict_flight
-from planner.flight.state import FlightState
 from planner.flight.trace import sample_trace
-from planner.geo.local_frame import LocalFrame
-from planner.mission.stage import Route, Stage, StageKind
+from planner.geo.geodesy import LocalFrame
+from planner.mission.route.stage import (
+    Route,
+    Stage,
+    StageKind,
+)
 from planner.vehicle.library import load_vehicle
 
 VEHICLE = load_vehicle("falkowski-2023-quadrotor")

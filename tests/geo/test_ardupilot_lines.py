@@ -7,10 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from planner.geo.ardupilot_lines import bow_m, straight_length_m
-from planner.geo.fence import Fence, FencePolygon
-from planner.geo.fence_area import make_fence_area
-from planner.geo.local_frame import LocalFrame
+from planner.geo.fence import Fence, FencePolygon, make_fence_area
+from planner.geo.geodesy import (
+    LocalFrame,
+    bow_m,
+    straight_length_m,
+)
 
 METRES_PER_DEGREE = 111_318.84502145034
 """ArduPilot's LATLON_TO_M: metres in a degree of latitude."""

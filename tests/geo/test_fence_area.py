@@ -13,9 +13,14 @@ from hypothesis import strategies as st
 from pyproj import Geod
 
 from planner.findings import Place, Severity
-from planner.geo.fence import Fence, FenceCircle, FencePolygon
-from planner.geo.fence_area import FenceArea, make_fence_area
-from planner.geo.local_frame import LocalFrame
+from planner.geo.fence import (
+    Fence,
+    FenceArea,
+    FenceCircle,
+    FencePolygon,
+    make_fence_area,
+)
+from planner.geo.geodesy import LocalFrame
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,8 +68,8 @@ def stretches_m(area: FenceArea, east: Sequence[float], north: Sequence[float]) 
 
 def test_a_mission_without_a_fence_does_not_wait_for_shapely_or_rasterio() -> None:
     code = (
-        "import sys, planner.geo.terrain, planner.geo.fence_area as f, planner.geo.fence as v;"
-        "from planner.geo.local_frame import LocalFrame;"
+        "import sys, planner.geo.terrain, planner.geo.fence as f, planner.geo.fence as v;"
+        "from planner.geo.geodesy import LocalFrame;"
         "f.make_fence_area(v.Fence(), LocalFrame(latitude_deg=0.0, longitude_deg=0.0));"
         "print(*{'shapely', 'rasterio', 'pyproj', 'scipy'} & set(sys.modules))"
     )

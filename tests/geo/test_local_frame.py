@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyproj import Geod
 
-from planner.geo.local_frame import LocalFrame
+from planner.geo.geodesy import LocalFrame
 
 GEOD = Geod(ellps="WGS84")
 

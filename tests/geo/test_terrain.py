@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyproj import Geod, Transformer
 
 from planner.errors import ExitCode, TerrainFileError
-from planner.geo.local_frame import LocalFrame
+from planner.geo.geodesy import LocalFrame
 from planner.geo.terrain import TerrainGrid, TerrainTile, read_terrain
 
 if TYPE_CHECKING:

@@ -10,7 +10,10 @@ from simulated_experiment import G1, G2, G3, G4, G5, STEP_S, Model
 
 from planner.errors import IdentificationError
 from planner.identify.arx import ArxModel, Criterion, fit_arx, select_arx
-from planner.identify.manoeuvre import Manoeuvre, ReferenceForm
+from planner.identify.manoeuvres import (
+    Manoeuvre,
+    ReferenceForm,
+)
 from planner.identify.output_error import fit_response
 from planner.identify.structure import MOTION
 

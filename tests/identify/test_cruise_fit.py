@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from planner.errors import IdentificationError
-from planner.identify.cruise import fit_cruise_curve
+from planner.identify.hover import fit_cruise_curve
 from planner.identify.steady import SteadyPower
 
 

@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 from made_record import make_record
 
-from planner.identify.discharges import PackSettings, charge_used_ah, identify_battery
+from planner.identify.battery import (
+    PackSettings,
+    charge_used_ah,
+    identify_battery,
+)
 from planner.identify.outcome import Status
 from planner.physics.battery import open_circuit_voltage_v
 from planner.vehicle.battery import load_chemistry

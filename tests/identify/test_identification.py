@@ -24,8 +24,11 @@ from simulated_experiment import (
 )
 
 from planner.cli.main import main
+from planner.identify.assembly import (
+    IdentificationSettings,
+    Method,
+)
 from planner.identify.identification import identify_vehicle
-from planner.identify.settings import IdentificationSettings, Method
 from planner.vehicle.power import AltitudeLaw, CruisePower
 from planner.vehicle.reader import read_vehicle
 

@@ -14,13 +14,12 @@ from scipy.signal import lfilter
 from simulated_experiment import G4, STEP_S, Model
 
 from planner.errors import IdentificationError
-from planner.identify.manoeuvre import Manoeuvre
-from planner.identify.output_error import fit_response, select_response
-from planner.identify.residuals import Residuals
+from planner.identify.manoeuvres import Manoeuvre
+from planner.identify.output_error import Residuals, fit_response, select_response
 from planner.identify.structure import MOTION, POWER, POWER_WITHOUT_ZERO, Structure
 
 if TYPE_CHECKING:
-    from planner.identify.response_fit import ResponseFit
+    from planner.identify.output_error import ResponseFit
 
 STRUCTURES = {"G1": MOTION, "G2": POWER, "G3": POWER, "G4": MOTION, "G5": POWER_WITHOUT_ZERO}
 TELLING = 0.01

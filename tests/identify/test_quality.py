@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from experiment_manoeuvres import manoeuvres
 
-from planner.identify.manoeuvre import Manoeuvre
+from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.quality import evaluate_model, fit_percent, whiteness
 from planner.physics.response import TransferFunction
 

@@ -13,19 +13,25 @@ from made_record import make_record
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError
 from planner.flight.motion.ramps import fly_ramps
-from planner.flight.motion.step_legs import Legs
+from planner.flight.motion.steps import Legs
+from planner.identify.assembly import IdentificationSettings
 from planner.identify.identification import identify_vehicle
-from planner.identify.manoeuvre_power import (
+from planner.identify.power_states import (
     at_mean_load,
     identify_manoeuvre_power,
     manoeuvre_powers,
 )
-from planner.identify.ramp_fit import fit_ramps, identify_ramps
-from planner.identify.ramp_spread import ramp_spread
-from planner.identify.settings import IdentificationSettings
+from planner.identify.ramps import (
+    fit_ramps,
+    identify_ramps,
+    timed_flight,
+)
+from planner.identify.spread import ramp_spread
 from planner.identify.steady import SteadyPower
-from planner.identify.timed_manoeuvres import timed_flight
-from planner.mission.stage import Stage, StageKind
+from planner.mission.route.stage import (
+    Stage,
+    StageKind,
+)
 from planner.vehicle.model import Ramps
 from planner.vehicle.power import AltitudeLaw, CruisePower
 from planner.vehicle.reader import vehicle_from_toml

@@ -13,8 +13,8 @@ from made_record import make_record
 from scipy.signal import lsim
 
 from planner.autopilot import Autopilot
+from planner.identify.assembly import IdentificationSettings
 from planner.identify.identification import identify_vehicle
-from planner.identify.settings import IdentificationSettings
 from planner.vehicle.reader import vehicle_from_toml
 from planner.vehicle.writer import vehicle_text
 

@@ -16,10 +16,14 @@ from simulated_experiment import (
     fly_vertically,
 )
 
-from planner.flight.state import FlightState
-from planner.identify.commands import Answer, cut_manoeuvres, hold_out
+from planner.flight.motion.kinematics import FlightState
 from planner.identify.hover import fit_altitude_law
-from planner.identify.manoeuvre import ReferenceForm
+from planner.identify.manoeuvres import (
+    Answer,
+    ReferenceForm,
+    cut_manoeuvres,
+    hold_out,
+)
 from planner.identify.output_error import fit_response
 from planner.identify.states import find_states
 from planner.identify.steady import steady_stretches
@@ -27,7 +31,7 @@ from planner.identify.structure import MOTION, POWER
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
-    from planner.identify.manoeuvre import Manoeuvre
+    from planner.identify.manoeuvres import Manoeuvre
     from planner.logs.record import FlightRecord
 
 S = FlightState

@@ -10,9 +10,12 @@ from made_record import make_record
 
 from planner.errors import IdentificationError
 from planner.identify.power_states import identify_power
-from planner.identify.steady import SteadyPower
-from planner.identify.steady_flight import record_air_density_kg_m3, steady_flight
-from planner.identify.steady_map import fit_steady_map
+from planner.identify.steady import (
+    SteadyPower,
+    fit_steady_map,
+    record_air_density_kg_m3,
+    steady_flight,
+)
 from planner.physics.rotor import momentum_power_w
 from planner.vehicle.power import (
     AltitudeLaw,

@@ -10,9 +10,8 @@ from made_record import make_record
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, UsageError
-from planner.flight.state import FlightState
-from planner.identify.stops import find_stops
-from planner.identify.verification import KnownConditions, Verification, verify_flight
+from planner.flight.motion.kinematics import FlightState
+from planner.identify.verification import KnownConditions, Verification, find_stops, verify_flight
 from planner.logs.record import FlightRecord, LoggedHome, LoggedItem
 from planner.vehicle.library import load_vehicle
 

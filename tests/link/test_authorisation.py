@@ -8,19 +8,21 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.link.authorisation import (
+from planner.guard.authorisation import (
     ArmAnswer,
     ArmRequest,
     ArmResult,
     DenialReason,
+    MavsdkAuthoriser,
     acknowledgement_fields,
     arming_settings,
 )
-from planner.link.codec import Codec
+from planner.link.codec import Codec, message
 from planner.link.heartbeats import Heard
-from planner.link.mavsdk_authoriser import MavsdkAuthoriser
-from planner.link.message import message
-from planner.link.outgoing import Gate, Purpose
+from planner.link.parameters import (
+    Gate,
+    Purpose,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

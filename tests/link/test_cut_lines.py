@@ -13,19 +13,19 @@ from planner.autopilot import Autopilot
 from planner.cli.main import main
 from planner.errors import LinkError
 from planner.link import pymavlink_link
+from planner.link.exchange import LinkSettings
 from planner.link.mission_items import mission_of_lists
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
 from planner.link.upload import BrokenUploadError, upload_mission
-from planner.mission.comparison import compare_missions
+from planner.mission.compare import compare_missions
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.link.simulated.memory_line import MemoryLine
     from planner.mission.items import Mission
+    from planner.simulator.lines import MemoryLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

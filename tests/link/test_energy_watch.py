@@ -10,8 +10,9 @@ import pytest
 from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 
 from planner.flight.progress import MeasuredPlace
-from planner.link.energy_left import BatteryMeter, BatteryReading
-from planner.link.energy_watch import (
+from planner.guard.energy import (
+    BatteryMeter,
+    BatteryReading,
     Concern,
     EnergyState,
     EnergyWarning,

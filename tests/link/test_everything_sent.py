@@ -14,8 +14,7 @@ from planner.autopilot import Autopilot
 from planner.cli.main import main
 from planner.link import pymavlink_link
 from planner.link.address import read_address
-from planner.link.codec import Codec
-from planner.link.newer_messages import LAYOUTS
+from planner.link.codec import LAYOUTS, Codec
 from planner.live import LinkRequest
 from planner.live_watch import watch_vehicle
 from planner.service import CheckRequest
@@ -23,10 +22,10 @@ from planner.service import CheckRequest
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.link.guard_session import GuardStatus
-    from planner.link.message import Message
-    from planner.link.simulated.memory_line import MemoryLine
+    from planner.guard.session import GuardStatus
+    from planner.link.codec import Message
     from planner.link.vehicle import VehicleSnapshot
+    from planner.simulator.lines import MemoryLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

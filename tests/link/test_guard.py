@@ -9,9 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.findings import Finding, Severity
-from planner.link.authorisation import ArmRequest, ArmResult, DenialReason
-from planner.link.guard import Guard
-from planner.link.guarding import (
+from planner.guard.authorisation import (
+    ArmRequest,
+    ArmResult,
+    DenialReason,
+    Judgement,
+    Verdict,
+    go_judgement,
+    no_go_judgement,
+    unknown_judgement,
+)
+from planner.guard.guard import (
     READ_PARTS,
     Action,
     Announce,
@@ -21,6 +29,7 @@ from planner.link.guarding import (
     CheckVehicle,
     Decision,
     Event,
+    Guard,
     GuardSettings,
     Heard,
     Judged,
@@ -30,13 +39,6 @@ from planner.link.guarding import (
     ReadParts,
     Status,
     Unread,
-)
-from planner.link.judgement import (
-    Judgement,
-    Verdict,
-    go_judgement,
-    no_go_judgement,
-    unknown_judgement,
 )
 
 TOLD_PARTS = (Part.HOME, Part.BATTERY)

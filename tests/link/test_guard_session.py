@@ -11,21 +11,27 @@ from virtual_vehicle import ARDUPILOT, VirtualLine, wire_item
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.link.guard_session import GuardSession, GuardStatus
-from planner.link.guarding import Decision, GuardSettings
-from planner.link.message import message
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.guard.guard import (
+    Decision,
+    GuardSettings,
+)
+from planner.guard.session import (
+    GuardSession,
+    GuardStatus,
+)
+from planner.link.codec import message
+from planner.link.exchange import LinkSettings
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
 from planner.live_guard import judge_vehicle
 from planner.service import CheckRequest
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    from planner.link.energy_watch import Prediction
-    from planner.link.judgement import Judgement
-    from planner.link.message import Message
+    from planner.guard.authorisation import Judgement
+    from planner.guard.energy import Prediction
+    from planner.link.codec import Message
     from planner.link.vehicle import VehicleSnapshot
 
 ACCEPTED, FOR_NOW, DENIED = 0, 1, 2

@@ -11,23 +11,28 @@ from simulated_vehicles import BATTERY, WIND, memory_line
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
 from planner.flight.conditions import Conditions
-from planner.link.guard_session import GuardSession, GuardStatus
-from planner.link.guarding import Decision, GuardSettings
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.guard.guard import (
+    Decision,
+    GuardSettings,
+)
+from planner.guard.session import (
+    GuardSession,
+    GuardStatus,
+)
+from planner.link.exchange import LinkSettings
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
-from planner.link.simulated.arming import ArmingState
 from planner.live_guard import judge_vehicle
-from planner.report.guard_text import energy_text
+from planner.report.vehicle import energy_text
 from planner.service import CheckRequest
+from planner.simulator.arming import ArmingState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from planner.link.simulated.memory_line import MemoryLine
-    from planner.link.simulated.vehicle import SimulatedVehicle
-    from planner.link.simulated.wire import Passed
+    from planner.simulator.lines import MemoryLine, Passed
+    from planner.simulator.vehicle import SimulatedVehicle
 
 CHECK = CheckRequest(
     vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND)

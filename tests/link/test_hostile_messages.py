@@ -12,16 +12,22 @@ from hypothesis import strategies as st
 from virtual_vehicle import wire_item
 
 from planner.errors import LinkError
-from planner.link.codec import Codec
-from planner.link.guard_session import GuardSession, GuardStatus
-from planner.link.guarding import GuardSettings
-from planner.link.judgement import unknown_judgement
-from planner.link.log_files import fetch_log_list
-from planner.link.message import Message, message
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.guard.authorisation import unknown_judgement
+from planner.guard.guard import GuardSettings
+from planner.guard.session import (
+    GuardSession,
+    GuardStatus,
+)
+from planner.link.codec import (
+    Codec,
+    Message,
+    message,
+)
+from planner.link.exchange import LinkSettings
+from planner.link.logs import fetch_log_list
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
 from planner.link.telemetry import Telemetry
 
 if TYPE_CHECKING:

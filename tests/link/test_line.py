@@ -18,24 +18,22 @@ from virtual_vehicle import VirtualLine, VirtualVehicle
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
 from planner.link.address import LinkAddress, LinkKind, read_address
-from planner.link.codec import Codec
+from planner.link.codec import Codec, message
 from planner.link.connection import Connection
-from planner.link.line import open_line
-from planner.link.line_errors import opening_error
-from planner.link.message import message
-from planner.link.mission_kind import MissionKind
+from planner.link.exchange import LinkSettings
+from planner.link.line import open_line, opening_error
+from planner.link.mission_transfer import MissionKind
 from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
-from planner.link.settings import LinkSettings
-from planner.link.simulated.runner import SimulationRunner
 from planner.live import LinkRequest, fetch_logs, fetch_vehicle
 from planner.simulation import open_simulation
+from planner.simulator.runner import SimulationRunner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from planner.link.codec import Message
     from planner.link.line import Line
-    from planner.link.message import Message
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

@@ -11,17 +11,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import LinkError
-from planner.link.chunks import ChunkStream
-from planner.link.file_packet import FileNumbers, FilePacket, Operation
-from planner.link.file_transfer import FileDownload, FileRefusedError, FolderListing
-from planner.link.log_transfer import LogDownload, LogListing, VehicleLog
-from planner.link.message import Message
-from planner.link.settings import LinkSettings
+from planner.link.codec import Message
+from planner.link.exchange import LinkSettings
+from planner.link.files import (
+    ChunkStream,
+    FileDownload,
+    FileNumbers,
+    FilePacket,
+    FileRefusedError,
+    FolderListing,
+    Operation,
+)
+from planner.link.logs import (
+    LogDownload,
+    LogListing,
+    VehicleLog,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.link.message import Transfer
+    from planner.link.codec import Transfer
 
 CONTENT = random.Random(3).randbytes(20_001)
 LOG = VehicleLog(name="a.bin", size_bytes=len(CONTENT), number=4)

@@ -1,6 +1,6 @@
 """Our client against a vehicle that MAVSDK's server plugins make: another implementation's.
 
-Its files are those of every simulated vehicle: see `planner.link.simulated.file_server`.
+Its files are those of every simulated vehicle: see `planner.simulator.servers`.
 """
 
 from __future__ import annotations
@@ -29,9 +29,8 @@ from simulated_vehicles import free_port
 from virtual_vehicle import waypoints
 
 from planner.link.address import LinkAddress, LinkKind
-from planner.link.mission_kind import MissionKind
-from planner.link.mission_transfer import UploadOutcome
-from planner.link.outgoing import Purpose
+from planner.link.mission_transfer import MissionKind, UploadOutcome
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
 
 if TYPE_CHECKING:

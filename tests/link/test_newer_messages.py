@@ -10,10 +10,16 @@ from hypothesis import strategies as st
 from mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 
-from planner.link.codec import Codec
-from planner.link.message import message
-from planner.link.newer_messages import EXTENSIONS, LAYOUTS
-from planner.link.outgoing import Gate, Purpose
+from planner.link.codec import (
+    EXTENSIONS,
+    LAYOUTS,
+    Codec,
+    message,
+)
+from planner.link.parameters import (
+    Gate,
+    Purpose,
+)
 
 _TYPES = {"I": "uint32_t", "H": "uint16_t", "B": "uint8_t"}
 DEADLINE_S = 10.0

@@ -11,19 +11,29 @@ from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence
-from planner.link.message import Message
-from planner.link.objections import is_event_rejection, is_rejection, objections
-from planner.link.outgoing import Purpose
+from planner.link.codec import Message
+from planner.link.exchange import LinkSettings
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
 from planner.link.telemetry import Telemetry
-from planner.link.upload import UploadResult, upload_mission
-from planner.link.vehicle import StatusText
-from planner.link.vehicle_events import EventRecord, EventRequest, VehicleEvent, event_number
+from planner.link.upload import (
+    UploadResult,
+    is_event_rejection,
+    is_rejection,
+    objections,
+    upload_mission,
+)
+from planner.link.vehicle import (
+    EventRecord,
+    EventRequest,
+    StatusText,
+    VehicleEvent,
+    event_number,
+)
 
 if TYPE_CHECKING:
-    from planner.link.simulated.memory_line import MemoryLine
     from planner.mission.items import Mission
+    from planner.simulator.lines import MemoryLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 NEW = mission(takeoff(35.0), waypoint(400.0, 35.0), rtl())

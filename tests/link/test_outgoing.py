@@ -9,10 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from planner.link.codec import Codec
-from planner.link.message import message
-from planner.link.newer_messages import LAYOUTS
-from planner.link.outgoing import COMMANDS, FILE_OPERATIONS, MESSAGES, Gate, Purpose
+from planner.link.codec import LAYOUTS, Codec, message
+from planner.link.parameters import (
+    COMMANDS,
+    FILE_OPERATIONS,
+    MESSAGES,
+    Gate,
+    Purpose,
+)
 
 FORBIDDEN = {
     *("SET_MODE", "PARAM_SET", "PARAM_EXT_SET", "COMMAND_INT", "MANUAL_CONTROL"),

@@ -6,16 +6,20 @@ import pytest
 from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
-from planner.link.guarding import Part, Read, ReadParts, Unread
-from planner.link.mission_kind import MissionKind
-from planner.link.part_reader import PartReader
+from planner.guard.guard import (
+    Part,
+    Read,
+    ReadParts,
+    Unread,
+)
+from planner.guard.vehicle_watch import PartReader, VehicleWatch
+from planner.link.exchange import LinkSettings
+from planner.link.mission_transfer import MissionKind
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
 from planner.link.snapshot import read_vehicle
-from planner.link.vehicle_watch import VehicleWatch
 
 if TYPE_CHECKING:
-    from planner.link.simulated.wire import Passed
+    from planner.simulator.lines import Passed
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 ALL = ReadParts(parts=(Part.MISSION, Part.FENCE, Part.RALLY, Part.PARAMETERS))

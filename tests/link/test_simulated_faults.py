@@ -11,16 +11,25 @@ from simulated_vehicles import memory_line, request, vehicle, wire
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
-from planner.link.codec import Codec
-from planner.link.message import Message, message
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.link.codec import (
+    Codec,
+    Message,
+    message,
+)
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.simulated.fault_text import read_faults
-from planner.link.simulated.faults import Direction, DirectionFaults
-from planner.link.simulated.memory_line import MemoryLine
-from planner.link.simulated.wire import Passed, is_transfer
 from planner.simulation import make_simulated_wire
+from planner.simulator.faults import (
+    Direction,
+    DirectionFaults,
+    read_faults,
+)
+from planner.simulator.lines import (
+    MemoryLine,
+    Passed,
+    is_transfer,
+)
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

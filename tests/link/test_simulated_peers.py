@@ -21,7 +21,7 @@ from simulated_vehicles import free_port, memory_line, request, vehicle
 
 from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
-from planner.link.mission_kind import MissionKind
+from planner.link.mission_transfer import MissionKind
 from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
 from planner.simulation import open_simulation
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from planner.link.simulated.vehicle import SimulatedVehicle
-    from planner.link.simulated.wire import Passed
+    from planner.simulator.lines import Passed
+    from planner.simulator.vehicle import SimulatedVehicle
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

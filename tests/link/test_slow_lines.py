@@ -8,10 +8,9 @@ from virtual_vehicle import VirtualLine, VirtualVehicle, waypoints
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.link.mission_kind import MissionKind
+from planner.link.exchange import LinkSettings, Retransmission
+from planner.link.mission_transfer import MissionKind
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.retransmission import Retransmission
-from planner.link.settings import LinkSettings
 from planner.link.snapshot import read_vehicle
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

@@ -12,11 +12,11 @@ from virtual_vehicle import wire_item
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
-from planner.link.mission_kind import MissionKind
-from planner.link.outgoing import Purpose
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.simulated.stored_items import stored_item
 from planner.link.upload import upload_mission
+from planner.simulator.mission_server import stored_item
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

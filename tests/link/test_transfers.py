@@ -8,13 +8,14 @@ from hypothesis import strategies as st
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoints, wire_item
 
 from planner.errors import LinkError
-from planner.link.message import Message, Transfer
-from planner.link.mission_kind import MissionKind
-from planner.link.mission_transfer import MissionDownload, MissionUpload, UploadOutcome
-from planner.link.outgoing import Purpose
-from planner.link.parameter_transfer import ParameterDownload
+from planner.link.codec import (
+    Message,
+    Transfer,
+)
+from planner.link.exchange import LinkSettings
+from planner.link.mission_transfer import MissionDownload, MissionKind, MissionUpload, UploadOutcome
+from planner.link.parameters import ParameterDownload, Purpose
 from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.settings import LinkSettings
 
 PARAMETERS = {
     **{f"P{n:03}": (float(n), 9) for n in range(60)},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.logs.clock import Clock
+from planner.logs.series import Clock
 
 
 def _clock(times: list[float]) -> Clock:

@@ -11,16 +11,21 @@ from pymavlink.dialects.v20 import ardupilotmega, common
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.mission.command_support import (
+from planner.mission.commands import (
     EFFECTS,
+    Command,
     CommandEffect,
     Support,
     command_effect,
+    command_name,
+    load_command_table,
     support,
 )
-from planner.mission.commands import Command, command_name, load_command_table
-from planner.mission.route import make_route
-from planner.mission.stage import Route, StageKind
+from planner.mission.route.route import make_route
+from planner.mission.route.stage import (
+    Route,
+    StageKind,
+)
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem

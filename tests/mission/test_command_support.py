@@ -3,14 +3,15 @@ from __future__ import annotations
 import pytest
 
 from planner.autopilot import Autopilot
-from planner.mission.command_support import (
+from planner.mission.commands import (
     SOURCES,
+    Command,
     CommandEffect,
     Support,
     command_effect,
+    load_command_table,
     support,
 )
-from planner.mission.commands import Command, load_command_table
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ import pytest
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
-from planner.mission.comparison import compare_missions
-from planner.mission.difference import DifferenceKind
+from planner.mission.compare import DifferenceKind, compare_missions
 from planner.mission.items import Mission, MissionFormat, MissionItem
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

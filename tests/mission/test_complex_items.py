@@ -15,14 +15,14 @@ from plan_text import LANDING, STRUCTURE_SCAN, SURVEY, plan_of, simple_item
 from planner.errors import MissionFileError
 from planner.findings import Severity
 from planner.geo.geodesy import distance_m
-from planner.mission.plan import read_plan_text
-from planner.mission.survey_grid import (
+from planner.mission.expand.survey import (
     EntryCorner,
     begun_nearest,
     in_alternation,
     make_transects_m,
     to_and_fro,
 )
+from planner.mission.formats.plan import read_plan_text
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem

@@ -20,11 +20,11 @@ from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OutputError, UsageError
 from planner.geo.fence import RallyPoint
 from planner.mission.commands import Command
-from planner.mission.conversion import convert_mission
+from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import MissionFormat
-from planner.mission.plan import read_plan_text
-from planner.mission.wpl import read_wpl
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -3,9 +3,12 @@ from __future__ import annotations
 import pytest
 
 from planner.geo.fence import FenceCircle, FencePolygon, RallyPoint
-from planner.mission.fence_items import make_fence, make_rally_points
+from planner.mission.formats.fence_items import (
+    make_fence,
+    make_rally_points,
+)
+from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import Mission, MissionItem
-from planner.mission.wpl import read_wpl
 
 HOME = "0\t1\t0\t16\t0\t0\t0\t0\t47.1\t8.5\t488\t1"
 

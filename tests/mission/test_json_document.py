@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from planner.errors import MissionFileError
 from planner.findings import Place
-from planner.mission.json_document import parse_json
+from planner.mission.formats.json_document import parse_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,7 +6,10 @@ import pytest
 from made_missions import item, jump, mission, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.mission.jumps import MOST_VISITS, flown_order
+from planner.mission.route.jumps import (
+    MOST_VISITS,
+    flown_order,
+)
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
@@ -31,7 +34,7 @@ def test_a_jump_forward_leaves_items_out() -> None:
 
 
 def test_an_inner_loop_is_not_started_anew_by_an_outer_one() -> None:
-    # Both autopilots count jumps for the whole mission, see planner/mission/jumps.py.
+    # Both autopilots count jumps for the whole mission, see planner/mission/route/jumps.py.
     flown = order(takeoff(10), waypoint(1, 10), jump(2, 1), waypoint(2, 10), jump(2, 1))
     assert flown == (1, 2, 3, 2, 3, 4, 5, 2, 3, 4, 5)
 

@@ -7,10 +7,10 @@ import pytest
 
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
+from planner.mission.formats.json_document import parse_json
+from planner.mission.formats.legacy import read_legacy
+from planner.mission.formats.plan import is_legacy
 from planner.mission.items import Home, Mission
-from planner.mission.json_document import parse_json
-from planner.mission.legacy_json import read_legacy
-from planner.mission.plan import is_legacy
 
 
 def legacy_item(number: int, command: int = 16, **changes: Any) -> dict[str, Any]:  # noqa: ANN401 (JSON)

@@ -11,8 +11,8 @@ from plan_text import PLAN, STRUCTURE_SCAN, SURVEY, plan_of, plan_with, simple_i
 from qgc_rules import RefusedError, refuse_plan
 
 from planner.errors import MissionFileError
-from planner.mission.plan import read_plan_text
-from planner.mission.plan_writer import plan_text
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.formats.writers import plan_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -20,9 +20,12 @@ from plan_text import LANDING, PLAN, plan_of, plan_without, simple_item
 
 from planner.autopilot import Autopilot
 from planner.mission.commands import Frame
-from planner.mission.plan import read_plan_text
-from planner.mission.plan_writer import plan_text
-from planner.mission.wpl_writer import with_unused_position_zero, wpl_text
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.formats.writers import (
+    plan_text,
+    with_unused_position_zero,
+    wpl_text,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from planner.errors import MissionFileError
-from planner.mission import container
 from planner.mission.files import read_mission, read_mission_bytes
+from planner.mission.formats import exchange
 from planner.mission.items import Mission, MissionFormat
 
 WPL = (
@@ -168,7 +168,7 @@ def test_an_encrypted_archive_is_refused() -> None:
 def test_a_compressed_bomb_is_refused_before_it_is_unpacked(
     pack: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(container, "LARGEST_FILE_BYTES", 2**20)
+    monkeypatch.setattr(exchange, "LARGEST_FILE_BYTES", 2**20)
     assert callable(pack)
     assert "MiB" in refusal(pack(b" " * 2**22))
 
@@ -176,7 +176,7 @@ def test_a_compressed_bomb_is_refused_before_it_is_unpacked(
 def test_a_file_larger_than_any_mission_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(container, "LARGEST_FILE_BYTES", 2**20)
+    monkeypatch.setattr(exchange, "LARGEST_FILE_BYTES", 2**20)
     path = tmp_path / "large.plan"
     path.write_bytes(b" " * (2**20 + 1))
     with pytest.raises(MissionFileError, match="more than 1 MiB"):

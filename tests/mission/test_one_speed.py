@@ -13,8 +13,11 @@ from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypo
 import planner
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.mission.one_speed import mission_at_speed, route_at_speed
-from planner.mission.route import make_route
+from planner.mission.convert import (
+    mission_at_speed,
+    route_at_speed,
+)
+from planner.mission.route.route import make_route
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem

@@ -38,8 +38,8 @@ from plan_text import PLAN, plan_of, plan_with, simple_item
 from pymavlink import mavwp
 
 from planner.autopilot import Autopilot
-from planner.mission.plan import read_plan_text
-from planner.mission.wpl import read_wpl
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.formats.wpl import read_wpl
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,7 +12,7 @@ from qgc_rules import refuse_plan
 import planner
 from planner.autopilot import Autopilot
 from planner.fixes.split import split_mission
-from planner.mission.plan import read_plan_text
+from planner.mission.formats.plan import read_plan_text
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import (
     ParameterSet,

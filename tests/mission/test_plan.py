@@ -11,8 +11,11 @@ from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
 from planner.findings import Finding, Place, Severity
 from planner.geo.fence import FenceCircle, FencePolygon, RallyPoint
+from planner.mission.formats.plan import (
+    PlanDocument,
+    read_plan_text,
+)
 from planner.mission.items import Home, Mission, VehicleKind
-from planner.mission.plan import PlanDocument, read_plan_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

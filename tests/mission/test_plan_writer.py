@@ -16,9 +16,9 @@ from qgc_rules import RefusedError, refuse_plan
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.files import read_mission_bytes
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.formats.writers import plan_text
 from planner.mission.items import Home, VehicleEvidence, VehicleKind
-from planner.mission.plan import read_plan_text
-from planner.mission.plan_writer import plan_text
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem

@@ -21,11 +21,14 @@ from planner.mission.items import (
     VehicleEvidence,
     VehicleKind,
 )
-from planner.mission.route import make_route
-from planner.mission.stage import Route, StageKind
+from planner.mission.route.route import make_route
+from planner.mission.route.stage import (
+    Route,
+    StageKind,
+)
 
 if TYPE_CHECKING:
-    from planner.geo.geodesy import FloatArray
+    from planner.arrays import FloatArray
     from planner.geo.terrain import MaskedHeights
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

@@ -15,7 +15,7 @@ from plan_text import PLAN, STRUCTURE_SCAN, SURVEY, plan_with, simple_item
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
 from planner.mission.files import read_mission_bytes
-from planner.mission.route import make_route
+from planner.mission.route.route import make_route
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.mission.items import Mission
-    from planner.mission.stage import Route
+    from planner.mission.route.stage import Route
     from planner.service import CheckResult
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

@@ -4,8 +4,8 @@ import pytest
 
 from planner.errors import MissionFileError
 from planner.findings import Place, Severity
+from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import Home, Mission, MissionFormat, VehicleKind
-from planner.mission.wpl import read_wpl
 
 HOME = "0\t1\t0\t16\t0\t0\t0\t0\t47.1\t8.5\t488\t1"
 TAKEOFF = "1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t20\t1"

@@ -12,8 +12,8 @@ from pymavlink import mavutil, mavwp
 from planner.errors import MissionFileError
 from planner.mission.commands import Command, load_command_table
 from planner.mission.files import read_mission_bytes
+from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import Mission, MissionItem
-from planner.mission.wpl import read_wpl
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -14,10 +14,10 @@ from qgc_rules import refuse_text
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import has_location, load_command_table
-from planner.mission.conversion import convert_mission
+from planner.mission.convert import convert_mission
+from planner.mission.formats.wpl import read_wpl
+from planner.mission.formats.writers import wpl_text
 from planner.mission.items import MissionFormat
-from planner.mission.wpl import read_wpl
-from planner.mission.wpl_writer import wpl_text
 
 if TYPE_CHECKING:
     from pathlib import Path

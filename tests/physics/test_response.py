@@ -22,7 +22,7 @@ from planner.physics.response import (
 )
 
 if TYPE_CHECKING:
-    from planner.physics.response import FloatArray
+    from planner.arrays import FloatArray
 
 STEP_S = 0.05
 GRID_S = np.arange(401) * STEP_S

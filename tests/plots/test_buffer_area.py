@@ -14,8 +14,8 @@ from made_missions import mission, rtl, takeoff
 import planner
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
-from planner.plots.stop_room import stop_room_rows
-from planner.plots.theme import ORANGE
+from planner.report.plots.figures import ORANGE
+from planner.report.plots.tables import stop_room_rows
 from planner.rules.fenced_flight import make_fenced_flight
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def test_wind_from_behind_makes_it_longer_and_a_larger_error_wider() -> None:
 
 
 def test_without_a_fence_nothing_is_drawn_and_with_one_it_is_on_the_map() -> None:
-    from planner.plots import map_figure
+    from planner.report.plots import map_figure
 
     without, with_fence = (
         checked(at(0, 300), at(200, 300), fence=fence) for fence in (None, FENCE)

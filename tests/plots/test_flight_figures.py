@@ -14,15 +14,24 @@ import pytest
 from fenced_missions import at, box, degrees
 from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, rtl, takeoff
 
-from planner import plots
 from planner.autopilot import Autopilot
 from planner.errors import OutputError, UsageError
 from planner.geo.fence import Fence
 from planner.geo.terrain import TerrainGrid, TerrainTile
 from planner.physics.wind import Wind
-from planner.plots.flight import limit_rows, tightest_row
-from planner.plots.tables import MOST_ROWS, make_tables
-from planner.plots.theme import STATE_COLOURS, chart_config
+from planner.report import plots
+from planner.report.plots.figures import (
+    STATE_COLOURS,
+    chart_config,
+)
+from planner.report.plots.flight import (
+    limit_rows,
+    tightest_row,
+)
+from planner.report.plots.tables import (
+    MOST_ROWS,
+    make_tables,
+)
 from planner.service import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -31,7 +40,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.mission.items import MissionItem
-    from planner.plots.theme import Scheme
+    from planner.report.plots.figures import Scheme
 
 OUT = (takeoff(20), at(0, 300), at(300, 300), rtl())
 CLOSE = Fence(polygons=(box(-400, -400, 305, 400),))

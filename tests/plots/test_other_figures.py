@@ -11,16 +11,16 @@ import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 
 import planner
-from planner import plots
-from planner.identify.manoeuvre import Manoeuvre
+from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.outcome import ResponseEvidence
 from planner.identify.steady import SteadyPower
+from planner.report import plots
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from planner.plots.library import Chart
+    from planner.report.plots.figures import Chart
 
 CURVE = SimpleNamespace(
     speed_m_s=np.array([2.0, 4.0, 6.0]),

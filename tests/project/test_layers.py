@@ -45,7 +45,7 @@ def test_the_house_as_it_stands_keeps_its_layers(house: Path) -> None:
     ("module", "imported"),
     [
         ("units", "planner.service"),
-        ("physics/wind", "planner.flight.state"),
+        ("physics/wind", "planner.flight.motion.kinematics"),
         ("mission/items", "planner.vehicle.model"),
         ("service", "planner.report.text"),
         ("report/text", "planner.cli.main"),

@@ -12,8 +12,11 @@ from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Place
 from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
 from planner.flight.conditions import Conditions
-from planner.flight.segment import ItemArrival, Segment
-from planner.flight.state import FlightState
+from planner.flight.motion.kinematics import FlightState
+from planner.flight.segments import (
+    ItemArrival,
+    Segment,
+)
 from planner.physics.wind import Wind
 from planner.service import CheckResult, UnreadableMission
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from planner.report.columns_csv import columns_csv
+from planner.report.columns import columns_csv
 
 
 def test_columns_become_rows_under_their_heads() -> None:

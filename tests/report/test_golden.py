@@ -15,12 +15,18 @@ from planner.errors import ExitCode
 from planner.findings import Finding, Place, Rule, Severity
 from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
 from planner.flight.conditions import Conditions
-from planner.flight.segment import ItemArrival, Segment
-from planner.flight.state import FlightState
+from planner.flight.motion.kinematics import FlightState
+from planner.flight.segments import (
+    ItemArrival,
+    Segment,
+)
 from planner.physics.wind import Wind
 from planner.report.github import check_github, github_summary
 from planner.report.gitlab import check_gitlab
-from planner.report.json_report import check_json, check_json_lines
+from planner.report.json import (
+    check_json,
+    check_json_lines,
+)
 from planner.report.junit import check_junit
 from planner.report.medium import Medium
 from planner.report.sarif import check_sarif

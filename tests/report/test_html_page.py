@@ -22,12 +22,12 @@ from page_browser import (
     until,
 )
 
-from planner import numbers
+from planner import quantity
 from planner.flight.conditions import Conditions
 from planner.physics.wind import Wind
+from planner.report.html.mission import FIGURES
 from planner.report.html.page import check_html
-from planner.report.html.quantities import FIGURES
-from planner.report.json_report import check_json
+from planner.report.json import check_json
 from planner.service import CheckRequest, check_file
 from planner.vehicle.battery import Battery
 
@@ -134,7 +134,7 @@ def test_states_add_up_to_the_segments_of_the_json(
             value, text = columns[column]
             assert float(value) == pytest.approx(sum(one[key] for one in own), rel=1e-9)
             if column == "energy_wh":
-                assert text == numbers.energy(float(value))
+                assert text == quantity.energy(float(value))
 
 
 @pytest.mark.parametrize("name", ["segments", "items"])
@@ -155,7 +155,7 @@ def test_long_tables_hold_every_row_of_the_json(
         details,
     )
     expected = [
-        [numbers.ABSENT if value is None else value for value in row.values()] for row in rows
+        [quantity.ABSENT if value is None else value for value in row.values()] for row in rows
     ]
     assert cells == expected
 

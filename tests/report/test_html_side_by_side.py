@@ -27,7 +27,7 @@ from planner.physics.wind import Wind
 from planner.report.comparison import comparison_json
 from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
-from planner.report.json_report import check_json
+from planner.report.json import check_json
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ import planner
 from planner.fixes.split import Split, split_mission, write_split
 from planner.report.html.page import check_html
 from planner.report.html.split import split_section
-from planner.report.json_report import check_json
+from planner.report.json import check_json
 from planner.report.split import flights_text, split_json
 from planner.vehicle.battery import Battery
 

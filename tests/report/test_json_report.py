@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.report.json_report import check_json, check_json_lines, segments_json
+from planner.report.json import (
+    check_json,
+    check_json_lines,
+    segments_json,
+)
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

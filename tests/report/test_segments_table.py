@@ -6,7 +6,10 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
-from planner.report.segments_table import segments_csv, segments_text
+from planner.report.columns import (
+    segments_csv,
+    segments_text,
+)
 
 if TYPE_CHECKING:
     from planner.service import CheckResult

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.findings import Finding, Severity
-from planner.report.json_report import check_json
+from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.statistics import count_codes, statistics_lines
 from planner.report.text import statistics_text

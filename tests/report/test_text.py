@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
 from planner.physics.wind import Wind
-from planner.report.json_report import check_json
+from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally
 
@@ -129,21 +129,21 @@ def test_the_numbers_are_those_of_json_after_formatting(flown: CheckResult) -> N
     [mission] = json.loads(check_json([flown], version="1"))["missions"]
     totals, battery, home = mission["totals"], mission["battery"], mission["return"]
     for written in (
-        numbers.duration(totals["time_s"]),
-        numbers.distance(totals["distance_m"]),
-        numbers.energy(totals["energy_wh"]),
-        numbers.charge(totals["charge_mah"]),
-        numbers.power(totals["mean_power_w"]),
-        numbers.power(totals["peak_power_w"]),
-        f"climb {numbers.height(totals['climb_m'])}",
-        f"descent {numbers.height(totals['descent_m'])}",
-        f"{numbers.energy(battery['capacity_wh'])} full",
-        f"{numbers.energy(battery['usable_wh'])} at the start",
-        f"{numbers.percent(battery['used_fraction'])} used",
-        f"{numbers.energy(battery['margin_wh'])} above the 20 % reserve",
-        f"{numbers.energy(home['energy_home_wh'])} to get home",
+        quantity.duration(totals["time_s"]),
+        quantity.distance(totals["distance_m"]),
+        quantity.energy(totals["energy_wh"]),
+        quantity.charge(totals["charge_mah"]),
+        quantity.power(totals["mean_power_w"]),
+        quantity.power(totals["peak_power_w"]),
+        f"climb {quantity.height(totals['climb_m'])}",
+        f"descent {quantity.height(totals['descent_m'])}",
+        f"{quantity.energy(battery['capacity_wh'])} full",
+        f"{quantity.energy(battery['usable_wh'])} at the start",
+        f"{quantity.percent(battery['used_fraction'])} used",
+        f"{quantity.energy(battery['margin_wh'])} above the 20 % reserve",
+        f"{quantity.energy(home['energy_home_wh'])} to get home",
         f"from item {home['tightest_item']}",
-        numbers.energy(home["margin_wh"]),
+        quantity.energy(home["margin_wh"]),
     ):
         assert written in text
 

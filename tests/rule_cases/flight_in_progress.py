@@ -10,8 +10,12 @@ from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
 
 from planner.flight.progress import MeasuredPlace
-from planner.link.energy_left import BatteryReading
-from planner.link.energy_watch import EnergyState, EnergyWatch, Prediction
+from planner.guard.energy import (
+    BatteryReading,
+    EnergyState,
+    EnergyWatch,
+    Prediction,
+)
 from planner.service import check
 from planner.tui.live_line import flight_findings
 from planner.vehicle.battery import Battery
@@ -21,7 +25,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.homeward import Homeward
-    from planner.link.guard_session import GuardStatus
+    from planner.guard.session import GuardStatus
 
 BATTERY = Battery(capacity_wh=200.0)
 LEFT_WH = 199.0

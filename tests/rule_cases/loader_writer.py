@@ -12,7 +12,7 @@ from plan_text import PLAN, SURVEY, plan_of, simple_item
 from rule_cases.case import ARDUPILOT, PLAIN, RuleCases, vehicle_of
 
 from planner.fixes.split import split_mission
-from planner.mission.conversion import convert_mission
+from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home, MissionFormat
 from planner.vehicle.battery import Battery

@@ -9,8 +9,8 @@ from made_terrain import ground
 from rule_cases.case import PLAIN, RuleCases, found
 from virtual_vehicle import wire_item
 
-from planner.link.mission_kind import MissionKind
-from planner.link.parameter_transfer import WireParameter
+from planner.link.mission_transfer import MissionKind
+from planner.link.parameters import WireParameter
 from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleState
 from planner.live import check_vehicle

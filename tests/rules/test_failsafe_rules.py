@@ -18,7 +18,7 @@ from planner.flight.homeward import make_homeward
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.geo.fence import RallyPoint
-from planner.mission.route import make_route
+from planner.mission.route.route import make_route
 from planner.service import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

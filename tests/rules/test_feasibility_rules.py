@@ -14,7 +14,10 @@ from planner.catalogue.px4_events import PX4_EVENTS
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.geo.fence import RallyPoint
-from planner.mission.command_support import Support, support
+from planner.mission.commands import (
+    Support,
+    support,
+)
 from planner.physics.wind import Wind
 from planner.selection import Selection
 from planner.service import check

@@ -21,7 +21,7 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 from planner.autopilot import Autopilot
 from planner.errors import OtherVehicleError
 from planner.findings import Severity
-from planner.geo.local_frame import LocalFrame
+from planner.geo.geodesy import LocalFrame
 from planner.mission.files import read_mission
 from planner.physics.wind import Wind
 from planner.service import check, check_together

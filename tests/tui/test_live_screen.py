@@ -18,11 +18,15 @@ from planner import live_watch
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.flight.progress import Progress
+from planner.guard.energy import (
+    Concern,
+    EnergyLeft,
+    EnergyState,
+    EnergyWarning,
+)
 from planner.link.address import LinkAddress, LinkKind, read_address
-from planner.link.energy_left import EnergyLeft
-from planner.link.energy_watch import Concern, EnergyState, EnergyWarning
-from planner.link.mission_kind import MissionKind
-from planner.link.settings import LinkSettings
+from planner.link.exchange import LinkSettings
+from planner.link.mission_transfer import MissionKind
 from planner.live import LinkRequest
 from planner.simulation import open_simulation
 from planner.tui.app import ReviewApp
@@ -39,10 +43,10 @@ if TYPE_CHECKING:
     from textual.message import Message
     from textual.pilot import Pilot
 
-    from planner.link.guard_session import GuardStatus
-    from planner.link.simulated.runner import SimulationRunner
-    from planner.link.simulated.vehicle import SimulatedVehicle
-    from planner.link.simulated.wire import Passed
+    from planner.guard.session import GuardStatus
+    from planner.simulator.lines import Passed
+    from planner.simulator.runner import SimulationRunner
+    from planner.simulator.vehicle import SimulatedVehicle
 
 pytestmark = pytest.mark.asyncio
 

@@ -10,8 +10,11 @@ import pytest
 from reviews import TOO_FAR, review_app, rows_of, settled, text_of, typed, what_if_of
 from textual.widgets import Input, Static
 
-from planner import __version__, numbers
-from planner.report.json_report import check_json
+from planner import (
+    __version__,
+    quantity,
+)
+from planner.report.json import check_json
 from planner.service import check_file
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.details_pane import DetailsPane
@@ -62,25 +65,25 @@ async def test_every_number_is_that_of_the_json_report() -> None:
         verdict = text_of(screen, "#verdict")
         for text in (
             mission["verdict"].upper(),
-            numbers.duration(totals["time_s"]),
-            numbers.distance(totals["distance_m"]),
-            numbers.energy(totals["energy_wh"]),
-            numbers.percent(battery["used_fraction"]),
-            numbers.energy(-battery["margin_wh"]),
+            quantity.duration(totals["time_s"]),
+            quantity.distance(totals["distance_m"]),
+            quantity.energy(totals["energy_wh"]),
+            quantity.percent(battery["used_fraction"]),
+            quantity.energy(-battery["margin_wh"]),
             f"item {way['tightest_item']}",
-            numbers.energy(way["energy_home_wh"]),
+            quantity.energy(way["energy_home_wh"]),
         ):
             assert text in verdict
         for cells, segment in zip(rows_of(screen, "#segments"), mission["segments"], strict=True):
             assert cells[0] == str(segment["item"])
             assert cells[1] == segment["state"]
-            assert cells[2] == numbers.decimals(segment["start_s"], 1)
-            assert cells[4] == numbers.decimals(segment["distance_m"], 1)
-            assert cells[5] == numbers.decimals(segment["energy_wh"], 3)
+            assert cells[2] == quantity.decimals(segment["start_s"], 1)
+            assert cells[4] == quantity.decimals(segment["distance_m"], 1)
+            assert cells[5] == quantity.decimals(segment["energy_wh"], 3)
         for cells, item in zip(rows_of(screen, "#items"), mission["items"], strict=True):
             assert cells[2] == item["command"]
-            assert cells[3] == numbers.duration(item["arrival_s"])
-            assert cells[4] == numbers.energy(item["energy_used_wh"])
+            assert cells[3] == quantity.duration(item["arrival_s"])
+            assert cells[4] == quantity.energy(item["energy_used_wh"])
         findings = [cells[1] for cells in rows_of(screen, "#findings")]
         assert findings == [finding["code"] for finding in mission["findings"]]
 
@@ -139,7 +142,7 @@ async def test_a_change_is_checked_and_compared() -> None:
         outcome = text_of(screen, "#outcome")
         assert "NO-GO → GO" in outcome
         # 2.8 Ah more at 14.8 V are 41.4 Wh, 80 % of them above the reserve
-        assert f"+{numbers.energy(2.8 * 14.8 * 0.8)}" in outcome
+        assert f"+{quantity.energy(2.8 * 14.8 * 0.8)}" in outcome
 
 
 async def test_the_suggested_battery_goes() -> None:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import VehicleFileError
-from planner.flight.state import STATES
+from planner.flight.motion.kinematics import STATES
 from planner.vehicle.document import MOST_BYTES
 from planner.vehicle.power import CruisePower
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.wind import AIRSPEED_LIMIT, NO_HEADWAY
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
     from planner.physics.wind import Wind
 
 SLOWEST_M_S = 0.1
@@ -135,7 +135,7 @@ def headway_findings(
     if stuck.any():
         first = int(item[stuck][0])
         strength_m_s = 0.0 if wind is None else wind.speed_m_s
-        legs = numbers.count(int(stuck.sum()), "leg")
+        legs = quantity.count(int(stuck.sum()), "leg")
         profile = "" if wind is None or wind.reference_height_m is None else " with its profile"
         findings.append(
             NO_HEADWAY.finding(
@@ -146,7 +146,7 @@ def headway_findings(
         )
     if slowed.any():
         first = int(item[slowed][0])
-        legs = numbers.count(int(slowed.sum()), "leg")
+        legs = quantity.count(int(slowed.sum()), "leg")
         slowest = np.flatnonzero(slowed)[np.argmin(limit_m_s[slowed])]
         findings.append(
             AIRSPEED_LIMIT.finding(

@@ -14,13 +14,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import CircleLaw, Motion, PolynomialLaw, SegmentColumns
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    CircleLaw,
+    FlightState,
+    Motion,
+    PolynomialLaw,
+    SegmentColumns,
+)
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.step_legs import Legs
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.steps import Legs
     from planner.vehicle.model import Ramps
 
 _START, _CLIMB, _WAIT, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, _STOP, _HOLD, _SLOTS = (

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from planner import numbers
+from planner import quantity
+from planner.report.html.mission import (
+    FIGURES,
+    Quantity,
+    number_at,
+)
 from planner.report.html.page import template
-from planner.report.html.quantities import FIGURES, Quantity, number_at
-from planner.report.json_report import mission_document
-from planner.report.phases import flight_phases
-from planner.report.plain_text import printable
-from planner.report.text import headline
+from planner.report.json import mission_document
+from planner.report.text import flight_phases, headline, printable
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
-    from planner.report.json_document import Document
+    from planner.report.json import Document
     from planner.service import UnreadableMission
 
     Result = CheckResult | UnreadableMission
@@ -92,23 +94,23 @@ def _rows(
     first: Document, second: Document, members: tuple[Quantity, ...]
 ) -> tuple[ComparedRow, ...]:
     rows = []
-    for quantity in members:
-        a, b = number_at(first, quantity.path), number_at(second, quantity.path)
+    for row in members:
+        a, b = number_at(first, row.path), number_at(second, row.path)
         if a is not None or b is not None:
-            rows.append(_row(quantity, a, b))
+            rows.append(_row(row, a, b))
     return tuple(rows)
 
 
-def _row(quantity: Quantity, a: float | None, b: float | None) -> ComparedRow:
-    is_place = quantity.path.endswith(_WITHOUT_DIFFERENCE)
+def _row(row: Quantity, a: float | None, b: float | None) -> ComparedRow:
+    is_place = row.path.endswith(_WITHOUT_DIFFERENCE)
     difference = None if a is None or b is None or is_place else b - a
     # a difference may be none, and below nothing, as no chance is
-    told = numbers.percent if quantity.text is numbers.chance else quantity.text
+    told = quantity.percent if row.text is quantity.chance else row.text
     text = "" if difference is None else told(difference)
     if difference is not None and difference > 0.0 and text[0].isdecimal():
         text = f"+{text}"
-    texts = quantity.text(a), quantity.text(b), text
-    return ComparedRow(quantity.label, *texts, difference, quantity.path, (a, b))
+    texts = row.text(a), row.text(b), text
+    return ComparedRow(row.label, *texts, difference, row.path, (a, b))
 
 
 def _state_rows(first: Result, second: Result) -> tuple[ComparedRow, ...]:

@@ -4,43 +4,391 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from planner import catalogue, numbers
+from planner import catalogue, quantity
 from planner.findings import Severity
 from planner.frozen import frozen
-from planner.plots.tables import make_tables
-from planner.report.finding_text import closing_line, said
-from planner.report.finding_text import tally as finding_tally
-from planner.report.html.charts import TITLES, page_charts, still_charts
-from planner.report.html.quantities import (
-    SEGMENT_DIGITS,
-    Quantity,
-    Shown,
-    number_at,
-    shown_figures,
-    shown_number,
-)
-from planner.report.json_report import ITEM_KEYS, SEGMENT_KEYS, mission_document
-from planner.report.phases import flight_phases
-from planner.report.plain_text import printable
+from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
+from planner.report.plots.figures import ORANGE, still_svg
+from planner.report.plots.flight import mission_panels
+from planner.report.plots.tables import make_tables, with_data
 from planner.report.rule_text import explanation
-from planner.report.text import caveat, headline
+from planner.report.text import (
+    caveat,
+    closing_line,
+    finding_tally,
+    flight_phases,
+    headline,
+    printable,
+    said,
+)
+from planner.rules.energy import destination_name
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.findings import Finding
-    from planner.report.json_document import Document
+    from planner.report.json import Document
+    from planner.report.plots.tables import FlightTables, Row
     from planner.service import UnreadableMission
     from planner.vehicle.model import VehicleModel
+Spec = dict[str, Any]
+
+
+class Quantity(NamedTuple):
+    """A number of the JSON report, and how it is told."""
+
+    path: str
+    """Keys in the document of a mission, joined by a dot."""
+    label: str
+    text: Callable[[float | None], str]
+
+
+class Shown(NamedTuple):
+    """A number as the page shows it."""
+
+    label: str
+    text: str
+    path: str
+    value: float | None
+
+
+def _voltage(value: float | None) -> str:
+    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 1)} V"
+
+
+def _rate(value: float | None) -> str:
+    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 1)} C"
+
+
+def _degrees(value: float | None) -> str:
+    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 6)}°"
+
+
+def _item(value: float | None) -> str:
+    return quantity.ABSENT if value is None else f"item {value:.0f}"
+
+
+def _destination(value: float | None) -> str:
+    return quantity.ABSENT if value is None else destination_name(int(value))
+
+
+def _unformatted(value: float | None) -> str:
+    return quantity.ABSENT if value is None else f"{value:g}"
+
+
+def _of_point(point: str, label: str, *, known: tuple[str, ...] = ()) -> tuple[Quantity, ...]:
+    """Return what is told of a point of the flight; the contract calls some of it otherwise."""
+    told = (
+        ("item", f"{label} from", _item),
+        ("time_s", f"{label}, after", quantity.duration),
+        ("along_m", f"{label}, along its leg", quantity.distance),
+        ("leg_m", f"{label}, whole leg", quantity.distance),
+        ("latitude_deg", f"{label}, latitude", _degrees),
+        ("longitude_deg", f"{label}, longitude", _degrees),
+    )
+    return tuple(
+        Quantity(f"return.{point}_{key}", name, text)
+        for key, name, text in told
+        if f"{point}_{key}" not in known
+    )
+
+
+FIGURES: tuple[tuple[str, tuple[Quantity, ...]], ...] = (
+    (
+        "Flight",
+        (
+            Quantity("totals.time_s", "Time", quantity.duration),
+            Quantity("totals.time_s_p10", "8 of 10 flights: from", quantity.duration),
+            Quantity("totals.time_s_p90", "8 of 10 flights: to", quantity.duration),
+            Quantity("totals.distance_m", "Distance", quantity.distance),
+            Quantity("totals.wander_m", "of it wandered", quantity.distance),
+            Quantity("totals.climb_m", "Climb", quantity.height),
+            Quantity("totals.descent_m", "Descent", quantity.height),
+        ),
+    ),
+    (
+        "Energy",
+        (
+            Quantity("totals.energy_wh", "Energy", quantity.energy),
+            Quantity("totals.energy_wh_p10", "8 of 10 flights: from", quantity.energy),
+            Quantity("totals.energy_wh_p90", "8 of 10 flights: to", quantity.energy),
+            Quantity("totals.charge_mah", "Charge", quantity.charge),
+            Quantity("totals.charge_mah_p10", "8 of 10 flights: from", quantity.charge),
+            Quantity("totals.charge_mah_p90", "8 of 10 flights: to", quantity.charge),
+            Quantity("totals.mean_power_w", "Mean power", quantity.power),
+            Quantity("totals.peak_power_w", "Peak power", quantity.power),
+        ),
+    ),
+    (
+        "Battery",
+        (
+            Quantity("battery.capacity_wh", "Full", quantity.energy),
+            Quantity("battery.usable_wh", "At the start", quantity.energy),
+            Quantity("battery.used_fraction", "Used", quantity.percent),
+            Quantity("battery.reserve_fraction", "Reserve, share of it", quantity.percent),
+            Quantity("battery.reserve_wh", "Reserve", quantity.energy),
+            Quantity("battery.margin_wh", "Left above the reserve", quantity.energy),
+            Quantity(
+                "battery.below_reserve_probability", "Chance to land below it", quantity.chance
+            ),
+            Quantity("battery.hover_left_s", "Hover left at landing", quantity.duration),
+            Quantity("battery.charge_left_fraction", "Charge left", quantity.percent),
+            Quantity("battery.lowest_voltage_v", "Lowest voltage", _voltage),
+            Quantity("battery.highest_c_rate", "Highest discharge rate", _rate),
+        ),
+    ),
+    (
+        "Way home",
+        (
+            Quantity("return.tightest_item", "Tightest from", _item),
+            *_of_point("tightest", "Tightest", known=("tightest_item",)),
+            Quantity("return.energy_home_wh", "Energy to get home", quantity.energy),
+            Quantity("return.time_home_s", "Time to get home", quantity.duration),
+            Quantity("return.margin_wh", "Left above the reserve", quantity.energy),
+            Quantity(
+                "return.below_reserve_probability", "Chance to get home below it", quantity.chance
+            ),
+            Quantity("return.destination", "Leads", _destination),
+            *_of_point("last_return", "Last return"),
+            *_of_point("last_return_empty", "Last return at all"),
+        ),
+    ),
+    (
+        "Conditions",
+        (
+            Quantity("conditions.wind_m_s", "Wind", quantity.speed),
+            Quantity("conditions.wind_sd_m_s", "Wind, give or take", quantity.speed),
+            Quantity("conditions.wind_from_deg", "Wind from", quantity.bearing),
+            Quantity("conditions.wind_from_sd_deg", "Wind from, give or take [°]", _unformatted),
+            Quantity("conditions.wind_reference_height_m", "Wind given at", quantity.height),
+            Quantity(
+                "conditions.wind_shear_exponent", "Exponent of the wind's growth", _unformatted
+            ),
+            Quantity("conditions.wind_roughness_length_m", "Roughness length [m]", _unformatted),
+            Quantity("conditions.home_amsl_m", "Home above sea level", quantity.height),
+            Quantity("conditions.temperature_c", "Air at home", quantity.temperature),
+            Quantity(
+                "conditions.temperature_sd_c", "Air at home, give or take", quantity.temperature
+            ),
+            Quantity("conditions.payload_kg", "Payload", quantity.mass),
+            Quantity("conditions.payload_sd_kg", "Payload, give or take", quantity.mass),
+            Quantity("conditions.position_noise_m", "Position noise [m]", _unformatted),
+            Quantity("conditions.reaction_time_s", "Reaction time", quantity.duration),
+            Quantity("conditions.position_error_m", "Position error", quantity.height),
+            Quantity("conditions.battery_health", "Battery health", quantity.percent),
+            Quantity(
+                "conditions.battery_resistance_factor", "Battery resistance factor", _unformatted
+            ),
+            Quantity("conditions.battery_temperature_c", "Battery", quantity.temperature),
+        ),
+    ),
+)
+"""What the page tells of a mission, in tables; what is not known is left out."""
+
+_SPREAD = "_sd_"
+"""In the name of a standard deviation, of which none is told by leaving it out."""
+
+SEGMENT_DIGITS = {
+    "start_s": 1,
+    "duration_s": 1,
+    "distance_m": 1,
+    "climb_m": 1,
+    "speed_m_s": 1,
+    "energy_wh": 3,
+    "stopping_distance_m": 1,
+    "stopping_distance_m_p90": 1,
+    "arrival_s": 1,
+    "energy_used_wh": 3,
+}
+"""Decimals of the columns of long tables, whose heads name the unit."""
+
+
+def shown_figures(document: Document) -> tuple[tuple[str, tuple[Shown, ...]], ...]:
+    """Return the tables of a mission's document, each with its title; empty ones are left out."""
+    tables = [
+        (
+            title,
+            tuple(shown for one in members if (shown := shown_number(document, one)) is not None),
+        )
+        for title, members in (*FIGURES, ("More", _untold(document)))
+    ]
+    return tuple((title, rows) for title, rows in tables if rows)
+
+
+def _untold(document: Document) -> tuple[Quantity, ...]:
+    """Return what the document knows and no table names: a key that is new has no words yet."""
+    told = {one.path for _, members in FIGURES for one in members}
+    paths = [
+        f"{section}.{key}"
+        for section in ("totals", "battery", "return", "conditions")
+        if isinstance(found := document[section], dict)
+        for key in found
+    ]
+    return tuple(
+        Quantity(path, path.partition(".")[2], _unformatted) for path in paths if path not in told
+    )
+
+
+def shown_number(document: Document, row: Quantity) -> Shown | None:
+    """Return a number of a mission's document; ``None`` where it is not known, or is no spread."""
+    found = number_at(document, row.path)
+    if found is None or (found == 0.0 and _SPREAD in row.path):
+        return None
+    return Shown(row.label, row.text(found), row.path, found)
+
+
+def number_at(document: Document, path: str) -> float | None:
+    """Return the number at a path of keys; ``None`` where there is none."""
+    found: object = document
+    for key in path.split("."):
+        found = found.get(key) if isinstance(found, dict) else None
+    return found if isinstance(found, int | float) else None
+
+
+_TIME_TITLE = "Time [min]"
+TITLES = {
+    "map": "Map",
+    "altitude": "Altitude",
+    "speed": "Ground speed",
+    "power": "Power",
+    "energy": "Energy and the way home",
+}
+
+
+def page_charts(tables: FlightTables) -> dict[str, object]:
+    """Return the charts of a result and their data, as JSON the page's script reads."""
+    specs: dict[str, Spec] = {
+        name: panel.to_dict(validate=False) for name, panel in mission_panels(tables).items()
+    }
+    _add_live_layers(specs)
+    return {
+        "charts": specs,
+        "tables": {
+            name: {"columns": list(rows[0]), "rows": [list(row.values()) for row in rows]}
+            for name, rows in tables.named.items()
+        },
+        "focus": finding_focus(tables),
+    }
+
+
+def still_charts(tables: FlightTables) -> dict[str, str]:
+    """Return the charts of a result as SVG, for readers without JavaScript."""
+    return {
+        name: still_svg(with_data(panel, tables)) for name, panel in mission_panels(tables).items()
+    }
+
+
+def finding_focus(tables: FlightTables) -> list[Row | None]:
+    """Return for each finding what of map and time it is about; ``None`` where it has no place."""
+    result = tables.result
+    stretches: dict[int, list[Row]] = {}
+    for row in tables.stretches:
+        stretches.setdefault(row["finding"], []).append(
+            {"east_m": row["east_m"], "north_m": row["north_m"], "part": row["part"]}
+        )
+    motion = tables.assessment.flight.motion.segments
+    items = motion.item
+    focus: list[Row | None] = []
+    for number, finding in enumerate(result.findings):
+        about: Row = {"code": finding.code}
+        if number in stretches:
+            about["stretch"] = stretches[number]
+        if finding.item is not None and (items == finding.item).any():
+            rows = (items == finding.item).nonzero()[0]
+            about["item"] = finding.item
+            about["start_min"] = round(
+                float(motion.end_s[rows[0]] - motion.duration_s[rows[0]]) / 60.0, 4
+            )
+            about["end_min"] = round(float(motion.end_s[rows[-1]]) / 60.0, 4)
+        focus.append(about if len(about) > 1 else None)
+    return focus
+
+
+def _add_live_layers(specs: dict[str, Spec]) -> None:
+    """Add what the page moves: a cursor, what is in focus, and on the map what can be zoomed."""
+    for name, spec in specs.items():
+        spec["layer"] += _map_layers(spec) if name == "map" else _time_layers()
+        spec["datasets"] = spec.get("datasets", {})
+
+
+def _time_layers() -> list[Spec]:
+    def at(field: str) -> Spec:
+        return {"field": field, "type": "quantitative", "title": _TIME_TITLE}
+
+    return [
+        {
+            "name": "focus",
+            "data": {"name": "focus_time"},
+            "mark": {"type": "rect", "color": ORANGE, "opacity": 0.25, "stroke": ORANGE},
+            "encoding": {"x": at("start_min"), "x2": {"field": "end_min"}},
+        },
+        {
+            "name": "cursor",
+            "data": {"name": "cursor"},
+            "mark": {"type": "rule", "strokeWidth": 1.5},
+            "encoding": {"x": at("time_min")},
+        },
+    ]
+
+
+def _map_layers(spec: Spec) -> list[Spec]:
+    axes = next(layer["encoding"] for layer in spec["layer"] if "east_m" in str(layer["encoding"]))
+    place = {key: axes[key] for key in ("x", "y")}
+    spec["layer"][0].setdefault("params", []).append(
+        {
+            "name": "view",
+            "select": {"type": "interval", "zoom": "wheel![event.shiftKey]"},
+            "bind": "scales",
+        }
+    )
+    return [
+        {
+            "name": "focus",
+            "data": {"name": "focus_place"},
+            "mark": {
+                "type": "line",
+                "color": ORANGE,
+                "strokeWidth": 9,
+                "opacity": 0.7,
+                "strokeCap": "round",
+                "clip": True,
+            },
+            "encoding": {
+                **place,
+                "order": {"field": "order", "type": "quantitative"},
+                "detail": {"field": "part", "type": "nominal"},
+            },
+        },
+        {
+            "name": "focus_point",
+            "data": {"name": "focus_place"},
+            "mark": {"type": "point", "size": 260, "strokeWidth": 3, "color": ORANGE, "clip": True},
+            "encoding": place,
+        },
+        {
+            "name": "cursor",
+            "data": {"name": "cursor"},
+            "mark": {
+                "type": "point",
+                "shape": "cross",
+                "filled": True,
+                "size": 120,
+                "opacity": 1.0,
+                "clip": True,
+            },
+            "encoding": place,
+        },
+    ]
+
 
 _CARDS = (
-    Quantity("totals.time_s", "Time", numbers.duration),
-    Quantity("totals.distance_m", "Distance", numbers.distance),
-    Quantity("totals.energy_wh", "Energy", numbers.energy),
-    Quantity("battery.used_fraction", "Of the battery", numbers.percent),
-    Quantity("battery.margin_wh", "Above the reserve", numbers.energy),
-    Quantity("return.margin_wh", "Tightest way home", numbers.energy),
+    Quantity("totals.time_s", "Time", quantity.duration),
+    Quantity("totals.distance_m", "Distance", quantity.distance),
+    Quantity("totals.energy_wh", "Energy", quantity.energy),
+    Quantity("battery.used_fraction", "Of the battery", quantity.percent),
+    Quantity("battery.margin_wh", "Above the reserve", quantity.energy),
+    Quantity("return.margin_wh", "Tightest way home", quantity.energy),
 )
 _HEADS = {
     "index": "No.",
@@ -204,7 +552,7 @@ def badness(result: CheckResult | UnreadableMission) -> tuple[float, ...]:
 
 def tally_text(result: CheckResult | UnreadableMission) -> str:
     """Return how many findings a mission has of each severity."""
-    return finding_tally(result.findings) or numbers.ABSENT
+    return finding_tally(result.findings) or quantity.ABSENT
 
 
 def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingView:
@@ -233,10 +581,10 @@ def _phases(result: CheckResult) -> tuple[PhaseView, ...]:
             phase.state,
             (
                 ("segments", phase.segments, str(phase.segments)),
-                ("time_s", phase.time_s, numbers.duration(phase.time_s)),
-                ("distance_m", phase.distance_m, numbers.distance(phase.distance_m)),
-                ("energy_wh", phase.energy_wh, numbers.energy(phase.energy_wh)),
-                ("energy_fraction", phase.energy_fraction, numbers.percent(phase.energy_fraction)),
+                ("time_s", phase.time_s, quantity.duration(phase.time_s)),
+                ("distance_m", phase.distance_m, quantity.distance(phase.distance_m)),
+                ("energy_wh", phase.energy_wh, quantity.energy(phase.energy_wh)),
+                ("energy_fraction", phase.energy_fraction, quantity.percent(phase.energy_fraction)),
             ),
         )
         for phase in flight_phases(result)
@@ -278,7 +626,7 @@ def _parameters(document: Document) -> tuple[tuple[str, str, float | None, str],
 
 def _plain(value: object) -> str:
     if value is None:
-        return numbers.ABSENT
+        return quantity.ABSENT
     return f"{value:g}" if isinstance(value, float) else printable(str(value))
 
 
@@ -296,5 +644,5 @@ def _long_table(document: Document, name: str, keys: tuple[str, ...]) -> dict[st
 
 def _cell(key: str, value: Any) -> str:  # noqa: ANN401 - a number, a text or nothing
     if key in SEGMENT_DIGITS:
-        return numbers.decimals(value, SEGMENT_DIGITS[key])
-    return numbers.ABSENT if value is None else printable(str(value))
+        return quantity.decimals(value, SEGMENT_DIGITS[key])
+    return quantity.ABSENT if value is None else printable(str(value))

@@ -14,13 +14,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
-from planner.plots.library import load_altair, load_converter
-from planner.plots.theme import chart_config
-from planner.report.html.mission import MissionView, badness, mission_view, tally_text
-from planner.report.html.quantities import FIGURES, Quantity, shown_number
-from planner.report.json_report import mission_document
-from planner.report.plain_text import well_formed
-from planner.report.text import tally
+from planner.report.html.mission import (
+    FIGURES,
+    MissionView,
+    Quantity,
+    badness,
+    mission_view,
+    shown_number,
+    tally_text,
+)
+from planner.report.json import mission_document
+from planner.report.plots.figures import (
+    chart_config,
+    load_altair,
+    load_converter,
+)
+from planner.report.text import tally, well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

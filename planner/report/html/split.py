@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from planner import numbers
-from planner.plots.files import still_svg
-from planner.plots.split import split_energy_figure, split_map_figure
-from planner.report.html.mission import finding_view
+from planner import quantity
+from planner.report.html.mission import (
+    Quantity,
+    Shown,
+    finding_view,
+    shown_number,
+)
 from planner.report.html.page import page_json, template
-from planner.report.html.quantities import Quantity, Shown, shown_number
+from planner.report.plots.figures import still_svg
+from planner.report.plots.split import (
+    split_energy_figure,
+    split_map_figure,
+)
 from planner.report.split import flown_text, part_document, together
 
 if TYPE_CHECKING:
     from planner.fixes.split import Split
 
 _COLUMNS = (
-    Quantity("totals.time_s", "Time", numbers.duration),
-    Quantity("totals.distance_m", "Distance", numbers.distance),
-    Quantity("totals.energy_wh", "Energy", numbers.energy),
-    Quantity("battery.used_fraction", "Of the battery", numbers.percent),
-    Quantity("battery.margin_wh", "Above the reserve", numbers.energy),
-    Quantity("return.margin_wh", "On the way home", numbers.energy),
+    Quantity("totals.time_s", "Time", quantity.duration),
+    Quantity("totals.distance_m", "Distance", quantity.distance),
+    Quantity("totals.energy_wh", "Energy", quantity.energy),
+    Quantity("battery.used_fraction", "Of the battery", quantity.percent),
+    Quantity("battery.margin_wh", "Above the reserve", quantity.energy),
+    Quantity("return.margin_wh", "On the way home", quantity.energy),
 )
 _TITLES = {"map": "Map of the parts", "energy": "Energy of each part"}
 
@@ -58,8 +65,8 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
         for part, document in zip(split.parts, documents, strict=True)
     ]
     totals = {
-        "time_s": Shown("", numbers.duration(sums["time_s"]), "time_s", sums["time_s"]),
-        "energy_wh": Shown("", numbers.energy(sums["energy_wh"]), "energy_wh", sums["energy_wh"]),
+        "time_s": Shown("", quantity.duration(sums["time_s"]), "time_s", sums["time_s"]),
+        "energy_wh": Shown("", quantity.energy(sums["energy_wh"]), "energy_wh", sums["energy_wh"]),
     }
     return template("split.html.j2").module.split(
         heads=[one.label for one in _COLUMNS],

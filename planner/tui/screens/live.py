@@ -13,8 +13,8 @@ from textual.widgets import Static
 
 from planner.errors import ExitCode, MavjouleError
 from planner.findings import Severity
-from planner.link.judgement import Verdict
-from planner.report.plain_text import printable
+from planner.guard.authorisation import Verdict
+from planner.report.text import printable
 from planner.tui.checked import checked_vehicle
 from planner.tui.live_line import flight_findings, live_line
 from planner.tui.screens.review import ReviewScreen
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from textual.app import ComposeResult
 
     from planner.findings import Finding
-    from planner.link.guard_session import GuardStatus
+    from planner.guard.session import GuardStatus
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
     from planner.tui.checked import Checked

@@ -12,7 +12,7 @@ from textual.screen import Screen
 from textual.widgets import Input
 from textual.worker import get_current_worker
 
-from planner import numbers
+from planner import quantity
 from planner.errors import MavjouleError, bug_text
 from planner.tui.checked import checked
 from planner.tui.layout import LAYOUT
@@ -145,7 +145,9 @@ class ReviewScreen(Screen[None]):
         if self.now is None:
             return
         changed = "with your changes" if self.now is not self.base else ""
-        going = f"{numbers.count(self._going, 'change')} would make it go: w" if self._going else ""
+        going = (
+            f"{quantity.count(self._going, 'change')} would make it go: w" if self._going else ""
+        )
         note = "; ".join(text for text in (changed, self._note, going, *notes) if text)
         self.query_one("#verdict", VerdictStrip).show(self.summary(self.now), note=note)
 

@@ -12,12 +12,10 @@ from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Input, Static
 
-from planner import numbers
+from planner import quantity
 from planner.errors import MavjouleError
-from planner.report.finding_text import said
-from planner.report.plain_text import printable
 from planner.report.split import flown_text
-from planner.report.text import headline
+from planner.report.text import headline, printable, said
 from planner.tui.rows import MARKS
 from planner.tui.saving import parts_folder, save_parts
 
@@ -81,8 +79,8 @@ class SplitScreen(ModalScreen[None]):
 
 def _shown(split: Split) -> Content:
     """Return the flights, and what is other than in the mission."""
-    flights = numbers.count(len(split.parts), "flight")
-    whole = numbers.energy(split.whole.totals.energy_wh)
+    flights = quantity.count(len(split.parts), "flight")
+    whole = quantity.energy(split.whole.totals.energy_wh)
     lines = [Content.styled(f"{flights} instead of one of {whole}", "bold")]
     for part in split.parts:
         name = printable(Path(part.file).name)

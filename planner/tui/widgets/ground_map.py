@@ -9,19 +9,18 @@ import numpy as np
 from textual.binding import Binding, BindingType
 from textual.message import Message
 
-from planner import numbers
+from planner import quantity
 from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
 from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
 from planner.tui.widgets.drawing import VEHICLE, Drawing
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
     from textual import events
 
+    from planner.arrays import FloatArray
     from planner.findings import FlightStretch
     from planner.tui.ground import Ground, Scale
 
-    FloatArray = npt.NDArray[np.float64]
 
 _FINEST_M = 0.05
 """A dot is no less than this. [m]"""
@@ -182,9 +181,9 @@ class GroundMap(Drawing):
     def _write_legend(canvas: Canvas, ground: Ground, scale: Scale) -> None:
         length_m = scale_bar_m(scale.m_per_dot, canvas.width // 4)
         bar = "─" * max(round(length_m / scale.m_per_dot / DOTS_ACROSS) - 2, 0)
-        canvas.write(0, canvas.rows - 1, f"├{bar}┤ {numbers.distance(length_m)}", "axis")
+        canvas.write(0, canvas.rows - 1, f"├{bar}┤ {quantity.distance(length_m)}", "axis")
         if ground.wind.speed_m_s:
-            wind = f"wind {wind_arrow(ground.wind)} {numbers.speed(ground.wind.speed_m_s)}"
+            wind = f"wind {wind_arrow(ground.wind)} {quantity.speed(ground.wind.speed_m_s)}"
         else:
             wind = "no wind"
         canvas.write(canvas.columns - len(wind), 0, wind, "axis")

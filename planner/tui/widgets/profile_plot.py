@@ -9,7 +9,7 @@ import numpy as np
 from textual.binding import Binding, BindingType
 from textual.message import Message
 
-from planner import numbers
+from planner import quantity
 from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
 from planner.tui.curves import thinned
 from planner.tui.widgets.drawing import VEHICLE, Drawing
@@ -134,10 +134,10 @@ class ProfilePlot(Drawing):
             canvas.write(_LABELS - 1, row, "│", "axis")
         canvas.write(0, _HEADS, f"{picture.shown(high):>{_LABELS - 1}}", "axis")
         canvas.write(0, rows - _FEET - 1, f"{picture.shown(low):>{_LABELS - 1}}", "axis")
-        end = numbers.duration(end_s)
+        end = quantity.duration(end_s)
         canvas.write(_LABELS, rows - 1, "0", "axis")
         canvas.write(columns - len(end), rows - 1, end, "axis")
-        middle = numbers.duration(end_s / 2.0)
+        middle = quantity.duration(end_s / 2.0)
         canvas.write(_LABELS + (across - len(middle)) // 2, rows - 1, middle, "axis")
         for line in reversed(picture.lines):
             x, value = thinned(line.time_s, line.value, end_s=end_s, columns=across * DOTS_ACROSS)
@@ -174,7 +174,7 @@ class ProfilePlot(Drawing):
         if self._vehicle_s is not None:
             column = _LABELS + round(self._vehicle_s / end_s * (across - 1))
             canvas.write(column, canvas.rows - 1, VEHICLE, "cursor")
-        text = f"{picture.name}: {picture.shown(value)} at {numbers.duration(self._cursor_s)}"
+        text = f"{picture.name}: {picture.shown(value)} at {quantity.duration(self._cursor_s)}"
         hint = "  (p: next)" if len(self._pictures) > 1 else ""
         text += hint if len(text) + len(hint) < canvas.columns else ""
         canvas.write(1, 0, text, "cursor")

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.parameter import PARAMETER_REPEATED
 from planner.errors import ParameterFileError
@@ -214,7 +214,7 @@ def _repetitions(repeated: list[str], *, source: str) -> tuple[Finding, ...]:
     if not repeated:
         return ()
     more = (
-        f", and so {numbers.count(len(repeated) - 1, 'more parameter')}"
+        f", and so {quantity.count(len(repeated) - 1, 'more parameter')}"
         if len(repeated) > 1
         else ""
     )

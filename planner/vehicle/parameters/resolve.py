@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planner import numbers
+from planner import quantity
 from planner.autopilot import Autopilot, Target
 from planner.catalogue.parameter import (
     PARAMETER_IMPOSSIBLE,
@@ -170,9 +170,9 @@ class _Resolution:
 
     def take(self, given: ParameterSet, kind: OriginKind) -> None:
         """Take every quantity that is not known yet from one set."""
-        for quantity, row in self.table.items():
+        for field, row in self.table.items():
             present = [spelling for spelling in row.spellings if spelling.name in given.values]
-            if quantity in self.origins or not present:
+            if field in self.origins or not present:
                 continue
             spelling = present[0]
             if len(present) > 1:
@@ -183,13 +183,13 @@ class _Resolution:
             value_si = math.nan if entry.value is None else spelling.si(entry.value)
             if row.is_possible(value_si):
                 value_si = round(value_si) if row.is_choice else value_si
-                self.values_si[quantity] = value_si
-                self.origins[quantity] = Origin(
+                self.values_si[field] = value_si
+                self.origins[field] = Origin(
                     kind=kind, name=spelling.name, source=given.source, line=entry.line
                 )
-                self._note_suspect(quantity, row, given, spelling)
+                self._note_suspect(field, row, given, spelling)
             else:
-                self.origins[quantity] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
+                self.origins[field] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
                 self.impossible.append(
                     f"{_described(given, spelling)} cannot be meant: "
                     f"{_with_unit(row.default, row.now)}, the default, is assumed"
@@ -205,8 +205,8 @@ class _Resolution:
         }
         missing = [
             spelling.name
-            for quantity, row in self.table.items()
-            if quantity not in self.origins
+            for field, row in self.table.items()
+            if field not in self.origins
             for spelling in row.spellings
         ]
         nobodys = [name for name in given.values if name not in known]
@@ -231,11 +231,11 @@ class _Resolution:
             )
 
     def _note_suspect(
-        self, quantity: str, row: Parameter, given: ParameterSet, spelling: Spelling
+        self, field: str, row: Parameter, given: ParameterSet, spelling: Spelling
     ) -> None:
         """Note a value that would be usual in the unit of the quantity's other name."""
         value = given.values[spelling.name].value
-        usual_si = _USUAL_SI.get(quantity, row.now.si(row.default))
+        usual_si = _USUAL_SI.get(field, row.now.si(row.default))
         other = next((one for one in row.spellings if one is not spelling), None)
         if not value or other is None or other.unit == spelling.unit or usual_si <= 0.0:
             return
@@ -273,12 +273,12 @@ class _Resolution:
         """Return the parameters, with the defaults of what was found nowhere, told but for some."""
         assumed = [
             row.now.name
-            for quantity, row in self.table.items()
-            if quantity not in self.origins and quantity not in untold
+            for field, row in self.table.items()
+            if field not in self.origins and field not in untold
         ]
         origins = dict(self.origins)
-        for quantity, row in self.table.items():
-            origins.setdefault(quantity, Origin(kind=OriginKind.DEFAULT, name=row.now.name))
+        for field, row in self.table.items():
+            origins.setdefault(field, Origin(kind=OriginKind.DEFAULT, name=row.now.name))
         fields: dict[str, Any] = {**self.values_si, "origins": origins}
         values: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
         findings = [
@@ -301,21 +301,21 @@ class _Resolution:
 
     def _overruled(self, values: FlightParameters) -> Iterator[str]:
         """Yield a sentence for every given value the vehicle will not fly at."""
-        for quantity, given_si in self.values_si.items():
-            row, flown_si = self.table[quantity], getattr(values, quantity)
+        for field, given_si in self.values_si.items():
+            row, flown_si = self.table[field], getattr(values, field)
             stands_for_another = row.zero_means is not None and given_si == 0.0
             # files hold single precision, PX4 writes what it overwrites with into them
             if not stands_for_another and not math.isclose(given_si, flown_si, rel_tol=1e-5):
                 given, flown = given_si / row.now.si(1.0), flown_si / row.now.si(1.0)
                 yield (
-                    f"{self.origins[quantity]}: {row.now.name} = {_with_unit(given, row.now)} is "
+                    f"{self.origins[field]}: {row.now.name} = {_with_unit(given, row.now)} is "
                     f"overruled, {_with_unit(flown, row.now)} is flown"
                 )
 
     def _assumed_sentence(self, assumed: list[str]) -> str:
         names = ", ".join(assumed[:_NAMED])
         more = len(assumed) - _NAMED
-        rest = f" and {numbers.count(more, 'more parameter')}" if more > 0 else ""
+        rest = f" and {quantity.count(more, 'more parameter')}" if more > 0 else ""
         return f"{self.autopilot.label}'s defaults are assumed for {names}{rest}"
 
 
@@ -325,7 +325,7 @@ def _joined(
     """Yield one finding for all sentences of a rule, none where there is none."""
     if sentences:
         more = (
-            f", and {numbers.count(len(sentences) - 1, 'more parameter')}"
+            f", and {quantity.count(len(sentences) - 1, 'more parameter')}"
             if len(sentences) > 1
             else ""
         )

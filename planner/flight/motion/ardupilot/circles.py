@@ -7,24 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import numbers
+from planner import quantity
 from planner.catalogue.wind import CIRCLE_LEAN, NO_HEADWAY
-from planner.flight.motion.ardupilot.legs import SLOTS
-from planner.flight.motion.ardupilot.limits import drag_per_s
+from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s
 from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
-from planner.flight.motion.kinematics import CircleLaw
-from planner.flight.motion.manoeuvres import make_manoeuvres
-from planner.flight.state import FlightState
+from planner.flight.motion.kinematics import CircleLaw, FlightState, make_manoeuvres
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import FloatArray, IntArray
-    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.flight.motion.kinematics import Manoeuvres
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
@@ -169,7 +166,7 @@ def circle_findings(
             continue
         worst = int(np.argmax(np.where(some, needed, 0.0)))
         first = int(stages.item[rows[some][0]])
-        count = numbers.count(int(some.sum()), "circle")
+        count = quantity.count(int(some.sum()), "circle")
         yield rule.finding(
             f"{count} from item {first} on: {speed[worst]:.1f} m/s over ground in "
             f"{strength[worst]:.1f} m/s of wind asks for the lean of {needed[worst]:.1f} m/s of "

@@ -17,16 +17,21 @@ from planner.flight.motion.ardupilot.circles import (
     leaving_circles,
     plan_circles,
 )
-from planner.flight.motion.ardupilot.legs import SLOTS, plan_legs
-from planner.flight.motion.ardupilot.returns import over_home_m, return_findings
+from planner.flight.motion.ardupilot.legs import (
+    SLOTS,
+    plan_legs,
+    settling_waits_s,
+    stopping_distance_m,
+)
 from planner.flight.motion.ardupilot.splines import plan_splines
 from planner.flight.motion.ardupilot.stages import (
     is_kind,
     metres_of_autopilot,
+    over_home_m,
     return_columns,
+    return_findings,
     stage_columns,
 )
-from planner.flight.motion.ardupilot.stops import settling_waits_s, stopping_distance_m
 from planner.flight.motion.ardupilot.timeline import make_motion
 from planner.flight.motion.ardupilot.vertical import (
     change_of_height,
@@ -34,19 +39,21 @@ from planner.flight.motion.ardupilot.vertical import (
     set_down,
     takeoff,
 )
-from planner.flight.motion.manoeuvres import hold
-from planner.flight.state import FlightState
-from planner.mission.stage import StageKind
+from planner.flight.motion.kinematics import FlightState, hold
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.arrays import FloatArray
     from planner.flight.motion.ardupilot.legs import Legs
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import FloatArray, Motion
-    from planner.flight.motion.manoeuvres import Manoeuvres
-    from planner.mission.stage import Stage
+    from planner.flight.motion.kinematics import (
+        Manoeuvres,
+        Motion,
+    )
+    from planner.mission.route.stage import Stage
     from planner.physics.wind import Wind
     from planner.vehicle.model import Responses
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters

@@ -7,24 +7,352 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.corners import Corners, half_overlap_s
-from planner.flight.motion.ardupilot.limits import drag_per_s, limits_along
-from planner.flight.motion.ardupilot.returns import return_height_m
-from planner.flight.motion.ardupilot.stages import is_kind
-from planner.flight.motion.ardupilot.stops import jerk_rise_s
+from planner.flight.motion.ardupilot.stages import is_kind, return_height_m
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.s_curve import s_curves
+from planner.flight.motion.s_curve import s_curves, speed_ramps
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
+from planner.units import GRAVITY_M_S2
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.s_curve import SCurves
+    from planner.flight.motion.s_curve import SCurves, SpeedRamps
+    from planner.physics.response import TransferFunction
     from planner.physics.wind import Wind
+    from planner.vehicle.model import ManoeuvreResponse, Responses
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+
+_BISECTIONS = 16
+"""Halvings of a few seconds: to a tenth of a millisecond, where ArduPilot steps by 2.5 ms."""
+_BELOW = 1.0 - 1e-9
+"""What is below a limit."""
+
+
+@frozen(eq=False)
+class Corners:
+    """Waypoints between two straight legs, one per row."""
+
+    before: FloatArray
+    """Direction of the leg before: east, north, up. (n, 3) [-]"""
+    after: FloatArray
+    """Direction of the leg after. (n, 3) [-]"""
+    slowing: SpeedRamps
+    """Ramps at the end of the legs before."""
+    speeding: SpeedRamps
+    """Ramps at the beginning of the legs after."""
+    speed_limit_m_s: FloatArray
+    """Lower of the two legs' speed limits. (n,) [m s⁻¹]"""
+
+    def speed_m_s(self, half_s: FloatArray) -> FloatArray:
+        """Return the speed half-way through overlaps of twice ``half_s``. (n,) [m s⁻¹]"""
+        _, slowing, _ = self.slowing.begun(half_s)
+        _, speeding, _ = self.speeding.begun(half_s)
+        return _length(speeding, slowing, -self._cosine())
+
+    def _cosine(self) -> FloatArray:
+        cosine: FloatArray = np.einsum("ij,ij->i", self.before, self.after)
+        return cosine
+
+    def _select(self, rows: BoolArray) -> Corners:
+        return Corners(
+            before=self.before[rows],
+            after=self.after[rows],
+            slowing=self.slowing.select(rows),
+            speeding=self.speeding.select(rows),
+            speed_limit_m_s=self.speed_limit_m_s[rows],
+        )
+
+
+def half_overlap_s(
+    corners: Corners,
+    *,
+    radius_m: float,
+    corner_acceleration_m_s2: float,
+    vertical_acceleration_m_s2: float,
+) -> FloatArray:
+    """Return half the time by which the legs about each corner overlap. (n,) [s]
+
+    The corner is announced as reached half-way through.
+
+    Parameters
+    ----------
+    corners : Corners
+        Waypoints that are flown through.
+    radius_m : float
+        WP_RADIUS. [m]
+    corner_acceleration_m_s2 : float
+        WP_ACC_CNR, or twice WP_ACC. [m s⁻²]
+    vertical_acceleration_m_s2 : float
+        WP_ACC_Z. [m s⁻²]
+    """
+    limits = (radius_m, corner_acceleration_m_s2, vertical_acceleration_m_s2)
+    half = 0.5 * np.minimum(corners.slowing.duration_s, corners.speeding.duration_s) * _BELOW
+    limited = ~_Limits.of(corners, *limits).allow(half)
+    if limited.any():
+        # Within half a ramp ways, speeds and accelerations only grow: one crossing each.
+        some = _Limits.of(corners._select(limited), *limits)  # noqa: SLF001 -- its own module
+        low, high = np.zeros(limited.sum()), half[limited]
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            good = some.allow(middle)
+            low, high = np.where(good, middle, low), np.where(good, high, middle)
+        half[limited] = low
+    return half
+
+
+@frozen(eq=False)
+class _Limits:
+    """The four limits of corners, with what of the directions they depend on."""
+
+    ramps: SpeedRamps
+    """The legs before and after, in two rows: what is asked of both is asked at once. (2, n)"""
+    level: FloatArray
+    """Horizontal parts of both directions. (2, n) [-]"""
+    upward: FloatArray
+    """Vertical parts of both directions. (2, n) [-]"""
+    cosines: FloatArray
+    """Of the angle between the legs, that of their sum, and as seen from above. (3, n) [-]"""
+    speed_limit_m_s: FloatArray
+    radius_m: float
+    corner_acceleration_m_s2: float
+    vertical_acceleration_m_s2: float
+
+    @classmethod
+    def of(
+        cls,
+        corners: Corners,
+        radius_m: float,
+        corner_acceleration_m_s2: float,
+        vertical_acceleration_m_s2: float,
+    ) -> _Limits:
+        before, after = corners.before, corners.after
+        level = np.stack((np.hypot(before[:, 0], before[:, 1]), np.hypot(after[:, 0], after[:, 1])))
+        both = level[0] * level[1]
+        across = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
+        from_above = np.divide(across, both, out=np.zeros_like(both), where=both > 0.0)
+        cosine = corners._cosine()  # noqa: SLF001 -- its own module
+        return cls(
+            ramps=corners.slowing.beside(corners.speeding),
+            level=level,
+            upward=np.stack((before[:, 2], after[:, 2])),
+            cosines=np.stack((cosine, -cosine, from_above)),
+            speed_limit_m_s=corners.speed_limit_m_s,
+            radius_m=radius_m,
+            corner_acceleration_m_s2=corner_acceleration_m_s2,
+            vertical_acceleration_m_s2=vertical_acceleration_m_s2,
+        )
+
+    def allow(self, half_s: FloatArray) -> BoolArray:
+        """Return whether overlaps of twice ``half_s`` keep within all four. (n,)"""
+        way, speed, acceleration = self.ramps.begun(half_s)
+        climb = acceleration * self.upward
+        before, after = np.stack((way, speed, acceleration * self.level), axis=1)
+        distance, together, level = _length(after, before, self.cosines)
+        allowed: BoolArray = (
+            (distance < self.radius_m)
+            & (together <= self.speed_limit_m_s * _BELOW)
+            & (level <= self.corner_acceleration_m_s2 * _BELOW)
+            & (np.abs(climb[1] - climb[0]) <= self.vertical_acceleration_m_s2 * _BELOW)
+        )
+        return allowed
+
+
+def _length(one: FloatArray, other: FloatArray, cosine: FloatArray) -> FloatArray:
+    """Return the length of the difference of two vectors: the law of cosines."""
+    return np.sqrt(np.maximum(one * one + other * other - 2.0 * one * other * cosine, 0.0))
+
+
+def limits_along(
+    direction: FloatArray, horizontal: FloatArray | float, vertical: FloatArray | float
+) -> FloatArray:
+    """Return speed or acceleration limits along directions: ``kinematic_limit`` of AP_Math.
+
+    Parameters
+    ----------
+    direction : ndarray
+        East, north, up, of any length; the horizontal limit holds where it is zero. (…, 3)
+    horizontal, vertical : ndarray or float
+        Limits. (…)
+    """
+    size = np.sqrt((direction**2).sum(axis=-1))
+    level = np.sqrt(direction[..., 0] ** 2 + direction[..., 1] ** 2)
+    upward = np.abs(direction[..., 2])
+    over = np.full(size.shape, np.inf)
+    limit = np.minimum(
+        np.divide(horizontal * size, level, out=over.copy(), where=level > 0.0),
+        np.divide(vertical * size, upward, out=over, where=upward > 0.0),
+    )
+    return np.where(size > 0.0, limit, horizontal)
+
+
+def drag_per_s(parameters: ArduPilotParameters, airspeed_limit_m_s: float) -> float:
+    """Return the deceleration by drag over the airspeed: at the limit the greatest lean holds it. [s⁻¹]"""
+    return GRAVITY_M_S2 * math.tan(parameters.lean_angle_max_rad) / airspeed_limit_m_s
+
+
+BRAKING_FRACTION = 0.97
+"""A stop counts from where the speed has fallen to this fraction of the cruise. [-]"""
+_SHORTEST_RISE_S = 0.2
+"""``calc_scurve_jerk_and_snap``: half the snap of a time constant of 0.1 s at least. [s]"""
+_STOP_BISECTIONS = 30
+"""Halvings of some ten seconds: to a hundred-millionth of one."""
+_RESIDENCES = 20.0
+"""After so many mean residence times a response has ended. [-]"""
+
+
+def jerk_rise_s(parameters: ArduPilotParameters) -> float:
+    """Return the time in which the jerk of an S-curve rises to its limit. [s]
+
+    Notes
+    -----
+    ``calc_scurve_jerk_and_snap``: snap = J π / 4 max(ATC_INPUT_TC, 0.1), and
+    ``calculate_path``: t_j = J π / 2 snap; that is twice the time constant.
+    """
+    return max(2.0 * parameters.attitude_time_constant_s, _SHORTEST_RISE_S)
+
+
+def stopping_distance_m(
+    speed_m_s: FloatArray,
+    parameters: ArduPilotParameters,
+    response: ManoeuvreResponse | None = None,
+) -> FloatArray:
+    """Return the way from 97 % of a speed to standing still, as stops are measured. (n,) [m]
+
+    Parameters
+    ----------
+    speed_m_s : ndarray
+        Speeds, zero or more. (n,) [m s⁻¹]
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    response : ManoeuvreResponse, optional
+        How the speed follows its reference; default without any lag.
+
+    Notes
+    -----
+    The S-curve's braking from v lasts T and takes v T/2.  The speed has fallen by 3 % after
+    t = t_j/2 + sqrt(0.06 v/J), the way by then is v t − J (t − t_j/2)³/6.
+    """
+    speed = np.asarray(speed_m_s, np.float64)
+    if response is not None:
+        different, where = np.unique(speed, return_inverse=True)
+        return _followed_stop_m(different, parameters, response)[where]
+    full = np.ones(speed.shape)
+    ramps = speed_ramps(
+        speed,
+        acceleration_m_s2=full * parameters.acceleration_m_s2,
+        jerk_m_s3=full * parameters.jerk_m_s3,
+        jerk_rise_s=full * jerk_rise_s(parameters),
+    )
+    lost = (1.0 - BRAKING_FRACTION) * speed
+    since = np.sqrt(2.0 * lost / np.where(ramps.jerk_m_s3 > 0.0, ramps.jerk_m_s3, 1.0))
+    before = speed * (ramps.rest_s + since) - ramps.jerk_m_s3 * since**3 / 6.0
+    way: FloatArray = 0.5 * speed * ramps.duration_s - before
+    return way
+
+
+def _followed_stop_m(
+    speed: FloatArray, parameters: ArduPilotParameters, response: ManoeuvreResponse
+) -> FloatArray:
+    """Return the ways of a vehicle that follows its braking reference with a lag. (n,) [m]"""
+    from planner.physics.response import Edge, ShapedResponse
+
+    system = response.transfer_function
+    full = np.ones(speed.shape)
+    ramps = speed_ramps(
+        speed,
+        acceleration_m_s2=full * parameters.acceleration_m_s2,
+        jerk_m_s3=full * parameters.jerk_m_s3,
+        jerk_rise_s=full * jerk_rise_s(parameters),
+    )
+    jerk = ramps.jerk_m_s3 / _steady_gain(system)
+    begun, steady = ramps.rest_s, ramps.rest_s + ramps.jerk_s
+    eased = steady + ramps.steady_s
+    lost = ShapedResponse(
+        system=system,
+        edges=(
+            Edge(jerk, begun, order=2),
+            Edge(-jerk, steady, order=2),
+            Edge(-jerk, eased, order=2),
+            Edge(jerk, eased + ramps.jerk_s, order=2),
+        ),
+    )
+    late_s = system.mean_residence_time_s
+    low, high = 0.0 * speed, ramps.duration_s + _RESIDENCES * late_s
+    for _ in range(_STOP_BISECTIONS):
+        middle = 0.5 * (low + high)
+        braking = lost.value(middle) >= (1.0 - BRAKING_FRACTION) * speed
+        low, high = np.where(braking, low, middle), np.where(braking, middle, high)
+    way: FloatArray = speed * (0.5 * ramps.duration_s + late_s - high) + lost.integral(high)
+    return way
+
+
+def settling_waits_s(
+    legs: Legs, responses: Responses | None, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return how long after its reference the vehicle is within WP_RADIUS of where legs stop. (n,) [s]
+
+    Parameters
+    ----------
+    legs : Legs
+        Any; nothing is waited for where the end is passed.
+    responses : Responses or None
+        How the vehicle follows speed and altitude; level legs wait for the first, steep ones for the
+        second, and for nothing where it was not identified.
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+
+    Notes
+    -----
+    ``AC_WPNav``: a waypoint that is no corner is reached when the S-curve has ended and the vehicle is
+    within the radius.
+    """
+    waits = np.zeros(len(legs.key))
+    if responses is None:
+        return waits
+    stops = (legs.half_overlap_s == 0.0) & (legs.corner_speed_m_s == 0.0)
+    steep = np.abs(legs.direction[:, 2]) > np.hypot(legs.direction[:, 0], legs.direction[:, 1])
+    for response, some in ((responses.speed, ~steep), (responses.altitude, steep)):
+        rows = np.flatnonzero(stops & some & legs.direction.any(axis=1))
+        if response is not None and len(rows):
+            waits[rows] = _waits_s(
+                legs, rows, response.transfer_function, parameters.waypoint_radius_m
+            )
+    return waits
+
+
+def _waits_s(legs: Legs, rows: IntArray, system: TransferFunction, radius_m: float) -> FloatArray:
+    """Return the waits of some legs that stop, each begun at rest. (rows,) [s]"""
+    from planner.physics.response import Edge, ShapedResponse
+
+    curves = legs.curves
+    phases = curves.phases()
+    start, jerk = phases.start_s[rows], phases.jerk_m_s3[rows]
+    steps = np.diff(jerk, axis=1, prepend=0.0) / _steady_gain(system)
+    followed = ShapedResponse(
+        system=system,
+        edges=(
+            Edge(curves.start_m_s[rows]),
+            *(Edge(step, begin, order=2) for begin, step in zip(start.T, steps.T, strict=True)),
+        ),
+    )
+    length, end = curves.length_m[rows], curves.duration_s[rows]
+    low, high = end, end + _RESIDENCES * system.mean_residence_time_s
+    late = np.abs(length - followed.integral(end)) > radius_m
+    for _ in range(_STOP_BISECTIONS if late.any() else 0):
+        middle = 0.5 * (low + high)
+        near = np.abs(length - followed.integral(middle)) <= radius_m
+        low, high = np.where(near, low, middle), np.where(near, middle, high)
+    return np.where(late, high - end, 0.0)
+
+
+def _steady_gain(system: TransferFunction) -> float:
+    """Return what a response is divided by, so that the vehicle arrives where it is sent. [-]"""
+    return system.dc_gain or 1.0
+
 
 SLOTS = 8
 """A stage's manoeuvres are numbered from SLOTS times its position."""

@@ -12,19 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.limits import limits_along
+from planner.flight.motion.ardupilot.legs import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
-from planner.flight.motion.manoeuvres import make_manoeuvres
-from planner.flight.state import FlightState
+from planner.flight.motion.kinematics import FlightState, make_manoeuvres
 from planner.frozen import frozen
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.flight.motion.kinematics import Manoeuvres
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 

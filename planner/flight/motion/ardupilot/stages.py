@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner import quantity
+from planner.catalogue.altitude import RETURN_OVER_TERRAIN
+from planner.catalogue.mission import LANDING_MISSING
+from planner.catalogue.time import WAIT_NOT_COUNTED
+from planner.findings import Severity
+from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
 from planner.frozen import frozen
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
-from planner.mission.stage import StageKind
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.mission.stage import Stage
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.findings import Finding
+    from planner.mission.route.stage import Stage
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
 
 KINDS = tuple(StageKind)
 KIND_INDEX = {kind: index for index, kind in enumerate(KINDS)}
@@ -158,8 +166,6 @@ def stage_columns(
     )
     followed = [row for row, each in enumerate(stages) if each.followed_ground_m]
     if followed:
-        from planner.flight.motion.ardupilot.terrain import followed_speed_m_s
-
         rows = np.array(followed)
         way = place[rows, :2] - start[rows, :2]
         speed[rows] = followed_speed_m_s(
@@ -353,3 +359,225 @@ def _return_end_m(home_m: FloatArray, parameters: ArduPilotParameters) -> FloatA
     end = home_m.copy()
     end[:, 2] += parameters.return_final_altitude_m
     return end
+
+
+_LEAST_RETURN_M = 0.3
+"""``RTL_ALT_MIN_M``. [m]"""
+_CEILING = 1
+"""``AC_FENCE_TYPE_ALT_MAX`` among the bits of FENCE_TYPE."""
+_SHALLOWEST_CONE = 0.5
+"""``RTL_MIN_CONE_SLOPE``: a shallower cone does not count. [-]"""
+_OVER_TERRAIN = 1
+"""RTL_ALT_TYPE for heights above terrain."""
+_HEADING_HELD = 0
+"""WP_YAW_BEHAVIOR for a heading that is never changed."""
+
+
+def return_height_m(
+    start_m: FloatArray,
+    home_m: FloatArray,
+    parameters: ArduPilotParameters,
+    rally_height_m: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Return the height above home at which returns are flown. (n,) [m]
+
+    Parameters
+    ----------
+    start_m, home_m : ndarray
+        East, north, height of where the returns begin and of home. (n, 3) [m]
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    rally_height_m : ndarray
+        Height of a rally point above its ground; 0 for home. (n,) [m]
+
+    Notes
+    -----
+    ``ModeRTL::compute_return_target``: RTL_ALT or the rally point's altitude, at least RTL_CLIMB_MIN
+    above the present height; with a RTL_CONE_SLOPE of 0.5 or more no higher than the cone over home; no
+    higher than FENCE_ALT_MAX less FENCE_MARGIN while that fence is on; never down.
+    """
+    present = start_m[:, 2] - home_m[:, 2]
+    least = np.maximum(present + parameters.return_climb_min_m, _LEAST_RETURN_M)
+    height = np.maximum(np.maximum(parameters.return_altitude_m, rally_height_m), least)
+    if parameters.return_cone_slope >= _SHALLOWEST_CONE:
+        distance = np.hypot(start_m[:, 0] - home_m[:, 0], start_m[:, 1] - home_m[:, 1])
+        height = np.minimum(height, np.maximum(distance * parameters.return_cone_slope, least))
+    if parameters.fence_enable and parameters.fence_type & _CEILING:
+        ceiling = parameters.fence_height_max_m - parameters.fence_margin_m
+        height = np.minimum(height, ceiling)
+    lifted: FloatArray = home_m[:, 2] + np.maximum(height, present)
+    return lifted
+
+
+def over_home_m(
+    stages: StageColumns, home: IntArray, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return where returns arrive over home. (n, 3) [m]
+
+    Parameters
+    ----------
+    stages : StageColumns
+        At least one.
+    home : ndarray of int
+        The returns among them. (n,)
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+    """
+    over_m = stages.place_m[home].copy()
+    floor_m = stages.return_floor_m[home]
+    over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters, floor_m)
+    return over_m
+
+
+def return_findings(stages: StageColumns, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    """Yield what of returns is not, or not as the vehicle does it, predicted.
+
+    Notes
+    -----
+    ``ModeRTL::loiterathome_run`` waits for RTL_LOIT_TIME and then until the vehicle heads within 2° as
+    it was armed, unless WP_YAW_BEHAVIOR is 0.  Nowhere else does Copter wait for a heading in a
+    mission: ``ModeAuto::verify_command`` asks for none.
+    """
+    if parameters.return_altitude_type == _OVER_TERRAIN:
+        yield RETURN_OVER_TERRAIN.finding(
+            "RTL_ALT_TYPE is 1: returns follow the terrain; they are predicted at least "
+            f"{quantity.height(parameters.return_altitude_m)} above home"
+        )
+    home = stages.where(StageKind.RETURN)
+    if not len(home):
+        return
+    item = int(stages.item[home[0]])
+    if parameters.return_final_altitude_m > 0.0:
+        yield LANDING_MISSING.finding(
+            f"RTL_ALT_FINAL: the return ends in the air at {parameters.return_final_altitude_m:.1f} m "
+            "above home: the landing is not counted",
+            item=item,
+        )
+    longer_s = math.pi / parameters.yaw_rate_rad_s - parameters.return_loiter_s
+    if longer_s > 0.0 and parameters.yaw_behavior != _HEADING_HELD:
+        yield WAIT_NOT_COUNTED.finding(
+            "the return waits over home until it heads as it was armed: up to "
+            f"{quantity.duration(longer_s)} longer than RTL_LOIT_TIME",
+            severity=Severity.INFO,
+            item=item,
+        )
+
+
+_STEP_S = 0.05
+_HARMLESS_M_S = 1.0
+"""Ground that rises and falls no faster than this is followed without slowing down. [m s⁻¹]"""
+_SLOWEST = 0.01
+"""``pos_terrain_U_scaler_m`` leaves so much of the speed. [-]"""
+
+
+def followed_speed_m_s(
+    stage: IntArray,
+    ground_m: FloatArray,
+    length_m: FloatArray,
+    speed_m_s: FloatArray,
+    *,
+    climb_m_s: FloatArray,
+    descent_m_s: FloatArray,
+    parameters: ArduPilotParameters,
+) -> FloatArray:
+    """Return the mean horizontal speeds of legs that follow the ground.
+
+    Parameters
+    ----------
+    stage : ndarray of int
+        Stage of each leg, rising; legs of consecutive stages follow each other. (n,)
+    ground_m : ndarray
+        Heights of the ground, evenly spaced from the beginning of each leg to its end. (n, k) [m]
+    length_m : ndarray
+        Horizontal lengths. (n,) [m]
+    speed_m_s : ndarray
+        Commanded horizontal speeds. (n,) [m s⁻¹]
+    climb_m_s, descent_m_s : ndarray
+        Vertical speed limits. (n,) [m s⁻¹]
+    parameters : ArduPilotParameters
+        The vehicle's parameters.
+
+    Returns
+    -------
+    ndarray
+        The commanded speed where nothing slows a leg down. (n,) [m s⁻¹]
+    """
+    found = speed_m_s.copy()
+    slope = np.abs(np.diff(ground_m, axis=1)) * (ground_m.shape[1] - 1)
+    steep = (slope.max(axis=1) * speed_m_s > _HARMLESS_M_S * length_m) & (length_m > 0.0)
+    if not steep.any() or parameters.terrain_margin_m == 0.0:
+        return found
+    before: int | None = None
+    motion = _LEVEL
+    for row in np.flatnonzero(steep).tolist():
+        follows = before is not None and stage[row] == stage[before] + 1
+        leg = _Leg(
+            ground_m=ground_m[row].tolist(),
+            length_m=float(length_m[row]),
+            speed_m_s=float(speed_m_s[row]),
+            climb_m_s=float(climb_m_s[row]),
+            descent_m_s=float(descent_m_s[row]),
+        )
+        begin = motion if follows else _LEVEL
+        duration_s, motion = leg.flown(begin, parameters)
+        found[row] = min(leg.length_m / duration_s, leg.speed_m_s)
+        before = row
+    return found
+
+
+class _Motion(NamedTuple):
+    """How a vehicle comes to a leg or leaves it."""
+
+    error_m: float
+    """Of its height against that of the ground. [m]"""
+    rate_m_s: float
+    """Vertical speed. [m s⁻¹]"""
+    pace: float
+    """Horizontal speed over the commanded one. [-]"""
+
+
+_LEVEL = _Motion(0.0, 0.0, 1.0)
+
+
+class _Leg(NamedTuple):
+    """A leg over ground that may slow it down."""
+
+    ground_m: list[float]
+    length_m: float
+    speed_m_s: float
+    climb_m_s: float
+    descent_m_s: float
+
+    def flown(self, begin: _Motion, parameters: ArduPilotParameters) -> tuple[float, _Motion]:
+        """Return the duration [s] and how the leg is left."""
+        half_m = 0.5 * parameters.terrain_margin_m
+        most_up = parameters.vertical_acceleration_m_s2 * _STEP_S
+        most_on = parameters.acceleration_m_s2 / self.speed_m_s * _STEP_S
+        braking = BRAKING_SHARE * parameters.vertical_acceleration_m_s2
+        gain = height_gain_per_s(parameters)
+        linear_m = braking / gain**2
+        spaces = len(self.ground_m) - 1
+        error, rate, pace = begin
+        height = self.ground_m[0] - error
+        share, duration = 0.0, 0.0  # of the way, of the time
+        while share < 1.0:
+            at = share * spaces
+            below = min(int(at), spaces - 1)
+            low, high = self.ground_m[below], self.ground_m[below + 1]
+            error = low + (at - below) * (high - low) - height
+            size = abs(error)
+            wanted = (
+                gain * size
+                if size < linear_m
+                else math.sqrt(2.0 * braking * (size - 0.5 * linear_m))
+            )
+            wanted = min(wanted, self.climb_m_s) if error > 0.0 else -min(wanted, self.descent_m_s)
+            slowed = min(max(2.0 - size / half_m, _SLOWEST), 1.0)
+            rate += min(max(wanted - rate, -most_up), most_up)
+            pace += min(max(slowed - pace, -most_on), most_on)
+            way = pace * self.speed_m_s / self.length_m
+            step = min(_STEP_S, (1.0 - share) / way)  # the last step ends where the leg does
+            share = share + way * step if step == _STEP_S else 1.0
+            height += rate * step
+            duration += step
+        return duration, _Motion(error, rate, pace)

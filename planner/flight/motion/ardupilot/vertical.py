@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.manoeuvres import make_vertical
-from planner.flight.state import FlightState
+from planner.flight.motion.kinematics import FlightState, make_vertical
 from planner.units import GRAVITY_M_S2
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray, IntArray
-    from planner.flight.motion.manoeuvres import Manoeuvres
+    from planner.arrays import FloatArray, IntArray
+    from planner.flight.motion.kinematics import Manoeuvres
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 ARMING_DELAY_S = 2.0

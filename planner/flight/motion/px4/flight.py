@@ -8,37 +8,60 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.kinematics import Motion, SegmentColumns
-from planner.flight.motion.px4.gaps import gap_findings
-from planner.flight.motion.px4.headings import yaw_waits_s
-from planner.flight.motion.px4.landings import add_landings
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, Motion, SegmentColumns
+from planner.flight.motion.px4.landings import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import flight_times_s, fly_legs
+from planner.flight.motion.px4.legs import flight_times_s, fly_legs, yaw_waits_s
 from planner.flight.motion.px4.moves import moves_home, moves_of_stages
-from planner.flight.motion.px4.pace import Pace
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,
     HOLD,
     PAUSE,
     RAMP,
+    Pace,
     Pieces,
     in_flown_order,
 )
 from planner.flight.motion.px4.speeds import stopping_distance_m
-from planner.flight.motion.px4.takeoffs import add_takeoffs
-from planner.flight.state import STATE_INDEX, FlightState
+from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.findings import Finding
     from planner.flight.motion.px4.legs import FlownMoves
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
-    from planner.mission.stage import ReturnWay, Stage
+    from planner.mission.route.stage import ReturnWay, Stage
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
+
+
+def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:
+    """Return a finding for each setting that the motion of these stages does not follow."""
+    lands = parameters.return_land_delay_s >= 0.0 and parameters.disarm_delay_s >= 0.0
+    if lands:
+        return ()
+    returning = next((stage for stage in stages if stage.kind is StageKind.RETURN), None)
+    item = None if returning is None else returning.item
+    gaps = []
+    if returning is not None and parameters.return_land_delay_s < 0.0:
+        gaps.append(
+            f"RTL_LAND_DELAY {parameters.return_land_delay_s:g} s keeps the vehicle over home: time "
+            "and energy end with its arrival there"
+        )
+    if returning is not None and parameters.disarm_delay_s < 0.0:
+        gaps.append(
+            f"COM_DISARM_LAND {parameters.disarm_delay_s:g} s does not disarm: the flight is taken to "
+            "end as it has landed"
+        )
+    if not gaps:
+        return ()
+    from planner.catalogue.time import SETTING_NOT_FOLLOWED
+
+    return tuple(SETTING_NOT_FOLLOWED.finding(gap, item=item) for gap in gaps)
 
 
 def fly_px4(

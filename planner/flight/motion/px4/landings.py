@@ -7,17 +7,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.laws import SettlingLaw
-from planner.flight.motion.px4.pieces import RAMP, Lines, Places
-from planner.flight.motion.px4.ramps import Ramps
-from planner.flight.motion.px4.speeds import allowed_speed_m_s
+from planner.flight.motion.px4.moves import Columns
+from planner.flight.motion.px4.pieces import RAMP, Curves, Lines, Places, SettlingLaw, wright_omega
+from planner.flight.motion.px4.speeds import (
+    STILL_M,
+    Ramps,
+    allowed_speed_m_s,
+    braking_distance_m,
+    half_b_m_s,
+)
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.pace import Pace
-    from planner.flight.motion.px4.pieces import Pieces
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.px4.legs import Layout
+    from planner.flight.motion.px4.pieces import Pace, Pieces
+    from planner.flight.motion.px4.straights import Limits, Straights
     from planner.vehicle.parameters.px4 import Px4Parameters
+
 
 LANDED_AFTER_S = 3.6
 """From touch-down to the landed flag with a range sensor, which cannot see the ground it stands on:
@@ -329,3 +336,253 @@ class _Descents:
         self.parts.append((self.elapsed_s, duration, cubic, above + rest, gain))
         self.height_m = np.where(above > 0.0, low, self.height_m)
         self.elapsed_s = self.elapsed_s + duration
+
+
+_LEAST_SHARE = 0.5
+"""Of b, that of a braking law which leads to a stop: below it the vehicle is too fast. [-]"""
+_ASTRAY_M = 0.1
+"""Distance from its target at which a straight may pass and yet lead to it. [m]"""
+
+
+def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
+    """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
+
+    They arrive at the speed the braking law has there.
+    """
+    return layout.is_leg & (layout.hold_s > 0.0) & _leads_to_target(layout, limits, straights)
+
+
+def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
+    """Return b'/2 of the braking laws that lead from where legs end to a stop at the target. (n,)"""
+    rows = np.arange(len(limits.tail_m))
+    a, speed = limits.brake_m_s2[rows, straights.near], straights.end_m_s
+    half_b: FloatArray = 0.5 * (2.0 * a * limits.tail_m / np.maximum(speed, 1e-9) - speed)
+    return half_b
+
+
+def _leads_to_target(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
+    """Return which straights go on to their targets by a braking law that stops there. (n,)"""
+    rows = np.arange(len(limits.tail_m))
+    near = straights.near
+    share = creeping_half_b_m_s(limits, straights) / half_b_m_s(
+        limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near]
+    )
+    stops = (limits.final_m_s[rows, near] == 0.0) & limits.binds[rows, near]
+    creeping: BoolArray = (
+        stops
+        & (limits.length_m > STILL_M)
+        & (straights.end_m_s > 0.0)
+        & (share > _LEAST_SHARE)
+        & (share < 1.0 + STILL_M)
+        & (
+            np.sqrt(((limits.direction - layout.direction) ** 2).sum(axis=1)) * layout.tail_m
+            < _ASTRAY_M
+        )
+    )
+    return creeping
+
+
+def settlings(
+    begin_m: FloatArray,
+    velocity_m_s: FloatArray,
+    target_m: FloatArray,
+    parameters: Px4Parameters,
+) -> Curves:
+    """Return how vehicles in motion settle on places near by.
+
+    They take the time to stop and turn back, and for twice the way at the speed allowed at its
+    beginning.  (n rows)
+    """
+    way = np.sqrt(((target_m - begin_m) ** 2).sum(axis=1))
+    speed = np.sqrt((velocity_m_s**2).sum(axis=1))
+    a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
+    allowed = allowed_speed_m_s(
+        way,
+        np.zeros_like(way),
+        acceleration_m_s2=np.full_like(way, a),
+        jerk_m_s3=np.full_like(way, j),
+    )
+    back = np.divide(2.0 * way, allowed, out=np.zeros_like(way), where=allowed > 0.0)
+    duration = back + 2.0 * (speed / a + a / j)
+    still = np.zeros_like(begin_m)
+    rises = target_m[:, 2] > begin_m[:, 2]
+    return Curves.between(
+        begin_m,
+        velocity_m_s,
+        target_m,
+        still,
+        duration_s=duration,
+        level_m_s=allowed,
+        upright_m_s=np.minimum(
+            allowed, np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+        ),
+    )
+
+
+def ends_of_moves(
+    part: Layout,
+    place_m: FloatArray,
+    velocity_m_s: FloatArray,
+    limits: Limits,
+    straights: Straights,
+    *,
+    parameters: Px4Parameters,
+) -> tuple[FloatArray, FloatArray]:
+    """Return where and how fast moves end, holds included."""
+    rows = np.arange(len(place_m))
+    speed = straights.end_m_s
+    begin = place_m + limits.direction * limits.length_m[:, None]
+    moving = limits.length_m > STILL_M
+    velocity = np.where(moving[:, None], limits.direction * speed[:, None], velocity_m_s)
+    end = begin.copy()
+    holds = part.hold_s > 0.0
+    creeping = part.is_leg & holds & _leads_to_target(part, limits, straights)
+    settling = np.flatnonzero(holds & ~creeping & (part.is_leg | part.stands))
+    if creeping.any():
+        near = straights.near
+        half_b = np.where(creeping, creeping_half_b_m_s(limits, straights), 1.0)
+        a = limits.brake_m_s2[rows, near]
+        begun = np.where(creeping, speed / half_b, 1.0)
+        left = half_b * wright_omega(begun + np.log(begun) - part.hold_s * a / half_b)
+        way = left * (left + 2.0 * half_b) / (2.0 * a)
+        aim = begin + limits.direction * (part.tail_m - way)[:, None]
+        end = np.where(creeping[:, None], aim, end)
+        velocity = np.where(creeping[:, None], limits.direction * left[:, None], velocity)
+    if len(settling):
+        target = part.target_m[settling]
+        curves = settlings(begin[settling], velocity[settling], target, parameters)
+        settle_s = curves.duration_s.sum(axis=1)
+        over = (part.hold_s[settling] >= settle_s)[:, None]
+        place, left_m_s = curves.state_at(np.minimum(part.hold_s[settling], settle_s))
+        end[settling] = np.where(over, target, place)
+        velocity[settling] = np.where(over, 0.0, left_m_s)
+    landed = ~part.is_leg & ~part.stands
+    end = np.where(landed[:, None], part.target_m, end)
+    return end, np.where(landed[:, None], 0.0, velocity)
+
+
+LIFT_OFF_AFTER_S = 0.2
+"""From the end of the thrust ramp to lift-off: 4.2 s after arming with 1 s of spool-up and 3 s of ramp
+(measured). [s]"""
+CLIMB_BEHIND_S = 0.83
+"""Time the climb is behind one at full speed from lift-off on: 10 m at 1.5 m/s are reached 11.7 s after
+arming, not 10.9 s (measured).  PX4 only begins to raise the speed while the thrust ramps up. [s]"""
+
+IDLE_SHARE = 0.5
+"""Share of the thrust ramp that counts as standing with idle motors: thrust grows evenly to that of the
+hover. [-]"""
+
+
+@frozen(eq=False)
+class Takeoffs(Columns):
+    """Take-offs as columns of length k."""
+
+    ground_m: FloatArray
+    """Where each begins. (k, 3) [m]"""
+    grounded_s: FloatArray
+    """Time on the ground: spool-up and ramp."""
+    speed_m_s: FloatArray
+    """Climb speed near the ground."""
+    rise_s: FloatArray
+    """Time in which the climb reaches it, at constant acceleration."""
+    steady_s: FloatArray
+    """Time at it."""
+    place_m: FloatArray
+    """Where the climb becomes a leg. (k, 3) [m]"""
+    is_free: BoolArray
+    """Whether that is climbed at MPC_Z_V_AUTO_UP; else MPC_TKO_SPEED holds to the end."""
+
+
+def make_takeoffs(
+    ground_m: FloatArray, target_m: FloatArray, parameters: Px4Parameters
+) -> Takeoffs:
+    """Return the beginnings of take-offs.
+
+    Parameters
+    ----------
+    ground_m, target_m : ndarray
+        Where they begin, and the heights they lead to. (k, 3) [m]
+    parameters : Px4Parameters
+        The vehicle's.
+
+    Notes
+    -----
+    COM_SPOOLUP_TIME, then thrust ramps up over MPC_TKO_RAMP_T (``TakeoffHandling``); MPC_TKO_SPEED up to
+    MPC_LAND_ALT1 over ground, then the climb speed of missions (``FlightTaskAuto::
+    _updateTrajConstraints``).  A low take-off is climbed no faster than it can be braked again.
+    """
+    height = np.maximum(target_m[:, 2] - ground_m[:, 2], 0.0)
+    limits = {
+        "acceleration_m_s2": np.full_like(height, parameters.acceleration_up_m_s2),
+        "jerk_m_s3": np.full_like(height, parameters.jerk_m_s3),
+    }
+    a = limits["acceleration_m_s2"]
+    half = half_b_m_s(**limits) + a * CLIMB_BEHIND_S
+    # The highest speed v with v · 0.83 s for the rise and its braking distance within the height.
+    fitting = np.sqrt(half**2 + 2.0 * a * height) - half
+    speed = np.minimum(parameters.takeoff_speed_m_s, fitting)
+    risen = speed * CLIMB_BEHIND_S
+    kept = braking_distance_m(speed, np.zeros_like(speed), **limits)
+    is_free = height - kept > np.maximum(parameters.land_slow_height_m, risen)
+    upper = np.where(
+        is_free, np.maximum(parameters.land_slow_height_m, risen), np.maximum(height - kept, risen)
+    )
+    place = ground_m.copy()
+    place[:, 2] += upper
+    flies = speed > 0.0
+    return Takeoffs(
+        ground_m=ground_m,
+        grounded_s=np.full_like(
+            height, parameters.spool_up_s + parameters.takeoff_ramp_s + LIFT_OFF_AFTER_S
+        ),
+        speed_m_s=speed,
+        rise_s=np.where(flies, 2.0 * CLIMB_BEHIND_S, 0.0),
+        steady_s=np.divide(upper - risen, speed, out=np.zeros_like(speed), where=flies),
+        place_m=place,
+        is_free=is_free,
+    )
+
+
+def add_takeoffs(
+    pieces: Pieces, move: IntArray, takeoffs: Takeoffs, parameters: Px4Parameters
+) -> None:
+    """Add the pieces of take-offs, which are these moves.
+
+    Noise does not slow them: the height of the trajectory is kept at the vehicle's, which climbs at the
+    speed ordered however far the trajectory's time has come (``_updateTrajConstraints``,
+    ``forceSetPosition``).
+    """
+    if not len(move):
+        return
+    count, zero = len(move), np.zeros(len(move))
+    idle = np.full(count, parameters.spool_up_s + IDLE_SHARE * parameters.takeoff_ramp_s)
+    speed = takeoffs.speed_m_s
+    risen = 0.5 * speed * takeoffs.rise_s
+    rising = np.divide(speed, takeoffs.rise_s, out=zero.copy(), where=takeoffs.rise_s > 0.0)
+    for order, (duration, height, v, a) in enumerate(
+        (
+            (idle, zero, zero, zero),
+            (takeoffs.grounded_s - idle, zero, zero, zero),
+            (takeoffs.rise_s, zero, zero, rising),
+            (takeoffs.steady_s, risen, speed, zero),
+        )
+    ):
+        place = takeoffs.ground_m.copy()
+        place[:, 2] += height
+        pieces.add_lines(
+            Places(
+                move=move,
+                order=np.full(count, order),
+                slot=np.full(count, RAMP),
+                duration_s=duration,
+                pace=np.ones(count),
+            ),
+            Lines(
+                place_m=place,
+                direction=np.broadcast_to(np.array([0.0, 0.0, 1.0]), (count, 3)),
+                speed_m_s=v,
+                acceleration_m_s2=a,
+                jerk_m_s3=zero,
+            ),
+            is_grounded=order == 0,
+        )

@@ -7,18 +7,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.curves import Curves
-from planner.flight.motion.px4.holds import creeping_half_b_m_s, creeps, settlings
-from planner.flight.motion.px4.laws import BrakeLaw
-from planner.flight.motion.px4.pieces import BRAKE, CRUISE, HOLD, PAUSE, RAMP, Lines, Places
-from planner.flight.motion.px4.ramps import ramp_time_s
-from planner.flight.motion.px4.speeds import STILL_M, braking_time_s
+from planner.flight.motion.px4.landings import (
+    creeping_half_b_m_s,
+    creeps,
+    settlings,
+)
+from planner.flight.motion.px4.pieces import (
+    BRAKE,
+    CRUISE,
+    HOLD,
+    PAUSE,
+    RAMP,
+    BrakeLaw,
+    Curves,
+    Lines,
+    Places,
+)
+from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import FlownMoves, Legs
-    from planner.flight.motion.px4.pace import Pace
-    from planner.flight.motion.px4.pieces import Pieces
+    from planner.flight.motion.px4.pieces import Pace, Pieces
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 BRAKING_FRACTION = 0.98

@@ -6,26 +6,295 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.columns import Columns
-from planner.flight.motion.px4.holds import ends_of_moves
-from planner.flight.motion.px4.layout import Layout, lay_out
-from planner.flight.motion.px4.limits import Limits, limits_along
-from planner.flight.motion.px4.onto_legs import (
-    cut_short,
-    joined_turns,
-    slowed_turns,
-    turns_onto_moves,
+from planner.flight.motion.px4.landings import Takeoffs, ends_of_moves, make_takeoffs
+from planner.flight.motion.px4.moves import Columns
+from planner.flight.motion.px4.speeds import (
+    STILL_M,
+    allowed_speed_m_s,
+    braking_time_s,
+    corner_speed_m_s,
+    yaw_time_s,
 )
-from planner.flight.motion.px4.speeds import STILL_M, braking_time_s
-from planner.flight.motion.px4.straights import Straights, fly_straights
-from planner.flight.motion.px4.takeoffs import Takeoffs, make_takeoffs
+from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
+from planner.flight.motion.px4.turns import cut_short, joined_turns, slowed_turns, turns_onto_moves
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.turns import Turns
     from planner.vehicle.parameters.px4 import Px4Parameters
+
+
+_TO_HOME, _FROM_HOME, _TURNS_FIRST, _FIXED = 1, 2, 4, 5
+"""MPC_YAW_MODE: look to home, away from it, turn to the target before flying there, do not turn."""
+
+
+def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArray:
+    """Return the heading before each move and behind the last; NaN where not known. (n + 1,) [rad]
+
+    Along the legs, or to home or away from it as MPC_YAW_MODE has it, unless a waypoint wants its own;
+    within the acceptance radius of what is looked at the heading is kept
+    (``FlightTaskAuto::_set_heading_from_mode``).
+    """
+    level = np.hypot(direction[:, 0], direction[:, 1])
+    looks, kept = direction[:, :2], level == 0.0
+    if yaw_mode in {_TO_HOME, _FROM_HOME}:
+        place = moves.target_m[:, :2]
+        looks = place if yaw_mode == _FROM_HOME else -place
+        kept = np.hypot(place[:, 0], place[:, 1]) <= moves.radius_m
+    elif yaw_mode == _FIXED:
+        kept = np.ones(len(level), dtype=np.bool_)
+    turned = ~kept & ~moves.is_landing
+    along = np.where(turned, np.arctan2(looks[:, 0], looks[:, 1]), np.nan)
+    own = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
+    held = np.maximum.accumulate(np.where(np.isnan(own), -1, np.arange(len(own))))
+    after = np.where(held >= 0, own[held], np.nan)
+    return np.concatenate(([np.nan], after))
+
+
+def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
+    """Return the angles between headings; half a turn where one is not known. [rad]"""
+    change = np.abs((after_rad - before_rad + np.pi) % (2.0 * np.pi) - np.pi)
+    return np.where(np.isnan(change), np.pi, change)
+
+
+def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
+    """Return the waits before moves for the heading: MPC_YAW_MODE 4 turns first. (n,) [s]"""
+    pauses = np.zeros(len(moves))
+    if parameters.yaw_mode != _TURNS_FIRST:
+        return pauses
+    flies = (np.hypot(direction[:, 0], direction[:, 1]) > 0.0) & ~moves.is_landing
+    before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
+    along = np.arctan2(direction[:, 0], direction[:, 1])
+    wanted = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
+    return np.where(flies, yaw_time_s(heading_changes_rad(before, wanted), parameters), pauses)
+
+
+def yaw_waits_s(
+    moves: Moves, direction: FloatArray, flight_s: FloatArray, parameters: Px4Parameters
+) -> FloatArray:
+    """Return how long after their arrival waypoints still wait for their heading. (n,) [s]
+
+    ``flight_s`` is the time from the beginning of each move to its arrival. [s]
+
+    The heading turns while the vehicle flies there, and is waited for unless MIS_YAW_TMT is above zero
+    (``MissionBlock::is_mission_item_reached``).
+    """
+    waits = np.zeros(len(moves))
+    asked = ~np.isnan(moves.yaw_rad) & ~moves.is_landing
+    if not asked.any() or parameters.yaw_timeout_s > 0.0:
+        return waits
+    before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
+    needed = yaw_time_s(heading_changes_rad(before, moves.yaw_rad), parameters)
+    return np.where(asked, np.maximum(needed - flight_s, 0.0), waits)
+
+
+_SAME_PLACE_M = 0.001
+"""Distance below which PX4 takes two places for one (``computeStartXYSpeedFromWaypoints``). [m]"""
+
+
+def final_speeds_m_s(
+    moves: Moves, direction: FloatArray, parameters: Px4Parameters
+) -> tuple[FloatArray, FloatArray]:
+    """Return the horizontal and the vertical speed at which targets are to be passed. (n,) [m s⁻¹]
+
+    Zero where the vehicle stops: a hold, a loiter, nothing to follow.  Else the corner speed of the two
+    legs, not more than can be brought to a stop at the waypoint after: PX4 looks one ahead
+    (``computeXYSpeedFromWaypoints``).  Vertically the same with NAV_MC_ALT_RAD and the angle between
+    the legs in the plane of height and distance from the origin, as ``_getMaxZSpeed`` has it.
+    """
+    count = len(moves)
+    following = np.where(moves.is_delay | moves.is_return | moves.is_first, count, np.arange(count))
+    nearest = np.minimum.accumulate(np.where(moves.is_delay, count, np.arange(count))[::-1])[::-1]
+    after = np.concatenate((nearest[1:], [count]))
+    follows = after < count
+    after = np.where(follows, after, 0)
+    follows &= (following[after] == after) & ~moves.is_stop & ~moves.is_delay
+
+    target, following_m = moves.target_m, moves.target_m[after].copy()
+    following_m[:, 2] = moves.seen_height_m[after]
+    way = following_m[:, :2] - target[:, :2]
+    length = np.hypot(way[:, 0], way[:, 1])
+    come = np.hypot(direction[:, 0], direction[:, 1])
+    scale = length * come
+    cosine = np.divide(
+        (direction[:, :2] * way).sum(axis=1), scale, out=np.zeros(count), where=scale > 0.0
+    )
+    corner = corner_speed_m_s(
+        cosine,
+        moves.radius_m,
+        gain_per_s=parameters.trajectory_gain_per_s,
+        acceleration_m_s2=parameters.acceleration_m_s2,
+    )
+    leaving = allowed_speed_m_s(
+        length,
+        np.zeros(count),
+        acceleration_m_s2=np.full(count, parameters.acceleration_m_s2),
+        jerk_m_s3=np.full(count, parameters.jerk_m_s3),
+    )
+    passed = follows & (length >= np.maximum(moves.radius_m, _SAME_PLACE_M))
+    level = np.where(passed, np.minimum(np.minimum(corner, leaving), moves.speed_m_s), 0.0)
+    return level, np.where(
+        follows, _vertex_speeds_m_s(direction, target, following_m, parameters), 0.0
+    )
+
+
+def _vertex_speeds_m_s(
+    direction: FloatArray, target_m: FloatArray, following_m: FloatArray, parameters: Px4Parameters
+) -> FloatArray:
+    """Return the vertical speeds at which targets are to be passed. (n,) [m s⁻¹]"""
+    distance = np.hypot(target_m[:, 0], target_m[:, 1])
+    outward = np.divide(
+        (direction[:, :2] * target_m[:, :2]).sum(axis=1),
+        distance,
+        out=-np.hypot(direction[:, 0], direction[:, 1]),
+        where=distance > STILL_M,
+    )
+    come = np.column_stack((outward, direction[:, 2]))
+    leave = np.column_stack(
+        (
+            np.hypot(following_m[:, 0], following_m[:, 1]) - distance,
+            following_m[:, 2] - target_m[:, 2],
+        )
+    )
+    scale = np.hypot(come[:, 0], come[:, 1]) * np.hypot(leave[:, 0], leave[:, 1])
+    cosine = np.divide(
+        (come * leave).sum(axis=1), scale, out=np.zeros(len(scale)), where=scale > 0.0
+    )
+    rising = direction[:, 2] > 0.0
+    acceleration = np.where(
+        rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2
+    )
+    limit = np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+    speed = corner_speed_m_s(
+        np.clip(cosine, -1.0, 1.0),
+        acceleration * parameters.altitude_acceptance_m,
+        gain_per_s=1.0,
+        acceleration_m_s2=1.0,
+    )
+    differs = np.abs(leave[:, 1]) > _SAME_PLACE_M
+    return np.where(differs, np.minimum(speed, limit), 0.0)
+
+
+_ON_THE_EDGE_M = 1e-6
+"""Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
+
+
+@frozen(eq=False)
+class Layout(Columns):
+    """Moves laid out between their waypoints, before anything is known of speeds handed on."""
+
+    begins_m: FloatArray
+    """Waypoint before. (n, 3) [m]"""
+    target_m: FloatArray
+    direction: FloatArray
+    """From the waypoint before to the target; zero where they are one place. (n, 3)"""
+    ends_m: FloatArray
+    """Where the target counts as reached. (n, 3) [m]"""
+    tail_m: FloatArray
+    """From there on to the target. (n,) [m]"""
+    radius_m: FloatArray
+    speed_m_s: FloatArray
+    final_level_m_s: FloatArray
+    final_upright_m_s: FloatArray
+    hold_s: FloatArray
+    pause_s: FloatArray
+    """Wait before the move begins, for the heading. (n,) [s]"""
+    before: IntArray
+    """Move flown before; −1 where a flight begins. (n,)"""
+    is_leg: BoolArray
+    """Flown from place to place: no landing, and not reached as soon as it begins."""
+    stands: BoolArray
+    """Nothing but a wait."""
+    is_takeoff: BoolArray
+
+
+def lay_out(moves: Moves, parameters: Px4Parameters) -> Layout:
+    """Return moves laid out between their waypoints: corner speeds, waits for headings, order."""
+    begins = moves.begins_m
+    way = moves.target_m - begins
+    way = np.where(np.abs(way) < STILL_M, 0.0, way)
+    length = np.sqrt((way**2).sum(axis=1))
+    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
+    band = _height_bands_m(moves, way[:, 2], parameters)
+    level = np.hypot(direction[:, 0], direction[:, 1])
+    tail = np.minimum(
+        np.divide(moves.radius_m, level, out=np.full_like(level, np.inf), where=level > 0.0),
+        np.divide(
+            band,
+            np.abs(direction[:, 2]),
+            out=np.full_like(level, np.inf),
+            where=direction[:, 2] != 0.0,
+        ),
+    )
+    tail = np.where(np.isfinite(tail), tail, moves.radius_m)
+    ends = moves.target_m - direction * tail[:, None]
+    reached = _reached_at_once(moves, begins, ends, parameters)
+    is_leg = ~reached & ~moves.is_landing
+    stands = reached & (moves.hold_s > 0.0)
+    counts = is_leg | stands | moves.is_landing
+    last = np.maximum.accumulate(np.where(counts, np.arange(len(moves)), -1))
+    before = np.concatenate(([-1], last[:-1]))
+    before[moves.is_first] = -1
+    first_of_flight = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(moves)), 0))
+    before = np.where(before >= first_of_flight, before, -1)
+    final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
+    return Layout(
+        begins_m=begins,
+        target_m=moves.target_m,
+        direction=direction,
+        ends_m=ends,
+        tail_m=tail,
+        radius_m=moves.radius_m,
+        speed_m_s=moves.speed_m_s,
+        final_level_m_s=final_level,
+        final_upright_m_s=final_upright,
+        hold_s=moves.hold_s.copy(),
+        pause_s=pauses_s(moves, direction, parameters),
+        before=before,
+        is_leg=is_leg,
+        stands=stands,
+        is_takeoff=moves.is_takeoff,
+    )
+
+
+def _height_bands_m(moves: Moves, climb_m: FloatArray, parameters: Px4Parameters) -> FloatArray:
+    """Return the heights from the target within which it counts as reached. (n,) [m]
+
+    NAV_MC_ALT_RAD; half the height of a take-off lower than that
+    (``MissionBlock::is_mission_item_reached``).
+    """
+    band = np.full(len(moves), parameters.altitude_acceptance_m)
+    low = moves.is_takeoff & (climb_m > 0.0) & (climb_m < band)
+    return np.where(low, 0.5 * climb_m, band)
+
+
+def _reached_at_once(
+    moves: Moves, begins_m: FloatArray, ends_m: FloatArray, parameters: Px4Parameters
+) -> BoolArray:
+    """Return which moves are reached where they begin. (n,)"""
+    way = moves.target_m - begins_m
+    distance = np.hypot(way[:, 0], way[:, 1])
+    wide = np.concatenate(([0.0], moves.radius_m[:-1]))
+    near = (distance <= moves.radius_m + wide) & (
+        np.abs(way[:, 2]) <= 2.0 * parameters.altitude_acceptance_m
+    )
+    reached = np.zeros(len(moves), dtype=np.bool_)
+    candidates = near & ~moves.is_takeoff & ~moves.is_landing
+    place = begins_m.copy()
+    for row in np.flatnonzero(candidates).tolist():
+        if not moves.is_first[row]:
+            if reached[row - 1] and not moves.hold_s[row - 1] > 0.0:
+                place[row] = place[row - 1]
+            elif not (moves.is_landing[row - 1] or moves.hold_s[row - 1] > 0.0):
+                place[row] = ends_m[row - 1]
+        off = moves.target_m[row] - place[row]
+        reached[row] = (
+            np.hypot(off[0], off[1]) <= moves.radius_m[row] + _ON_THE_EDGE_M
+            and abs(off[2]) <= parameters.altitude_acceptance_m + _ON_THE_EDGE_M
+        )
+    return reached
 
 
 _UNCHANGED = 0.01

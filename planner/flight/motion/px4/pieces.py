@@ -2,18 +2,255 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from planner.flight.motion.kinematics import PolynomialLaw
-from planner.flight.motion.px4.columns import Columns
-from planner.flight.motion.px4.laws import BrakeLaw, SettlingLaw
+from planner.flight.motion.kinematics import KinematicState, PolynomialLaw
+from planner.flight.motion.px4.moves import Columns
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
-    from planner.flight.motion.kinematics import BoolArray, FloatArray, IntArray, MotionLaw
+    from collections.abc import Iterator, Sequence
+
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.kinematics import MotionLaw
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+
+_ROUGHLY = 1.01
+"""Squared: a cubic passes its limit by a quarter of a per cent before it is made of parts. [-]"""
+
+
+@frozen(eq=False)
+class Curves(Columns):
+    """Curves of up to three cubics of time each, as columns of length n."""
+
+    duration_s: FloatArray
+    """Of their parts; zero where there is none. (n, 3) [s]"""
+    coefficients: FloatArray
+    """Rising powers of the time of each part, by part and axis. (n, 3, 3, 4) [m, m s⁻¹, …]"""
+
+    @classmethod
+    def between(
+        cls,
+        place_m: FloatArray,
+        velocity_m_s: FloatArray,
+        end_m: FloatArray,
+        end_m_s: FloatArray,
+        *,
+        duration_s: FloatArray,
+        level_m_s: FloatArray,
+        upright_m_s: FloatArray,
+    ) -> Curves:
+        """Return curves that begin and end as given, no faster than their limits allow.
+
+        Parameters
+        ----------
+        place_m, velocity_m_s, end_m, end_m_s : ndarray
+            Places and velocities: east, north, upwards. (n, 3) [m, m s⁻¹]
+        duration_s : ndarray
+            (n,) [s]
+        level_m_s, upright_m_s : ndarray
+            Greatest horizontal and vertical speed; the speeds at the ends, and the mean, if those are
+            greater. (n,) [m s⁻¹]
+
+        Notes
+        -----
+        Where it keeps to the limits within a quarter of a per cent, one cubic.  Its velocity is a
+        parabola, within the triangle of the velocities v₀, 3 m − v₀ − v₁, v₁ (Bézier), m the mean.
+        Else the velocity changes evenly from v₀ to u in the first α T, keeps, and changes evenly to v₁
+        in the last α T.  Speed is then greatest at an end or at u = (m − α (v₀ + v₁)/2)/(1 − α); α is
+        the greatest up to 1/2 that keeps u within the limits, so that the acceleration is least.
+        """
+        moving = duration_s > 0.0
+        time = np.where(moving, duration_s, 1.0)
+        way = end_m - place_m
+        mean = way / time[:, None]
+        bent = 3.0 * mean - velocity_m_s - end_m_s
+        half = 0.5 * (velocity_m_s + end_m_s)
+        share = np.full(len(time), 0.5)
+        fits = np.ones(len(time), dtype=np.bool_)
+        for axes, limit in ((slice(2), level_m_s), (slice(2, 3), upright_m_s)):
+            u, m, w, b = (_square(v[:, axes]) for v in (velocity_m_s, mean, end_m_s, bent))
+            most = np.maximum(np.maximum(limit**2, m), np.maximum(u, w))
+            fits &= b <= _ROUGHLY * most
+            # |m − α w|² = (1 − α)² L², w the mean of the velocities at the ends.
+            p = np.minimum(_square(half[:, axes]) - most, 0.0)
+            q = most - (mean[:, axes] * half[:, axes]).sum(axis=1)
+            r = m - most
+            root = q + np.sqrt(np.maximum(q * q - p * r, 0.0))
+            share = np.minimum(share, np.divide(-r, root, out=share.copy(), where=root > 0.0))
+        change = share * time
+        share = share[:, None]
+        kept = (mean - share * half) / (1.0 - share)
+        rate = np.where(change > 0.0, change, 1.0)[:, None]
+        first = np.where(fits, time, change)
+        parts = np.zeros((len(time), 3, 3, 4))
+        parts[:, 0, :, 0] = place_m
+        parts[:, 0, :, 1] = velocity_m_s
+        single = fits[:, None]
+        t = time[:, None]
+        parts[:, 0, :, 2] = np.where(
+            single,
+            (3.0 * mean - 2.0 * velocity_m_s - end_m_s) / t,
+            0.5 * (kept - velocity_m_s) / rate,
+        )
+        parts[:, 0, :, 3] = np.where(single, (velocity_m_s + end_m_s - 2.0 * mean) / t**2, 0.0)
+        turned = place_m + 0.5 * (velocity_m_s + kept) * change[:, None]
+        steady = np.maximum(time - 2.0 * change, 0.0)
+        parts[:, 1, :, 0] = turned
+        parts[:, 1, :, 1] = kept
+        parts[:, 2, :, 0] = turned + kept * steady[:, None]
+        parts[:, 2, :, 1] = kept
+        parts[:, 2, :, 2] = 0.5 * (end_m_s - kept) / rate
+        duration = np.column_stack(
+            (first, np.where(fits, 0.0, steady), np.where(fits, 0.0, change))
+        )
+        return cls(duration_s=np.where(moving[:, None], duration, 0.0), coefficients=parts)
+
+    def parts(self, until_s: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Yield duration and cubics of each part as far as it is flown until a time. (n,), (n, 3, 4)"""
+        left = until_s
+        for part in range(self.duration_s.shape[1]):
+            flown = np.clip(left, 0.0, self.duration_s[:, part])
+            yield flown, self.coefficients[:, part]
+            left = left - self.duration_s[:, part]
+
+    def state_at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return places and velocities at times up to the duration. (n, 3), (n, 3) [m, m s⁻¹]"""
+        ends = np.cumsum(self.duration_s, axis=1)
+        part = np.minimum((time_s[:, None] > ends).sum(axis=1), self.duration_s.shape[1] - 1)
+        rows = np.arange(len(time_s))
+        t = (time_s - (ends - self.duration_s)[rows, part])[:, None]
+        c0, c1, c2, c3 = np.moveaxis(self.coefficients[rows, part], -1, 0)
+        return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3)
+
+
+def _square(vectors: FloatArray) -> FloatArray:
+    """Return the squared lengths of vectors. (n,)"""
+    squares: FloatArray = (vectors**2).sum(axis=1)
+    return squares
+
+
+_NEWTON_ROUNDS = 4
+_VANISHING = -690.0
+"""Where ω is below 1e-299, which is nothing."""
+
+
+def wright_omega(y: FloatArray) -> FloatArray:
+    """Return ω with ω + ln ω = y, for real y.
+
+    Newton's method from e^y/(1 + e^y) or y − ln y y/(1 + y), both good to a few per cent.
+    """
+    vanishing = y < _VANISHING
+    y = np.maximum(y, _VANISHING)
+    small = np.exp(np.minimum(y, 1.0))
+    large = np.maximum(y, 1.0)
+    omega = np.where(y < 1.0, small / (1.0 + small), large - np.log(large) * large / (1.0 + large))
+    for _ in range(_NEWTON_ROUNDS):
+        omega = omega * (1.0 + (y - omega - np.log(omega)) / (1.0 + omega))
+    return np.where(vanishing, 0.0, omega)
+
+
+@frozen(eq=False)
+class BrakeLaw:
+    """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines."""
+
+    aim_m: FloatArray
+    """Place to which d is counted: east, north, height above home. (rows, 3) [m]"""
+    direction: FloatArray
+    """Direction of flight, of length 1. (rows, 3) [-]"""
+    start_m_s: FloatArray
+    """Speed at time zero, greater than zero. (rows,) [m s⁻¹]"""
+    final_m_s: FloatArray
+    """v_f. (rows,) [m s⁻¹]"""
+    acceleration_m_s2: FloatArray
+    half_b_m_s: FloatArray
+    """b/2 = 2 a²/j. (rows,) [m s⁻¹]"""
+    rate: FloatArray
+    """Seconds of the law per second of flight: PX4 slows time down. (rows,) [-]"""
+
+    @classmethod
+    def joined(cls, laws: Sequence[Self]) -> Self:
+        """Return the rows of several as one."""
+        vector, scalar = (np.zeros((0, 3)),), (np.zeros(0),)
+        return cls(
+            aim_m=np.concatenate([law.aim_m for law in laws] or vector),
+            direction=np.concatenate([law.direction for law in laws] or vector),
+            start_m_s=np.concatenate([law.start_m_s for law in laws] or scalar),
+            final_m_s=np.concatenate([law.final_m_s for law in laws] or scalar),
+            acceleration_m_s2=np.concatenate([law.acceleration_m_s2 for law in laws] or scalar),
+            half_b_m_s=np.concatenate([law.half_b_m_s for law in laws] or scalar),
+            rate=np.concatenate([law.rate for law in laws] or scalar),
+        )
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time.
+
+        t = (u₀ − u)/a + (b/2a) ln(u₀/u) is solved by u = (b/2) ω(y), y = u₀/(b/2) + ln(u₀/(b/2)) −
+        t a/(b/2), with Wright's ω.
+        """
+        half_b, a = self.half_b_m_s[row], self.acceleration_m_s2[row]
+        start = self.start_m_s[row] / half_b
+        rate = self.rate[row]
+        speed = half_b * wright_omega(start + np.log(start) - time_s * rate * a / half_b)
+        left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
+        position = self.aim_m[row] - self.direction[row] * left[..., None]
+        velocity = self.direction[row] * (speed * rate)[..., None]
+        return KinematicState(
+            east_m=position[..., 0],
+            north_m=position[..., 1],
+            height_m=position[..., 2],
+            east_m_s=velocity[..., 0],
+            north_m_s=velocity[..., 1],
+            climb_m_s=velocity[..., 2],
+        )
+
+
+@frozen(eq=False)
+class SettlingLaw:
+    """On each axis a cubic of time plus two exponentials that die away."""
+
+    coefficients: FloatArray
+    """Rising powers of time for east, north, height above home. (rows, 3, 4) [m, m s⁻¹, …]"""
+    amplitude_m: FloatArray
+    """Of the exponentials. (rows, 3, 2) [m]"""
+    rate_per_s: FloatArray
+    """Of their decay. (rows, 3, 2) [s⁻¹]"""
+
+    @classmethod
+    def joined(cls, laws: Sequence[Self]) -> Self:
+        """Return the rows of several as one."""
+        pairs = (np.zeros((0, 3, 2)),)
+        cubics = [law.coefficients for law in laws] or (np.zeros((0, 3, 4)),)
+        return cls(
+            coefficients=np.concatenate(cubics),
+            amplitude_m=np.concatenate([law.amplitude_m for law in laws] or pairs),
+            rate_per_s=np.concatenate([law.rate_per_s for law in laws] or pairs),
+        )
+
+    def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
+        """Return the state of ``row`` at its own time."""
+        c = self.coefficients[row]
+        t = time_s[..., None]
+        rate = self.rate_per_s[row]
+        fading = self.amplitude_m[row] * np.exp(-rate * t[..., None])
+        position = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+        position = position + fading.sum(axis=-1)
+        velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3])
+        velocity = velocity - (rate * fading).sum(axis=-1)
+        return KinematicState(
+            east_m=position[..., 0],
+            north_m=position[..., 1],
+            height_m=position[..., 2],
+            east_m_s=velocity[..., 0],
+            north_m_s=velocity[..., 1],
+            climb_m_s=velocity[..., 2],
+        )
+
 
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
 """Segments a move may have, in flown order."""
@@ -227,3 +464,133 @@ def in_flown_order(pieces: Pieces) -> Ordered:
         segment_distance_m=np.bincount(segment, distance, minlength=count).astype(np.float64),
         segment_climb_m=np.bincount(segment, climb, minlength=count).astype(np.float64),
     )
+
+
+_WANDER_SHARE = 0.7
+"""Ground speed of a hovering vehicle over the speed its position controller asks for, MPC_XY_P times
+the position error: the rest is movement only the estimate makes.  0.70, 0.69 and 0.69 measured in three
+simulated flights, where the truth is known. [-]"""
+
+_LAG_S = 0.1
+"""Time by which the speed of a vehicle that speeds up is behind that of its trajectory: 0.10 s identified,
+as of a second-order answer, from three simulated flights. [s]"""
+
+
+@frozen
+class Pace:
+    """Seconds of PX4's trajectory per second of flight, by horizontal speed of the trajectory.
+
+    Notes
+    -----
+    Each step the trajectory's time advances by 1 − e/MPC_XY_ERR_MAX of the real time while the vehicle is
+    behind it, e the distance between the two on the map; the height waits with it
+    (``PositionSmoothing::_generateTrajectory``; PX4 after 1.17 slows the height by its own error only).
+    Recorded speeds of the trajectory agree with that to 0.0001 in the mean of climbs and descents.
+
+    With noise alone the vehicle is behind half of the time.  Moving, a trajectory that waits is caught up
+    with: let ẋ = w − MPC_XY_P x − v (1 − pace) be the error along the way, x > 0 behind.  In a hover its
+    deviation is σ = ē √(2/π), ē the mean of e, and the disturbance w, slower than 1/MPC_XY_P as it is
+    (correlated over 2.5 s in three recordings), has MPC_XY_P σ.  At speed the time stretches by just as
+    much as w pushes the vehicle back, v (1 − pace) = E[max(w, 0)] = MPC_XY_P σ/√(2π) = MPC_XY_P ē/π; at
+    none it does so by ē/(2 MPC_XY_ERR_MAX).  The hyperbola through both,
+
+        1 − pace = ē/(2 MPC_XY_ERR_MAX) / (1 + v/v₀),  v₀ = (2/π) MPC_XY_P MPC_XY_ERR_MAX,
+
+    is within a fifth of what a w from a normal distribution gives in between.  Recorded at 0.32 m, in the
+    524 s of four flights' cruises at 3 to 12 m/s: 0.070 m/s lost; the law: 0.078.
+    """
+
+    share: float
+    """ē/MPC_XY_ERR_MAX. [-]"""
+    half_speed_m_s: float
+    """v₀: speed at which half of the slowing down is left. [m s⁻¹]"""
+    lag_s: float
+    """Time by which the vehicle lags as far as it is lost. [s]"""
+    wander_m_s: float
+    """Ground speed of the vehicle where its trajectory stands. [m s⁻¹]"""
+
+    @classmethod
+    def of(cls, hover_noise_m: float, parameters: Px4Parameters) -> Pace:
+        """Return the pace of a vehicle with a mean horizontal position error in a hover.
+
+        Raises
+        ------
+        ValueError
+            If the error is not zero or more and below MPC_XY_ERR_MAX, where time stands still.
+        """
+        share = hover_noise_m / parameters.position_error_max_m
+        if not 0.0 <= share < 1.0:
+            msg = (
+                f"hover_noise_m must be from 0 to below MPC_XY_ERR_MAX "
+                f"({parameters.position_error_max_m:g} m), got {hover_noise_m}"
+            )
+            raise ValueError(msg)
+        gain = parameters.position_gain_per_s
+        lag_m = _LAG_S * parameters.acceleration_m_s2 / gain
+        return cls(
+            share=share,
+            half_speed_m_s=2.0 / math.pi * gain * parameters.position_error_max_m,
+            lag_s=_LAG_S * min(hover_noise_m / lag_m, 1.0),
+            wander_m_s=_WANDER_SHARE * gain * hover_noise_m,
+        )
+
+    @property
+    def standing(self) -> float:
+        """Where the trajectory stands still on the map: it counts as led by the vehicle never. [-]"""
+        return 1.0 - self.share
+
+    @property
+    def upright(self) -> float:
+        """Where it creeps: straight up, down, or settling on a place. [-]"""
+        return 1.0 - 0.5 * self.share
+
+    def between(self, first_m_s: FloatArray, last_m_s: FloatArray) -> FloatArray:
+        """Return the mean pace of evenly changing horizontal speeds, by their ends.
+
+        The mean of 1/(1 + v/v₀) over v is v₀ ln(r)/(v₂ − v₁), r the ratio of v + v₀.
+        """
+        low = self.half_speed_m_s + np.minimum(first_m_s, last_m_s)
+        grown = np.abs(last_m_s - first_m_s) / low
+        changes = grown > _SMALL
+        mean = np.divide(np.log1p(grown), grown, out=1.0 - 0.5 * grown, where=changes)
+        pace: FloatArray = 1.0 - 0.5 * self.share * self.half_speed_m_s / low * mean
+        return pace
+
+    def lagging(
+        self, duration_s: FloatArray, first_m_s: FloatArray, last_m_s: FloatArray
+    ) -> FloatArray:
+        """Return the mean pace where a vehicle speeds up behind a turn.
+
+        Parameters
+        ----------
+        duration_s : ndarray
+            In the trajectory's time. [s]
+        first_m_s, last_m_s : ndarray
+            Horizontal speeds before and after. [m s⁻¹]
+
+        Notes
+        -----
+        Accelerating at a the vehicle lags: ẋ = w + T a − MPC_XY_P x − v x/E, T = _LAG_S, E = MPC_XY_ERR_MAX.
+        At rest x/E = T a/(MPC_XY_P E + v), which sums up to T ln((MPC_XY_P E + v₂)/(MPC_XY_P E + v₁)).
+        As braking puts it ahead by T a/MPC_XY_P before, that is only lost with a noise as large, and with
+        none next to nothing.
+        """
+        catching_m_s = 0.5 * math.pi * self.half_speed_m_s
+        gained = np.log1p(np.maximum(last_m_s - first_m_s, 0.0) / (catching_m_s + first_m_s))
+        flown = duration_s / self.between(first_m_s, last_m_s) + self.lag_s * gained
+        pace: FloatArray = np.divide(
+            duration_s, flown, out=np.ones_like(flown), where=duration_s > 0.0
+        )
+        return pace
+
+    def wandered_m(self, time_s: FloatArray, way_m: FloatArray) -> FloatArray:
+        """Return how much longer than their ways on the map flights of some time are. [m]
+
+        √(v² + w²) − v for each second: the mean length of a velocity v with a normal disturbance whose
+        mean length is w.
+        """
+        return np.hypot(way_m, self.wander_m_s * time_s) - way_m
+
+
+_SMALL = 1e-6
+"""Change of speed below which a series does. [-]"""

@@ -1,0 +1,543 @@
+r"""The spread of a prediction: many flights of one mission, as draws of what is not known.
+
+Drawn are the conditions (wind, payload, temperature, charge) and the errors of the model as the
+``[spread]`` of its file has them.  With the energy :math:`E_s` of each state,
+
+.. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad t = (1 + \tau)\, t_0,
+
+ε common to a flight, η of each state, τ of the time.  They come from n flights, so each is its
+standard deviation times a draw of Student's t with n degrees of freedom: with few flights the
+standard deviation is itself little known (Student, Biometrika 6 (1908) 1).
+
+Approximations:
+
+* The motion is that of the mean wind and is not flown again: a draw changes the power along it.
+* Over the box of the drawn conditions the energy is interpolated by Chebyshev polynomials in each
+  of them (L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2 and 3),
+  from exact evaluations at a fixed number of points.
+* Ways home are judged from the points where they are tightest in mean and in extreme conditions, to
+  where the vehicle goes in mean ones; the stop before the way home is that of mean conditions.
+* Charge follows energy, at the mean voltage of the prediction; the energy a battery holds is taken
+  at the mean power and temperature.
+
+The draws are always the same: what differs between two predictions is never chance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebvander
+
+from planner.flight.budget import predict_discharge
+from planner.flight.homeward import by_item_and_state_j, make_homeward
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
+from planner.flight.prediction import make_flight, segment_energies_j
+from planner.flight.return_search import ReturnSearch
+from planner.frozen import frozen
+from planner.units import j_from_wh, wh_from_j
+from planner.vehicle.power import CruisePower
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.conditions import Conditions
+    from planner.flight.homeward import Homeward, Points
+    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Flight
+    from planner.physics.wind import Wind
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.model import ModelSpread
+
+
+DRAWS = 10_000
+_SEED = 1908
+
+
+@frozen(eq=False)
+class Draws:
+    """What is drawn for each scenario; all (draws,), but the errors of the states."""
+
+    wind_east_m_s: FloatArray
+    wind_north_m_s: FloatArray
+    payload_kg: FloatArray
+    temperature_c: FloatArray
+    charge: FloatArray
+    time_error: FloatArray
+    energy_error: FloatArray
+    state_error: FloatArray
+    """(draws, states)"""
+    stopping_error: FloatArray
+
+
+def make_draws(
+    spread: ModelSpread, conditions: Conditions, power: SteadyPower, *, charge: tuple[float, float]
+) -> Draws:
+    """Draw conditions and errors of the model, always the same ones.
+
+    Parameters
+    ----------
+    spread : ModelSpread
+        Errors of the model.
+    conditions : Conditions
+        Mean conditions and their standard deviations.
+    power : SteadyPower
+        Whose temperature holds where the conditions give none.
+    charge : tuple of float
+        Mean and standard deviation of the state of charge at the start. [-]
+
+    Returns
+    -------
+    Draws
+        A wind drawn below zero blows the other way; a payload is not below zero, a charge not above
+        all.  The draws of one quantity do not depend on the spread of another.
+    """
+    normal, student = _standard_draws(spread.n_flights)
+    wind = conditions.wind
+    speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
+    from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
+    charge_mean, charge_sd = charge
+    of_states = dict(spread.energy_state_fraction)
+    return Draws(
+        wind_east_m_s=-speed_m_s * np.sin(from_rad),
+        wind_north_m_s=-speed_m_s * np.cos(from_rad),
+        payload_kg=np.maximum(conditions.payload_kg + conditions.payload_sd_kg * normal[2], 0.0),
+        temperature_c=power.home_temperature_c + conditions.temperature_sd_c * normal[3],
+        charge=np.clip(charge_mean + charge_sd * normal[4], 0.0, 1.0),
+        time_error=(spread.time_fraction or 0.0) * student[0],
+        energy_error=(spread.energy_fraction or 0.0) * student[1],
+        stopping_error=(spread.stopping_distance_fraction or 0.0) * student[2],
+        state_error=np.array([of_states.get(state, 0.0) for state in STATES]) * student[3:].T,
+    )
+
+
+@lru_cache(maxsize=2)
+def _standard_draws(n_flights: int) -> tuple[FloatArray, FloatArray]:
+    """Return draws of the normal and of Student's distribution, made once: they are always the same."""
+    random = np.random.default_rng(_SEED)
+    normal = random.standard_normal((5, DRAWS))
+    student = random.standard_t(n_flights, (3 + len(STATES), DRAWS))
+    normal.setflags(write=False)
+    student.setflags(write=False)
+    return normal, student
+
+
+_LEAST_WIND_POINTS, _MOST_WIND_POINTS = 5, 17
+"""On each component of the wind: one for each m/s of half its range, and the most for a table of
+powers, which has corners.  Against direct evaluation of draws of surveys in winds of up to 10 ± 3 m/s
+from anywhere: within 0.1 % for momentum theory, 1.2 % (standard deviation 0.5 %) for a table."""
+_AIR_AND_MASS_POINTS = 3
+"""On payload and temperature, over which the power bends little."""
+_ROWS_AT_ONCE = 1000
+
+
+class Weather:
+    """The drawn conditions that the power depends on, and the points it is evaluated at."""
+
+    def __init__(self, draws: Draws, power: SteadyPower) -> None:
+        vehicle, mass_kg = power.vehicle, power.vehicle.mass_kg
+        self._power = power
+        self._axes: dict[str, ChebyshevAxis] = {}
+        if vehicle.knows_airspeed:
+            bent = isinstance(vehicle.cruise, CruisePower)
+            least = _MOST_WIND_POINTS if bent else _LEAST_WIND_POINTS
+            self._axes["east_m_s"] = _wind_axis(draws.wind_east_m_s, least)
+            self._axes["north_m_s"] = _wind_axis(draws.wind_north_m_s, least)
+        if vehicle.knows_mass and mass_kg is not None:
+            self._axes["mass_kg"] = ChebyshevAxis(mass_kg + draws.payload_kg, _AIR_AND_MASS_POINTS)
+        if vehicle.knows_air_density:
+            self._axes["home_temperature_c"] = ChebyshevAxis(
+                draws.temperature_c, _AIR_AND_MASS_POINTS
+            )
+
+    def powers(self) -> Iterator[SteadyPower]:
+        """Yield the power in the conditions of each point of the interpolation."""
+        return self._powers({name: axis.points for name, axis in self._axes.items()})
+
+    def corners(self) -> Iterator[SteadyPower]:
+        """Yield the power in the most different conditions drawn; nothing where all are the same."""
+        if all(len(axis.ends) == 1 for axis in self._axes.values()):
+            return iter(())
+        return self._powers({name: axis.ends for name, axis in self._axes.items()})
+
+    def with_errors(self, at_points_j: FloatArray, draws: Draws) -> FloatArray:
+        """Return the energies of all draws, errors of the model included.
+
+        Parameters
+        ----------
+        at_points_j : ndarray
+            Energies by state of k flights at the points of the interpolation.
+            (points, k, states) [J]
+        draws : Draws
+            Errors of the model.
+
+        Returns
+        -------
+        ndarray
+            Not negative. (draws, k) [J]
+        """
+        if len(at_points_j) == 1:  # all draws have the conditions of the prediction
+            mean_j = at_points_j[0]
+            drawn_j = mean_j.sum(axis=1) + draws.state_error @ mean_j.T
+            return np.asarray(np.maximum(drawn_j * (1.0 + draws.energy_error[:, None]), 0.0))
+        count, states = at_points_j.shape[1:]
+        flat_j = at_points_j.reshape(len(at_points_j), -1)
+        energy_j = np.empty((DRAWS, count))
+        for first in range(0, DRAWS, _ROWS_AT_ONCE):
+            rows = slice(first, first + _ROWS_AT_ONCE)
+            factor = 1.0 + draws.state_error[rows]
+            by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
+            energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
+            energy_j[rows] *= 1.0 + draws.energy_error[rows, None]
+        return np.maximum(energy_j, 0.0)
+
+    def _weights(self, rows: slice) -> FloatArray:
+        """Return the weight of each point for some draws. (rows, points)"""
+        weights = np.ones((len(range(DRAWS)[rows]), 1))
+        for axis in self._axes.values():
+            weights = (weights[:, :, None] * axis.weights[rows, None, :]).reshape(len(weights), -1)
+        return weights
+
+    def _powers(self, values: Mapping[str, FloatArray]) -> Iterator[SteadyPower]:
+        for point in product(*values.values()):
+            at, power = dict(zip(values, map(float, point), strict=True)), self._power
+            if "east_m_s" in at:
+                power = replace(power, wind=_wind(power.wind, at["east_m_s"], at["north_m_s"]))
+            yield replace(
+                power,
+                mass_kg=at.get("mass_kg", power.mass_kg),
+                home_temperature_c=at.get("home_temperature_c", power.home_temperature_c),
+            )
+
+
+class ChebyshevAxis:
+    """One drawn quantity: Chebyshev points over its range, and their weights for each draw."""
+
+    def __init__(self, drawn: FloatArray, count: int) -> None:
+        low, high = float(drawn.min()), float(drawn.max())
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        if half <= 1e-12 * max(abs(middle), 1.0):  # known exactly, but for rounding
+            self.points = self.ends = np.array([middle])
+            self.weights = np.ones((drawn.size, 1))
+            return
+        unit = chebpts1(count)
+        self.points = middle + half * unit
+        self.ends = np.array([low, high])
+        self.weights = chebvander((drawn - middle) / half, count - 1) @ np.linalg.inv(
+            chebvander(unit, count - 1)
+        )
+
+
+def _wind_axis(drawn_m_s: FloatArray, least: int) -> ChebyshevAxis:
+    wanted = 2 * int(0.25 * np.ptp(drawn_m_s)) + 3
+    return ChebyshevAxis(drawn_m_s, min(max(wanted, least), _MOST_WIND_POINTS))
+
+
+def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
+    """Return a wind of these components, with the profile of another."""
+    return replace(
+        like,
+        speed_m_s=float(np.hypot(east_m_s, north_m_s)),
+        from_deg=float(np.degrees(np.arctan2(-east_m_s, -north_m_s))),
+    )
+
+
+_CHARGE_POINTS = 5
+_TIGHTEST = 8
+"""Points whose way home is looked at besides those tightest at the corners of the conditions."""
+_LOW, _HIGH = 0.1, 0.9
+_BRAKE = STATE_INDEX[FlightState.BRAKE]
+
+
+@frozen(eq=False)
+class Scenarios:
+    """What flights of one mission take, a row per draw; ``None`` where it is not known."""
+
+    time_s: FloatArray | None = None
+    energy_wh: FloatArray | None = None
+    margin_wh: FloatArray | None = None
+    """Energy above the reserve after the landing. [Wh]"""
+    return_margin_wh: FloatArray | None = None
+    """Least energy above the reserve after going home from any stage. [Wh]"""
+    stopping_factor: FloatArray | None = None
+    """Stopping distances over those predicted. [-]"""
+
+    def _flight(self, flight: Flight) -> Flight:
+        """Return the flight with the stopping distances that one of ten exceeds."""
+        if self.stopping_factor is None:
+            return flight
+        return replace(flight, stopping_factor_p90=_p10_p90(self.stopping_factor)[1])
+
+    def added_to(
+        self,
+        flight: Flight,
+        totals: Totals,
+        battery: BatteryBudget | None,
+        way_home: ReturnBudget | None,
+    ) -> tuple[Flight, Totals, BatteryBudget | None, ReturnBudget | None]:
+        """Return what is predicted of a flight together with its spread."""
+        return (
+            self._flight(flight),
+            self._totals(totals),
+            None if battery is None else self._battery(battery),
+            None if way_home is None else self._way_home(way_home),
+        )
+
+    def _totals(self, totals: Totals) -> Totals:
+        """Return totals with what one flight of ten stays below, and one exceeds."""
+        if self.time_s is not None:
+            low_s, high_s = _p10_p90(self.time_s)
+            totals = replace(totals, time_s_p10=low_s, time_s_p90=high_s)
+        if self.energy_wh is not None:
+            low_wh, high_wh = _p10_p90(self.energy_wh)
+            totals = replace(totals, energy_wh_p10=low_wh, energy_wh_p90=high_wh)
+            if totals.charge_mah is not None:
+                mah_per_wh = totals.charge_mah / totals.energy_wh
+                totals = replace(
+                    totals, charge_mah_p10=low_wh * mah_per_wh, charge_mah_p90=high_wh * mah_per_wh
+                )
+        return totals
+
+    def _battery(self, battery: BatteryBudget) -> BatteryBudget:
+        """Return a budget with the share of the flights that land below the reserve."""
+        return replace(battery, below_reserve_probability=_share_below(self.margin_wh))
+
+    def _way_home(self, way_home: ReturnBudget) -> ReturnBudget:
+        """Return a way home with the share of the flights in which some way home is too long."""
+        return replace(way_home, below_reserve_probability=_share_below(self.return_margin_wh))
+
+
+def predict_scenarios(
+    homeward: Homeward,
+    conditions: Conditions,
+    *,
+    spread: ModelSpread,
+    charge: tuple[float, float] = (1.0, 0.0),
+    battery: Battery | None = None,
+    budget: BatteryBudget | None = None,
+    search: ReturnSearch | None = None,
+) -> Scenarios:
+    """Return what many flights of a mission take.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight in mean conditions, and the rules by which it can be broken off.
+    conditions : Conditions
+        With their standard deviations.
+    spread : ModelSpread
+        Of the model that flies.
+    charge : tuple of float
+        Mean and standard deviation of the state of charge at the start. [-]
+    battery : Battery, optional
+        The battery that flies.
+    budget : BatteryBudget, optional
+        What it holds in mean conditions.
+    search : ReturnSearch, optional
+        The ways home as far as they are looked at already.
+
+    Returns
+    -------
+    Scenarios
+        Its energies are ``None`` where the power of the vehicle or the spread of its energy is not
+        known.
+    """
+    flight = homeward.flight
+    power = flight.power
+    draws = make_draws(spread, conditions, power, charge=charge)
+    timed = Scenarios(
+        time_s=(
+            None
+            if spread.time_fraction is None
+            else np.maximum(flight.time_s * (1.0 + draws.time_error), 0.0)
+        ),
+        stopping_factor=(
+            None
+            if spread.stopping_distance_fraction is None
+            else np.maximum(1.0 + draws.stopping_error, 0.0)
+        ),
+    )
+    if not power.vehicle.is_power_known or spread.energy_fraction is None:
+        return timed
+    weather = Weather(draws, power)
+    points, home_j = _tightest_points(search or ReturnSearch(homeward), weather)
+    at_points = _energies_j(homeward, points, home_j, weather.powers())
+    energy_wh = wh_from_j(weather.with_errors(at_points, draws))
+    drawn = replace(timed, energy_wh=energy_wh[:, 0])
+    if budget is None or battery is None:
+        return drawn
+    above_wh = _usable_wh(flight, battery, budget, draws.charge, conditions) - budget.reserve_wh
+    return replace(
+        drawn,
+        margin_wh=above_wh - energy_wh[:, 0],
+        return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if points else None,
+    )
+
+
+def predict_energy_band(
+    homeward: Homeward,
+    conditions: Conditions,
+    segments: IntArray,
+    *,
+    spread: ModelSpread,
+    charge: tuple[float, float] = (1.0, 0.0),
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return the energy that one flight of ten stays below, and one exceeds, along a flight.
+
+    Parameters
+    ----------
+    homeward : Homeward
+        The flight in mean conditions.
+    conditions : Conditions
+        With their standard deviations.
+    segments : ndarray of int
+        Segments at whose ends it is asked for. (n,)
+    spread : ModelSpread
+        Of the model that flies.
+    charge : tuple of float
+        Mean and standard deviation of the state of charge at the start. [-]
+
+    Returns
+    -------
+    tuple of ndarray or None
+        By the draws of `predict_scenarios`, so that at the end of the last segment it is the totals'.
+        ``None`` where the power of the vehicle or the spread of its energy is not known.
+        Both (n,) [Wh]
+    """
+    flight = homeward.flight
+    power = flight.power
+    if not power.vehicle.is_power_known or spread.energy_fraction is None:
+        return None
+    draws = make_draws(spread, conditions, power, charge=charge)
+    weather = Weather(draws, power)
+    powers = tuple(weather.powers())
+    used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
+    energy_wh = wh_from_j(weather.with_errors(used_j, draws))
+    low_wh, high_wh = np.quantile(energy_wh, (_LOW, _HIGH), axis=0)
+    return low_wh, high_wh
+
+
+def _tightest_points(
+    searched: ReturnSearch, weather: Weather
+) -> tuple[Points | None, FloatArray | None]:
+    """Return where the way home may be tightest, in mean and extreme conditions.
+
+    And where there are none but mean ones, the energies home by state. (points, states) [J]
+    """
+    homeward = searched.homeward
+    flight = homeward.flight
+    places: set[tuple[int, float]] = set()
+    home_j: FloatArray | None = None
+    there = (make_flight(flight.motion, flight.transients, power) for power in weather.corners())
+    elsewhere = (
+        ReturnSearch(make_homeward(homeward.route, flown, homeward.pilot, homeward.destinations))
+        for flown in there
+    )
+    for search in (searched, *elsewhere):
+        if search.tightest() is None or search.nodes is None:
+            return None, None
+        most = 1 if places else _TIGHTEST
+        rows = np.sort(np.argsort(-search.nodes.sum_wh, kind="stable")[:most])  # in flown order
+        home_j = None if places else search.nodes.home_j[rows]
+        places |= {search.nodes.at(row) for row in rows.tolist()}
+    segment, share = zip(*sorted(places), strict=True)
+    return homeward.points(np.array(segment, dtype=np.intp), np.array(share)), home_j
+
+
+def _energies_j(
+    homeward: Homeward,
+    points: Points | None,
+    home_j: FloatArray | None,
+    powers: Iterable[SteadyPower],
+) -> FloatArray:
+    """Return energies by state in several conditions: of the flight, and home from each point.
+
+    Where all draws have the conditions of the prediction, the energies home are those given.
+
+    Returns
+    -------
+    ndarray
+        First the whole flight, then for each point the flight up to it and home from there.
+        (conditions, 1 + points, states) [J]
+    """
+    powers, flight = tuple(powers), homeward.flight
+    count = 0 if points is None else len(points.segment)
+    energies_j = np.empty((len(powers), 1 + count, len(STATES)))
+    for row, used_j in zip(energies_j, _used_by_state_j(flight, powers), strict=True):
+        row[0] = used_j[-1]
+        if points is not None:
+            before_j, after_j = used_j[points.segment], used_j[points.segment + 1]
+            row[1:] = before_j + points.share[:, None] * (after_j - before_j)
+    if points is not None:
+        energies_j[:, 1:, _BRAKE] += j_from_wh(points.stop_wh)
+        ways = _home_by_state_j(homeward, points, powers) if home_j is None else (home_j,)
+        for row, way_j in zip(energies_j, ways, strict=True):
+            row[1:] += way_j
+    return energies_j
+
+
+def _used_by_state_j(flight: Flight, powers: tuple[SteadyPower, ...]) -> Iterator[FloatArray]:
+    """Yield the energies of a flight by state in several conditions, before each segment and at last.
+
+    (segments + 1, states) [J]
+    """
+    states = flight.motion.segments.state
+    flown: Iterable[FloatArray] = (flight.segment_energy_j,)
+    if len(powers) > 1:  # else all draws have the conditions of the prediction
+        flown = segment_energies_j(flight.motion, flight.transients, powers)
+    for own_j in flown:
+        used_j = np.zeros((len(states) + 1, len(STATES)))
+        used_j[np.arange(1, len(states) + 1), states] = own_j
+        np.cumsum(used_j, axis=0, out=used_j)
+        yield used_j
+
+
+def _home_by_state_j(
+    homeward: Homeward, points: Points, powers: Iterable[SteadyPower]
+) -> Iterator[FloatArray]:
+    """Yield the energies home from points by state in several conditions. (points, states) [J]"""
+    targets = homeward.destinations.targets(points.stage, homeward.chosen(points), points.stop_m)
+    motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
+    for own_j in segment_energies_j(motion, transients, powers):
+        yield by_item_and_state_j(motion, own_j, len(points.segment))
+
+
+def _usable_wh(
+    flight: Flight,
+    battery: Battery,
+    budget: BatteryBudget,
+    drawn: FloatArray,
+    conditions: Conditions,
+) -> FloatArray | float:
+    """Return the energy in the battery at the start for drawn states of charge. (draws,) [Wh]"""
+    axis = ChebyshevAxis(drawn, _CHARGE_POINTS)
+    if len(axis.points) == 1:
+        return budget.usable_wh
+    temperature_c = conditions.battery_temperature_c
+    if temperature_c is None:
+        temperature_c = flight.power.home_temperature_c
+    usable_wh: list[float] = []
+    for point in axis.points:
+        discharge = predict_discharge(
+            flight, battery, charge=float(point), temperature_c=temperature_c
+        )
+        usable_wh.append(
+            budget.capacity_wh * float(point) if discharge is None else discharge.usable_wh
+        )
+    drawn_wh: FloatArray = axis.weights @ np.array(usable_wh)
+    return drawn_wh
+
+
+def _p10_p90(values: FloatArray) -> tuple[float, float]:
+    low, high = np.quantile(values, (_LOW, _HIGH))
+    return float(low), float(high)
+
+
+def _share_below(margin_wh: FloatArray | None) -> float | None:
+    return None if margin_wh is None else float(np.mean(margin_wh < 0.0))

@@ -1,0 +1,325 @@
+"""Arm authorisation: a vehicle asks before it arms, and gets an answer.
+
+PX4 asks with MAV_CMD_ARM_AUTHORIZATION_REQUEST and takes the COMMAND_ACK for the answer
+(``ArmAuthorization.cpp``): ``result_param2`` of an acceptance is the time it holds, in which PX4 does
+not ask again and cannot be told otherwise; of a denial ``progress`` is the reason and
+``result_param2`` what goes with it.  IN_PROGRESS does not lengthen its wait.
+"""
+
+from __future__ import annotations
+
+import queue
+from enum import IntEnum, StrEnum
+from typing import TYPE_CHECKING, Any
+
+from planner import quantity
+from planner.errors import LinkError, UsageError
+from planner.frozen import frozen
+from planner.link.connection import OWN_COMPONENT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.findings import Finding, Severity
+    from planner.link.connection import Connection
+
+
+ARM_AUTHORISATION_REQUEST = 3001
+"""MAV_CMD_ARM_AUTHORIZATION_REQUEST."""
+_DEFAULT_WAIT_S = 1.0
+"""PX4's own COM_ARM_AUTH_TO. [s]"""
+_METHODS = {0: "the first arming waits for the answer", 1: "arm twice: the first time asks"}
+"""By COM_ARM_AUTH_MET."""
+
+
+class DenialReason(IntEnum):
+    """MAV_ARM_AUTH_DENIED_REASON."""
+
+    GENERIC = 0
+    NONE = 1
+    INVALID_WAYPOINT = 2
+    TIMEOUT = 3
+    AIRSPACE_IN_USE = 4
+    BAD_WEATHER = 5
+
+
+class ArmResult(IntEnum):
+    """The values of MAV_RESULT that answer a request."""
+
+    ACCEPTED = 0
+    TEMPORARILY_REJECTED = 1
+    DENIED = 2
+
+
+@frozen
+class ArmRequest:
+    """One message in which a vehicle asks."""
+
+    system: int
+    """Who asks."""
+    component: int
+    number: int = 0
+    """Counts them; a repetition is a request of its own."""
+
+
+@frozen
+class ArmAnswer:
+    """What a request is answered."""
+
+    result: ArmResult
+    text: str
+    """Why, in one sentence."""
+    valid_for_s: int = 0
+    """How long an acceptance holds. [s]"""
+    reason: DenialReason = DenialReason.GENERIC
+    extra_info: int = 0
+    """Item of an invalid waypoint; with a generic reason or the weather the number of the code."""
+
+    @property
+    def is_accepted(self) -> bool:
+        """Whether the vehicle may arm."""
+        return self.result is ArmResult.ACCEPTED
+
+
+def acknowledgement_fields(request: ArmRequest, answer: ArmAnswer) -> dict[str, int]:
+    """Return the fields of the COMMAND_ACK that answers a request."""
+    is_accepted = answer.is_accepted
+    return {
+        "command": ARM_AUTHORISATION_REQUEST,
+        "result": int(answer.result),
+        "progress": 0 if is_accepted else int(answer.reason),
+        "result_param2": answer.valid_for_s if is_accepted else answer.extra_info,
+        "target_system": request.system,
+        "target_component": request.component,
+    }
+
+
+@frozen
+class ArmingSettings:
+    """How a vehicle is set to ask."""
+
+    is_asking: bool
+    """Whether it asks this authoriser before it arms."""
+    wait_s: float
+    """How long it waits for an answer. [s]"""
+    advice: str
+    """What is to be known, and set on the vehicle by its pilot; never empty."""
+
+
+def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) -> ArmingSettings:
+    """Return how a vehicle is set to ask.
+
+    Parameters
+    ----------
+    parameters : mapping of str to float
+        All of the vehicle's parameters by their names.
+    authoriser : int
+        System id of this program on the line.
+    """
+    wanted = parameters.get("COM_ARM_AUTH_REQ")
+    if wanted is None:
+        return ArmingSettings(
+            is_asking=False,
+            wait_s=_DEFAULT_WAIT_S,
+            advice="this autopilot does not ask before arming: the verdict is only announced",
+        )
+    named = parameters.get("COM_ARM_AUTH_ID")
+    wait_s = parameters.get("COM_ARM_AUTH_TO") or _DEFAULT_WAIT_S
+    if not wanted:
+        advice = (
+            "the vehicle is not set to ask before arming: the verdict is only announced; it asks "
+            f"with COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID {authoriser}"
+        )
+        return ArmingSettings(is_asking=False, wait_s=wait_s, advice=advice)
+    if named is None or round(named) != authoriser:
+        other = "nobody" if named is None else f"system {named:g}"
+        advice = (
+            f"the vehicle asks {other} before arming, not this program: set COM_ARM_AUTH_ID "
+            f"{authoriser}; until then the verdict is only announced"
+        )
+        return ArmingSettings(is_asking=False, wait_s=wait_s, advice=advice)
+    method = _METHODS.get(round(parameters.get("COM_ARM_AUTH_MET") or 0.0), "by an unknown method")
+    advice = f"the vehicle asks before arming ({method}; it waits {wait_s:g} s)"
+    return ArmingSettings(is_asking=True, wait_s=wait_s, advice=advice)
+
+
+_OF_ITEMS = "MALTF"
+"""Families about what an item says: mission, altitude, file, time, fence."""
+_MOST_CHARACTERS = 50
+"""Of one STATUSTEXT."""
+
+
+class Verdict(StrEnum):
+    """What is held of a vehicle on the line."""
+
+    GO = "go"
+    NO_GO = "no-go"
+    UNKNOWN = "unknown"
+    """Nothing can be said: never a go."""
+
+
+@frozen
+class Judgement:
+    """What a check comes to."""
+
+    verdict: Verdict
+    text: str
+    """One sentence: why it is no go, or what is left of a go."""
+    headline: str
+    """The same for the pilot's ground station, at most 50 characters."""
+    reason: DenialReason = DenialReason.GENERIC
+    extra_info: int = 0
+    """Item of an invalid waypoint; with a generic reason or the weather the number of the code."""
+    code: str = ""
+    """Of the worst finding of a no-go."""
+    item: int | None = None
+
+
+def go_judgement(*, margin_wh: float | None) -> Judgement:
+    """Return the judgement of a check without objection.
+
+    Parameters
+    ----------
+    margin_wh : float or None
+        Energy left above the reserve. [Wh]
+    """
+    left = "" if margin_wh is None else f", {quantity.energy(margin_wh)} above the reserve"
+    return Judgement(
+        verdict=Verdict.GO, text=f"go{left}", headline=f"mavjoule: GO{left}"[:_MOST_CHARACTERS]
+    )
+
+
+def no_go_judgement(findings: Sequence[Finding], *, fail_on: Severity) -> Judgement:
+    """Return the judgement of a check with objections.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        Worst first, at least one as bad as ``fail_on``.
+    fail_on : Severity
+        From which severity on a finding is an objection.
+
+    Notes
+    -----
+    Wind is bad weather; a fence without an item to blame is airspace; what an item says makes it an
+    invalid waypoint, told as reports count it; all else is generic.
+    """
+    objections = [finding for finding in findings if finding.severity >= fail_on]
+    worst = objections[0]
+    family, number = worst.code[0], int(worst.code[1:])
+    if family == "W":
+        reason, extra = DenialReason.BAD_WEATHER, number
+    elif family in _OF_ITEMS and worst.item is not None:
+        reason, extra = DenialReason.INVALID_WAYPOINT, worst.item
+    elif family == "F":
+        reason, extra = DenialReason.AIRSPACE_IN_USE, 0  # it would be a waypoint
+    else:
+        reason, extra = DenialReason.GENERIC, number
+    where = "" if worst.item is None else f" item {worst.item}"
+    others = len(objections) - 1
+    more = "" if not others else f" (+{others})"
+    head = f"mavjoule: NO-GO {worst.code}{where}{more}"
+    named = f"mavjoule: NO-GO {worst.code} {worst.name}{where}{more}"
+    return Judgement(
+        verdict=Verdict.NO_GO,
+        text=f"{worst.code} {worst.name}{where}: {worst.message}"
+        + (f", and {quantity.count(others, 'objection')} more" if others else ""),
+        headline=(named if len(named) <= _MOST_CHARACTERS else head)[:_MOST_CHARACTERS],
+        reason=reason,
+        extra_info=extra,
+        code=worst.code,
+        item=worst.item,
+    )
+
+
+def unknown_judgement(why: str) -> Judgement:
+    """Return the judgement where no check can be made, for a reason in one sentence."""
+    return Judgement(
+        verdict=Verdict.UNKNOWN,
+        text=why,
+        headline=f"mavjoule: NO VERDICT, {why}"[:_MOST_CHARACTERS],
+    )
+
+
+_MISSING = "mavsdk is missing, which --authoriser mavsdk asks for: pip install 'mavjoule[link]'"
+
+
+class MavsdkAuthoriser:
+    """An `planner.guard.session.Authoriser`; to be closed.
+
+    MAVSDK gets every byte that the line brings, and what it sends goes out through the line's gate:
+    there is one line, one system id and one list of what may be sent.
+
+    Parameters
+    ----------
+    connection : Connection
+        With a vehicle on it.
+
+    Raises
+    ------
+    UsageError
+        If mavsdk is not installed.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        try:
+            import mavsdk
+            from mavsdk.plugins import arm_authorizer_server as plugin
+        except ImportError as error:
+            raise UsageError(_MISSING) from error
+        mavsdk.log_subscribe(lambda *_: True)  # it would talk to standard error
+        self._connection = connection
+        self._plugin: Any = plugin.arm_authorizer_server
+        self._asked: queue.SimpleQueue[int] = queue.SimpleQueue()
+        self._number = 0
+        configuration = mavsdk.Configuration.create_manual(
+            connection.own_system,
+            OWN_COMPONENT,
+            False,  # noqa: FBT003 - MAVSDK's own; heartbeats are the connection's
+        )
+        self._mavsdk = mavsdk.Mavsdk(configuration)
+        self._mavsdk.add_any_connection("raw://")
+        self._mavsdk.subscribe_raw_bytes_to_be_sent(
+            lambda frame: connection.send_frame(bytes(frame))
+        )
+        self._server = self._plugin.ArmAuthorizerServer(self._mavsdk.server_component(0))
+        # MAVSDK wants its answers from another thread than its callback's.
+        self._server.subscribe_arm_authorization(lambda system, _: self._asked.put(system))
+        connection.on_frame = self._mavsdk.pass_received_raw_bytes
+
+    def requests(self) -> tuple[ArmRequest, ...]:
+        """Return the requests that came since the last call."""
+        found: list[ArmRequest] = []
+        vehicle = self._connection.vehicle
+        while not self._asked.empty():
+            self._asked.get()  # a system id that PX4 leaves 0
+            self._number += 1
+            found.append(
+                ArmRequest(system=vehicle.system, component=vehicle.component, number=self._number)
+            )
+        return tuple(found)
+
+    def answer(self, answer: ArmAnswer) -> None:
+        """Answer a request.
+
+        Raises
+        ------
+        LinkError
+            If MAVSDK does not send it.
+        """
+        try:
+            if answer.is_accepted:
+                self._server.accept_arm_authorization(answer.valid_for_s)
+            else:
+                reason = self._plugin.RejectionReason(int(answer.reason))
+                is_temporary = answer.result.value == 1
+                self._server.reject_arm_authorization(is_temporary, reason, answer.extra_info)
+        except self._plugin.ArmAuthorizerServerError as error:
+            msg = f"MAVSDK could not send the answer to an arm request: {error}"
+            raise LinkError(msg) from error
+
+    def close(self) -> None:
+        """Leave the line."""
+        self._connection.on_frame = None
+        self._server.destroy()
+        self._mavsdk.destroy()

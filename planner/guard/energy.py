@@ -1,0 +1,414 @@
+"""The energy of a vehicle in flight: what is left against what it takes to finish and to return."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.flight.progress import flight_progress, return_course
+from planner.frozen import frozen
+from planner.physics.battery import delivered_energy_wh
+
+if TYPE_CHECKING:
+    from planner.flight.homeward import Homeward
+    from planner.flight.progress import MeasuredPlace, Progress, ReturnCourse
+    from planner.vehicle.battery import Battery
+
+
+_STEP = 0.01
+"""Batteries tell their charge in whole percent. [-]"""
+
+
+@frozen
+class BatteryReading:
+    """What BATTERY_STATUS says; ``None`` where the vehicle does not measure it."""
+
+    remaining_fraction: float | None = None
+    """State of charge as the vehicle counts it. [-]"""
+    consumed_ah: float | None = None
+    """Since the vehicle was switched on. [Ah]"""
+    consumed_wh: float | None = None
+    """Since the vehicle was switched on. [Wh]"""
+    voltage_v: float | None = None
+    """Under load. [V]"""
+    current_a: float | None = None
+
+
+@frozen
+class EnergyLeft:
+    """Energy that a battery still gives, and who says so."""
+
+    energy_wh: float
+    source: str
+    """Which measurement was trusted: the one that leaves least."""
+    by_source: tuple[tuple[str, float], ...]
+    """What each measurement leaves. [Wh]"""
+    step_wh: float
+    """What the trusted one cannot tell apart. [Wh]"""
+
+    @property
+    def spread_wh(self) -> float:
+        """How far the measurements are apart [Wh]."""
+        left_wh = [one for _, one in self.by_source]
+        return max(left_wh) - min(left_wh)
+
+
+class BatteryMeter:
+    """Turns readings into energies, from a charge at the start.
+
+    Parameters
+    ----------
+    battery : Battery
+        The one that flies.
+    charge : float
+        State of charge when the start was read. [-]
+    usable_wh : float
+        Energy in it then, as the check counts it. [Wh]
+    temperature_c : float
+        Of the battery. [°C]
+    start : BatteryReading
+        The counts then.
+    """
+
+    def __init__(
+        self,
+        battery: Battery,
+        *,
+        charge: float,
+        usable_wh: float,
+        temperature_c: float,
+        start: BatteryReading,
+    ) -> None:
+        self._battery = battery
+        self._charge = charge
+        self._usable_wh = usable_wh
+        self._resistance_ohm = battery.resistance_ohm(temperature_c)
+        self._start = start
+
+    def energy_left(self, reading: BatteryReading) -> EnergyLeft | None:
+        """Return the energy left by a reading; ``None`` where it tells nothing.
+
+        Notes
+        -----
+        Counts of energy and of charge, and the vehicle's own percentage, are compared, and the least
+        is taken.  The voltage says little on a flat curve: it is asked only where there is no other.
+        """
+        step_wh = self._usable_wh - self._at(self._charge - _STEP)
+        found: list[tuple[str, float, float]] = []
+        start = self._start
+        if reading.consumed_wh is not None and start.consumed_wh is not None:
+            left_wh = self._usable_wh - (reading.consumed_wh - start.consumed_wh)
+            found.append(("energy count", left_wh, 0.0))
+        capacity_ah = self._battery.charge_ah
+        if None not in {reading.consumed_ah, start.consumed_ah, capacity_ah}:
+            assert reading.consumed_ah is not None
+            assert start.consumed_ah is not None
+            assert capacity_ah is not None
+            taken = (reading.consumed_ah - start.consumed_ah) / capacity_ah
+            found.append(("charge count", self._at(self._charge - taken), 0.0))
+        if reading.remaining_fraction is not None:
+            left_wh = self._at(reading.remaining_fraction)
+            found.append(("the vehicle's percentage", left_wh, step_wh))
+        if not found:
+            fraction = self._voltage_fraction(reading)
+            if fraction is None:
+                return None
+            found.append(("voltage", self._at(fraction), 5.0 * step_wh))
+        source, energy_wh, uncertain_wh = min(found, key=lambda one: one[1])
+        return EnergyLeft(
+            energy_wh=max(energy_wh, 0.0),
+            source=source,
+            by_source=tuple((name, left_wh) for name, left_wh, _ in found),
+            step_wh=uncertain_wh,
+        )
+
+    def _at(self, fraction: float) -> float:
+        """Return the energy left at a state of charge, of what was usable at the start [Wh]."""
+        if self._charge <= 0.0 or fraction <= 0.0:
+            return 0.0
+        curve_soc, curve_v = self._battery.ocv_soc, self._battery.ocv_v
+        if curve_soc is None or curve_v is None:
+            return self._usable_wh * fraction / self._charge
+        # What stays below the cut-off is as much now as at the start.
+        taken_wh = [
+            delivered_energy_wh(
+                0.0,
+                from_state_of_charge=one,
+                to_state_of_charge=0.0,
+                capacity_ah=self._battery.charge_ah or 1.0,
+                resistance_ohm=0.0,
+                ocv_soc=curve_soc,
+                ocv_v=curve_v,
+            )
+            for one in (self._charge, min(fraction, 1.0))
+        ]
+        if self._battery.charge_ah is None:
+            return self._usable_wh * taken_wh[1] / taken_wh[0]
+        return max(self._usable_wh - (taken_wh[0] - taken_wh[1]), 0.0)
+
+    def _voltage_fraction(self, reading: BatteryReading) -> float | None:
+        curve_soc, curve_v = self._battery.ocv_soc, self._battery.ocv_v
+        if reading.voltage_v is None or curve_soc is None or curve_v is None:
+            return None
+        sag_v = (self._resistance_ohm or 0.0) * (reading.current_a or 0.0)
+        return float(np.interp(reading.voltage_v + sag_v, curve_v, curve_soc))
+
+
+_LEAST_USED = 0.1
+"""Share of the energy of the flight from which on what was measured is held against the model. [-]"""
+_STEPS_USED = 8.0
+"""So many of the steps of the measurement have to be used by then. [-]"""
+_DIFFERENCE = 0.1
+"""Measurements that leave energies so different are not of the battery that was checked. [-]"""
+_CALM_FACTOR = 1.5
+"""A warning is over when so many times the lead is there again. [-]"""
+
+
+class Concern(StrEnum):
+    """What is wrong with the energy of a flight."""
+
+    RETURN_SOON = "return-soon"
+    """The point of no return is near."""
+    NO_RETURN = "no-return"
+    """The way home eats into the reserve."""
+    NO_FINISH = "no-finish"
+    """The mission cannot be finished above the reserve."""
+    MEASURES_DIFFER = "measures-differ"
+    """The measurements of the battery contradict each other."""
+
+
+@frozen(eq=False)
+class Prediction:
+    """What a check predicts of the flight of a vehicle on the line."""
+
+    homeward: Homeward
+    battery: Battery
+    charge: float
+    """State of charge at the start. [-]"""
+    usable_wh: float
+    """Energy in the battery at the start. [Wh]"""
+    reserve_wh: float
+    """Energy that is to stay. [Wh]"""
+    temperature_c: float
+    """Of the battery. [°C]"""
+
+
+@frozen
+class EnergyState:
+    """Everything known of the energy of a flight at one time."""
+
+    progress: Progress
+    left: EnergyLeft
+    reserve_wh: float
+    ratio: float | None
+    """Energy measured over energy of the model since it is followed; ``None`` while too little is
+    flown. [-]"""
+    finish_wh: float
+    """Energy to finish, by the model times the ratio, where that is above 1. [Wh]"""
+    return_wh: float
+    """Energy to return, likewise. [Wh]"""
+    lead_s: float | None
+    """Time to the point of no return; ``None`` where there is none ahead. [s]"""
+    is_joined: bool = False
+    """Whether it was in the air before it was followed."""
+    warnings: tuple[EnergyWarning, ...] = ()
+    """What is wrong with it now, new or not."""
+
+    @property
+    def finish_margin_wh(self) -> float:
+        """Energy above the reserve at the end of the mission [Wh]."""
+        return self.left.energy_wh - self.reserve_wh - self.finish_wh
+
+    @property
+    def return_margin_wh(self) -> float:
+        """Energy above the reserve after a return from here [Wh]."""
+        return self.left.energy_wh - self.reserve_wh - self.return_wh
+
+
+@frozen
+class EnergyWarning:
+    """Something a pilot has to know now."""
+
+    concern: Concern
+    severity: int
+    """MAV_SEVERITY."""
+    headline: str
+    """For the ground station, at most 50 characters."""
+    text: str
+    """One sentence with its numbers."""
+
+
+class EnergyWatch:
+    """Follows one flight.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        The flight as the check predicted it.
+    start : BatteryReading
+        The battery at the start.
+    warn_before_s : float
+        How long before the point of no return to warn. [s]
+    is_joined : bool
+        Whether the start is somewhere in the air, and not on the ground.
+    """
+
+    def __init__(
+        self,
+        prediction: Prediction,
+        *,
+        start: BatteryReading,
+        warn_before_s: float = 60.0,
+        is_joined: bool = False,
+    ) -> None:
+        self._homeward = prediction.homeward
+        self._course: ReturnCourse = return_course(prediction.homeward)
+        self._usable_wh = prediction.usable_wh
+        self._reserve_wh = prediction.reserve_wh
+        self._meter = BatteryMeter(
+            prediction.battery,
+            charge=prediction.charge,
+            usable_wh=prediction.usable_wh,
+            temperature_c=prediction.temperature_c,
+            start=start,
+        )
+        self._warn_before_s = warn_before_s
+        self._is_joined = is_joined
+        self._missed_wh: float | None = None if is_joined else 0.0
+        """What the model takes until the start; ``None`` until the vehicle was seen. [Wh]"""
+        self._before: tuple[Progress, float] | None = None
+        self._raised: set[Concern] = set()
+
+    def take(
+        self,
+        place: MeasuredPlace,
+        reading: BatteryReading,
+        now_s: float,
+        *,
+        is_on_mission: bool = True,
+    ) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
+        """Return the state by a place and a reading, and the warnings that are new.
+
+        Parameters
+        ----------
+        place : MeasuredPlace
+            Where the vehicle is.
+        reading : BatteryReading
+            What it measures of its battery; with nothing in it there is no state.
+        now_s : float
+            Time by any clock. [s]
+        is_on_mission : bool
+            Whether it flies its mission, and not by hand or home.
+        """
+        left = self._meter.energy_left(reading)
+        before, before_s = self._before or (None, now_s)
+        progress = flight_progress(self._homeward, place, before=before, elapsed_s=now_s - before_s)
+        self._before = (progress, now_s)
+        if self._missed_wh is None:
+            self._missed_wh = progress.used_wh
+        if left is None:
+            return None, ()
+        ratio = self._ratio(progress.used_wh - self._missed_wh, left)
+        # A vehicle that took less so far may meet the wind later: the model is never undercut.
+        factor = 1.0 if ratio is None else max(ratio, 1.0)
+        above_wh = left.energy_wh - self._reserve_wh
+        state = EnergyState(
+            progress=progress,
+            left=left,
+            reserve_wh=self._reserve_wh,
+            ratio=ratio,
+            finish_wh=factor * progress.finish_wh,
+            return_wh=factor * progress.return_wh,
+            lead_s=(self._course.lead_s(progress, above_wh / factor) if is_on_mission else None),
+            is_joined=self._is_joined,
+        )
+        present, new = self._concerns(state, is_on_mission=is_on_mission)
+        return (
+            replace(state, warnings=tuple(_warning(concern, state) for concern in present)),
+            tuple(_warning(concern, state) for concern in new),
+        )
+
+    def _ratio(self, modelled_wh: float, left: EnergyLeft) -> float | None:
+        used_wh = self._usable_wh - left.energy_wh
+        total_wh = float(self._homeward.used_wh[-1])
+        least_wh = max(_LEAST_USED * total_wh, _STEPS_USED * left.step_wh)
+        if not modelled_wh > 0.0 or max(modelled_wh, used_wh) < least_wh:
+            return None
+        return max(used_wh - left.step_wh, 0.0) / modelled_wh
+
+    def _concerns(
+        self, state: EnergyState, *, is_on_mission: bool
+    ) -> tuple[list[Concern], list[Concern]]:
+        """Return what is wrong, and what of it was not before."""
+        lead_s = math.inf if state.lead_s is None else state.lead_s
+        is_short = state.return_margin_wh < 0.0
+        finishes = state.finish_margin_wh >= 0.0 and is_on_mission
+        # Where the rest of the mission costs less than the way home, finishing is the way home.
+        present = {
+            Concern.NO_RETURN: is_short and not finishes,
+            Concern.RETURN_SOON: lead_s <= self._warn_before_s and not is_short and not finishes,
+            Concern.NO_FINISH: not finishes and is_on_mission,
+            Concern.MEASURES_DIFFER: state.left.spread_wh > _DIFFERENCE * self._usable_wh,
+        }
+        over = {
+            Concern.NO_RETURN: not present[Concern.NO_RETURN],
+            Concern.RETURN_SOON: finishes or lead_s > _CALM_FACTOR * self._warn_before_s,
+            Concern.NO_FINISH: state.finish_margin_wh > 0.1 * self._reserve_wh,
+            Concern.MEASURES_DIFFER: False,
+        }
+        new = [concern for concern in Concern if present[concern] and concern not in self._raised]
+        self._raised |= set(new)
+        self._raised -= {concern for concern in Concern if over[concern]}
+        return [concern for concern in Concern if present[concern]], new
+
+
+def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
+    left = f"{quantity.energy(state.left.energy_wh)} left by {state.left.source}"
+    keep = f"a reserve of {quantity.energy(state.reserve_wh)}"
+    home = quantity.energy(state.return_wh)
+    match concern:
+        case Concern.NO_RETURN:
+            short = quantity.energy(-state.return_margin_wh)
+            text = f"the way home eats {short} of the reserve: {left}, {home} home, {keep}"
+            return EnergyWarning(
+                concern=concern,
+                severity=2,
+                headline=f"mavjoule: RETURN NOW, {short} below reserve",
+                text=text,
+            )
+        case Concern.RETURN_SOON:
+            lead = quantity.duration(state.lead_s)
+            text = f"the point of no return is {lead} ahead: {left}, {home} home now, {keep}"
+            return EnergyWarning(
+                concern=concern,
+                severity=3,
+                headline=f"mavjoule: no return in {lead}, turn back",
+                text=text,
+            )
+        case Concern.NO_FINISH:
+            short = quantity.energy(-state.finish_margin_wh)
+            finish = quantity.energy(state.finish_wh)
+            text = f"the mission ends {short} below the reserve: {left}, {finish} to finish, {keep}"
+            return EnergyWarning(
+                concern=concern,
+                severity=4,
+                headline=f"mavjoule: mission short by {short}",
+                text=text,
+            )
+        case Concern.MEASURES_DIFFER:
+            said = ", ".join(
+                f"{quantity.energy(left_wh)} by {source}"
+                for source, left_wh in state.left.by_source
+            )
+            text = f"the measurements of the battery differ, is it the one that was checked: {said}"
+            return EnergyWarning(
+                concern=concern,
+                severity=4,
+                headline="mavjoule: battery is not the one checked?",
+                text=text,
+            )

@@ -1,0 +1,435 @@
+"""One manoeuvre of a flight: a reference that changes, and what answers it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from planner.identify.steady import speed_through_air_m_s
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import BoolArray, FloatArray
+    from planner.logs.record import FlightRecord
+    from planner.physics.response import Modes
+
+
+_COLUMNS = ("time_s", "reference", "answer")
+_UNEVEN = 1e-6  # of a sampling step: rounding of times in seconds since the epoch
+_MANY_EDGES = 16
+"""From so many edges on their answers are summed by Fourier transforms."""
+
+
+class ReferenceForm(StrEnum):
+    """What a reference does between two samples."""
+
+    HELD = "held"
+    """It keeps the value of the last sample: steps."""
+    LINEAR = "linear"
+    """It goes straight to the next sample: references shaped by the autopilot."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Manoeuvre:
+    """Reference and answer at even steps of time, from rest before the reference changes.
+
+    The system is taken to be at rest, except for constant offsets, until then.
+
+    Raises
+    ------
+    ValueError
+        If the arrays do not fit together or are not finite, the times are not evenly spaced, the
+        reference never changes, or there is no sample before it does.
+    """
+
+    time_s: FloatArray
+    """Sampling times, evenly spaced, on any clock. (n,) [s]"""
+    reference: FloatArray
+    """What was commanded. (n,) [input]"""
+    answer: FloatArray
+    """What was measured. (n,) [output]"""
+    reference_form: ReferenceForm = ReferenceForm.HELD
+    source: str = ""
+    """Name of the log it was cut from; manoeuvres of one source share their noise."""
+    is_held_out: bool = False
+    """Kept from the fit, to test the model on."""
+
+    def __post_init__(self) -> None:
+        for name in _COLUMNS:
+            column = np.array(getattr(self, name), dtype=np.float64)
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
+        if not self.time_s.shape == self.reference.shape == self.answer.shape:
+            msg = (
+                "time, reference and answer of a manoeuvre must have one length, got "
+                f"{self.time_s.shape}, {self.reference.shape} and {self.answer.shape}"
+            )
+            raise ValueError(msg)
+        if self.time_s.ndim != 1 or self.time_s.size < 3:
+            msg = f"a manoeuvre needs three samples at least, got shape {self.time_s.shape}"
+            raise ValueError(msg)
+        if not all(np.isfinite(c).all() for c in (self.time_s, self.reference, self.answer)):
+            msg = "time, reference and answer of a manoeuvre must be finite"
+            raise ValueError(msg)
+        steps = np.diff(self.time_s)
+        if not steps[0] > 0.0 or np.ptp(steps) > _UNEVEN * max(1.0, abs(self.time_s).max()):
+            msg = "the times of a manoeuvre must rise in even steps"
+            raise ValueError(msg)
+        if not self._changes.size:
+            msg = "the reference of a manoeuvre must change"
+            raise ValueError(msg)
+        if self._changes[0] == 0 and self.reference_form is ReferenceForm.LINEAR:
+            msg = "a manoeuvre needs a sample at rest before its reference leaves"
+            raise ValueError(msg)
+
+    @property
+    def step_s(self) -> float:
+        """Time between two samples [s]."""
+        step_s = float(self.time_s[-1] - self.time_s[0]) / (self.time_s.size - 1)
+        return round(step_s, 9)  # of two manoeuvres of one log it is the same number
+
+    @property
+    def _changes(self) -> npt.NDArray[np.intp]:
+        return np.flatnonzero(np.diff(self.reference))
+
+    @property
+    def first_change(self) -> int:
+        """Position of the first sample at which a reference held has changed, one linear leaves."""
+        return int(self._changes[0]) + (self.reference_form is ReferenceForm.HELD)
+
+    @property
+    def command_s(self) -> float:
+        """When the reference first changes [s]."""
+        return float(self.time_s[self.first_change])
+
+    @property
+    def answer_before(self) -> float:
+        """Mean answer before the reference changes: the offset the article removes [output]."""
+        return float(self.answer[: self.first_change].mean())
+
+    def up_to(self, window_s: float) -> Manoeuvre:
+        """Return the manoeuvre up to a time after its command, inclusive.
+
+        Parameters
+        ----------
+        window_s : float
+            Time after the first change of the reference. [s]
+        """
+        return self._at(np.flatnonzero(self.time_s <= self.command_s + window_s + _UNEVEN))
+
+    def every(self, count: int) -> Manoeuvre:
+        """Return every so manieth sample, the one at the command among them."""
+        return self._at(np.arange(self.first_change % count, self.time_s.size, count))
+
+    def _at(self, positions: npt.NDArray[np.intp]) -> Manoeuvre:
+        columns = {name: getattr(self, name)[positions] for name in _COLUMNS}
+        return replace(self, **columns)
+
+    def answer_from(self, answer_to_edge: FloatArray) -> FloatArray:
+        r"""Answer of a linear system to the reference, from its answer to one edge.
+
+        The reference is a sum of edges on the sampling times, steps or ramps, so that
+
+        .. math:: y(t_i) = \sum_k \Delta_k\, s(t_i - t_k)
+
+        is exact, without any approximation between the samples.
+
+        Parameters
+        ----------
+        answer_to_edge : ndarray, shape (…, n)
+            Answer s to a unit edge (:attr:`edge_order`) at 0, 1, 2, … sampling steps after it.
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            Answer, zero at rest. [output]
+        """
+        samples = self.time_s.size
+        edges = self._edges()
+        if len(edges) > _MANY_EDGES:
+            train = np.zeros(samples)
+            for position, size in edges:
+                train[position] = size
+            return _convolved(train, answer_to_edge[..., :samples])
+        total = np.zeros((*answer_to_edge.shape[:-1], samples))
+        for position, size in edges:
+            total[..., position:] += size * answer_to_edge[..., : samples - position]
+        return total
+
+    @property
+    def edge_order(self) -> int:
+        """0 where the reference is made of steps, 1 where it is made of ramps."""
+        return 0 if self.reference_form is ReferenceForm.HELD else 1
+
+    def _edges(self) -> list[tuple[int, float]]:
+        """Position and size of each edge of the reference. [input s^-order]"""
+        if self.reference_form is ReferenceForm.HELD:
+            sizes = np.diff(self.reference, prepend=self.reference[0])
+        else:
+            slopes = np.diff(self.reference) / self.step_s
+            sizes = np.diff(slopes, prepend=0.0)
+        return [(int(position), float(sizes[position])) for position in np.flatnonzero(sizes)]
+
+
+def _convolved(train: FloatArray, answers: FloatArray) -> FloatArray:
+    """Return the causal convolution of a train of edges (n,) with answers (…, n)."""
+    samples = train.size
+    size = 1 << (2 * samples - 1).bit_length()
+    product = np.fft.rfft(train, size) * np.fft.rfft(answers, size)
+    return np.asarray(np.fft.irfft(product, size)[..., :samples])
+
+
+def simulated_answers(
+    modes: Modes,
+    delay_s: float | FloatArray,
+    manoeuvres: Sequence[Manoeuvre],
+    *,
+    derivative: int = 0,
+) -> list[FloatArray]:
+    """Answers of a system to the references of manoeuvres, in closed form.
+
+    Parameters
+    ----------
+    modes : Modes
+        Of one system, or of a stack with batch shape (…, 1).
+    delay_s : float or ndarray
+        Its dead time, broadcast against the batch shape. [s]
+    manoeuvres : sequence of Manoeuvre
+        Their references, each taken from rest.
+    derivative : int
+        1 for the slopes of the answers.
+
+    Returns
+    -------
+    list of ndarray, each shape (…, n)
+        Answers without offset, at the times of each manoeuvre. [output s^-derivative]
+    """
+    longest: dict[tuple[float, int], int] = {}
+    for manoeuvre in manoeuvres:
+        kind = (manoeuvre.step_s, manoeuvre.edge_order)
+        longest[kind] = max(longest.get(kind, 0), manoeuvre.time_s.size)
+    edges = {
+        (step_s, order): modes.impulse_integral(
+            np.arange(samples) * step_s - delay_s, order + 1 - derivative
+        )
+        for (step_s, order), samples in longest.items()
+    }
+    return [m.answer_from(edges[m.step_s, m.edge_order]) for m in manoeuvres]
+
+
+_REST_S = 10.0
+"""Rest that is kept before a command: more tells the offset no better."""
+_LEAST_REST_S = 2.0
+_LONGEST_S = 120.0
+_PAUSE_S = 2.0
+"""A reference that stands still for less is still on its way."""
+_LEAST_STEP_M = 2.0
+_LEAST_SPEED_M_S = 1.0
+_STILL_M = 0.02
+_STILL_M_S = 0.02
+"""Change of a reference from sample to sample that is none."""
+_STEPPED = 0.5
+"""Share of the change in one sample from which on a reference is a step. [-]"""
+
+
+class Answer(StrEnum):
+    """What answers a command; the names of the responses of a vehicle model."""
+
+    ALTITUDE = "altitude"
+    CLIMB_POWER = "climb_power"
+    DESCENT_POWER = "descent_power"
+    SPEED = "speed"
+    BRAKE_POWER = "brake_power"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cut:
+    """A command of a record, and the manoeuvre it gives for one answer, if any."""
+
+    answer: Answer
+    start_s: float
+    """When the reference begins to change, in the record. [s]"""
+    change: float
+    """How far the reference changes. [m or m/s]"""
+    duration_s: float
+    """How long the reference changes. [s]"""
+    log: str
+    """File name of the log."""
+    flight: int
+    """Which flight of the log, from 1."""
+    manoeuvre: Manoeuvre | None
+    refusal: str = ""
+    """Why there is no manoeuvre; empty where there is one."""
+
+    @property
+    def is_used(self) -> bool:
+        """Whether there is a manoeuvre."""
+        return self.manoeuvre is not None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Command:
+    """A stretch in which a reference changes: sample before it, and sample it has ended at."""
+
+    first: int
+    end: int
+    change: float
+    form: ReferenceForm
+
+
+class _Signal(NamedTuple):
+    """Columns of a record: what was told, and what answers."""
+
+    answer: Answer
+    reference: FloatArray
+    column: FloatArray
+
+
+def cut_manoeuvres(
+    record: FlightRecord, *, hover_power_w: FloatArray | None = None
+) -> tuple[Cut, ...]:
+    """Cut the manoeuvres of a record that its references tell.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+    hover_power_w : ndarray, shape (n,), optional
+        Hover power at each sample, to be taken off the power; left out, powers are not cut. [W]
+
+    Returns
+    -------
+    tuple of Cut
+        Every command with every answer to it, used or refused.
+    """
+    step_s = float(record.time_s[1] - record.time_s[0])
+    vertical = _commands(
+        record.reference_height_m, record.is_landed, step_s, still=_STILL_M, least=_LEAST_STEP_M
+    )
+    level = _commands(
+        record.reference_speed_m_s,
+        record.is_landed,
+        step_s,
+        still=_STILL_M_S,
+        least=_LEAST_SPEED_M_S,
+    )
+    all_commands = sorted([*vertical, *level], key=lambda command: command.first)
+    height = _Signal(Answer.ALTITUDE, record.reference_height_m, record.height_above_home_m)
+    speed = _Signal(Answer.SPEED, record.reference_speed_m_s, speed_through_air_m_s(record))
+    wanted = [(command, height) for command in vertical] + [(command, speed) for command in level]
+    if hover_power_w is not None:
+        power_w = record.power_w - hover_power_w
+        for command in vertical:
+            kind = Answer.CLIMB_POWER if command.change > 0.0 else Answer.DESCENT_POWER
+            wanted.append((command, _Signal(kind, record.reference_height_m, power_w)))
+        brake = _Signal(Answer.BRAKE_POWER, record.reference_speed_m_s, power_w)
+        wanted += [(command, brake) for command in level if command.change < 0.0]
+    cuts = [_cut(record, command, all_commands, signal) for command, signal in wanted]
+    return tuple(sorted(cuts, key=lambda cut: cut.start_s))
+
+
+def hold_out(cuts: Sequence[Cut], *, every: int = 4) -> tuple[Cut, ...]:
+    """Keep some of the manoeuvres of each answer from the fit.
+
+    Parameters
+    ----------
+    cuts : sequence of Cut
+        Of any number of flights.
+    every : int
+        Of as many manoeuvres of one answer and direction the last is held out.
+
+    Returns
+    -------
+    tuple of Cut
+        The same, some manoeuvres marked.
+    """
+    seen: dict[tuple[Answer, bool], int] = {}
+    marked = []
+    for cut in cuts:
+        if cut.manoeuvre is None:
+            marked.append(cut)
+            continue
+        kind = (cut.answer, cut.change > 0.0)
+        seen[kind] = seen.get(kind, 0) + 1
+        is_held_out = seen[kind] % every == 0
+        manoeuvre = replace(cut.manoeuvre, is_held_out=is_held_out)
+        marked.append(replace(cut, manoeuvre=manoeuvre))
+    return tuple(marked)
+
+
+def _commands(
+    reference: FloatArray, is_landed: BoolArray, step_s: float, *, still: float, least: float
+) -> list[_Command]:
+    """Return the stretches in which a reference changes in flight."""
+    steps = np.diff(reference)
+    moving = np.flatnonzero(np.abs(np.nan_to_num(steps)) > still)
+    if not moving.size:
+        return []
+    apart = np.flatnonzero(np.diff(moving) > _PAUSE_S / step_s)
+    firsts = moving[np.concatenate([[0], apart + 1])]
+    ends = moving[np.concatenate([apart, [moving.size - 1]])] + 1
+    commands = []
+    for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
+        change = float(reference[end] - reference[first])
+        largest = float(np.nanmax(np.abs(steps[first:end])))
+        if not abs(change) >= least or is_landed[first : end + 1].all():
+            continue
+        form = ReferenceForm.HELD if largest >= _STEPPED * abs(change) else ReferenceForm.LINEAR
+        commands.append(_Command(first=first, end=end, change=change, form=form))
+    return commands
+
+
+def _cut(
+    record: FlightRecord,
+    command: _Command,
+    commands: Sequence[_Command],
+    signal: _Signal,
+) -> Cut:
+    """Cut one answer to one command out of a record, or say why not."""
+    step_s = float(record.time_s[1] - record.time_s[0])
+    others = [other for other in commands if other is not command]
+    last_end = max((o.end for o in others if o.first <= command.first), default=0)
+    start = max(command.first - round(_REST_S / step_s), last_end)
+    next_first = min(
+        (o.first for o in others if o.first > command.first), default=record.time_s.size - 1
+    )
+    end = min(next_first, command.end + round(_LONGEST_S / step_s)) + 1
+    part = slice(start, end)
+    manoeuvre: Manoeuvre | None = None
+    refusal = ""
+    if record.is_landed[part].any():
+        refusal = "begins or ends on the ground"
+    elif last_end > command.first:
+        refusal = "another reference changes at the same time"
+    elif (command.first - start) * step_s < _LEAST_REST_S:
+        refusal = f"less than {_LEAST_REST_S:g} s of rest before the command"
+    elif next_first < command.end:
+        refusal = "another reference changes before this one has arrived"
+    elif not np.isfinite([signal.column[part], signal.reference[part]]).all():
+        refusal = "the log does not tell the answer or the reference throughout"
+    else:
+        # what creeps by less than the limit before the command is rest
+        shaped = signal.reference[part].copy()
+        shaped[: command.first - start + 1] = shaped[command.first - start]
+        manoeuvre = Manoeuvre(
+            time_s=record.time_s[part],
+            reference=shaped,
+            answer=signal.column[part],
+            reference_form=command.form,
+            source=f"{record.source}#{record.number}",
+        )
+    return Cut(
+        answer=signal.answer,
+        start_s=float(record.time_s[command.first]),
+        change=command.change,
+        duration_s=(command.end - command.first) * step_s,
+        log=record.source,
+        flight=record.number,
+        manoeuvre=manoeuvre,
+        refusal=refusal,
+    )

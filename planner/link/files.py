@@ -1,0 +1,534 @@
+"""MAVLink's file protocol, for reading: folders and files of a vehicle, whatever the line loses."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import replace
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from planner.errors import LinkError
+from planner.frozen import frozen
+from planner.link.codec import message
+from planner.link.exchange import Exchange, Retransmission
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from planner.link.codec import Message
+    from planner.link.exchange import LinkSettings
+
+
+_MOST_AHEAD = 1 << 20
+"""Bytes kept beyond a gap; further ones come again. [B]"""
+
+
+class ChunkStream:
+    """A file of known size, written from one end to the other.
+
+    Parameters
+    ----------
+    size : int
+        Of the whole file. [B]
+    start : int
+        How much of it is there already. [B]
+    write : callable
+        Given each piece in its order.
+    """
+
+    def __init__(self, size: int, start: int, write: Callable[[bytes], None]) -> None:
+        self.size = size
+        self.offset = start
+        """Everything before this is written. [B]"""
+        self._write = write
+        self._ahead: dict[int, bytes] = {}
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether everything is written."""
+        return self.offset >= self.size
+
+    def take(self, offset: int, content: bytes) -> bool:
+        """Take a piece; return whether something could be written."""
+        content = content[: max(self.size - offset, 0)]
+        if not content or offset + len(content) <= self.offset:
+            return False
+        if offset > self.offset:
+            if offset - self.offset < _MOST_AHEAD:
+                self._ahead[offset] = content
+            return False
+        self._put(content[self.offset - offset :])
+        while self.offset in self._ahead:
+            self._put(self._ahead.pop(self.offset))
+        self._ahead = {at: one for at, one in self._ahead.items() if at > self.offset}
+        return True
+
+    def gap(self) -> int | None:
+        """Return how many bytes are missing before the next piece that is there."""
+        return min(self._ahead) - self.offset if self._ahead else None
+
+    def _put(self, content: bytes) -> None:
+        self._write(content)
+        self.offset += len(content)
+
+
+_HEAD = struct.Struct("<HBBBBBxI")
+MOST_CONTENT = 239
+"""Bytes that one packet has room for. [B]"""
+_NAME = "FILE_TRANSFER_PROTOCOL"
+
+
+class Operation(IntEnum):
+    """What is asked for, of operations that only read."""
+
+    TERMINATE_SESSION = 1
+    RESET_SESSIONS = 2
+    LIST_DIRECTORY = 3
+    OPEN_FILE_RO = 4
+    READ_FILE = 5
+    CALC_FILE_CRC32 = 14
+    BURST_READ_FILE = 15
+    ACK = 128
+    NAK = 129
+
+
+class FileError(IntEnum):
+    """Why something is refused, as far as it is acted upon."""
+
+    FAIL = 1
+    NO_SESSIONS = 5
+    END_OF_FILE = 6
+
+
+@frozen
+class FilePacket:
+    """The content of a FILE_TRANSFER_PROTOCOL."""
+
+    number: int
+    """Of the request; answers count on from it."""
+    operation: int
+    session: int = 0
+    size: int = 0
+    answered: int = 0
+    """In an answer, the operation that is answered."""
+    is_last: bool = False
+    """In an answer to a burst, whether it is the last."""
+    offset: int = 0
+    content: bytes = b""
+
+    @property
+    def error(self) -> int:
+        """In a refusal, why."""
+        return self.content[0] if self.content else 0
+
+
+def read_packet(received: Message) -> FilePacket | None:
+    """Return what a message holds; ``None`` where it is no answer of the file protocol."""
+    if received.name != _NAME:
+        return None
+    payload = bytes(received["payload"]).ljust(251, b"\0")
+    number, session, operation, size, answered, last, offset = _HEAD.unpack_from(payload)
+    if operation not in {Operation.ACK, Operation.NAK}:
+        return None
+    content = payload[_HEAD.size : _HEAD.size + min(size, MOST_CONTENT)]
+    return FilePacket(
+        number=number,
+        operation=operation,
+        session=session,
+        size=size,
+        answered=answered,
+        is_last=bool(last),
+        offset=offset,
+        content=content,
+    )
+
+
+def packet_message(packet: FilePacket) -> Message:
+    """Return a request as a message."""
+    size = packet.size or len(packet.content)
+    head = _HEAD.pack(
+        packet.number & 0xFFFF, packet.session, packet.operation, size, 0, 0, packet.offset
+    )
+    return message(_NAME, payload=(head + packet.content).ljust(251, b"\0"))
+
+
+class FileNumbers:
+    """Numbers of the requests on one line: each greater than all that were used or seen.
+
+    PX4 answers the number that it answered last by the same answer, whatever is asked and whoever
+    asks (``MavlinkFTP::_process_request``): no two requests may have one.
+
+    Parameters
+    ----------
+    start : int
+        Any; best another one for each line.
+    """
+
+    def __init__(self, start: int) -> None:
+        self._last = start
+
+    def following(self, *, leaving: int = 0) -> int:
+        """Return a new number, leaving out some."""
+        self._last = (self._last + leaving + 1) & 0xFFFF
+        return self._last
+
+    def see(self, number: int) -> None:
+        """Take the number of an answer: those of a burst count on from its request."""
+        if is_after(number, self._last):
+            self._last = number
+
+
+def is_after(number: int, other: int) -> bool:
+    """Return whether a number of 16 bits comes after another one."""
+    return 0 < (number - other) & 0xFFFF < 0x8000
+
+
+_MOST_ENTRIES = 10_000
+"""Entries of one folder; a vehicle that goes on is not believed."""
+_REOPENINGS = 8
+"""How often a file is opened anew without a byte of it; PX4 and ArduPilot close what is idle."""
+_BETWEEN_FILES = 0x800
+"""Numbers left out before a file: more than one burst of ArduPilot's takes (2000)."""
+_BUSY = frozenset({FileError.FAIL, FileError.NO_SESSIONS})
+"""Answers to an opening while another file is open: perhaps one of ours, whose end was lost."""
+
+
+class FileRefusedError(LinkError):
+    """The vehicle refuses a file or a folder."""
+
+
+class FolderListing(Exchange):
+    """The entries of one folder.
+
+    Parameters
+    ----------
+    path : str
+        The folder.
+    settings : LinkSettings
+        How patient to be.
+    numbers : FileNumbers
+        Those of the line.
+    retries : int, optional
+        How often to ask, where a vehicle may know no files at all.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        settings: LinkSettings,
+        numbers: FileNumbers,
+        *,
+        retries: int | None = None,
+    ) -> None:
+        super().__init__(settings, retries=retries)
+        self._path = path
+        self._numbers = numbers
+        self._number = numbers.following()
+        self._session = 0
+        self.files: dict[str, int] = {}
+        """Sizes by name. [B]"""
+        self.folders: list[str] = []
+        self._entries = 0
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Entries so far."""
+        return self._entries, None
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle.
+
+        Raises
+        ------
+        FileRefusedError
+            If there is no such folder.
+        """
+        packet = read_packet(received)
+        if packet is None or packet.answered != Operation.LIST_DIRECTORY:
+            return ()
+        if packet.number != (self._number + 1) & 0xFFFF:
+            return ()  # the answer to an earlier request
+        self._numbers.see(packet.number)
+        self._session = packet.session  # ArduPilot has one made for 0, and few of them
+        if packet.operation == Operation.NAK:
+            if packet.error == FileError.NO_SESSIONS:
+                self._number = self._numbers.following()
+                return ()  # asked again when the time has come
+            if packet.error != FileError.END_OF_FILE:
+                msg = f"the vehicle has no folder {self._path}"
+                raise FileRefusedError(msg)
+            self.is_done = True
+            return ()
+        entries = [one for one in packet.content.split(b"\0") if one]
+        self._entries += len(entries)
+        if not entries or self._entries > _MOST_ENTRIES:
+            self.is_done = True
+            return ()
+        for entry in entries:
+            self._take_entry(entry.decode("utf-8", errors="replace"))
+        self._number = self._numbers.following()
+        self._timer.answered(now_s)
+        self._timer.sent(now_s)
+        return self._requests()
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        msg = f"the folder {self._path} stalled at entry {self._entries + 1}"
+        raise LinkError(msg)
+
+    def _take_entry(self, entry: str) -> None:
+        kind, name = entry[:1], entry[1:]
+        if kind == "D" and name not in {".", ".."}:
+            self.folders.append(name)
+        elif kind == "F":
+            name, _, size = name.partition("\t")
+            self.files[name] = int(size) if size.isascii() and size.isdigit() else 0
+
+    def _requests(self) -> tuple[Message, ...]:
+        asked = FilePacket(
+            number=self._number,
+            operation=Operation.LIST_DIRECTORY,
+            session=self._session,
+            offset=self._entries,
+            content=self._path.encode()[:MOST_CONTENT],
+        )
+        return (packet_message(asked),)
+
+
+class FileDownload(Exchange):
+    """One file by its path.
+
+    Parameters
+    ----------
+    path : str
+        On the vehicle.
+    start : int
+        How much of it is there already. [B]
+    write : callable
+        Given each piece in its order.
+    settings : LinkSettings
+        How patient to be.
+    numbers : FileNumbers
+        Those of the line.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        start: int,
+        write: Callable[[bytes], None],
+        settings: LinkSettings,
+        numbers: FileNumbers,
+    ) -> None:
+        super().__init__(settings)
+        self._path = path
+        self._start = start
+        self._write = write
+        self._numbers = numbers
+        self._number = numbers.following(leaving=_BETWEEN_FILES)
+        self._opened_number = self._number
+        self._session: int | None = None
+        self._stream: ChunkStream | None = None
+        self._openings = 0
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Bytes so far, and how many there are."""
+        return (0, None) if self._stream is None else (self._stream.offset, self._stream.size)
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle.
+
+        Raises
+        ------
+        FileRefusedError
+            If there is no such file, or it cannot be read.
+        """
+        packet = read_packet(received)
+        if self.is_done or packet is None:
+            return ()
+        if not is_after(packet.number, self._opened_number):
+            return ()  # of an earlier file
+        self._numbers.see(packet.number)
+        if self._session is None:
+            if packet.answered != Operation.OPEN_FILE_RO:
+                return ()
+            return self._take_opened(packet, now_s)
+        if packet.answered in {Operation.READ_FILE, Operation.BURST_READ_FILE}:
+            return self._take_piece(packet, now_s)
+        return ()
+
+    def _requests(self) -> tuple[Message, ...]:
+        return (self._opening() if self._session is None else self._reading(),)
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        done, size = self.progress
+        at = "before it was opened" if size is None else f"at {done} of {size} bytes"
+        msg = f"{self._path} stalled {at}; what came is kept, call again to go on"
+        raise LinkError(msg)
+
+    def _take_opened(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
+        if packet.operation == Operation.NAK and packet.error in _BUSY:
+            # PX4 has one session, and keeps it as long as it is asked for another one.
+            return (self._closed_all(), *self._reopen(now_s))
+        if packet.operation == Operation.NAK or len(packet.content) < 4:
+            msg = f"the vehicle does not open {self._path} (error {packet.content[:1].hex()})"
+            raise FileRefusedError(msg)
+        self._session = packet.session
+        (size,) = struct.unpack_from("<I", packet.content)
+        if self._stream is None:
+            self._stream = ChunkStream(size, min(self._start, size), self._write)
+        self._timer.answered(now_s)
+        self._timer.sent(now_s)
+        return self._next()
+
+    def _take_piece(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
+        assert self._stream is not None  # it is made when the file is opened
+        if packet.operation == Operation.NAK:
+            if packet.error == FileError.END_OF_FILE:
+                return ()  # a burst ran into it; what is missing is asked for again
+            return self._reopen(now_s)  # it is open no more, which each autopilot says in its way
+        if self._stream.take(packet.offset, packet.content):
+            self._openings = 0
+            self._timer.answered(now_s)
+            self._timer.sent(now_s)
+        is_asked = packet.answered == Operation.READ_FILE or packet.is_last
+        return self._next() if is_asked or self._stream.is_whole else ()
+
+    def _reopen(self, now_s: float) -> tuple[Message, ...]:
+        """Open it again, after a while: ArduPilot keeps what is idle for 3 s."""
+        self._openings += 1
+        if self._openings > _REOPENINGS:
+            msg = (
+                f"the vehicle does not open {self._path}, or closes it again and again: is another "
+                "ground station reading files?"
+            )
+            raise FileRefusedError(msg)
+        self._session = None
+        self._opened_number = self._number = self._numbers.following()
+        self._timer = Retransmission(self._settings)
+        self._timer.sent(now_s)
+        return ()
+
+    def _next(self) -> tuple[Message, ...]:
+        assert self._stream is not None  # it is made when the file is opened
+        if not self._stream.is_whole:
+            return (self._reading(),)
+        self.is_done = True
+        return (
+            packet_message(
+                FilePacket(
+                    number=self._numbers.following(),
+                    operation=Operation.TERMINATE_SESSION,
+                    session=self._session or 0,
+                )
+            ),
+        )
+
+    def _closed_all(self) -> Message:
+        return packet_message(
+            FilePacket(number=self._numbers.following(), operation=Operation.RESET_SESSIONS)
+        )
+
+    def _opening(self) -> Message:
+        # Asked by the same number, PX4 says again that it is open, instead of refusing.
+        return packet_message(
+            FilePacket(
+                number=self._number,
+                operation=Operation.OPEN_FILE_RO,
+                content=self._path.encode()[:MOST_CONTENT],
+            )
+        )
+
+    def _reading(self) -> Message:
+        assert self._stream is not None  # it is made when the file is opened
+        gap = self._stream.gap()
+        return packet_message(
+            FilePacket(
+                number=self._numbers.following(),
+                operation=Operation.BURST_READ_FILE if gap is None else Operation.READ_FILE,
+                session=self._session or 0,
+                size=min(gap or MOST_CONTENT, MOST_CONTENT),
+                offset=self._stream.offset,
+            )
+        )
+
+
+_LEAST_WAIT_S = 5.0
+"""A vehicle reads the whole file before it answers: some 10 s for 50 MB off a slow card. [s]"""
+_TRIES = 8
+_ONES = 0xFFFFFFFF
+_PIECE = 1 << 20
+
+
+class FileChecksum(Exchange):
+    """The checksum of one file, which a vehicle may not tell.
+
+    Parameters
+    ----------
+    path : str
+        On the vehicle.
+    settings : LinkSettings
+        How patient to be.
+    numbers : FileNumbers
+        Those of the line.
+    """
+
+    def __init__(self, path: str, settings: LinkSettings, numbers: FileNumbers) -> None:
+        patient = replace(settings, reply_timeout_s=max(settings.reply_timeout_s, _LEAST_WAIT_S))
+        super().__init__(patient, retries=_TRIES)
+        self._path = path
+        self._numbers = numbers
+        # Asked again by the same number, PX4 repeats what it said instead of reading the file anew.
+        self._number = numbers.following()
+        self.value: int | None = None
+        """As `crc32_of` has it; ``None`` where the vehicle tells none."""
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Whether it is there."""
+        return int(self.is_done), None
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every exchange
+        """Take a message of the vehicle."""
+        packet = read_packet(received)
+        if packet is None or packet.number != (self._number + 1) & 0xFFFF:
+            return ()
+        self._numbers.see(packet.number)
+        if packet.operation == Operation.NAK and packet.error == FileError.NO_SESSIONS:
+            self._number = self._numbers.following()
+            return ()  # asked again when the time has come
+        if packet.operation == Operation.ACK and len(packet.content) >= 4:
+            (self.value,) = struct.unpack_from("<I", packet.content)
+        self.is_done = True
+        return ()
+
+    def _requests(self) -> tuple[Message, ...]:
+        asked = FilePacket(
+            number=self._number,
+            operation=Operation.CALC_FILE_CRC32,
+            content=self._path.encode()[:MOST_CONTENT],
+        )
+        return (packet_message(asked),)
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+        self.is_done = True
+
+
+def crc32_of(path: Path) -> int:
+    """Return the checksum of a file as vehicles compute it.
+
+    That is the CRC-32 of ISO 3309, reflected polynomial 0xEDB88320, begun at 0 and not inverted
+    (PX4's ``crc32part``, ArduPilot's ``crc_crc32``); zlib's is begun at all ones and inverted.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    value = _ONES
+    with path.open("rb") as file:
+        while piece := file.read(_PIECE):
+            value = zlib.crc32(piece, value)
+    return value ^ _ONES

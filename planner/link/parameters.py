@@ -1,0 +1,303 @@
+"""The parameter protocol: every parameter of a vehicle, whatever the line loses.
+
+PARAM_REQUEST_LIST makes the vehicle send all of them; what is missing when it falls silent is asked
+for by number with PARAM_REQUEST_READ.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from planner.errors import LinkError
+from planner.frozen import frozen
+from planner.link.codec import message
+from planner.link.exchange import Exchange
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.link.codec import Message
+    from planner.link.exchange import LinkSettings
+
+
+MOST_PARAMETERS = 5_000
+"""PX4 and ArduPilot have one to two thousand; a vehicle that claims more is not believed."""
+_MOST_COUNTS = 6
+"""Both autopilots hide and show parameters as others change; what goes on changing is wrong."""
+_AT_ONCE = 16
+"""Parameters asked for together: few enough for the buffer of a radio."""
+_NO_INDEX = 65_535
+"""Of a parameter that was sent for another reason than its number."""
+_LAYOUTS = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i", 9: "<f"}
+"""By MAV_PARAM_TYPE, how four bytes hold a value."""
+
+
+@frozen
+class WireParameter:
+    """One PARAM_VALUE."""
+
+    name: str
+    value: float
+    """As the message's own float."""
+    content: bytes
+    """The four bytes of it."""
+    kind: int
+    """MAV_PARAM_TYPE."""
+
+    def number(self, *, is_bytewise: bool) -> float:
+        """Return the value.
+
+        Parameters
+        ----------
+        is_bytewise : bool
+            Whether whole numbers stand in the four bytes as they are, as PX4 sends them, and not
+            as a float of the same value, as ArduPilot does.
+        """
+        layout = _LAYOUTS.get(self.kind)
+        if not is_bytewise or layout is None:
+            return self.value
+        (number,) = struct.unpack_from(layout, self.content)
+        return float(number)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether its type holds whole numbers alone."""
+        return self.kind < 9
+
+
+class ParameterDownload(Exchange):
+    """Every parameter that a vehicle is asked for.
+
+    Parameters
+    ----------
+    settings : LinkSettings
+        How patient to be.
+    """
+
+    def __init__(self, settings: LinkSettings) -> None:
+        super().__init__(settings)
+        self._count: int | None = None
+        self._counts = 0
+        self._by_index: dict[int, WireParameter] = {}
+        self._outstanding: set[int] = set()
+        self._is_repeated = False
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Parameters so far, and how many there are."""
+        return len(self._by_index), self._count
+
+    @property
+    def parameters(self) -> tuple[WireParameter, ...]:
+        """All of them, in the vehicle's order, once it is done."""
+        return tuple(self._by_index[index] for index in sorted(self._by_index))
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle; others than PARAM_VALUE are passed over.
+
+        Raises
+        ------
+        LinkError
+            If the number of parameters cannot be believed.
+        """
+        if self.is_done or received.name != "PARAM_VALUE":
+            return ()
+        index, count = received["param_index"], received["param_count"]
+        if index == _NO_INDEX or index >= count:
+            return ()
+        self._take_count(count)
+        is_new = index not in self._by_index
+        self._by_index[index] = WireParameter(
+            name=received["param_id"],
+            value=received["param_value"],
+            content=received["param_bytes"],
+            kind=received["param_type"],
+        )
+        if len(self._by_index) == self._count:
+            return self._end(now_s)
+        if not is_new:
+            return ()
+        was_asked = index in self._outstanding
+        self._outstanding.discard(index)
+        if was_asked and not self._outstanding:
+            self._timer.answered(now_s)
+            self._timer.sent(now_s)
+            return self._missing()
+        if was_asked:  # the others of the same request are on their way
+            self._timer.answered(now_s)
+        self._timer.sent(now_s)
+        return ()
+
+    def _requests(self) -> tuple[Message, ...]:
+        if self._count is None:
+            return (message("PARAM_REQUEST_LIST"),)
+        return self._missing()
+
+    def _give_up(self, now_s: float) -> None:
+        raise LinkError(self._stalled(now_s))
+
+    def _end(self, now_s: float) -> tuple[Message, ...]:
+        """End, or ask for all again, once, where one has come under two numbers."""
+        assert self._count is not None  # every parameter tells it
+        names = {one.name for one in self._by_index.values()}
+        if len(names) == self._count or self._is_repeated:
+            self.is_done = True
+            return ()
+        self._is_repeated = True
+        self._begin_anew(self._count)
+        self._timer.sent(now_s)
+        return (message("PARAM_REQUEST_LIST"),)
+
+    def _take_count(self, count: int) -> None:
+        if count != self._count:
+            self._begin_anew(count)
+
+    def _begin_anew(self, count: int) -> None:
+        """Forget what came: with one more or less, the numbers of those behind it are others."""
+        self._counts += 1
+        if count > MOST_PARAMETERS or self._counts > _MOST_COUNTS:
+            changing = "" if self._count is None else f", after {self._count}"
+            msg = (
+                f"the vehicle claims {count} parameters{changing}: that cannot be believed, or "
+                "they change all the time; try again"
+            )
+            raise LinkError(msg)
+        self._count = count
+        self._by_index.clear()
+        self._outstanding.clear()
+
+    def _missing(self) -> tuple[Message, ...]:
+        assert self._count is not None
+        missing = [index for index in range(self._count) if index not in self._by_index]
+        self._outstanding = set(missing[:_AT_ONCE])
+        return tuple(
+            message("PARAM_REQUEST_READ", param_id="", param_index=index)
+            for index in missing[:_AT_ONCE]
+        )
+
+    def _stalled(self, now_s: float) -> str:
+        if self._count is None:
+            what = "none came"
+        else:
+            first = min(set(range(self._count)) - self._by_index.keys())
+            what = f"number {first + 1} of {self._count} did not come"
+        return (
+            f"the parameters stalled: {what} in {self._timer.attempts} requests and "
+            f"{self._timer.waited_s(now_s):.0f} s; bring the radio closer, or give a longer "
+            "--reply-timeout or more --retries"
+        )
+
+
+class Purpose(Enum):
+    """What a line to a vehicle is opened for."""
+
+    READ = "read"
+    UPLOAD = "upload"
+    """Mission, fence and rally points are replaced."""
+    GUARD = "guard"
+    """Arming is authorised or not, the verdict is announced."""
+
+
+_HEARTBEAT = 0
+_COMMAND_LONG = 76
+_FILE_TRANSFER = 110
+
+_READING: Mapping[int, str] = {
+    _HEARTBEAT: "HEARTBEAT",
+    4: "PING",
+    20: "PARAM_REQUEST_READ",
+    21: "PARAM_REQUEST_LIST",
+    43: "MISSION_REQUEST_LIST",
+    47: "MISSION_ACK",
+    51: "MISSION_REQUEST_INT",
+    _COMMAND_LONG: "COMMAND_LONG",
+    _FILE_TRANSFER: "FILE_TRANSFER_PROTOCOL",
+    111: "TIMESYNC",
+    117: "LOG_REQUEST_LIST",
+    119: "LOG_REQUEST_DATA",
+    122: "LOG_REQUEST_END",
+    412: "REQUEST_EVENT",
+}
+_UPLOADING: Mapping[int, str] = {44: "MISSION_COUNT", 73: "MISSION_ITEM_INT"}
+_GUARDING: Mapping[int, str] = {77: "COMMAND_ACK", 253: "STATUSTEXT"}
+
+MESSAGES: Mapping[Purpose, Mapping[int, str]] = {
+    Purpose.READ: _READING,
+    Purpose.UPLOAD: {**_READING, **_UPLOADING},
+    Purpose.GUARD: {**_READING, **_GUARDING},
+}
+"""By purpose, the numbers and names of the messages that may go out."""
+COMMANDS: Mapping[int, str] = {
+    410: "GET_HOME_POSITION",
+    511: "SET_MESSAGE_INTERVAL",
+    512: "REQUEST_MESSAGE",
+    519: "REQUEST_PROTOCOL_VERSION",
+    520: "REQUEST_AUTOPILOT_CAPABILITIES",
+}
+"""The commands that may stand in a COMMAND_LONG: each asks for a message and does nothing else."""
+FILE_OPERATIONS: Mapping[int, str] = {
+    0: "None",
+    1: "TerminateSession",
+    2: "ResetSessions",
+    3: "ListDirectory",
+    4: "OpenFileRO",
+    5: "ReadFile",
+    14: "CalcFileCRC32",
+    15: "BurstReadFile",
+}
+"""The operations of the file protocol that may go out: none of them writes."""
+
+_COMMAND_AT = 28
+"""Where the number of the command stands in the content of a COMMAND_LONG."""
+_OPERATION_AT = 6
+"""Where the operation stands in the content of a FILE_TRANSFER_PROTOCOL."""
+
+
+class Gate:
+    """Lets frames out, or not.
+
+    Parameters
+    ----------
+    purpose : Purpose
+        What the line was opened for.
+    """
+
+    def __init__(self, purpose: Purpose) -> None:
+        self.purpose = purpose
+        self.refused: Counter[str] = Counter()
+        """What was held back, by the sentence that says so."""
+
+    def lets_out(self, frame: bytes) -> bool:
+        """Return whether a frame may go out; one that may not is counted.
+
+        Parameters
+        ----------
+        frame : bytes
+            One whole MAVLink frame of either version.
+        """
+        why = self._objection(frame)
+        if why:
+            self.refused[why] += 1
+        return not why
+
+    def _objection(self, frame: bytes) -> str:
+        if len(frame) >= 12 and frame[0] == 0xFD and len(frame) >= 12 + frame[1]:
+            number = int.from_bytes(frame[7:10], "little")
+            content = frame[10 : 10 + frame[1]]
+        elif len(frame) >= 8 and frame[0] == 0xFE and len(frame) >= 8 + frame[1]:
+            number = frame[5]
+            content = frame[6 : 6 + frame[1]]
+        else:
+            return "bytes that are no frame"
+        if number not in MESSAGES[self.purpose]:
+            return f"message {number}"
+        if number == _COMMAND_LONG:
+            command = int.from_bytes(content[_COMMAND_AT : _COMMAND_AT + 2], "little")
+            return "" if command in COMMANDS else f"command {command}"
+        if number == _FILE_TRANSFER:
+            operation = int.from_bytes(content[_OPERATION_AT : _OPERATION_AT + 1], "little")
+            return "" if operation in FILE_OPERATIONS else f"file operation {operation}"
+        return ""

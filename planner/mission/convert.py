@@ -1,0 +1,390 @@
+"""A mission in another file format, and what it loses on the way.
+
+Nothing is called written before it was read back: most losses are found by comparing what the
+text holds with what the mission holds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.autopilot import Autopilot
+from planner.catalogue.loader_writer import (
+    AREAS_NOT_WRITTEN,
+    COMMENTS_NOT_WRITTEN,
+    COMPLEX_ITEM_NOT_WRITTEN,
+    COMPLEX_ITEMS_WRITTEN_OUT,
+    HOME_NOT_KNOWN,
+    JUMP_NOT_WRITTEN,
+    KEYS_NOT_WRITTEN,
+    WRITTEN_DIFFERENTLY,
+)
+from planner.errors import MissionFileError, OutputError, UsageError
+from planner.findings import Remarks
+from planner.frozen import frozen
+from planner.mission.commands import Command, Frame
+from planner.mission.formats.plan import PlanDocument, read_plan_text
+from planner.mission.formats.simple_item import is_complex
+from planner.mission.formats.wpl import read_wpl
+from planner.mission.formats.writers import plan_text, wpl_text, written_items
+from planner.mission.items import MissionFormat, MissionItem
+from planner.mission.route.jumps import flown_order, numbered_in_order
+from planner.mission.route.route import make_route
+from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import FASTEST_M_S
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from planner.findings import Finding
+    from planner.geo.fence import Fence, RallyPoint
+    from planner.mission.items import Mission
+    from planner.mission.route.stage import Route
+
+
+_FORMAT_NAMES = {MissionFormat.PLAN: "a plan", MissionFormat.WPL: "QGC WPL text"}
+_WRITTEN_KEYS = frozenset(
+    {"fileType", "version", "groundStation", "mission", "geoFence", "rallyPoints"}
+    | {"items", "plannedHomePosition"}
+)
+"""Keys of a plan whose content the text has, or whose loss is told on its own."""
+_WRITTEN_ITEM_KEYS = frozenset(
+    {"type", "command", "frame", "params", "autoContinue", "doJumpId"}
+    | {"Altitude", "AltitudeMode", "AMSLAltAboveTerrain"}
+    | {"coordinate", "id", "param1", "param2", "param3", "param4"}
+)
+
+
+@frozen
+class Conversion:
+    """The text of a mission in a file format."""
+
+    text: str
+    findings: tuple[Finding, ...]
+    """What it does not hold, and what reading it brings to light that was not known before."""
+
+
+def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
+    """Return the text of a mission in a file format, and what it loses.
+
+    Parameters
+    ----------
+    mission : Mission
+        Read from a file of any format.
+    file_format : MissionFormat
+        The format to write.
+
+    Raises
+    ------
+    OutputError
+        If the format cannot hold what the mission holds, so that the text could not be read.
+    """
+    is_plan = file_format is MissionFormat.PLAN
+    text = plan_text(mission) if is_plan else wpl_text(mission)
+    try:
+        back = (read_plan_text if is_plan else read_wpl)(text, source=mission.source)
+    except MissionFileError as error:
+        name = _FORMAT_NAMES[file_format]
+        msg = f"{mission.source}: cannot be written as {name}: {error.message}"
+        raise OutputError(msg) from error
+    known = {finding.code for finding in mission.findings}
+    findings = (
+        *_check_items(mission, back),
+        *_check_jumps(mission.items),
+        *_check_areas(mission, back),
+        *_check_home(mission, back),
+        *_check_complex_items(mission, back),
+        *_check_keys(mission, back),
+        *_check_comments(mission),
+        *(finding for finding in back.findings if finding.code not in known),
+    )
+    return Conversion(text=text, findings=findings)
+
+
+def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
+    """Yield a finding where the items read back differently; their numbers may."""
+    is_text = back.file_format is MissionFormat.WPL
+    items = written_items(mission) if is_text else numbered_in_order(mission.items)
+    pairs = zip(items, numbered_in_order(back.items), strict=False)
+    for number, (item, read) in enumerate(pairs, start=1):
+        if item != replace(read, place=item.place):
+            changed = ", ".join(
+                field.name
+                for field in fields(item)
+                if field.name != "place" and getattr(item, field.name) != getattr(read, field.name)
+            )
+            message = f"item {number} reads back with another {changed}"
+            yield WRITTEN_DIFFERENTLY.finding(message, item=number)
+            return
+    if len(mission.items) != len(back.items):
+        message = f"items written: {len(mission.items)}, read back: {len(back.items)}"
+        yield WRITTEN_DIFFERENTLY.finding(message)
+
+
+def _check_jumps(items: Sequence[MissionItem]) -> tuple[Finding, ...]:
+    remarks = Remarks()
+    for number, item in enumerate(numbered_in_order(items), start=1):
+        if item.command != Command.DO_JUMP:
+            continue
+        if item.param1 is None or not 1 <= int(item.param1) <= len(items):
+            named = items[number - 1].param1
+            what = "no item" if named is None else f"item {named:g}, which is not there"
+            remarks.add(JUMP_NOT_WRITTEN, f"the DO_JUMP of item {number} names {what}", item=number)
+    return remarks.findings()
+
+
+def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
+    lost: list[str] = []
+    fence, rally = _placeless_fence(mission.fence), _placeless_points(mission.rally)
+    read_fence, read_rally = _placeless_fence(back.fence), _placeless_points(back.rally)
+    if fence is not None and read_fence is None:
+        areas = fence.area_count
+        lost.append(f"the fence ({quantity.count(areas, 'area')})")
+    elif fence != read_fence:
+        yield WRITTEN_DIFFERENTLY.finding("the fence reads back with other areas")
+    if rally and not read_rally:
+        lost.append(quantity.count(len(rally), "rally point"))
+    elif rally != read_rally:
+        yield WRITTEN_DIFFERENTLY.finding("the rally points read back at other places")
+    if lost:
+        message = f"left out {' and '.join(lost)}: QGC WPL text has no place for them beside items"
+        yield AREAS_NOT_WRITTEN.finding(message)
+
+
+def _placeless_fence(fence: Fence | None) -> Fence | None:
+    """Return a fence without places in a file, ``None`` for one that holds nothing."""
+    if fence is None or not (fence or fence.breach_return_deg_m):
+        return None
+    breach_return = fence.breach_return_deg_m
+    if breach_return is not None:  # no autopilot uses its altitude, and text has 0 for none
+        breach_return = (*breach_return[:2], breach_return[2] or 0.0)
+    return replace(
+        fence,
+        polygons=tuple(replace(polygon, place=None) for polygon in fence.polygons),
+        circles=tuple(replace(circle, place=None) for circle in fence.circles),
+        breach_return_deg_m=breach_return,
+    )
+
+
+def _placeless_points(points: Sequence[RallyPoint]) -> tuple[RallyPoint, ...]:
+    return tuple(replace(point, place=None) for point in points)
+
+
+def _check_home(mission: Mission, back: Mission) -> Iterator[Finding]:
+    home = mission.home
+    is_text = back.file_format is MissionFormat.WPL
+    if is_text and home is not None and home.latitude_deg == home.longitude_deg == 0.0:
+        yield HOME_NOT_KNOWN.finding("home at 0, 0 reads back as not known: so text writes it")
+    elif home != back.home:
+        yield WRITTEN_DIFFERENTLY.finding("home reads back at another place")
+    elif is_text and mission.items:
+        if home is None:
+            yield HOME_NOT_KNOWN.finding("home is not known: its row says 0, 0")
+        elif home.altitude_amsl_m is None:
+            message = "the altitude of home is not known: its row says 0 m, above home itself"
+            yield HOME_NOT_KNOWN.finding(message)
+
+
+def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
+    expanded, unexpanded = (
+        before - after
+        for before, after in zip(_complex_kinds(mission), _complex_kinds(back), strict=True)
+    )
+    if expanded:
+        items = quantity.count(expanded.total(), "complex item")
+        message = f"{items} ({', '.join(expanded)}) written as the items they stand for"
+        yield COMPLEX_ITEMS_WRITTEN_OUT.finding(message)
+    if unexpanded:
+        items = quantity.count(unexpanded.total(), "complex item")
+        message = f"{items} ({', '.join(unexpanded)}) cannot be expanded: not in the written file"
+        yield COMPLEX_ITEM_NOT_WRITTEN.finding(message)
+
+
+def _complex_kinds(mission: Mission) -> tuple[Counter[str], Counter[str]]:
+    """Return the kinds of complex items that stand for items, and of those that stand for none."""
+    kinds: tuple[Counter[str], Counter[str]] = (Counter(), Counter())
+    document = mission.document
+    if isinstance(document, PlanDocument):
+        with_items = set(document.origins)
+        for index, raw in enumerate(document.elements):
+            if is_complex(raw):
+                kind = str(raw.get("complexItemType", raw.get("type")))
+                kinds[index not in with_items][kind] += 1
+    return kinds
+
+
+def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
+    """Yield what a plan says beyond its items, home, fence and rally points."""
+    lost: list[str] = []
+    document = mission.document
+    if isinstance(document, PlanDocument):
+        if back.file_format is MissionFormat.WPL:
+            lost += _unwritten(document.json.root, _WRITTEN_KEYS)
+            lost += _unwritten(document.section, _WRITTEN_KEYS)
+            simple = (raw for raw in document.elements if not is_complex(raw))
+            keys = dict.fromkeys(key for raw in simple for key in raw)
+            lost += (f"items.{key}" for key in _unwritten(keys, _WRITTEN_ITEM_KEYS))
+    else:
+        if mission.autopilot is not None and back.autopilot is not mission.autopilot:
+            lost.append("the firmware")
+        if mission.vehicle_kind is not None and back.vehicle_kind is not mission.vehicle_kind:
+            lost.append("the kind of vehicle")
+    if lost:
+        names = ", ".join(dict.fromkeys(lost))
+        message = f"{_FORMAT_NAMES[back.file_format]} has no place for {names}: left out"
+        yield KEYS_NOT_WRITTEN.finding(message)
+
+
+def _unwritten(keys: Iterable[str], written: frozenset[str]) -> list[str]:
+    return [key for key in keys if key not in written]
+
+
+def _check_comments(mission: Mission) -> Iterator[Finding]:
+    if isinstance(mission.document, str):
+        comments = sum(
+            "#" in line or line.lstrip().startswith("//") for line in mission.document.splitlines()
+        )
+        if comments:
+            yield COMMENTS_NOT_WRITTEN.finding(f"{quantity.count(comments, 'comment')} left out")
+
+
+_HORIZONTAL = frozenset({None, 0.0, 1.0})
+"""Types of DO_CHANGE_SPEED that set the speed of level flight: airspeed and ground speed."""
+_GROUND_SPEED = 1.0
+_ELSEWHERE_M = 0.01
+"""A place this near is the same one. [m]"""
+
+
+def route_at_speed(route: Route, speed_m_s: float) -> Route:
+    """Return a route whose every leg is flown at one speed.
+
+    Parameters
+    ----------
+    route : Route
+        As its mission asks for it.
+    speed_m_s : float
+        Over ground; climbs and descents keep theirs, and so does a return, whose speed is set in the
+        vehicle. [m s⁻¹]
+
+    Raises
+    ------
+    UsageError
+        If nothing flies at this speed.
+    """
+    _refuse(speed_m_s)
+    level = set(_level_stages(route))
+    return replace(
+        route,
+        stages=tuple(
+            replace(stage, speed_m_s=speed_m_s) if number in level else stage
+            for number, stage in enumerate(route.stages)
+        ),
+    )
+
+
+def level_speeds(route: Route) -> frozenset[float | None]:
+    """Return the speeds a route commands on its level legs; ``None``: the vehicle's own. [m s⁻¹]"""
+    return frozenset(route.stages[number].speed_m_s for number in _level_stages(route))
+
+
+def mission_at_speed(
+    mission: Mission, speed_m_s: float, *, meaning: Autopilot | None = None
+) -> Mission:
+    """Return a mission that commands one speed for every level leg.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its DO_CHANGE_SPEED of level flight are changed in place; one is inserted before the first leg
+        where none governs that one, and the jumps lead where they led before.
+    speed_m_s : float
+        Over ground. [m s⁻¹]
+    meaning : Autopilot, optional
+        Whose reading of the items counts; default the file's firmware.  PX4 takes every
+        DO_CHANGE_SPEED for the speed of level flight.
+
+    Returns
+    -------
+    Mission
+        It flies as `route_at_speed` does.
+
+    Raises
+    ------
+    UsageError
+        If nothing flies at this speed.
+    MissionFileError
+        If the mission cannot be flown.
+    """
+    _refuse(speed_m_s)
+    meaning = mission.autopilot if meaning is None else meaning
+    items = tuple(_changed(item, speed_m_s, meaning) for item in mission.items)
+    first = _first_ungoverned(mission, meaning)
+    if first is not None:
+        before = items[first - 1]
+        # it takes over the id, so that a jump to that leg passes it too
+        added = MissionItem(
+            command=int(Command.DO_CHANGE_SPEED),
+            frame=int(Frame.MISSION),
+            param1=_GROUND_SPEED,
+            param2=speed_m_s,
+            param3=-1.0,
+            param4=0.0,
+            latitude_deg=0.0,
+            longitude_deg=0.0,
+            altitude_m=0.0,
+            jump_id=before.jump_id,
+        )
+        items = numbered_in_order((*items[: first - 1], added, *items[first - 1 :]))
+    return replace(mission, items=items)
+
+
+def _refuse(speed_m_s: object) -> None:
+    if isinstance(speed_m_s, bool) or not isinstance(speed_m_s, int | float):
+        msg = f"a speed must be a number, got {speed_m_s!r}"
+        raise UsageError(msg)
+    if not (math.isfinite(speed_m_s) and 0.0 < speed_m_s <= FASTEST_M_S):
+        msg = f"a speed must be above 0 and at most {FASTEST_M_S:g} m/s, got {speed_m_s:g}"
+        raise UsageError(msg)
+
+
+def _sets_level_speed(item: MissionItem, meaning: Autopilot | None) -> bool:
+    return item.command == Command.DO_CHANGE_SPEED and (
+        meaning is Autopilot.PX4 or item.param1 in _HORIZONTAL
+    )
+
+
+def _changed(item: MissionItem, speed_m_s: float, meaning: Autopilot | None) -> MissionItem:
+    if not _sets_level_speed(item, meaning):
+        return item
+    kind = item.param1 if item.param1 in _HORIZONTAL else _GROUND_SPEED
+    return replace(item, param1=kind, param2=speed_m_s)
+
+
+def _first_ungoverned(mission: Mission, meaning: Autopilot | None) -> int | None:
+    """Return the item of the first level leg where no speed is commanded before; else ``None``."""
+    route = make_route(mission, meaning=meaning)
+    first = next(_level_stages(route), None)
+    if first is None:
+        return None
+    item = route.stages[first].item
+    for number in flown_order(mission.items, meaning).visits:
+        if number == item:
+            return number
+        if _sets_level_speed(mission.items[number - 1], meaning):
+            return None
+    return None
+
+
+def _level_stages(route: Route) -> Iterator[int]:
+    """Yield the positions of the stages whose speed the mission decides: returns do not count."""
+    here, was_circle = (0.0, 0.0), False
+    for number, stage in enumerate(route.stages):
+        there, is_circle = (stage.east_m, stage.north_m), stage.kind is StageKind.CIRCLE
+        goes = is_circle or was_circle or math.dist(here, there) > _ELSEWHERE_M
+        if goes and stage.kind is not StageKind.RETURN:
+            yield number
+        here, was_circle = there, is_circle

@@ -1,0 +1,1 @@
+"""Items that stand for several, expanded as QGroundControl does."""

@@ -1,0 +1,1 @@
+"""Mission files: what is read and written."""

@@ -1,0 +1,277 @@
+"""Getting at the bytes of a mission file: bounded reading, unpacking, decoding."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import io
+import os
+import re
+import stat
+import sys
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, BinaryIO
+
+from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
+from planner.errors import MissionFileError, NoMissionFileError
+from planner.frozen import frozen
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+
+
+MISSION_SUFFIXES = frozenset({".plan", ".waypoints", ".mission", ".wpl"})
+_UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, ValueError)
+"""What the standard library raises for a broken archive; RuntimeError for an encrypted one."""
+
+
+def unpack_gzip(data: bytes, *, most_bytes: int, source: str) -> bytes:
+    """Return the content of a gzip file, up to a size.
+
+    Raises
+    ------
+    MissionFileError
+        If it is broken.
+    """
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
+            unpacked = stream.read(most_bytes)
+    except _UNPACK_ERRORS:
+        msg = "a gzip file that is broken: make it anew"
+        raise MissionFileError(msg, source=source) from None
+    return unpacked
+
+
+def unpack_zip(data: bytes, *, most_bytes: int, source: str) -> tuple[bytes, str]:
+    """Return the content, up to a size, and the name of the one mission in a zip archive.
+
+    Raises
+    ------
+    MissionFileError
+        If it is broken or encrypted, or does not hold exactly one mission.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            names = [
+                name
+                for name in archive.namelist()
+                if PurePosixPath(name).suffix.lower() in MISSION_SUFFIXES
+                and not name.startswith("__MACOSX/")
+            ]
+            if len(names) != 1:
+                held = f"{len(names)} missions" if names else "no mission"
+                if "doc.kml" in archive.namelist():
+                    held = "a Google Earth document (KMZ), no mission"
+                msg = f"a zip archive that holds {held}: unpack it and give one mission file"
+                raise MissionFileError(msg, source=source)
+            with archive.open(names[0]) as stream:
+                unpacked = stream.read(most_bytes)
+    except _UNPACK_ERRORS:
+        msg = "a zip archive that is broken or encrypted: unpack it and give the mission file"
+        raise MissionFileError(msg, source=source) from None
+    return unpacked, names[0]
+
+
+_GIVE_A_MISSION = "give a .plan or .waypoints file"
+_VERIFY = "compare it with a prediction by 'mavjoule verify'"
+
+_SIGNATURES: tuple[tuple[bytes, int, str], ...] = (
+    (b"ULog\x01\x12\x35", 0, f"this is a PX4 flight log, no mission: {_VERIFY}"),
+    (b"\xa3\x95", 0, f"this is an ArduPilot flight log, no mission: {_VERIFY}"),
+    (b"\xfd", 8, f"this looks like a telemetry log, no mission: {_VERIFY}"),
+    (b"\xfe", 8, f"this looks like a telemetry log, no mission: {_VERIFY}"),
+    (b"%PDF", 0, f"this is a PDF document, no mission: {_GIVE_A_MISSION}"),
+    (b"\x89PNG", 0, f"this is a picture, no mission: {_GIVE_A_MISSION}"),
+    (b"\xff\xd8\xff", 0, f"this is a picture, no mission: {_GIVE_A_MISSION}"),
+    (b"\x7fELF", 0, f"this is a program, no mission: {_GIVE_A_MISSION}"),
+    (b"SQLite format 3", 0, f"this is a database, no mission: {_GIVE_A_MISSION}"),
+    (b"BZh", 0, "this is compressed with bzip2: unpack it and give the mission file"),
+    (b"\xfd7zXZ\0", 0, "this is compressed with xz: unpack it and give the mission file"),
+    (b"(\xb5/\xfd", 0, "this is compressed with Zstandard: unpack it and give the mission file"),
+    (b"7z\xbc\xaf\x27\x1c", 0, "this is a 7-Zip archive: unpack it and give the mission file"),
+    (b"\x1f\x8b", 0, "this is compressed twice: unpack it and give the mission file"),
+    (b"PK\x03\x04", 0, "this is a zip archive in another: unpack it and give the mission file"),
+)
+"""First bytes, where they stand, and the sentence."""
+
+_XML_ROOT = re.compile(r"<\s*([A-Za-z_][\w.-]*:)?([A-Za-z_][\w.-]*)")
+_XML_SKIP = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>", re.DOTALL | re.IGNORECASE)
+_XML: dict[str, str] = {
+    "mission": "this is a MultiWii or iNav mission (XML): those autopilots do not speak MAVLink's "
+    "mission items; plan it in QGroundControl or Mission Planner",
+    "kml": "this is a Google Earth document (KML): import it in QGroundControl and save a plan",
+    "gpx": "this is a GPS track (GPX): plan it in QGroundControl or Mission Planner",
+    "html": "this is a web page, no mission: the download may have gone wrong",
+}
+_PYTHON = re.compile(
+    r"^(?:import \w|from \w+(?:\.\w+)* import |def \w+\(|class \w+|#!.*python)", re.MULTILINE
+)
+_PARAMETERS = re.compile(
+    r"^(?:\d+\s+\d+\s+)?[A-Z][A-Z0-9_]{2,15}[\s,]+[-+.\deE]+(?:\s+\d+)?\s*$", re.MULTILINE
+)
+
+
+def describe_binary(data: bytes) -> str | None:
+    """Return the sentence about a file known by its first bytes, ``None`` for any other."""
+    for signature, offset, sentence in _SIGNATURES:
+        # A telemetry log is told by a zero high byte of its time stamp and a packet after it.
+        if offset and (data[:1] != b"\0" or len(data) < offset + 8):
+            continue
+        if data.startswith(signature, offset):
+            return sentence
+    return None
+
+
+def describe_xml(text: str) -> str:
+    """Return the sentence about a text that begins like XML."""
+    # Comments may be long; what names the document stands near its beginning.
+    match = _XML_ROOT.search(_XML_SKIP.sub("", text[:20_000]))
+    root = "" if match is None else match[2]
+    return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), no mission: {_GIVE_A_MISSION}")
+
+
+def describe_text(text: str) -> str:
+    """Return the sentence about a text that is no mission."""
+    head = text[:20_000]
+    if _PYTHON.search(head):
+        return f"this is Python source, no mission: {_GIVE_A_MISSION}"
+    if len(_PARAMETERS.findall(head)) >= 3:
+        return "this is a parameter file, no mission: give it with --params"
+    first = head.strip().splitlines()[0][:40]
+    return f"this is no mission, it begins with {first!r}: {_GIVE_A_MISSION}"
+
+
+LARGEST_FILE_BYTES = 64 * 2**20
+"""No mission of 65,535 items comes near it, in any format."""
+STANDARD_INPUT = "-"
+
+
+@frozen
+class FileText:
+    """The text of a file and what getting at it brought to light."""
+
+    text: str
+    findings: tuple[Finding, ...]
+    inner_name: str | None
+    """The name inside an archive, ``None`` where there is no archive."""
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Return the content of a file, or of standard input for ``-``, up to the largest size.
+
+    Raises
+    ------
+    MissionFileError
+        If it cannot be read, is no ordinary file or is too large.
+    """
+    source = str(path)
+    try:
+        if source == STANDARD_INPUT:
+            if sys.stdin is None:
+                msg = "standard input is closed: there is no mission in it"
+                raise MissionFileError(msg, source=source)
+            return sys.stdin.buffer.read(LARGEST_FILE_BYTES + 1)
+        mode = Path(path).stat().st_mode
+        if stat.S_ISDIR(mode):
+            msg = "this is a folder: give the mission files in it"
+            raise NoMissionFileError(msg, source=source)
+        # A pipe is how a shell hands over the output of another program.
+        if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
+            msg = "this is a device, not a file"
+            raise NoMissionFileError(msg, source=source)
+        with _open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
+            return stream.read(LARGEST_FILE_BYTES + 1)
+    except FileNotFoundError:
+        msg = "there is no such file"
+        raise NoMissionFileError(msg, source=source) from None
+    except PermissionError:
+        msg = "no permission to read this file"
+        raise NoMissionFileError(msg, source=source) from None
+    except (OSError, ValueError) as error:
+        # ValueError: a NUL character in the name.
+        reason = getattr(error, "strerror", None) or str(error)
+        msg = f"the file cannot be read: {reason}"
+        raise NoMissionFileError(msg, source=source) from None
+
+
+def _open_pipe(path: str | Path) -> BinaryIO:
+    """Open a pipe for reading; one that nobody writes to is at its end and not waited for."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    os.set_blocking(descriptor, True)
+    return os.fdopen(descriptor, "rb")
+
+
+def read_text(data: bytes, *, source: str) -> FileText:
+    """Return the text in the bytes of a mission file, unpacked and decoded.
+
+    Raises
+    ------
+    MissionFileError
+        If they are too many, empty, not text, or an archive without exactly one mission.
+    """
+    _refuse_large(data, source=source)
+    findings: list[Finding] = []
+    inner_name: str | None = None
+    most_bytes = LARGEST_FILE_BYTES + 1
+    if data.startswith(b"\x1f\x8b"):
+        data = unpack_gzip(data, most_bytes=most_bytes, source=source)
+        findings.append(FILE_PACKED.finding("read from a gzip file"))
+    elif data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
+        data, inner_name = unpack_zip(data, most_bytes=most_bytes, source=source)
+        findings.append(FILE_PACKED.finding(f"read from '{inner_name}' inside a zip archive"))
+    _refuse_large(data, source=source)
+    text, odd = _decode(data, source=source)
+    if odd:
+        findings.append(FILE_ENCODING.finding(odd))
+    if not text.strip():
+        msg = "the file is empty"
+        raise MissionFileError(msg, source=source)
+    return FileText(text=text, findings=tuple(findings), inner_name=inner_name)
+
+
+def _refuse_large(data: bytes, *, source: str) -> None:
+    if len(data) > LARGEST_FILE_BYTES:
+        size = LARGEST_FILE_BYTES // 2**20
+        msg = f"more than {size} MiB: no mission is that large"
+        raise MissionFileError(msg, source=source)
+
+
+def _decode(data: bytes, *, source: str) -> tuple[str, str]:
+    """Return the text, and what is odd about its encoding (``""`` for plain UTF-8)."""
+    binary = describe_binary(data)
+    if binary is not None:
+        raise MissionFileError(binary, source=source)
+    odd = ""
+    utf_16 = _utf_16_variant(data)
+    if utf_16 is not None:
+        text = data.decode(utf_16, errors="replace").removeprefix("\ufeff")
+        odd = "the file is UTF-16: other loaders refuse it"
+    else:
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+            odd = "the file is not UTF-8: read as Latin-1"
+        if text.startswith("\ufeff"):
+            text = text[1:]
+            odd = "the file begins with a byte order mark: other loaders refuse it as text"
+    if "\0" in text:
+        msg = "the file is binary, no mission: give a .plan or .waypoints file"
+        raise MissionFileError(msg, source=source)
+    return text, odd
+
+
+def _utf_16_variant(data: bytes) -> str | None:
+    """Return the codec of UTF-16 text, told by its mark or by every second byte being zero."""
+    if data.startswith(codecs.BOM_UTF16_LE):
+        return "utf-16-le"
+    if data.startswith(codecs.BOM_UTF16_BE):
+        return "utf-16-be"
+    head = data[:64]
+    if len(head) >= 4 and not any(head[1::2]) and all(head[0::2]):
+        return "utf-16-le"
+    if len(head) >= 4 and not any(head[0::2]) and all(head[1::2]):
+        return "utf-16-be"
+    return None

@@ -1,0 +1,243 @@
+"""Fence areas and rally points that come as mission items (commands 5000 to 5004 and 5100)."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.catalogue.loader_text import (
+    FENCE_INCOMPLETE,
+    FENCE_ITEM_BROKEN,
+    RALLY_ALTITUDE_REFERENCE,
+)
+from planner.findings import Remarks
+from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
+from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command, Frame
+from planner.mission.items import MissionItem
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.findings import Finding
+
+
+_POLYGONS = {
+    Command.NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
+    Command.NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
+}
+_CIRCLES = {
+    Command.NAV_FENCE_CIRCLE_INCLUSION: True,
+    Command.NAV_FENCE_CIRCLE_EXCLUSION: False,
+}
+FENCE_COMMANDS: frozenset[int] = frozenset({Command.NAV_FENCE_RETURN_POINT, *_POLYGONS, *_CIRCLES})
+
+
+def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Finding, ...]]:
+    """Return the fence that fence items describe, and what is wrong with it.
+
+    Parameters
+    ----------
+    items : sequence of MissionItem
+        Items in their order; those that are no fence items are passed over, but end a polygon.
+
+    Returns
+    -------
+    tuple of Fence or None, and of Finding
+        ``None`` if no item is a fence item.
+    """
+    polygons: list[FencePolygon] = []
+    circles: list[FenceCircle] = []
+    remarks = Remarks()
+    breach_return: tuple[float, float, float | None] | None = None
+    for command, group in groupby(items, key=lambda item: item.command):
+        if command in _POLYGONS:
+            inclusion = _POLYGONS[Command(command)]
+            polygons += _make_polygons(tuple(group), remarks, inclusion=inclusion)
+        elif command in _CIRCLES:
+            for item in group:
+                circle = _make_circle(item, inclusion=_CIRCLES[Command(command)])
+                if circle is None:
+                    message = (
+                        f"the fence circle {_where(item)} has no centre or no radius: left out"
+                    )
+                    remarks.add(FENCE_INCOMPLETE, message, place=item.place)
+                else:
+                    circles.append(circle)
+        elif command == Command.NAV_FENCE_RETURN_POINT:
+            for item in group:
+                if item.latitude_deg is not None and item.longitude_deg is not None:
+                    breach_return = (item.latitude_deg, item.longitude_deg, item.altitude_m)
+    if not any(item.command in FENCE_COMMANDS for item in items):
+        return None, ()
+    fence = Fence(
+        polygons=tuple(polygons), circles=tuple(circles), breach_return_deg_m=breach_return
+    )
+    return fence, remarks.findings()
+
+
+def _make_polygons(
+    items: tuple[MissionItem, ...], remarks: Remarks, *, inclusion: bool
+) -> list[FencePolygon]:
+    """Cut a run of vertices into polygons by the vertex count each vertex carries."""
+    polygons: list[FencePolygon] = []
+    start = 0
+    while start < len(items):
+        first = items[start]
+        said = int(first.param1) if first.param1 is not None and first.param1 >= 1.0 else None
+        most = len(items) if said is None else min(start + said, len(items))
+        # A vertex that says another count begins another polygon, whatever was announced.
+        others = (n for n in range(start, most) if items[n].param1 != first.param1)
+        end = next(others, most)
+        vertices = tuple(
+            (item.latitude_deg, item.longitude_deg)
+            for item in items[start:end]
+            if item.latitude_deg is not None and item.longitude_deg is not None
+        )
+        has = f"the fence polygon {_where(first)} has {quantity.count(len(vertices), 'vertex', 'vertices')}"
+        if len(vertices) < 3:
+            remarks.add(FENCE_INCOMPLETE, f"{has}: left out", place=first.place)
+        else:
+            polygons.append(
+                FencePolygon(inclusion=inclusion, vertices_deg=vertices, place=first.place)
+            )
+            if len(vertices) != said:
+                says = "does not say how many" if said is None else f"says {said}"
+                remarks.add(FENCE_INCOMPLETE, f"{has} and {says}", place=first.place)
+        start = end
+    return polygons
+
+
+def _make_circle(item: MissionItem, *, inclusion: bool) -> FenceCircle | None:
+    if (
+        item.latitude_deg is None
+        or item.longitude_deg is None
+        or item.param1 is None
+        or item.param1 <= 0.0
+    ):
+        return None
+    return FenceCircle(
+        inclusion=inclusion,
+        latitude_deg=item.latitude_deg,
+        longitude_deg=item.longitude_deg,
+        radius_m=item.param1,
+        place=item.place,
+    )
+
+
+def make_rally_points(
+    items: Sequence[MissionItem], *, home_altitude_amsl_m: float | None
+) -> tuple[tuple[RallyPoint, ...], tuple[Finding, ...]]:
+    """Return the rally points among items, and what had to be assumed about their altitude.
+
+    Parameters
+    ----------
+    items : sequence of MissionItem
+        Items that are no rally points are passed over.
+    home_altitude_amsl_m : float or None
+        Altitude of home, by which AMSL altitudes are reduced. [m AMSL]
+
+    Returns
+    -------
+    tuple of tuple of RallyPoint, and of Finding
+    """
+    points: list[RallyPoint] = []
+    remarks = Remarks()
+    for item in items:
+        if item.command != Command.NAV_RALLY_POINT:
+            continue
+        number = len(points) + 1
+        if item.latitude_deg is None or item.longitude_deg is None or item.altitude_m is None:
+            message = f"rally point {number} has no place or altitude: left out"
+            remarks.add(FENCE_ITEM_BROKEN, message, place=item.place)
+            continue
+        height_m = item.altitude_m
+        if item.frame in AMSL_FRAMES and home_altitude_amsl_m is not None:
+            height_m -= home_altitude_amsl_m
+        elif item.frame not in RELATIVE_FRAMES:
+            message = (
+                f"rally point {number} is not relative to home (frame {item.frame}): "
+                f"{height_m:g} m above home assumed"
+            )
+            remarks.add(RALLY_ALTITUDE_REFERENCE, message, place=item.place)
+        points.append(
+            RallyPoint(
+                latitude_deg=item.latitude_deg,
+                longitude_deg=item.longitude_deg,
+                height_above_home_m=height_m,
+                place=item.place,
+            )
+        )
+    return tuple(points), remarks.findings()
+
+
+def fence_items(fence: Fence) -> tuple[MissionItem, ...]:
+    """Return a fence as the items that autopilots keep; `make_fence` reads them back.
+
+    Parameters
+    ----------
+    fence : Fence
+        Its return point comes first, then its polygons, then its circles.
+    """
+    items: list[MissionItem] = []
+    if fence.breach_return_deg_m is not None:
+        latitude_deg, longitude_deg, height_m = fence.breach_return_deg_m
+        # ArduPilot refuses a fence with a value that is not a number, and does not use this one.
+        position = (latitude_deg, longitude_deg, 0.0 if height_m is None else height_m)
+        relative = Frame.GLOBAL_RELATIVE_ALT
+        items.append(_area_item(Command.NAV_FENCE_RETURN_POINT, position, frame=relative))
+    vertex_of = {inclusion: command for command, inclusion in _POLYGONS.items()}
+    for polygon in fence.polygons:
+        count = float(len(polygon.vertices_deg))
+        items += [
+            _area_item(vertex_of[polygon.inclusion], (*place, 0.0), param1=count)
+            for place in polygon.vertices_deg
+        ]
+    circle_of = {inclusion: command for command, inclusion in _CIRCLES.items()}
+    for circle in fence.circles:
+        position = (circle.latitude_deg, circle.longitude_deg, 0.0)
+        command = circle_of[circle.inclusion]
+        items.append(_area_item(command, position, param1=circle.radius_m))
+    return tuple(items)
+
+
+def rally_items(points: Sequence[RallyPoint]) -> tuple[MissionItem, ...]:
+    """Return rally points as the items that autopilots keep; `make_rally_points` reads them back.
+
+    Parameters
+    ----------
+    points : sequence of RallyPoint
+        In their order.
+    """
+    return tuple(
+        _area_item(
+            Command.NAV_RALLY_POINT,
+            (point.latitude_deg, point.longitude_deg, point.height_above_home_m),
+            frame=Frame.GLOBAL_RELATIVE_ALT,
+        )
+        for point in points
+    )
+
+
+def _area_item(
+    command: Command,
+    position: tuple[float, float, float],
+    *,
+    param1: float = 0.0,
+    frame: Frame = Frame.GLOBAL,
+) -> MissionItem:
+    return MissionItem(
+        command=int(command),
+        frame=int(frame),
+        param1=param1,
+        param2=0.0,
+        param3=0.0,
+        param4=0.0,
+        latitude_deg=position[0],
+        longitude_deg=position[1],
+        altitude_m=position[2],
+    )
+
+
+def _where(item: MissionItem) -> str:
+    return "without a place" if item.place is None else f"from line {item.place.line}"

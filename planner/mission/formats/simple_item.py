@@ -1,0 +1,397 @@
+"""A ``SimpleItem`` of a plan: one MAVLink mission item with copies for display beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from planner.catalogue.loader import (
+    ALTITUDE_COPY,
+    ALTITUDE_MODE,
+    AUTOCONTINUE_TYPE,
+    COORDINATE_KEY,
+    ITEM_TYPE,
+    OLDER_ITEM,
+    PLAN_VALUE,
+)
+from planner.findings import Severity
+from planner.mission.commands import AMSL_FRAMES, GLOBAL_FRAMES, Command, Frame, load_command_table
+from planner.mission.formats.json_document import (
+    LARGEST_LENGTH_M,
+    LARGEST_NUMBER,
+    JsonFields,
+    describe,
+)
+from planner.mission.items import MissionItem
+
+if TYPE_CHECKING:
+    from planner.findings import Place, Remarks
+    from planner.mission.formats.json_document import JsonDocument
+
+
+ALTITUDE_KEYS = ("AMSLAltAboveTerrain", "Altitude", "AltitudeMode")
+"""The copies of its altitude in an item, for display."""
+
+_NUMBER_TYPES = frozenset({int, float})
+_COPY_TYPES = _NUMBER_TYPES | {type(None)}
+_PARAMETERS = (
+    *(f"parameter {n}" for n in range(1, 5)),
+    "latitude",
+    "longitude",
+    "altitude",
+)
+_COPY_TOLERANCE_M = 0.01
+"""Ground stations show altitudes to the centimetre. [m]"""
+
+_MIXED, _RELATIVE, _AMSL, CALCULATED_MODE, _TERRAIN = range(5)
+_MODE_NAMES = ("mixed", "above home", "AMSL", "AMSL from terrain", "above terrain")
+"""QGroundControl's AltitudeMode since version 4.2 (May 2021)."""
+ALTITUDE_MODE_OF_FRAME: dict[int, int] = {
+    Frame.GLOBAL_RELATIVE_ALT: _RELATIVE,
+    Frame.GLOBAL_RELATIVE_ALT_INT: _RELATIVE,
+    Frame.GLOBAL: _AMSL,
+    Frame.GLOBAL_INT: _AMSL,
+    Frame.GLOBAL_TERRAIN_ALT: _TERRAIN,
+    Frame.GLOBAL_TERRAIN_ALT_INT: _TERRAIN,
+}
+"""The AltitudeMode that says the same as a frame."""
+
+
+def is_complex(raw: dict[str, Any]) -> bool:
+    """Return whether an element of a plan is a complex item, in whatever version."""
+    kind = raw.get("type")
+    return kind != "SimpleItem" and (kind in ("ComplexItem", "survey") or "complexItemType" in raw)
+
+
+def has_whole_copies(raw: dict[str, Any]) -> bool:
+    """Return whether an element has copies of its altitude that QGroundControl takes, or none."""
+    if type(raw.get("Altitude")) in _NUMBER_TYPES:
+        return (
+            type(raw.get("AltitudeMode")) in _NUMBER_TYPES
+            and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
+        )
+    return raw.keys().isdisjoint(ALTITUDE_KEYS)
+
+
+class SimpleItemReader:
+    """Reads the items of one document; what is odd about them goes to its remarks.
+
+    Parameters
+    ----------
+    document : JsonDocument
+        The document the items stand in.
+    remarks : Remarks
+        Where findings go.
+    is_legacy : bool
+        Whether the file is from before plans: its jump ids have another key, and items in an
+        older form are nothing to tell.
+    """
+
+    def __init__(
+        self, document: JsonDocument, remarks: Remarks, *, is_legacy: bool = False
+    ) -> None:
+        self._document = document
+        self._remarks = remarks
+        self._is_legacy = is_legacy
+        self._jump_key = "id" if is_legacy else "doJumpId"
+        self._located = frozenset(
+            number
+            for number, definition in load_command_table().commands.items()
+            if definition.has_location
+        )
+
+    def read(self, raw: dict[str, Any], number: int, place: Place) -> tuple[Any, ...]:
+        """Return the values of the mission item that a JSON object is, for `make_items`.
+
+        Parameters
+        ----------
+        raw : dict
+            An object of the document.
+        number : int
+            Its number in flown order, from 1.
+        place : Place
+            Where it stands.
+
+        Raises
+        ------
+        MissionFileError
+            If it lacks a key without which it means nothing, or a value is of the wrong type or
+            beyond what its meaning allows.
+        """
+        command = raw.get("command")
+        if type(command) is not int or not 0 <= command <= 65_535:
+            command = self._fields(raw, number).whole("command", most=65_535)
+        frame = raw.get("frame")
+        if type(frame) is not int or not 0 <= frame <= 255:
+            frame = self._fields(raw, number).whole("frame", most=255)
+        values = self._values(raw, number, place)
+        latitude, longitude, altitude = values[4:]
+        agl: float | None = None
+        if command in self._located and frame in GLOBAL_FRAMES:
+            if not (
+                -90.0 <= (latitude or 0.0) <= 90.0
+                and -180.0 <= (longitude or 0.0) <= 180.0
+                and abs(altitude or 0.0) <= LARGEST_LENGTH_M
+            ):
+                self._refuse_position(raw, number, values)
+            if "Altitude" in raw and (
+                raw["Altitude"] != altitude
+                or raw.get("AltitudeMode") != ALTITUDE_MODE_OF_FRAME[frame]
+            ):
+                agl = self._compare_copies(raw, number, place, altitude, frame)
+        if not has_whole_copies(raw):
+            message = (
+                f"item {number} needs a number in 'Altitude' and 'AltitudeMode', and one or null in "
+                "'AMSLAltAboveTerrain': QGroundControl refuses the file"
+            )
+            self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+        autocontinue = raw.get("autoContinue")
+        if autocontinue is not True and autocontinue is not False:
+            autocontinue = self._autocontinue(raw, number, place)
+        jump_id = raw.get(self._jump_key)
+        if type(jump_id) is not int:
+            jump_id = self._jump_id(raw, number, place)
+        return (command, frame, *values, autocontinue, jump_id, place, agl)
+
+    def is_simple(self, raw: dict[str, Any], number: int, place: Place) -> bool:
+        """Return whether an object whose type is not "SimpleItem" is one all the same.
+
+        Raises
+        ------
+        MissionFileError
+            If it is neither a simple nor a complex item.
+        """
+        kind = raw.get("type")
+        if is_complex(raw):
+            return False
+        if "command" not in raw:
+            self._fields(raw, number).refuse(
+                f"its type is {describe(kind)} and it has no command: "
+                "expected a SimpleItem or a ComplexItem"
+            )
+        if kind == "missionItem":
+            if not self._is_legacy:
+                message = f"item {number} is of the type 'missionItem', from before plans"
+                self._remarks.add(OLDER_ITEM, message, item=number, place=place)
+        else:
+            what = describe(kind) if "type" in raw else "missing"
+            message = (
+                f"'type' of item {number} is {what}, read as SimpleItem: "
+                "QGroundControl refuses the file"
+            )
+            self._remarks.add(ITEM_TYPE, message, item=number, place=place)
+        return True
+
+    def _fields(self, raw: dict[str, Any], number: int) -> JsonFields:
+        return JsonFields(document=self._document, value=raw, title=f"item {number}")
+
+    def _values(self, raw: dict[str, Any], number: int, place: Place) -> list[float | None]:
+        """Return the seven parameters."""
+        if "coordinate" in raw or "param1" in raw:
+            params: Any = self._older_shape(raw, number, place)
+        else:
+            params = raw.get("params")
+        if type(params) is not list or len(params) != 7:
+            self._fields(raw, number).refuse("'params' must be a list of 7 values", "params")
+        values: list[float | None] = []
+        for value in params:
+            if value is None:
+                values.append(None)
+            elif type(value) in _NUMBER_TYPES and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+                values.append(float(value))
+            else:
+                self._refuse_parameter(
+                    raw, number, len(values), value, "a number of at most 32 bits or null"
+                )
+        return values
+
+    def _refuse_position(
+        self, raw: dict[str, Any], number: int, values: list[float | None]
+    ) -> NoReturn:
+        """Raise the error about a place that is not on the Earth or nobody flies to."""
+        limits = (
+            (90.0, "from −90 to 90°"),
+            (180.0, "from −180 to 180°"),
+            (LARGEST_LENGTH_M, f"within {LARGEST_LENGTH_M / 1000.0:g} km"),
+        )
+        for index, (limit, expected) in enumerate(limits, start=4):
+            value = abs(values[index] or 0.0)
+            if value > limit:
+                hint = " (this looks like degrees × 10⁷)" if index < 6 and value > 1e5 else ""
+                self._refuse_parameter(raw, number, index, values[index], f"{expected}{hint}")
+        raise AssertionError  # called only where one of them is beyond its limit
+
+    def _refuse_parameter(
+        self, raw: dict[str, Any], number: int, index: int, value: object, expected: str
+    ) -> NoReturn:
+        """Raise the error about one of the seven parameters."""
+        if "coordinate" in raw and index >= 4:
+            path: tuple[str | int, ...] = ("coordinate", index - 4)
+        else:
+            path = ("params", index) if "params" in raw else (f"param{index + 1}",)
+        message = f"its {_PARAMETERS[index]} is {describe(value)}, expected {expected}"
+        self._fields(raw, number).refuse(message, *path)
+
+    def _older_shape(self, raw: dict[str, Any], number: int, place: Place) -> list[Any]:
+        """Return the seven parameters of an item in one of the forms before the present one."""
+        fields = self._fields(raw, number)
+        if "params" in raw:
+            params = fields.listed("params")
+        else:
+            params = [fields.required(f"param{n}") for n in range(1, 5)]
+        if "coordinate" not in raw:
+            return params
+        coordinate = fields.listed("coordinate")
+        if len(coordinate) != 3:
+            fields.refuse("'coordinate' must be [latitude, longitude, altitude]", "coordinate")
+        if len(params) != 7:
+            if not self._is_legacy:
+                message = f"item {number} has its place in 'coordinate', as before plans"
+                self._remarks.add(OLDER_ITEM, message, item=number, place=place)
+            return [*params, *coordinate]
+        if params[4:] != coordinate and any(params[4:]):
+            fields.refuse("'params' and 'coordinate' give two different places", "coordinate")
+        message = (
+            f"item {number} has 7 params and a coordinate: its place is taken from 'coordinate', "
+            "QGroundControl refuses the file"
+        )
+        self._remarks.add(COORDINATE_KEY, message, item=number, place=place)
+        return [*params[:4], *coordinate]
+
+    def _jump_id(self, raw: dict[str, Any], number: int, place: Place) -> int | None:
+        """Return the id for jumps where it is no plain integer."""
+        key = self._jump_key
+        if key not in raw:
+            return None
+        if raw[key] is None:
+            message = f"'{key}' of item {number} is null: QGroundControl refuses the file"
+            self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+            return None
+        return self._fields(raw, number).whole(key, least=-1, most=2**31 - 1)
+
+    def _autocontinue(self, raw: dict[str, Any], number: int, place: Place) -> bool:
+        value = raw.get("autoContinue", 1)
+        if value not in (0, 1):
+            self._fields(raw, number).truth("autoContinue")
+        what = describe(value) if "autoContinue" in raw else "missing"
+        message = (
+            f"'autoContinue' of item {number} is {what}, read as {describe(bool(value))}: "
+            "QGroundControl refuses the file"
+        )
+        self._remarks.add(AUTOCONTINUE_TYPE, message, item=number, place=place)
+        return bool(value)
+
+    def _compare_copies(
+        self, raw: dict[str, Any], number: int, place: Place, altitude: float | None, frame: int
+    ) -> float | None:
+        """Tell where the copies for display say something else than is flown.
+
+        Returns the height above ground of an item whose altitude is not worked out yet. [m]
+        """
+        mode, shown = raw.get("AltitudeMode"), raw["Altitude"]
+        if mode == CALCULATED_MODE and type(raw.get("AMSLAltAboveTerrain")) in _NUMBER_TYPES:
+            shown = raw["AMSLAltAboveTerrain"]
+        if (
+            altitude is not None
+            and type(shown) in _NUMBER_TYPES
+            and not altitude - _COPY_TOLERANCE_M <= shown <= altitude + _COPY_TOLERANCE_M
+        ):
+            # A whole number of JSON may be larger than any float.
+            text = describe(shown) if abs(shown) > LARGEST_LENGTH_M else f"{shown:.10g}"
+            message = f"item {number} is shown at {text} m and flown at {altitude:.10g} m"
+            self._remarks.add(ALTITUDE_COPY, message, item=number, place=place)
+        flown = ALTITUDE_MODE_OF_FRAME[frame]
+        if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
+            return None
+        if mode != flown and (mode, flown) != (CALCULATED_MODE, _AMSL):
+            message = (
+                f"item {number} is shown as {_MODE_NAMES[mode]} (mode {mode}) and flown "
+                f"{_MODE_NAMES[flown]} (frame {frame})"
+            )
+            harmless = (mode, flown) == (_MIXED, _RELATIVE)  # as QGroundControl wrote it in 2018
+            self._remarks.add(
+                ALTITUDE_MODE,
+                message,
+                item=number,
+                place=place,
+                severity=Severity.INFO if harmless else None,
+            )
+        agl = raw["Altitude"]
+        is_waiting = altitude is None and mode == CALCULATED_MODE and frame in AMSL_FRAMES
+        if is_waiting and type(agl) in _NUMBER_TYPES and abs(agl) <= LARGEST_LENGTH_M:
+            return float(agl)
+        return None
+
+
+@dataclass(slots=True, kw_only=True)
+class ItemSequence:
+    """The items of one complex item, numbered on; all of them stand at its place in the file."""
+
+    first_number: int
+    """Number of the first item in flown order, which is its jump id too, as ground stations do."""
+    place: Place
+    items: list[MissionItem] = field(default_factory=list)
+
+    def add(
+        self,
+        command: int,
+        *parameters: float | None,
+        frame: int = Frame.MISSION,
+        position: tuple[float, float, float | None] | None = None,
+    ) -> None:
+        """Add an item.
+
+        Parameters
+        ----------
+        command : int
+            MAV_CMD number.
+        *parameters : float or None
+            All seven, or the first four where there is a position; the rest is 0.
+        frame : int
+            MAV_FRAME number.
+        position : tuple of float, optional
+            Latitude [°], longitude [°] and altitude [m] of the frame.
+        """
+        values = [*parameters, *(0.0,) * (7 - len(parameters))]
+        if position is not None:
+            values[4:] = position
+        self.items.append(
+            MissionItem(
+                command=int(command),
+                frame=frame,
+                param1=values[0],
+                param2=values[1],
+                param3=values[2],
+                param4=values[3],
+                latitude_deg=values[4],
+                longitude_deg=values[5],
+                altitude_m=values[6],
+                jump_id=self.first_number + len(self.items),
+                place=self.place,
+            )
+        )
+
+    def add_waypoint(
+        self,
+        latitude_deg: float,
+        longitude_deg: float,
+        altitude_m: float,
+        *,
+        frame: int,
+        hold_s: float = 0.0,
+    ) -> None:
+        """Add a waypoint with free yaw.
+
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : float
+            Its place. [°]
+        altitude_m : float
+            Altitude in the reference of ``frame``. [m]
+        frame : int
+            MAV_FRAME number.
+        hold_s : float
+            How long to stay there. [s]
+        """
+        position = (latitude_deg, longitude_deg, altitude_m)
+        self.add(Command.NAV_WAYPOINT, hold_s, 0.0, 0.0, None, frame=frame, position=position)

@@ -1,0 +1,1 @@
+"""From items to a route: what the vehicle is asked to do, in order."""

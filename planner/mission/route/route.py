@@ -1,0 +1,315 @@
+"""From a mission to the route it asks for: jumps followed, places in metres, heights above home."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.autopilot import Autopilot
+from planner.catalogue.altitude import HOME_ALTITUDE_UNKNOWN
+from planner.catalogue.mission import (
+    HOME_UNKNOWN,
+    LANDING_MISSING,
+    NOTHING_TO_FLY,
+    OTHER_VEHICLE,
+    TAKEOFF_MISSING,
+    VEHICLE_ASSUMED,
+)
+from planner.catalogue.time import ITEMS_NOT_FLOWN
+from planner.catalogue.tool import NO_TERRAIN_DATA
+from planner.errors import MissionFileError, OtherVehicleError
+from planner.findings import Severity
+from planner.geo.geodesy import LocalFrame
+from planner.mission.commands import Command, command_name, is_destination
+from planner.mission.items import MissionFormat, VehicleKind
+from planner.mission.route.jumps import flown_order
+from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
+from planner.mission.route.walk import TAKEOFFS, Course, Draft, ground_amsl_m, is_on_earth
+from planner.mission.slots import make_many
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.geo.terrain import TerrainGrid
+    from planner.mission.items import Home, Mission
+
+
+_ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
+"""Stages that are no flight without one before them."""
+_DRAFT_COLUMNS = attrgetter(*(field.name for field in fields(Draft)))
+_PLACE = slice(2, 4)
+"""Where these have latitude and longitude, and a stage east and north."""
+_LOWEST_HOME_M = -500.0
+_HIGHEST_HOME_M = 9000.0
+_FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
+
+
+def make_route(
+    mission: Mission,
+    *,
+    meaning: Autopilot | None = None,
+    home_amsl_m: float | None = None,
+    terrain: TerrainGrid | None = None,
+) -> Route:
+    """Return the route a mission asks for.
+
+    Parameters
+    ----------
+    mission : Mission
+        As read from its file.
+    meaning : Autopilot, optional
+        Whose reading of the items counts: of the vehicle that flies, else of the file's firmware.
+    home_amsl_m : float, optional
+        Altitude of the take-off place; default the mission's own. [m AMSL]
+    terrain : TerrainGrid, optional
+        The ground; default level with home.
+
+    Returns
+    -------
+    Route
+        Stages in flown order with what had to be assumed as findings; no stages where the mission
+        holds no flight.
+
+    Raises
+    ------
+    OtherVehicleError
+        If the mission is certainly not a multicopter's.
+    MissionFileError
+        If an item holds a number no vehicle can fly.
+    """
+    order = flown_order(mission.items, meaning)
+    course, findings = _begin(mission, meaning, home_amsl_m, terrain)
+    findings += _other_vehicle(mission)
+    findings += order.findings
+    reached: list[int] = []
+    lap_start: int | None = None
+    for position, number in enumerate(order.visits):
+        if course.is_over:
+            findings += _left_out(mission, course.drafts, set(order.visits[position:]), reached)
+            break
+        if position == order.lap_start:
+            lap_start = len(course.drafts)
+        reached.append(number)
+        course.follow(number, mission.items[number - 1])
+    flown = len(course.drafts)
+    findings += _boundaries(mission, course, is_endless=order.lap_start is not None)
+    assumed = len(course.drafts) - flown  # a take-off put before everything
+    findings += course.remarks.findings()
+    findings += _assumed_levels(mission, course)
+    lap = None
+    if order.lap_item is not None and lap_start is not None and not course.is_over:
+        lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
+    return _laid_out(course, tuple(reached), lap, tuple(findings), assumed)
+
+
+def _begin(
+    mission: Mission,
+    meaning: Autopilot | None,
+    home_amsl_m: float | None,
+    terrain: TerrainGrid | None,
+) -> tuple[Course, list[Finding]]:
+    """Return a course that stands at home, and what had to be assumed about home."""
+    findings: list[Finding] = []
+    home = mission.home
+    place = (0.0, 0.0)
+    amsl_m = home_amsl_m
+    if home is not None:
+        place = (home.latitude_deg, home.longitude_deg)
+        if not is_on_earth(*place):
+            message = f"home lies at {place[0]:g}°, {place[1]:g}°, which is no place on Earth"
+            raise MissionFileError(message, source=mission.source)
+        if amsl_m is None:
+            amsl_m = _home_amsl_m(mission.source, home)
+    else:
+        for number, item in enumerate(mission.items, start=1):
+            there = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
+            if is_destination(item.command) and any(there) and is_on_earth(*there):
+                place = there
+                findings.append(
+                    HOME_UNKNOWN.finding(
+                        "the file does not say where home is: the flight is taken to start at the "
+                        f"place of item {number}",
+                        item=number,
+                        place=item.place,
+                    )
+                )
+                break
+        else:
+            if mission.items:
+                message = "the file says neither where home is nor any other place"
+                findings.append(HOME_UNKNOWN.finding(message))
+    if amsl_m is None and terrain is not None:
+        amsl_m = ground_amsl_m(terrain, *place)
+    course = Course(
+        source=mission.source,
+        meaning=meaning,
+        start_deg=place,
+        home_deg=place,
+        home_amsl_m=amsl_m,
+        terrain=terrain,
+        latitude_deg=place[0],
+        longitude_deg=place[1],
+    )
+    return course, findings
+
+
+def _home_amsl_m(source: str, home: Home) -> float | None:
+    """Return the altitude that a mission gives its home; refuse one where nobody stands."""
+    amsl_m = home.altitude_amsl_m
+    if amsl_m is not None and not _LOWEST_HOME_M <= amsl_m <= _HIGHEST_HOME_M:
+        message = (
+            f"home lies at {amsl_m:g} m AMSL, where nobody takes off: correct it, or give the "
+            "altitude of the take-off place with --home-amsl"
+        )
+        raise MissionFileError(message, source=source)
+    return amsl_m
+
+
+def _other_vehicle(mission: Mission) -> list[Finding]:
+    """Return that a mission is probably no multicopter's; refuse one that certainly is none."""
+    vehicle = mission.vehicle
+    if vehicle is None and mission.file_format is MissionFormat.WPL and mission.items:
+        message = "the file does not name a vehicle: nothing in it speaks against a multicopter"
+        return [VEHICLE_ASSUMED.finding(message)]
+    if vehicle is None or vehicle.kind in _FLOWN_KINDS:
+        return []
+    article = "an" if vehicle.kind is VehicleKind.OTHER else "a"
+    if vehicle.is_certain:
+        message = (
+            f"this is {article} {vehicle.kind} mission ({vehicle.reason}); "
+            "mavjoule predicts multicopters only"
+        )
+        raise OtherVehicleError(message, source=mission.source)
+    return [
+        OTHER_VEHICLE.finding(
+            f"this may be {article} {vehicle.kind} mission ({vehicle.reason}); "
+            "it is predicted as a multicopter's"
+        )
+    ]
+
+
+def _left_out(
+    mission: Mission, drafts: list[Draft], behind: set[int], reached: list[int]
+) -> list[Finding]:
+    """Return that items behind the end of the flight are not flown."""
+    missed = sorted(behind - set(reached))
+    if not missed:
+        return []
+    which = f"item {missed[0]}" if len(missed) == 1 else f"{len(missed)} items from {missed[0]} on"
+    landing = any(
+        mission.items[n - 1].command in {Command.DO_LAND_START, Command.DO_RETURN_PATH_START}
+        for n in missed
+    )
+    only = ", reached by a failsafe only" if landing else ""
+    # A vehicle set to go on after a landing, or started again, flies what stands behind it.
+    takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
+    return [
+        ITEMS_NOT_FLOWN.finding(
+            f"{which} behind the end of the flight at item {drafts[-1].item}: not flown{only}",
+            severity=Severity.ERROR if takes_off_again and not landing else None,
+            item=missed[0],
+            place=mission.items[missed[0] - 1].place,
+        )
+    ]
+
+
+def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[Finding]:
+    """Return what is missing at the beginning and the end; add the take-off that is assumed."""
+    if not any(draft.kind not in _ENDS for draft in course.drafts):
+        course.drafts.clear()
+        return [
+            NOTHING_TO_FLY.finding(f"no flight in {quantity.count(len(mission.items), 'item')}")
+        ]
+    findings: list[Finding] = []
+    first = course.drafts[0]
+    if first.kind is not StageKind.TAKEOFF:
+        item = mission.items[first.item - 1]
+        height_m = max(first.height_m, 0.0)
+        message = (
+            f"the flight begins with {command_name(item.command)}: "
+            f"a vertical take-off to {quantity.height(height_m)} is assumed"
+        )
+        severity = None
+        if course.meaning is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
+            message += "; PX4 refuses a mission with a take-off that is not its first place"
+            severity = Severity.ERROR
+        elif course.meaning is Autopilot.ARDUPILOT:
+            message += "; on the ground ArduPilot does not start it"
+        findings.append(
+            TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
+        )
+        takeoff = Draft(StageKind.TAKEOFF, first.item, *course.start_deg, height_m)
+        course.drafts.insert(0, takeoff)
+    if not course.is_over and not is_endless:
+        last = course.drafts[-1].item
+        findings.append(
+            LANDING_MISSING.finding(
+                "the mission ends in the air: the way home and the landing are not counted",
+                item=last,
+                place=mission.items[last - 1].place,
+            )
+        )
+    return findings
+
+
+def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
+    """Return what altitudes rest on that is not known: home's altitude, the terrain."""
+    findings: list[Finding] = []
+    if course.amsl_items and course.home_amsl_m is None:
+        first = course.amsl_items[0]
+        findings.append(
+            HOME_ALTITUDE_UNKNOWN.finding(
+                "the altitude of home is not known: 0 m AMSL is assumed for "
+                f"{quantity.count(len(course.amsl_items), 'AMSL altitude')}",
+                item=first,
+                place=mission.items[first - 1].place,
+            )
+        )
+    if course.drafts and course.terrain is None:
+        level = (
+            "" if course.home_amsl_m is None else f" ({quantity.height(course.home_amsl_m)} AMSL)"
+        )
+        findings.append(
+            NO_TERRAIN_DATA.finding(
+                f"the ground is taken to be level with home{level}; "
+                "heights over ground are not checked"
+            )
+        )
+    return findings
+
+
+def _laid_out(
+    course: Course,
+    reached: tuple[int, ...],
+    lap: Lap | None,
+    findings: tuple[Finding, ...],
+    assumed: int,
+) -> Route:
+    """Return the route, ``assumed`` stages put before it, laid into the local frame of home."""
+    frame = LocalFrame(latitude_deg=course.start_deg[0], longitude_deg=course.start_deg[1])
+    columns = list(zip(*map(_DRAFT_COLUMNS, course.drafts), strict=True))
+    if columns:
+        east, north = frame.east_north_m(*columns[_PLACE])
+        columns[_PLACE] = east.tolist(), north.tolist()
+    homes = course.moved_homes
+    home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
+    return Route(
+        moved_homes=tuple(
+            HomePlace(
+                first_stage=home[0] + assumed if home[0] else 0,
+                east_m=east_m,
+                north_m=north_m,
+                ground_m=home[3],
+            )
+            for home, east_m, north_m in zip(
+                homes, home_east.tolist(), home_north.tolist(), strict=True
+            )
+        ),
+        stages=tuple(make_many(Stage, columns)),
+        frame=frame,
+        home_amsl_m=course.home_amsl_m or 0.0,
+        reached=reached,
+        lap=lap,
+        findings=findings,
+    )

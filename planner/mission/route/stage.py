@@ -1,0 +1,124 @@
+"""Stages: what a route asks of the vehicle, one thing after the other."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
+
+if TYPE_CHECKING:
+    from planner.findings import Finding
+    from planner.geo.geodesy import LocalFrame
+
+
+class StageKind(StrEnum):
+    """What a stage asks for."""
+
+    TAKEOFF = "takeoff"
+    """Climb vertically from the ground to a height, then go to the place, if it is another."""
+    GO = "go"
+    """Fly straight to a place; stop there only to hold, or where the autopilot always does."""
+    SPLINE = "spline"
+    """Fly to a place along a smooth curve through the places before and after."""
+    LOITER = "loiter"
+    """Fly straight to a place and stay there for a time."""
+    DELAY = "delay"
+    """Stay for a time where the vehicle is."""
+    CIRCLE = "circle"
+    """Fly to the edge of a circle about the place and follow it for a number of turns."""
+    CHANGE_HEIGHT = "change-height"
+    """Fly to a place at the present height, then climb or descend there."""
+    SET_DOWN = "set-down"
+    """Fly to a place at the present height, descend until the load is down, climb back."""
+    LAND = "land"
+    """Fly level to a place and descend to the ground."""
+    RETURN = "return"
+    """Fly home by the vehicle's own rules and land there."""
+
+
+@frozen
+class Stage:
+    """One thing asked of the vehicle, in the frame of its home."""
+
+    kind: StageKind
+    item: int
+    """Mission item from 1 that asks for it."""
+    east_m: float
+    north_m: float
+    height_m: float
+    """Height above home at the end of the stage; of the ground for a landing. [m]"""
+    speed_m_s: float | None = None
+    """Commanded horizontal speed; ``None``: the vehicle's own. [m s⁻¹]"""
+    climb_speed_m_s: float | None = None
+    """Commanded climb speed; ``None``: the vehicle's own. [m s⁻¹]"""
+    descent_speed_m_s: float | None = None
+    """Commanded descent speed, positive; ``None``: the vehicle's own. [m s⁻¹]"""
+    hold_s: float = 0.0
+    """Time to stay at the place. [s]"""
+    acceptance_radius_m: float | None = None
+    """Distance at which the place counts as reached; ``None``: the vehicle's own. [m]"""
+    yaw_deg: float | None = None
+    """Heading to take at the place, clockwise from north; ``None``: free. [°]"""
+    turns: float = 0.0
+    """Turns of a circle. [-]"""
+    radius_m: float = 0.0
+    """Radius of a circle; negative for counter-clockwise. [m]"""
+    followed_ground_m: tuple[float, ...] = ()
+    """Heights of the ground on the way, evenly spaced from its beginning to its end, where the vehicle
+    follows it. [m AMSL]"""
+    rally_height_m: float = 0.0
+    """Height above its ground of the rally point a return leads to; 0 for home. [m]"""
+    way: ReturnWay | None = None
+    """The items a return flies along; ``None``: straight."""
+
+
+@frozen
+class ReturnWay:
+    """A return along items of the mission."""
+
+    stages: tuple[Stage, ...]
+    """Places flown to without holds; the last is a landing."""
+    speed_m_s: float | None = None
+    """Commanded before; ``None``: the vehicle's own. [m s⁻¹]"""
+    climbs_over_m: float | None = None
+    """Height above home over which the vehicle climbs to its return height before it sets out;
+    ``None``: it does not climb. [m]"""
+
+
+@frozen
+class Lap:
+    """The part of a route that an endless jump repeats; a route flies it once more, to its end."""
+
+    item: int
+    """The item that jumps back for ever."""
+    first_stage: int
+    """Where the repeated lap begins, as a position in the route's stages."""
+
+
+@frozen
+class HomePlace:
+    """Where a return leads from some stage of a route on."""
+
+    first_stage: int
+    """Position in the route's stages: it counts while this one is flown, and those after it."""
+    east_m: float
+    north_m: float
+    ground_m: float
+    """Height of the ground there above the home the flight started from. [m]"""
+
+
+@frozen
+class Route:
+    """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
+
+    stages: tuple[Stage, ...]
+    frame: LocalFrame
+    """Local frame at home; heights count from home as well."""
+    home_amsl_m: float
+    reached: tuple[int, ...] = ()
+    """Items in the order they are reached, repeated where a jump leads back."""
+    lap: Lap | None = None
+    moved_homes: tuple[HomePlace, ...] = ()
+    """The homes set by DO_SET_HOME, in flown order; the first home is where the frame begins."""
+    findings: tuple[Finding, ...] = ()

@@ -1,0 +1,146 @@
+"""The only place where a quantity becomes text.
+
+Three significant digits, as far as a pilot reads them; a value that is not zero is never printed
+as zero, and a shortfall never loses its sign.  ``None`` is a dash.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+ABSENT = "—"
+_MOST_IN_FULL = 1e9
+"""From here on nothing a vehicle flies, and no digit of it is worth reading."""
+
+
+def energy(energy_wh: float | None) -> str:
+    """Return an energy in Wh: ``24.1 Wh``."""
+    return _three_digits(energy_wh, "Wh")
+
+
+def charge(charge_mah: float | None) -> str:
+    """Return a charge in mAh: ``1630 mAh``."""
+    return _whole(charge_mah, "mAh")
+
+
+def power(power_w: float | None) -> str:
+    """Return a power in W: ``131 W``."""
+    return _whole(power_w, "W")
+
+
+def distance(distance_m: float | None) -> str:
+    """Return a distance in m, from a kilometre in km: ``432 m``, ``4.32 km``."""
+    if distance_m is None or not math.isfinite(distance_m):
+        return ABSENT
+    if abs(distance_m) < 999.5:
+        return height(distance_m)
+    return _three_digits(distance_m / 1000.0, "km")
+
+
+def height(height_m: float | None) -> str:
+    """Return a height or a change of height in m: ``120 m``, ``2.5 m``."""
+    if height_m is None or not math.isfinite(height_m):
+        return ABSENT
+    return f"{decimals(height_m, 1 if 0.0 < abs(height_m) < 9.95 else 0)} m"
+
+
+def speed(speed_m_s: float | None) -> str:
+    """Return a speed in m/s: ``5.0 m/s``."""
+    return ABSENT if speed_m_s is None else f"{decimals(speed_m_s, 1)} m/s"
+
+
+def bearing(bearing_deg: float | None) -> str:
+    """Return a bearing as three digits: ``270°``, north is ``000°``."""
+    if bearing_deg is None or not math.isfinite(bearing_deg):
+        return ABSENT
+    return f"{round(bearing_deg) % 360:03d}°"
+
+
+def temperature(temperature_c: float | None) -> str:
+    """Return a temperature: ``15 °C``."""
+    return _whole(temperature_c, "°C")
+
+
+def mass(mass_kg: float | None) -> str:
+    """Return a mass in kg: ``0.50 kg``."""
+    return _three_digits(mass_kg, "kg")
+
+
+def percent(fraction: float | None) -> str:
+    """Return a fraction as a percentage: ``31 %``, below ten ``4.2 %``."""
+    if fraction is None or not math.isfinite(fraction):
+        return ABSENT
+    value = 100.0 * fraction
+    if 0.0 < abs(value) < 0.05:
+        return "< 0.1 %" if value > 0.0 else "> -0.1 %"
+    text = decimals(value, 1 if abs(value) < 9.95 else 0)
+    return f"{text.removesuffix('.0')} %"
+
+
+def chance(probability: float | None) -> str:
+    """Return a chance as a percentage that is never none and never sure: ``3.1 %``."""
+    if probability is not None and probability < 0.001:
+        return "< 0.1 %"
+    if probability is not None and probability > 0.999:
+        return "> 99.9 %"
+    return percent(probability)
+
+
+def duration(duration_s: float | None) -> str:
+    """Return a duration: ``4.2 s``, ``32 s``, ``11 min 32 s``, ``1 h 05 min 32 s``."""
+    if duration_s is None or not math.isfinite(duration_s):
+        return ABSENT
+    if abs(duration_s) < 9.95:
+        return f"{decimals(duration_s, 1)} s"
+    if abs(duration_s) >= _MOST_IN_FULL:
+        return f"{decimals(duration_s, 0)} s"
+    sign = "-" if duration_s < 0.0 else ""
+    minutes, seconds = divmod(round(abs(duration_s)), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{sign}{hours} h {minutes:02d} min {seconds:02d} s"
+    if minutes:
+        return f"{sign}{minutes} min {seconds:02d} s"
+    return f"{sign}{seconds} s"
+
+
+def decimals(value: float | None, digits: int) -> str:
+    """Return a bare number with so many decimals, for columns whose head names the unit."""
+    if value is None or not math.isfinite(value):
+        return ABSENT
+    if abs(value) >= _MOST_IN_FULL:
+        return f"{value:.3g}"
+    text = f"{value:.{digits}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def beside(value: float, limit: float, shown: Callable[[float], str]) -> str:
+    """Return a value told beside a limit: ``just over 60 m`` where both would read the same."""
+    text = shown(value)
+    if value == limit or text != shown(limit):
+        return text
+    return f"just {'over' if value > limit else 'under'} {text}"
+
+
+def count(number: float, noun: str, plural: str | None = None) -> str:
+    """Return a number of things: ``1 error``, ``2 errors``, ``0.5 turns``, ``3 vertices``."""
+    text = number if isinstance(number, int) else f"{number:g}"
+    return f"{text} {noun if number == 1 else plural or f'{noun}s'}"
+
+
+def _three_digits(value: float | None, unit: str) -> str:
+    if value is None or not math.isfinite(value):
+        return ABSENT
+    if 0.0 < abs(value) < 0.005:
+        return f"< 0.01 {unit}" if value > 0.0 else f"> -0.01 {unit}"
+    digits = 2 if abs(value) < 9.995 else 1 if abs(value) < 99.95 else 0
+    return f"{decimals(value, digits)} {unit}"
+
+
+def _whole(value: float | None, unit: str) -> str:
+    return f"{decimals(value, 0)} {unit}" if value is not None else ABSENT

@@ -1,0 +1,324 @@
+"""What identification found, as text: the report of each state, and the table of a log."""
+
+from __future__ import annotations
+
+import math
+from statistics import median
+from typing import TYPE_CHECKING
+
+from planner import quantity
+from planner.findings import Severity
+from planner.identify.outcome import Status
+from planner.report.text import finding_lines, note_lines, printable, table_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.identify.outcome import Identification, SegmentUse, StateOutcome
+    from planner.identify.verification import StateComparison, StopComparison, Verification
+    from planner.logs.record import FlightRecord
+    from planner.report.medium import Medium
+    from planner.vehicle.model import VehicleModel
+
+
+_STYLES = {Status.IDENTIFIED: "green", Status.BASE: "yellow", Status.LEFT_OUT: "yellow"}
+_COLOURED_NOISE = 0.01
+"""Chance of white noise below which residuals are said to have a memory. [-]"""
+
+
+def identification_text(found: Identification, *, medium: Medium, with_segments: bool) -> str:
+    """Return the report of an identification.
+
+    Parameters
+    ----------
+    found : Identification
+        What was found.
+    medium : Medium
+        What the text is written on.
+    with_segments : bool
+        Whether every segment is listed.
+    """
+    model = found.model
+    flights = found.evidence.records
+    seconds = sum(record.duration_s for record in flights)
+    lines = [
+        medium.paint(model.name, "bold"),
+        *medium.wrapped(
+            f"  {quantity.count(len(flights), 'flight')}, {quantity.duration(seconds)}; "
+            f"references: {model.reference}, mass {quantity.mass(model.mass_kg)}"
+        ),
+    ]
+    for outcome in found.states:
+        lines += ["", *_state_lines(outcome, medium=medium, with_segments=with_segments)]
+    if found.findings:
+        lines.append("")
+    for finding in found.findings:
+        lines += finding_lines(finding, file=model.source, medium=medium)
+    return "\n".join(lines) + "\n"
+
+
+def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) -> list[str]:
+    status = medium.paint(outcome.status.value, _STYLES[outcome.status])
+    lines = [f"{medium.paint(outcome.name, 'bold')}: {status}"]
+    lines += medium.wrapped(f"  {printable(outcome.said)}", indent=2)
+    if outcome.estimates:
+        rows = [
+            (f"  {e.name}", f"{e.value:.6g}", _error(e.error), _share(e.value, e.error))
+            for e in outcome.estimates
+        ]
+        lines += table_lines(rows, alignment="<>><")
+    if outcome.segments:
+        lines.append(f"  {_segments_sentence(outcome)}")
+        lines += [f"    {count} refused: {printable(why)}" for why, count in outcome.refusals()]
+    if outcome.fit_percent is not None:
+        which = "segments held out" if outcome.held_out else "the segments it was fitted to"
+        lines.append(f"  fit on {which}: {outcome.fit_percent:.1f} %{_rms(outcome)}")
+    elif outcome.rms is not None:
+        lines.append(f"  residuals{_rms(outcome)}")
+    if outcome.whiteness is not None:
+        kind = "have a memory" if outcome.whiteness < _COLOURED_NOISE else "are like white noise"
+        lines.append(f"  residuals {kind} (Ljung-Box p = {outcome.whiteness:.2g})")
+    if with_segments:
+        lines += [f"    {_segment_line(segment)}" for segment in outcome.segments]
+    return lines
+
+
+def _segments_sentence(outcome: StateOutcome) -> str:
+    text = f"segments: {outcome.used} used"
+    if outcome.held_out:
+        text += f" ({outcome.held_out} of them held out for the test)"
+    refused = len(outcome.segments) - outcome.used
+    return f"{text}, {refused} refused" if refused else text
+
+
+def _segment_line(segment: SegmentUse) -> str:
+    mark = "refused" if segment.refusal else "test" if segment.is_held_out else "used"
+    fit = "" if segment.fit_percent is None else f", fit {segment.fit_percent:.1f} %"
+    why = f": {segment.refusal}" if segment.refusal else ""
+    return printable(
+        f"{mark:7} {segment.log}#{segment.flight} at {segment.start_s:.1f} s for "
+        f"{segment.duration_s:.1f} s, {segment.what}{fit}{why}"
+    )
+
+
+def _error(error: float) -> str:
+    return f"± {error:.2g}" if math.isfinite(error) else quantity.ABSENT
+
+
+def _share(value: float, error: float) -> str:
+    if not math.isfinite(error) or value == 0.0:
+        return ""
+    return f"({quantity.percent(abs(error / value))})"
+
+
+def _rms(outcome: StateOutcome) -> str:
+    return "" if outcome.rms is None else f", rms {outcome.rms:.3g} {outcome.unit}".rstrip()
+
+
+def log_table_text(records: Sequence[FlightRecord], *, medium: Medium) -> str:
+    """Return what the flights of a log tell: each quantity, found where, or what its absence costs."""
+    lines: list[str] = []
+    for record in records:
+        ended = f"from {record.begins_with.value} to {record.ends_with.value}"
+        about = ", ".join(part for part in (record.firmware, record.vehicle) if part)
+        lines += [
+            medium.paint(f"{printable(record.source)}, flight {record.number}", "bold"),
+            *medium.wrapped(
+                printable(
+                    f"  {quantity.duration(record.duration_s)} {ended}; {about or 'unknown vehicle'}; "
+                    f"{quantity.count(len(record.parameters), 'parameter')}, "
+                    f"{quantity.count(len(record.mission_items), 'mission item')}"
+                )
+            ),
+        ]
+        rows = [("  quantity", "found in", "rate", "known", "remark")]
+        for q in record.quantities:
+            cost = q.remark or ("" if q.is_found else q.absence_cost)
+            rows.append(
+                (
+                    f"  {q.name}",
+                    printable(q.found_in or "missing"),
+                    "" if q.rate_hz is None else f"{q.rate_hz:.1f} Hz",
+                    f"{q.coverage:.0%}" if q.is_found else "",
+                    printable(cost),
+                )
+            )
+        lines += [*table_lines(rows, alignment="<<>><"), ""]
+        for finding in record.findings:
+            lines += finding_lines(finding, file=record.source, medium=medium)
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def verification_text(verifications: Sequence[Verification], *, medium: Medium) -> str:
+    """Return the report of all flights of a call; several end in a summary."""
+    blocks = [_flight_lines(one, medium=medium) for one in verifications]
+    if len(verifications) > 1:
+        blocks.append(_summary_lines(verifications))
+    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
+
+
+def error_text(fraction: float | None) -> str:
+    """Return a relative error with its sign: ``+1.3 %``."""
+    if fraction is None:
+        return quantity.ABSENT
+    text = quantity.decimals(100.0 * fraction, 1)
+    return f"+{text} %" if fraction > 0.0 and text != "0.0" else f"{text} %"
+
+
+def flight_label(one: Verification) -> str:
+    """Return what a flight is called: its log, and its number where it is not the first."""
+    name = printable(one.log)
+    return name if one.flight == 1 else f"{name} flight {one.flight}"
+
+
+def flight_errors(one: Verification) -> str:
+    """Return how far a flight was from its prediction: ``time +1.3 %, energy -0.4 %``."""
+    energy = (
+        f", energy {error_text(one.energy_fraction)}"
+        if one.energy_fraction is not None
+        else "; no energy to compare"
+    )
+    return f"time {error_text(one.time_fraction)}{energy}"
+
+
+def _flight_lines(one: Verification, *, medium: Medium) -> list[str]:
+    lines = [medium.paint(flight_label(one), "bold"), flight_errors(one), ""]
+    lines += _figure_lines(one)
+    lines += ["", *_verified_state_lines(one.states)]
+    if one.stops:
+        lines += ["", *_stop_lines(one.stops)]
+    graver = [finding for finding in one.findings if finding.severity > Severity.INFO]
+    notes = [finding for finding in one.findings if finding.severity is Severity.INFO]
+    if graver:
+        lines.append("")
+    for finding in graver:
+        lines += finding_lines(finding, file=one.mission, medium=medium)
+    if notes:
+        lines += ["", "Assumed"]
+    for finding in notes:
+        lines += note_lines(finding, medium=medium)
+    return lines
+
+
+def _figure_lines(one: Verification) -> list[str]:
+    measured, predicted = one.measured, one.predicted
+    distance_fraction = None
+    if measured.distance_m and predicted.distance_m is not None:
+        distance_fraction = predicted.distance_m / measured.distance_m - 1.0
+    rows = [
+        ("", "flown", "predicted", "error"),
+        (
+            "Time",
+            f"{quantity.decimals(measured.time_s, 1)} s",
+            f"{quantity.decimals(predicted.time_s, 1)} s",
+            error_text(one.time_fraction),
+        ),
+        (
+            "Energy",
+            quantity.energy(measured.energy_wh),
+            quantity.energy(predicted.energy_wh),
+            error_text(one.energy_fraction),
+        ),
+        (
+            "Distance",
+            quantity.distance(measured.distance_m),
+            quantity.distance(predicted.distance_m),
+            error_text(distance_fraction),
+        ),
+    ]
+    wind = one.conditions.wind
+    air = (
+        f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
+        if wind.speed_m_s
+        else "no wind"
+    )
+    return [
+        *table_lines(rows, alignment="<>>>"),
+        "",
+        (
+            f"Vehicle     {printable(one.vehicle_name)}, {air}, "
+            f"home {quantity.height(one.conditions.home_amsl_m)} AMSL"
+        ),
+        f"Mission     {printable(one.mission)}",
+        (
+            f"Errors      height {quantity.height(one.height_rms_m)}, "
+            f"speed {quantity.speed(one.speed_rms_m_s)}, power {quantity.power(one.power_rms_w)}: "
+            "root mean square in the air"
+        ),
+    ]
+
+
+def _verified_state_lines(states: Sequence[StateComparison]) -> list[str]:
+    rows = [
+        (
+            state.state.value,
+            f"{state.count}/{state.predicted_count}",
+            quantity.duration(state.time_s),
+            quantity.duration(state.predicted_time_s),
+            quantity.energy(state.energy_wh),
+            quantity.energy(state.predicted_energy_wh),
+            error_text(state.energy_fraction),
+            quantity.ABSENT
+            if state.fit_percent is None
+            else f"{quantity.decimals(state.fit_percent, 1)} %",
+        )
+        for state in states
+    ]
+    heads = ("State", "count", "flown", "predicted", "flown", "predicted", "error", "fit")
+    return table_lines([heads, *rows], alignment="<>>>>>>>")
+
+
+def _stop_lines(stops: Sequence[StopComparison]) -> list[str]:
+    rows = [
+        (
+            f"at {quantity.duration(stop.start_s)}",
+            quantity.speed(stop.speed_m_s),
+            quantity.distance(stop.measured_m),
+            quantity.distance(stop.predicted_m),
+            error_text(
+                None if stop.predicted_m is None else stop.predicted_m / stop.measured_m - 1
+            ),
+        )
+        for stop in stops
+    ]
+    return table_lines([("Stop", "from", "flown", "predicted", "error"), *rows], alignment="<>>>>")
+
+
+def _summary_lines(verifications: Sequence[Verification]) -> list[str]:
+    rows = [
+        (
+            flight_label(one),
+            f"{quantity.decimals(one.measured.time_s, 1)} s",
+            error_text(one.time_fraction),
+            quantity.energy(one.measured.energy_wh),
+            error_text(one.energy_fraction),
+        )
+        for one in verifications
+    ]
+    lines = table_lines([("Flight", "flown", "error", "energy", "error"), *rows], alignment="<>>>>")
+    for name in ("time", "energy"):
+        errors = [getattr(one, f"{name}_fraction") for one in verifications]
+        sizes = [abs(error) for error in errors if error is not None]
+        if sizes:
+            lines.append(
+                f"{name}: median error {quantity.percent(median(sizes))}, "
+                f"largest {quantity.percent(max(sizes))} of {quantity.count(len(sizes), 'flight')}"
+            )
+    return lines
+
+
+def models_text(vehicles: Sequence[VehicleModel], *, medium: Medium) -> str:
+    """Return models by name, each with what it is and what it carries."""
+    blocks = []
+    for vehicle in vehicles:
+        battery_wh = None if vehicle.battery is None else vehicle.battery.energy_wh
+        facts = (
+            f"{vehicle.kind}, references: {vehicle.reference}, "
+            f"mass {quantity.mass(vehicle.mass_kg)}, battery {quantity.energy(battery_wh)}"
+        )
+        blocks += [
+            medium.paint(vehicle.name, "bold"),
+            *medium.wrapped(f"  {vehicle.description}", indent=2),
+            *medium.wrapped(f"  {facts}", indent=2),
+        ]
+    return "\n".join(blocks) + "\n"

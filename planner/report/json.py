@@ -1,0 +1,467 @@
+"""Results as JSON, schema 1: keys may be added, never changed; the unit is in the key."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from planner.catalogue.px4_events import events_of
+from planner.report.rule_text import way_off
+from planner.report.statistics import count_codes
+from planner.report.text import well_formed
+from planner.service import CheckResult
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from datetime import datetime
+
+    from planner.findings import Finding, Rule
+    from planner.guard.guard import Decision
+    from planner.identify.outcome import Identification, StateOutcome
+    from planner.identify.verification import Verification
+    from planner.link.vehicle import VehicleSnapshot
+    from planner.live import MissionComparison
+    from planner.logs.record import FlightRecord
+    from planner.service import UnreadableMission
+    from planner.vehicle.model import VehicleModel
+Document = dict[str, object]
+
+
+SCHEMA = 1
+
+
+def envelope(version: str) -> Document:
+    """Return what every document begins with."""
+    return {"schema": SCHEMA, "tool": {"name": "mavjoule", "version": version}}
+
+
+def values(source: object | None, keys: Sequence[str]) -> Document:
+    """Return the named attributes; all ``None`` where there is nothing to take them from."""
+    return {key: value(source, key) for key in keys}
+
+
+def value(source: object | None, key: str) -> object:
+    """Return a named attribute as JSON can hold it; ``None`` where there is nothing."""
+    found = None if source is None else getattr(source, key)
+    if isinstance(found, float) and not math.isfinite(found):
+        return None  # JSON has no NaN and no infinity: what is not a number is absent
+    return well_formed(found) if isinstance(found, str) else found
+
+
+def json_text(document: Document, *, indent: int | None = None) -> str:
+    """Return a document as text, on one line where no indent is given."""
+    # ASCII only, so that no console code page can break the document.
+    return json.dumps(document, ensure_ascii=True, allow_nan=False, indent=indent) + "\n"
+
+
+SEGMENT_KEYS = (
+    "index",
+    "item",
+    "state",
+    "start_s",
+    "duration_s",
+    "distance_m",
+    "climb_m",
+    "speed_m_s",
+    "energy_wh",
+    "stopping_distance_m",
+    "stopping_distance_m_p90",
+)
+"""The keys of a segment, in JSON and as columns of a table."""
+
+_TOTALS_KEYS = (
+    "time_s",
+    "distance_m",
+    "climb_m",
+    "descent_m",
+    "energy_wh",
+    "charge_mah",
+    "mean_power_w",
+    "peak_power_w",
+    "energy_wh_p10",
+    "energy_wh_p90",
+    "time_s_p10",
+    "time_s_p90",
+    "charge_mah_p10",
+    "charge_mah_p90",
+    "wander_m",
+)
+_BATTERY_KEYS = (
+    "capacity_wh",
+    "usable_wh",
+    "used_fraction",
+    "reserve_fraction",
+    "margin_wh",
+    "charge_left_fraction",
+    "lowest_voltage_v",
+    "highest_c_rate",
+    "reserve_wh",
+    "hover_left_s",
+    "below_reserve_probability",
+)
+_CONDITION_KEYS = (
+    "home_amsl_m",
+    "temperature_c",
+    "payload_kg",
+    "position_noise_m",
+    "reaction_time_s",
+    "position_error_m",
+    "battery_health",
+    "battery_resistance_factor",
+    "battery_temperature_c",
+    "payload_sd_kg",
+    "temperature_sd_c",
+)
+_RETURN_KEYS = (
+    "tightest_item",
+    "energy_home_wh",
+    "margin_wh",
+    "time_home_s",
+    "destination",
+    "below_reserve_probability",
+)
+_POINT_KEYS = ("item", "time_s", "along_m", "leg_m", "latitude_deg", "longitude_deg")
+_COUNT_KEYS = ("code", "name", "severity", "count", "suppressed", "missions")
+ITEM_KEYS = ("item", "command", "arrival_s", "energy_used_wh")
+
+
+def check_json(
+    results: Sequence[CheckResult | UnreadableMission],
+    *,
+    version: str,
+    with_statistics: bool = False,
+) -> str:
+    """Return all missions of a call as one JSON document, if asked with a count of each code."""
+    document: Document = {"missions": [mission_document(result) for result in results]}
+    if with_statistics:
+        document["statistics"] = [
+            values(one, _COUNT_KEYS) | {"severity": one.severity.label}
+            for one in count_codes(results)
+        ]
+    return json_text(envelope(version) | document, indent=2)
+
+
+def check_json_lines(results: Sequence[CheckResult | UnreadableMission], *, version: str) -> str:
+    """Return one JSON document per line and mission, each complete in itself."""
+    return "".join(json_text(envelope(version) | mission_document(result)) for result in results)
+
+
+def segments_json(result: CheckResult, *, version: str) -> str:
+    """Return the decomposition of one mission as a JSON document."""
+    mission = mission_document(result)
+    keys = ("file", "vehicle", "conditions", "segments")
+    return json_text(envelope(version) | {key: mission[key] for key in keys}, indent=2)
+
+
+def figures(result: CheckResult | UnreadableMission) -> Document:
+    """Return what a flight takes, leaves and needs to get home, as the keys of the contract."""
+    flown = result if isinstance(result, CheckResult) else None
+    way = None if flown is None else flown.way_home
+    return {
+        "totals": values(value(flown, "totals"), _TOTALS_KEYS),
+        "battery": values(value(flown, "battery"), _BATTERY_KEYS),
+        "return": values(way, _RETURN_KEYS)
+        | {
+            f"{point}_{key}": value(getattr(way, point, None), key)
+            for point in ("tightest", "last_return", "last_return_empty")
+            for key in _POINT_KEYS
+            if f"{point}_{key}" not in _RETURN_KEYS
+        },
+    }
+
+
+def mission_document(result: CheckResult | UnreadableMission) -> Document:
+    """Return one mission under the keys of the contract."""
+    # What is unknown keeps its keys: scripts meet null, not a missing key.
+    flown = result if isinstance(result, CheckResult) else None
+    conditions = value(flown, "conditions")
+    wind = value(conditions, "wind")
+    return {
+        "file": value(result, "file"),
+        "verdict": result.verdict,
+        "vehicle": {
+            "name": value(flown, "vehicle_name"),
+            "source": value(flown, "vehicle_source"),
+        },
+        "conditions": {
+            "wind_m_s": value(wind, "speed_m_s"),
+            "wind_from_deg": value(wind, "from_deg"),
+            "wind_reference_height_m": value(wind, "reference_height_m"),
+            "wind_shear_exponent": value(wind, "shear_exponent"),
+            "wind_roughness_length_m": value(wind, "roughness_length_m"),
+            "wind_sd_m_s": value(wind, "speed_sd_m_s"),
+            "wind_from_sd_deg": value(wind, "from_sd_deg"),
+            **values(conditions, _CONDITION_KEYS),
+        },
+        "parameters": _parameters(flown),
+        **figures(result),
+        "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
+        "items": [values(one, ITEM_KEYS) for one in (flown.items if flown else ())],
+        "findings": [finding_document(finding) for finding in result.findings],
+        "suppressed": [
+            finding_document(finding) | {"suppression": value(finding, "suppression")}
+            for finding in result.suppressed
+        ],
+    }
+
+
+def _parameters(result: CheckResult | None) -> Document:
+    """Return what the autopilot was taken to fly with, each value with where it comes from."""
+    flown_with = None if result is None else result.parameters
+    if flown_with is None:
+        return {}
+    return {
+        quantity: {"value": value(flown_with, quantity), "origin": str(origin)}
+        for quantity, origin in flown_with.origins.items()
+    }
+
+
+def finding_document(finding: Finding) -> Document:
+    """Return a finding under the keys of the contract; a stretch only where one is meant."""
+    document: Document = {
+        "code": finding.code,
+        "name": finding.name,
+        "severity": finding.severity.label,
+        "item": finding.item,
+        "line": value(finding.place, "line"),
+        "column": value(finding.place, "column"),
+        "message": value(finding, "message"),
+        "fix": value(finding, "fix"),
+    }
+    return document | stretch_document(finding)
+
+
+def stretch_document(finding: Finding) -> Document:
+    """Return the stretch of ground of a finding under its key; nothing where none is meant."""
+    stretch = finding.stretch
+    if stretch is None:
+        return {}
+    return {
+        "stretch": {
+            "start_deg": list(stretch.start_deg),
+            "end_deg": list(stretch.end_deg),
+            "distance_m": value(stretch, "distance_m"),
+            "parts_deg": [[list(point) for point in line] for line in stretch.lines_deg],
+        }
+    }
+
+
+_KEYS = ("part", "number", "field", "first", "second", "kind", "matters", "message")
+
+
+def comparison_json(comparison: MissionComparison, version: str) -> str:
+    """Return every difference as an object; ``number`` counts from 1 in its part."""
+    return json_text(
+        {
+            **envelope(version),
+            "first": comparison.first,
+            "second": comparison.second,
+            "is_same": comparison.is_same,
+            "differences": [
+                {key: value(one, key) for key in _KEYS} for one in comparison.differences
+            ],
+        }
+    )
+
+
+def decision_json(decision: Decision, *, address: str, at: datetime, version: str) -> str:
+    """Return a decision as one line.
+
+    Parameters
+    ----------
+    decision : Decision
+        What was decided.
+    address : str
+        The vehicle's.
+    at : datetime
+        When, with its time zone.
+    version : str
+        Of this program.
+    """
+    document = {
+        **envelope(version),
+        "time": at.isoformat(timespec="milliseconds"),
+        "vehicle": address,
+        "kind": decision.kind,
+        "verdict": decision.verdict.value,
+        "text": decision.text,
+        **decision.details,
+    }
+    return json_text(document)
+
+
+_STATE_KEYS = ("name", "status", "said", "unit", "fit_percent", "rms", "whiteness")
+_SEGMENT_KEYS = (
+    "log",
+    "flight",
+    "start_s",
+    "duration_s",
+    "what",
+    "is_used",
+    "is_held_out",
+    "refusal",
+    "fit_percent",
+)
+_ESTIMATE_KEYS = ("name", "value", "error")
+_FINDING_KEYS = ("code", "name", "message", "fix")
+_FLIGHT_KEYS = ("source", "sha256", "number", "duration_s", "firmware", "vehicle")
+_QUANTITY_KEYS = ("name", "found_in", "rate_hz", "coverage", "remark", "absence_cost")
+
+
+def identification_json(found: Identification, *, version: str, output: str | None) -> str:
+    """Return an identification as a JSON document."""
+    model = values(found.model, ("name", "reference", "description", "mass_kg"))
+    return json_text(
+        envelope(version)
+        | {
+            "model": model | {"file": output},
+            "flights": [values(record, _FLIGHT_KEYS) for record in found.evidence.records],
+            "states": [_state(outcome) for outcome in found.states],
+            "findings": [_finding(finding) for finding in found.findings],
+        },
+        indent=2,
+    )
+
+
+def log_table_json(records: Sequence[FlightRecord], *, version: str) -> str:
+    """Return what the flights of logs tell as a JSON document."""
+    flights = [
+        values(record, _FLIGHT_KEYS)
+        | {
+            "begins_with": record.begins_with.value,
+            "ends_with": record.ends_with.value,
+            "parameters": len(record.parameters),
+            "mission_items": len(record.mission_items),
+            "quantities": [values(row, _QUANTITY_KEYS) for row in record.quantities],
+            "findings": [_finding(finding) for finding in record.findings],
+        }
+        for record in records
+    ]
+    return json_text(envelope(version) | {"flights": flights}, indent=2)
+
+
+def _state(outcome: StateOutcome) -> Document:
+    return values(outcome, _STATE_KEYS) | {
+        "segments_used": outcome.used,
+        "segments_held_out": outcome.held_out,
+        "estimates": [values(estimate, _ESTIMATE_KEYS) for estimate in outcome.estimates],
+        "segments": [values(segment, _SEGMENT_KEYS) for segment in outcome.segments],
+    }
+
+
+def _finding(finding: Finding) -> Document:
+    return values(finding, _FINDING_KEYS) | {"severity": value(finding.severity, "label")}
+
+
+def snapshot_json(snapshot: VehicleSnapshot, version: str) -> str:
+    """Return who a vehicle is and what was read from it; SI, the unit in each key."""
+    identity, mission = snapshot.identity, snapshot.mission
+    firmware = identity.firmware_version
+    fence = mission.fence
+    document = {
+        **envelope(version),
+        "address": snapshot.address,
+        "vehicle": {
+            "system": identity.system,
+            "component": identity.component,
+            "autopilot": None if identity.autopilot is None else identity.autopilot.value,
+            "mav_autopilot": identity.autopilot_number,
+            "mav_type": identity.vehicle_type,
+            "firmware_version": None if firmware is None else ".".join(map(str, firmware)),
+            "firmware_release": identity.firmware_release,
+            "uid": identity.uid or None,
+        },
+        "state": asdict(snapshot.state),
+        "counts": {
+            "items": len(mission.items),
+            "fence_areas": 0 if fence is None else fence.area_count,
+            "rally_points": len(mission.rally),
+            "parameters": len(snapshot.parameters),
+        },
+        "findings": [
+            {"code": f.code, "name": f.name, "severity": f.severity.label, "message": f.message}
+            for f in (*snapshot.findings, *mission.findings)
+        ],
+    }
+    return json_text(document)
+
+
+_FIGURES_KEYS = ("time_s", "energy_wh", "distance_m")
+_FRACTION_KEYS = ("time_fraction", "energy_fraction")
+_COMPARED_KEYS = (
+    "state",
+    "count",
+    "fit_percent",
+    "energy_fraction",
+    "fit_of",
+    "predicted_count",
+    "time_s",
+    "predicted_time_s",
+    "energy_wh",
+    "predicted_energy_wh",
+)
+_STOP_KEYS = ("start_s", "speed_m_s", "measured_m", "predicted_m", "item", "predicted_speed_m_s")
+_RMS_KEYS = ("height_rms_m", "speed_rms_m_s", "power_rms_w")
+_CUT_KEYS = ("cut_before_s", "cut_after_s")
+
+
+def verification_json(verifications: Sequence[Verification], *, model: str, version: str) -> str:
+    """Return all flights of a call as one JSON document."""
+    document: Document = {"model": model, "flights": [_flight(one) for one in verifications]}
+    return json_text(envelope(version) | document, indent=2)
+
+
+def _flight(one: Verification) -> Document:
+    conditions = one.conditions
+    return {
+        **values(one, ("log", "flight")),
+        "vehicle": one.vehicle_name,
+        **values(one, ("mission", "parameters")),
+        "conditions": {
+            "wind_m_s": value(conditions.wind, "speed_m_s"),
+            "wind_from_deg": value(conditions.wind, "from_deg"),
+            **values(conditions, ("home_amsl_m", "temperature_c", "payload_kg")),
+        },
+        "measured": values(one.measured, _FIGURES_KEYS),
+        "predicted": values(one.predicted, _FIGURES_KEYS),
+        "error": values(one, (*_FRACTION_KEYS, *_RMS_KEYS)),
+        "cut": values(one, _CUT_KEYS),
+        "states": [values(state, _COMPARED_KEYS) for state in one.states],
+        "stops": [values(stop, _STOP_KEYS) for stop in one.stops],
+        "findings": [finding_document(finding) for finding in one.findings],
+    }
+
+
+_MODEL_KEYS = ("name", "kind", "reference", "description", "mass_kg", "source")
+_RULE_KEYS = ("code", "name", "severity", "summary", "why", "how", "example", "fix")
+
+
+def rules_json(rules: Sequence[Rule], *, version: str) -> str:
+    """Return rules of the catalogue as a JSON document."""
+    return json_text(envelope(version) | {"rules": [_rule(rule) for rule in rules]}, indent=2)
+
+
+def rule_json(rule: Rule, *, version: str) -> str:
+    """Return one rule as a JSON document."""
+    return json_text(envelope(version) | _rule(rule), indent=2)
+
+
+def models_json(vehicles: Sequence[VehicleModel], *, version: str) -> str:
+    """Return vehicle models as a JSON document."""
+    models = [
+        values(vehicle, _MODEL_KEYS)
+        | {"battery_wh": None if vehicle.battery is None else vehicle.battery.energy_wh}
+        for vehicle in vehicles
+    ]
+    return json_text(envelope(version) | {"models": models}, indent=2)
+
+
+def _rule(rule: Rule) -> Document:
+    return values(rule, _RULE_KEYS) | {
+        "severity": rule.severity.label,
+        "turn_off": way_off(rule),
+        "default": rule.is_default,
+        "px4_events": list(events_of(rule.code)),
+    }

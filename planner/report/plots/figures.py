@@ -1,0 +1,197 @@
+"""Pictures into files: SVG and PNG, made without a browser."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from planner.errors import UsageError
+from planner.files import make_output_folder, write_output_bytes, write_output_file
+from planner.flight.motion.kinematics import FlightState
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from types import ModuleType
+
+
+Chart = Any
+"""A chart of Altair, or its data; the library is loaded where it is used."""
+
+_MISSING = "pictures need the libraries of mavjoule[report]: pip install 'mavjoule[report]'"
+
+
+def load_altair() -> ModuleType:
+    """Return Altair, which builds pictures.
+
+    Raises
+    ------
+    UsageError
+        If it is not installed.
+    """
+    return _load("altair")
+
+
+def load_converter() -> ModuleType:
+    """Return vl-convert, which writes pictures without a browser.
+
+    Raises
+    ------
+    UsageError
+        If it is not installed.
+    """
+    return _load("vl_convert")
+
+
+def _load(name: str) -> ModuleType:
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise UsageError(_MISSING) from error
+
+
+Scheme = Literal["light", "dark", "page"]
+"""``page``: the ink is that of the page around the picture, whatever it is."""
+
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, YELLOW, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#8C8C8C"
+
+STATE_COLOURS: dict[str, str] = {
+    FlightState.TAKEOFF: ORANGE,
+    FlightState.CLIMB: YELLOW,
+    FlightState.ACCELERATE: GREEN,
+    FlightState.CRUISE: SKY,
+    FlightState.BRAKE: PURPLE,
+    FlightState.HOVER: GREY,
+    FlightState.DESCEND: BLUE,
+    FlightState.LAND: RED,
+}
+
+BACKGROUND: dict[Scheme, str] = {"light": "#ffffff", "dark": "#0d1117", "page": "transparent"}
+_INK: dict[Scheme, str] = {"light": "#1f2328", "dark": "#e6edf3", "page": "currentColor"}
+_GRID_OPACITY = 0.15
+_FRAME_OPACITY = 0.35
+FONT = "system-ui, 'Segoe UI', Roboto, 'Noto Sans', Arial, sans-serif"
+
+_LABEL_GAP_PX = 8
+"""Between the labels of an axis: those nearer to each other are left out."""
+
+
+def chart_config(scheme: Scheme) -> dict[str, Any]:
+    """Return Vega-Lite's configuration of a scheme."""
+    ink = _INK[scheme]
+    text = {
+        "labelColor": ink,
+        "titleColor": ink,
+        "labelFontSize": 11,
+        "titleFontSize": 12,
+        "titleFontWeight": "normal",
+    }
+    return {
+        "background": BACKGROUND[scheme],
+        "font": FONT,
+        "view": {"stroke": ink, "strokeOpacity": _FRAME_OPACITY},
+        "axis": {
+            **text,
+            "labelSeparation": _LABEL_GAP_PX,
+            "domainColor": ink,
+            "domainOpacity": _FRAME_OPACITY,
+            "gridColor": ink,
+            "gridOpacity": _GRID_OPACITY,
+            "tickColor": ink,
+            "tickOpacity": _FRAME_OPACITY,
+        },
+        "legend": {**text, "orient": "bottom", "columns": 4, "symbolStrokeWidth": 2},
+        "title": {"color": ink, "fontSize": 14, "anchor": "start", "subtitleColor": ink},
+        "text": {"color": ink, "fontSize": 11},
+        "rule": {"color": ink},
+        "point": {"color": ink},
+    }
+
+
+FILE_FORMATS = ("svg", "png")
+_PNG_SCALE = 2.0
+"""A PNG is made for a dense screen."""
+
+
+def write_figure(figure: Chart, path: Path | str, *, scheme: Scheme = "light") -> None:
+    """Write a picture.
+
+    Parameters
+    ----------
+    figure : altair.TopLevelMixin
+        As the functions of `planner.report.plots` return it.
+    path : Path or str
+        Ends in ``.svg`` or ``.png``.
+    scheme : str
+        ``light`` or ``dark``; a dark one gets a dark background.
+
+    Raises
+    ------
+    UsageError
+        If the suffix is another, or a library is missing.
+    OutputError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    converter = load_converter()
+    chart = figure.to_dict(validate=False) | {"config": chart_config(scheme)}
+    match path.suffix.lower():
+        case ".svg":
+            write_output_file(path, converter.vegalite_to_svg(chart))
+        case ".png":
+            write_output_bytes(path, converter.vegalite_to_png(chart, scale=_PNG_SCALE))
+        case _:
+            msg = f"{path}: a picture's file ends in .svg or .png"
+            raise UsageError(msg)
+
+
+def still_svg(figure: Chart) -> str:
+    """Return a picture as SVG to stand in a page, in the page's ink and without labels of its parts.
+
+    Raises
+    ------
+    UsageError
+        If a library is missing.
+    """
+    config = chart_config("page") | {"aria": False}
+    svg: str = load_converter().vegalite_to_svg(figure.to_dict(validate=False) | {"config": config})
+    return svg
+
+
+def write_figures(
+    figures: Mapping[str, Chart],
+    folder: Path | str,
+    *,
+    file_formats: Sequence[str] = FILE_FORMATS,
+    scheme: Scheme = "light",
+) -> tuple[Path, ...]:
+    """Write pictures into a folder, which is made where it is not there, and return their files.
+
+    Parameters
+    ----------
+    figures : mapping of str to altair.TopLevelMixin
+        By the stem of their files.
+    folder : Path or str
+        Where to.
+    file_formats : sequence of str
+        ``svg``, ``png``.
+    scheme : str
+        ``light`` or ``dark``.
+
+    Raises
+    ------
+    UsageError
+        If a format is another, or a library is missing.
+    OutputError
+        If the folder or a file cannot be written.
+    """
+    folder = Path(folder)
+    make_output_folder(folder, holding="figures")
+    paths = []
+    for stem, figure in figures.items():
+        for file_format in file_formats:
+            path = folder / f"{stem}.{file_format}"
+            write_figure(figure, path, scheme=scheme)
+            paths.append(path)
+    return tuple(paths)

@@ -1,0 +1,318 @@
+"""Pictures of a flight over time: heights and speed, power with its states, energy and the return."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.report.plots.figures import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    RED,
+    STATE_COLOURS,
+    Chart,
+    load_altair,
+)
+from planner.report.plots.site import map_panel
+from planner.report.plots.tables import make_tables, with_data
+
+if TYPE_CHECKING:
+    from planner.flight.budget import BatteryBudget
+    from planner.report.plots.tables import FlightTables, Row
+    from planner.service import CheckResult
+
+
+WIDTH, HEIGHT = 720, 200
+"""Of a panel. [px]"""
+_HEIGHTS = ("altitude_amsl_m", "ground_amsl_m")
+_TIME = "Time [min]"
+_LABELLED_BAND = 0.055
+"""Share of the flight that a band of a state takes at least to hold the state's name. [-]"""
+_CHARACTER_PX = 6.2
+"""Width of a character of a state's name, about."""
+_SPREAD = "8 of 10 flights"
+_BAND_OPACITY = 0.35
+_USED, _NEEDED = "used so far", "used once home, turning back here"
+
+
+def profile_figure(result: CheckResult) -> Chart:
+    """Return altitude, over the ground where it is known, and ground speed over time.
+
+    Raises
+    ------
+    UsageError
+        If nothing is flown, or Altair is missing.
+    """
+    tables = make_tables(result)
+    panels = load_altair().vconcat(altitude_panel(tables), speed_panel(tables))
+    return with_data(panels.properties(description="Altitude and ground speed over time"), tables)
+
+
+def power_figure(result: CheckResult) -> Chart:
+    """Return the electrical power over time, on bands that name the states.
+
+    Raises
+    ------
+    UsageError
+        If nothing is flown, or Altair is missing.
+    """
+    tables = make_tables(result)
+    return with_data(power_panel(tables), tables)
+
+
+def energy_figure(result: CheckResult) -> Chart:
+    """Return the energy used over time, and what it would be at home when turning back there.
+
+    Raises
+    ------
+    UsageError
+        If nothing is flown, or Altair is missing.
+    """
+    tables = make_tables(result)
+    return with_data(energy_panel(tables), tables)
+
+
+def altitude_panel(tables: FlightTables) -> Chart:
+    """Return the altitude over time, over the ground or, where that is not known, over home."""
+    alt = load_altair()
+    home_m = tables.assessment.route.home_amsl_m
+    flight = alt.Chart(alt.NamedData("flight"))
+    x = _time_axis(tables)
+    y = alt.Y("altitude_amsl_m:Q").title("Altitude [m AMSL]")
+    y = y.scale(zero=False, domain=_heights_m(tables), nice=False)
+    home = alt.Chart(alt.InlineData(values=[{"home_amsl_m": round(home_m, 2)}])).encode(
+        y="home_amsl_m:Q"
+    )
+    layers = [
+        home.mark_rule(strokeDash=[2, 3]),
+        home.mark_text(dy=-6).encode(
+            x=alt.value(alt.ExprRef("width / 2")),
+            text=alt.value(f"home, {quantity.height(home_m)}"),
+        ),
+        flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
+    ]
+    if tables.assessment.terrain is not None:
+        ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").title(None))
+        layers = [
+            ground.mark_area(color=GREY, opacity=0.35, line=False).encode(
+                y2=alt.Y2(datum=_heights_m(tables)[0])
+            ),
+            ground.mark_line(color=GREY, strokeWidth=1.2),
+            *layers,
+        ]
+    what = (
+        "over the ground" if tables.assessment.terrain is not None else "with the altitude of home"
+    )
+    return _panel(alt.layer(*layers), f"Altitude of the flight over time, {what}")
+
+
+def speed_panel(tables: FlightTables) -> Chart:
+    """Return the ground speed over time."""
+    alt = load_altair()
+    top_m_s = max(round(1.1 * max(row["speed_m_s"] for row in tables.flight), 2), 1.0)
+    line = (
+        alt.Chart(alt.NamedData("flight"))
+        .mark_line(color=GREEN, strokeWidth=1.5)
+        .encode(
+            x=_time_axis(tables),
+            y=alt.Y("speed_m_s:Q").title("Ground speed [m/s]").scale(domain=[0.0, top_m_s]),
+        )
+    )
+    return _panel(alt.layer(line), "Ground speed over time")
+
+
+def power_panel(tables: FlightTables) -> Chart:
+    """Return the power over time on bands of the states."""
+    alt = load_altair()
+    bands = alt.Chart(alt.NamedData("states"))
+    present = [state for state in STATE_COLOURS if any(r["state"] == state for r in tables.states)]
+    layers = [
+        bands.mark_rect(opacity=0.35).encode(
+            x=_time_axis(tables, "start_min"),
+            x2="end_min:Q",
+            color=alt.Color("state:N")
+            .title("State")
+            .scale(domain=list(map(str, present)), range=[STATE_COLOURS[s] for s in present]),
+        ),
+    ]
+    whole_min = tables.states[-1]["end_min"]
+    named = [
+        {
+            "middle_min": round(0.5 * (row["start_min"] + row["end_min"]), 4),
+            "share": round((row["end_min"] - row["start_min"]) / whole_min, 4),
+            "state": row["state"],
+        }
+        for row in tables.states
+        if row["end_min"] - row["start_min"] > _LABELLED_BAND * whole_min
+    ]
+    has_room = alt.ExprRef(f"datum.share * width > {_CHARACTER_PX} * length(datum.state) ? 1 : 0")
+    if tables.assessment.vehicle.is_power_known:
+        layers.append(
+            alt.Chart(alt.NamedData("flight"))
+            .mark_line(color=RED, strokeWidth=1.5)
+            .encode(x=_time_axis(tables), y=alt.Y("power_w:Q").title("Power [W]"))
+        )
+    layers.append(
+        alt.Chart(alt.InlineData(values=named))
+        .mark_text(baseline="top", dy=4, fillOpacity=has_room)
+        .encode(x="middle_min:Q", y=alt.value(0), text="state:N")
+    )
+    return _panel(alt.layer(*layers), "Electrical power over time, on bands of the flight's states")
+
+
+def energy_panel(tables: FlightTables) -> Chart:
+    """Return the energy over time, with the way home, the battery and the reserve."""
+    alt = load_altair()
+    x = _time_axis(tables)
+    legend = alt.Legend(labelLimit=400, columns=1)
+    battery = tables.result.battery
+    highest_wh = [row["needed_wh"] for row in tables.returns] + [tables.result.totals.energy_wh]
+    highest_wh += [row["p90_wh"] for row in tables.band[-1:]]
+    top_wh = round(1.1 * max([*highest_wh, 0.0 if battery is None else battery.usable_wh]), 3)
+    domain = [_USED, _NEEDED]
+    colour = alt.Color("curve:N", legend=legend).title("Energy")
+    dash = alt.StrokeDash("curve:N", legend=legend).title("Energy")
+
+    def curve(rows: Chart, column: str, name: str) -> Chart:
+        return (
+            alt.Chart(rows)
+            .transform_calculate(curve=f"'{name}'")
+            .mark_line(strokeWidth=1.8)
+            .encode(
+                x=x,
+                y=alt.Y(f"{column}:Q").title("Energy [Wh]").scale(domain=[0.0, top_wh]),
+                color=colour.scale(domain=domain, range=[ORANGE, BLUE]),
+                strokeDash=dash.scale(domain=domain, range=[[1, 0], [6, 3]]),
+            )
+        )
+
+    layers = []
+    if tables.band:
+        spread = alt.Fill(
+            "spread:N", legend=alt.Legend(symbolType="square", symbolOpacity=_BAND_OPACITY)
+        )
+        layers.append(
+            alt.Chart(alt.NamedData("band"))
+            .transform_calculate(spread=f"'{_SPREAD}'")
+            .mark_area(opacity=_BAND_OPACITY)
+            .encode(
+                x=x,
+                y=alt.Y("p10_wh:Q"),
+                y2="p90_wh:Q",
+                fill=spread.title("Used so far").scale(domain=[_SPREAD], range=[ORANGE]),
+            )
+        )
+    if tables.assessment.vehicle.is_power_known:
+        layers += [
+            curve(alt.NamedData("flight"), "used_wh", _USED),
+            curve(alt.NamedData("returns"), "needed_wh", _NEEDED),
+        ]
+    if (tightest := tightest_row(tables)) is not None:
+        point = alt.Chart(alt.InlineData(values=[tightest])).encode(x=x, y="needed_wh:Q")
+        layers += [
+            point.mark_point(shape="diamond", filled=True, size=70, color=BLUE, opacity=1.0),
+            point.mark_text(align="right", dx=-8, dy=-6).encode(text=alt.value("tightest")),
+        ]
+    if battery is not None:
+        for row, dashes in zip(limit_rows(battery), ([1, 0], [2, 3]), strict=True):
+            limit = alt.Chart(alt.InlineData(values=[row])).encode(y="energy_wh:Q")
+            layers += [
+                limit.mark_rule(strokeWidth=1.2, strokeDash=dashes),
+                limit.mark_text(align="left", baseline="bottom", dx=4, dy=-2).encode(
+                    x=alt.value(0), text="label:N"
+                ),
+            ]
+    return _panel(
+        alt.layer(*layers),
+        "Energy used over time, and what would be used once home by turning back at each time",
+    )
+
+
+def tightest_row(tables: FlightTables) -> Row | None:
+    """Return the point from which the way home is tightest."""
+    way = tables.result.way_home
+    if way is None or way.tightest is None:
+        return None
+    homeward, time_s = tables.assessment.homeward, way.tightest.time_s
+    ends_s = np.append(homeward.start_s, homeward.flight.time_s)
+    used_wh = float(np.interp(time_s, ends_s, homeward.used_wh))
+    return {
+        "time_min": round(time_s / 60.0, 4),
+        "needed_wh": round(used_wh + way.energy_home_wh, 3),
+    }
+
+
+def limit_rows(battery: BatteryBudget) -> list[Row]:
+    """Return what the battery holds, and where its reserve begins."""
+    above_wh = battery.usable_wh - battery.reserve_wh
+    return [
+        {
+            "limit": "battery",
+            "energy_wh": round(battery.usable_wh, 3),
+            "label": f"battery, {quantity.energy(battery.usable_wh)}",
+        },
+        {
+            "limit": "reserve",
+            "energy_wh": round(above_wh, 3),
+            "label": f"reserve begins, {quantity.energy(above_wh)}",
+        },
+    ]
+
+
+def _heights_m(tables: FlightTables) -> list[float]:
+    """Return the lowest and the highest height to draw, with some room about them. [m AMSL]"""
+    heights = [tables.assessment.route.home_amsl_m]
+    for row in tables.flight:
+        heights += [row[key] for key in _HEIGHTS if row.get(key) is not None]
+    low, high = min(heights), max(heights)
+    room = 0.06 * max(high - low, 10.0)
+    return [round(low - room, 1), round(high + room, 1)]
+
+
+def _time_axis(tables: FlightTables, column: str = "time_min") -> Chart:
+    whole_min = tables.flight[-1]["time_min"]
+    axis = load_altair().X(f"{column}:Q").title(_TIME)
+    return axis.scale(domain=[0.0, whole_min], nice=False)
+
+
+def _panel(chart: Chart, description: str) -> Chart:
+    return chart.properties(width=WIDTH, height=HEIGHT, description=description)
+
+
+def mission_figures(result: CheckResult) -> dict[str, Chart]:
+    """Return every picture of a result by name; the tables behind them are made once.
+
+    Parameters
+    ----------
+    result : CheckResult
+        As `planner.check` returns it.
+
+    Returns
+    -------
+    dict
+        Altair charts: ``map``, ``altitude``, ``speed``, ``power`` and, where it is known, ``energy``.
+
+    Raises
+    ------
+    UsageError
+        If nothing is flown, or Altair is missing.
+    """
+    tables = make_tables(result)
+    return {name: with_data(panel, tables) for name, panel in mission_panels(tables).items()}
+
+
+def mission_panels(tables: FlightTables) -> dict[str, Chart]:
+    """Return every picture of tables by name, without the rows."""
+    panels = {
+        "map": map_panel(tables),
+        "altitude": altitude_panel(tables),
+        "speed": speed_panel(tables),
+        "power": power_panel(tables),
+    }
+    if tables.returns:
+        panels["energy"] = energy_panel(tables)
+    return panels

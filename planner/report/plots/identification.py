@@ -1,0 +1,309 @@
+"""Pictures of an identification, as the article's 3 to 9: what was flown beside what the model says."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.identify.manoeuvres import simulated_answers
+from planner.report.plots.figures import BLUE, GREY, Chart, load_altair
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.arrays import FloatArray
+    from planner.identify.battery import BatteryFit
+    from planner.identify.outcome import Identification, ResponseEvidence
+    from planner.identify.steady import SteadyPower
+    from planner.identify.verification import Verification
+    from planner.logs.record import FlightRecord
+    from planner.report.plots.tables import Row
+    from planner.vehicle.model import VehicleModel
+
+
+WIDTH, HEIGHT = 640, 360
+"""Of a picture. [px]"""
+_LABELS = {
+    "altitude": "Altitude above rest [m]",
+    "speed": "Speed above rest [m/s]",
+    "climb_power": "Power above hover [W]",
+    "descent_power": "Power above hover [W]",
+    "brake_power": "Power above hover [W]",
+}
+_MOST_CURVES = 12
+"""Manoeuvres drawn in one picture: more hide each other."""
+_MOST_SAMPLES = 400
+"""Of each manoeuvre."""
+_CURVE_POINTS = 100
+_95_PERCENT = 1.96
+"""Standard deviations either side of a mean. [-]"""
+_LEVEL_M_S = 0.3
+"""A flight that climbs more slowly is level. [m s⁻¹]"""
+_FLOWN, _MODEL = "flown", "model"
+
+
+def identification_figures(found: Identification) -> dict[str, Chart]:
+    """Return the pictures of an identification by name, only those there are data for.
+
+    Raises
+    ------
+    UsageError
+        If Altair is missing.
+    """
+    evidence, model = found.evidence, found.model
+    figures = {response.name: _response(response) for response in evidence.responses}
+    if evidence.steady:
+        figures["power_over_speed"] = _power_over_speed(evidence.steady, model)
+        if any(abs(one.climb_rate_m_s) > _LEVEL_M_S for one in evidence.steady):
+            figures["power_over_climb"] = _power_over_climb(evidence.steady)
+    if evidence.hovers:
+        figures["hover"] = _hover(evidence.hovers, model)
+    if evidence.battery is not None:
+        figures["battery"] = _battery(evidence.battery)
+    return {
+        name: chart.properties(
+            title=f"{model.name}: {name.replace('_', ' ')}", width=WIDTH, height=HEIGHT
+        )
+        for name, chart in figures.items()
+    }
+
+
+def _response(response: ResponseEvidence) -> Chart:
+    """Figures 3 to 7: each manoeuvre from its command on, and the model's answer."""
+    alt = load_altair()
+    chosen = response.manoeuvres[:_MOST_CURVES]
+    system = response.transfer_function
+    answers = simulated_answers(system.modes, system.delay_s, chosen)
+    rows: list[Row] = []
+    for number, (manoeuvre, answer) in enumerate(zip(chosen, answers, strict=True)):
+        since_s = manoeuvre.time_s - manoeuvre.command_s
+        step = max(1, len(since_s) // _MOST_SAMPLES)
+        for what, values in (
+            (_FLOWN, manoeuvre.answer - manoeuvre.answer_before),
+            (_MODEL, answer),
+        ):
+            rows += [
+                {"manoeuvre": number, "what": what, "time_s": round(t, 3), "answer": round(v, 4)}
+                for t, v in zip(since_s[::step].tolist(), values[::step].tolist(), strict=True)
+            ]
+    layers = [
+        alt.Chart(alt.InlineData(values=rows))
+        .mark_line(strokeWidth=1.2)
+        .encode(
+            x=alt.X("time_s:Q").title("Time after the command [s]").scale(nice=False),
+            y=alt.Y("answer:Q").title(_LABELS[response.name]),
+            detail="manoeuvre:N",
+            **_styles(),
+        )
+    ]
+    if response.window_s is not None:
+        rule = alt.Chart(alt.InlineData(values=[{"time_s": response.window_s}])).encode(
+            x="time_s:Q"
+        )
+        layers += [
+            rule.mark_rule(strokeDash=[2, 3]),
+            rule.mark_text(align="right", dx=-4, baseline="top").encode(
+                y=alt.value(4), text=alt.value("end of the window")
+            ),
+        ]
+    return alt.layer(*layers)
+
+
+def _hover(hovers: Sequence[SteadyPower], model: VehicleModel) -> Chart:
+    """Figure 8: mean power at each level and the law over height."""
+    from planner.vehicle.power import (
+        AltitudeLaw,
+        hover_power_w,
+    )
+
+    heights_m = np.array([hover.height_above_home_m for hover in hovers])
+    law = None
+    if isinstance(model.hover, AltitudeLaw):
+        at_m = np.linspace(max(1.0, 0.8 * heights_m.min()), 1.1 * heights_m.max(), _CURVE_POINTS)
+        power_w = hover_power_w(
+            model.hover, height_above_home_m=at_m, mass_kg=None, air_density_kg_m3=1.0
+        )
+        law = (at_m, power_w)
+    return _points_and_law(
+        [(h.height_above_home_m, h.power_w, h.error_w) for h in hovers],
+        law,
+        x_title="Height above home [m]",
+        y_title="Power [W]",
+    )
+
+
+def _power_over_speed(steady: Sequence[SteadyPower], model: VehicleModel) -> Chart:
+    """Figure 9: power of level flight over airspeed, and the law at the mean density."""
+    from planner.vehicle.power import (
+        WholeLaw,
+        whole_power_w,
+    )
+
+    level = [one for one in steady if abs(one.climb_rate_m_s) < _LEVEL_M_S]
+    law = None
+    if level and isinstance(model.cruise, WholeLaw):
+        at_m_s = np.linspace(0.0, max(one.airspeed_m_s for one in level), _CURVE_POINTS)
+        power_w = whole_power_w(
+            model.cruise,
+            airspeed_m_s=at_m_s,
+            climb_rate_m_s=np.zeros(at_m_s.size),
+            mass_kg=float(np.mean([one.mass_kg or 0.0 for one in level])),
+            air_density_kg_m3=float(np.mean([one.air_density_kg_m3 or 0.0 for one in level])),
+        )
+        law = (at_m_s, power_w)
+    return _points_and_law(
+        [(one.airspeed_m_s, one.power_w, one.error_w) for one in level],
+        law,
+        x_title="Airspeed [m/s]",
+        y_title="Power [W]",
+    )
+
+
+def _power_over_climb(steady: Sequence[SteadyPower]) -> Chart:
+    """Power of vertical flight over climb rate."""
+    return _points_and_law(
+        [
+            (one.climb_rate_m_s, one.power_w, one.error_w)
+            for one in steady
+            if one.airspeed_m_s < 1.0
+        ],
+        None,
+        x_title="Climb rate [m/s]",
+        y_title="Power [W]",
+    )
+
+
+def _battery(battery: BatteryFit) -> Chart:
+    """Open-circuit voltage over the charge that is left."""
+    return _points_and_law(
+        list(zip(battery.ocv_soc, battery.ocv_v, battery.ocv_error_v, strict=True)),
+        (np.array(battery.ocv_soc), np.array(battery.ocv_v)),
+        x_title="State of charge [-]",
+        y_title="Open-circuit voltage [V]",
+    )
+
+
+def _points_and_law(
+    points: Sequence[tuple[float, float, float]],
+    law: tuple[FloatArray, FloatArray] | None,
+    *,
+    x_title: str,
+    y_title: str,
+) -> Chart:
+    """Return what was flown as points with their 95 % range, and a law as a line."""
+    alt = load_altair()
+    rows = [
+        {
+            "x": x,
+            "y": y,
+            "low": y - _95_PERCENT * error,
+            "high": y + _95_PERCENT * error,
+            "what": f"{_FLOWN}, 95 %",
+        }
+        for x, y, error in points
+    ]
+    x_axis = alt.X("x:Q").title(x_title).scale(zero=False)
+    y_axis = alt.Y("y:Q").title(y_title).scale(zero=False)
+    measured = alt.Chart(alt.InlineData(values=rows))
+    layers = [
+        measured.mark_rule(color=GREY, strokeWidth=1.5).encode(
+            x=x_axis, y=alt.Y("low:Q").title(y_title), y2="high:Q"
+        ),
+        measured.mark_point(filled=True, size=45, color=GREY, opacity=1.0).encode(
+            x=x_axis, y=y_axis, shape=alt.Shape("what:N").title("Data")
+        ),
+    ]
+    if law is not None:
+        line = [
+            {"x": round(x, 5), "y": round(y, 5), "what": _MODEL}
+            for x, y in zip(law[0].tolist(), law[1].tolist(), strict=True)
+        ]
+        layers.append(
+            alt.Chart(alt.InlineData(values=line))
+            .mark_line(color=BLUE, strokeWidth=1.8)
+            .encode(x=x_axis, y=y_axis, strokeDash=alt.StrokeDash("what:N").title("Law"))
+        )
+    return alt.layer(*layers)
+
+
+def _styles() -> dict[str, Any]:
+    """Return how flown and modelled curves are told apart: by colour and by dashes."""
+    alt = load_altair()
+    domain = [_FLOWN, _MODEL]
+    return {
+        "color": alt.Color("what:N").title("Curve").scale(domain=domain, range=[GREY, BLUE]),
+        "strokeDash": alt.StrokeDash("what:N")
+        .title("Curve")
+        .scale(domain=domain, range=[[1, 0], [6, 2]]),
+    }
+
+
+VERIFICATION_WIDTH, VERIFICATION_HEIGHT = 720, 160
+"""Of a panel. [px]"""
+MOST_ROWS = 2_000
+"""Of each flight."""
+_PANELS = (
+    ("power_w", "Power [W]"),
+    ("height_above_home_m", "Height above home [m]"),
+    ("ground_speed_m_s", "Ground speed [m/s]"),
+)
+_AS_FLOWN, _PREDICTED = "flown", "predicted"
+
+
+def verification_figure(one: Verification, *, title: str = "") -> Chart:
+    """Return a flight and its prediction, one over the other, over the time since they began.
+
+    Parameters
+    ----------
+    one : Verification
+        What to draw.
+    title : str
+        Above the panels.
+
+    Raises
+    ------
+    UsageError
+        If Altair is missing.
+    """
+    alt = load_altair()
+    rows = _rows(one.flown, _AS_FLOWN) + _rows(one.foreseen, _PREDICTED)
+    domain = [_AS_FLOWN, _PREDICTED]
+    panels = [
+        alt.Chart(alt.InlineData(values=rows, name="flights"))
+        .mark_line(strokeWidth=1.5)
+        .encode(
+            x=alt.X("time_s:Q").title("Time [s]").scale(nice=False),
+            y=alt.Y(f"{column}:Q").title(label),
+            color=alt.Color("flight:N").title("Flight").scale(domain=domain, range=[GREY, BLUE]),
+            strokeDash=alt.StrokeDash("flight:N")
+            .title("Flight")
+            .scale(domain=domain, range=[[1, 0], [6, 2]]),
+        )
+        .properties(width=VERIFICATION_WIDTH, height=VERIFICATION_HEIGHT)
+        for column, label in _PANELS
+    ]
+    named = {"title": title} if title else {}
+    return alt.vconcat(*panels, **named).properties(
+        description="Power, height and ground speed over time, flown and predicted"
+    )
+
+
+def _rows(record: FlightRecord, flight: str) -> list[Row]:
+    """Return some samples of a flight, evenly chosen; ``None`` where the record knows nothing."""
+    count = len(record.time_s)
+    chosen = np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(np.intp)
+    time_s = np.round(record.time_s[chosen], 2).tolist()
+    columns = [_column(getattr(record, name), chosen) for name, _ in _PANELS]
+    names = ("flight", "time_s", *(name for name, _ in _PANELS))
+    return [
+        dict(zip(names, row, strict=True))
+        for row in zip([flight] * len(time_s), time_s, *columns, strict=True)
+    ]
+
+
+def _column(values: Any, chosen: Any) -> list[float | None]:  # noqa: ANN401 - arrays of a record
+    return [
+        round(value, 2) if np.isfinite(value) else None
+        for value in np.asarray(values, np.float64)[chosen].tolist()
+    ]

@@ -1,0 +1,508 @@
+"""Tables behind the pictures of a flight: what it looks like over time, and where it goes.
+
+They have a bounded number of rows, however long the flight: of each short time the first sample and
+the extremes are kept, of the path the corners that can be seen.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.errors import UsageError
+from planner.findings import Severity
+from planner.flight.motion.kinematics import STATES
+from planner.flight.return_profile import return_profile
+from planner.flight.trace import sample_trace
+from planner.flight.uncertainty import predict_energy_band
+from planner.frozen import frozen
+from planner.geo.fence import FencePolygon
+from planner.geo.path import swept_areas
+from planner.mission.route.stage import StageKind
+from planner.rules.fenced_flight import make_fenced_flight
+from planner.units import wh_from_j
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray, IntArray
+    from planner.flight.trace import Trace
+    from planner.geo.fence import FenceCircle
+    from planner.geo.geodesy import LocalFrame
+    from planner.report.plots.figures import Chart
+    from planner.rules.assessment import Assessment
+    from planner.service import CheckResult
+
+
+_MOST_POINTS = 1_500
+"""Corners of all areas together; more are thinned out."""
+_DOT = 1.0 / 1_000
+"""What an outline may be off at first, as a share of the extent of the flight. [-]"""
+_ALIKE_DIGITS = 1
+"""Legs flown again and again, to a tenth of a metre, are one: a union of many takes long."""
+_LEAST_M = 0.1
+"""A finer dot shows nothing more. [m]"""
+_ARC_POINTS = 4
+"""Of a quarter turn."""
+
+
+def stop_room_rows(assessment: Assessment) -> list[Row]:
+    """Return what a flight would pass over if it were told to stop anywhere, a row per corner.
+
+    Around every place of the path it is the way straight ahead until the vehicle stands still (to
+    react, to stop, what the wind adds), and the margin by which its position may be wrong: where that
+    reaches over a fence there is a finding F102.
+
+    Parameters
+    ----------
+    assessment : Assessment
+        What is flown; without a fence there is no such area, nor where none of it could be seen.
+
+    Returns
+    -------
+    list
+        ``area``, ``order``, ``east_m``, ``north_m``; an area with holes is one line that goes there
+        and back, round each hole the other way, so that it is filled as it should be.
+    """
+    if not assessment.mission.fence:
+        return []
+    import shapely
+
+    flown = make_fenced_flight(assessment)
+    dot_m = _DOT * float(np.ptp(flown.points_m, axis=0).max())
+    farthest_m = float(np.hypot(*(flown.stopped_m - flown.points_m).T).max()) + flown.margin_m
+    if farthest_m < dot_m:
+        return []
+    stretch, legs = _stretches(flown.path.length_m, dot_m), np.arange(len(flown.path.item))
+    ahead = np.concatenate(
+        [points[rows] for points in (flown.points_m, flown.stopped_m) for rows in (legs, legs + 1)]
+    )
+    hulls = swept_areas(np.round(ahead, _ALIKE_DIGITS), np.tile(stretch, 4)).hulls
+    _, first = np.unique(shapely.to_wkb(shapely.normalize(hulls)), return_index=True)
+    # widened one by one: hulls of legs straight ahead are slivers, which a union may lose
+    room = shapely.union_all(shapely.buffer(hulls[first], flown.margin_m, quad_segs=_ARC_POINTS))
+    outline = shapely.simplify(room, dot_m)
+    while shapely.get_num_coordinates(outline) > _MOST_POINTS:
+        dot_m *= 2.0
+        outline = shapely.simplify(room, dot_m)
+    rows: list[Row] = []
+    for number, polygon in enumerate(shapely.get_parts(outline), start=1):
+        places = _single_line(polygon)
+        degrees = flown.frame.latitude_longitude_deg(places[:, 0], places[:, 1])
+        east_m, north_m = assessment.route.frame.east_north_m(*degrees)
+        rows += [
+            {"area": number, "order": order, "east_m": round(east, 1), "north_m": round(north, 1)}
+            for order, (east, north) in enumerate(
+                zip(east_m.tolist(), north_m.tolist(), strict=True)
+            )
+        ]
+    return rows
+
+
+def _stretches(length_m: FloatArray, short_m: float) -> IntArray:
+    """Return the stretch each leg is part of, from 0: legs that are short together make one. (n,)"""
+    middle_m = np.cumsum(length_m) - 0.5 * length_m
+    bins = np.floor(middle_m / max(short_m, _LEAST_M))
+    return np.cumsum(np.diff(bins, prepend=bins[0]) != 0.0)
+
+
+def _single_line(polygon: Any) -> FloatArray:  # noqa: ANN401 - shapely has no types
+    """Return the outline of an area and of its holes as one line. (n, 2) [m]"""
+    from shapely.geometry.polygon import orient
+
+    turned = orient(polygon)
+    outside = np.asarray(turned.exterior.coords)
+    pieces = [outside]
+    for hole in turned.interiors:
+        pieces += [np.asarray(hole.coords), outside[:1]]
+    return np.concatenate(pieces)
+
+
+Row = dict[str, Any]
+
+_CIRCLE_POINTS = 72
+_EDGE_POINTS = 8
+"""Fence edges are straight in degrees, thus bent in metres."""
+_MOST_ITEMS = 1_500
+"""Of more items only some are marked, evenly chosen: the path shows the others."""
+
+
+def item_rows(assessment: Assessment) -> list[Row]:
+    """Return the places of the items that are flown, a row each, but for a great many."""
+    frame = assessment.route.frame
+    stages = {stage.item: stage for stage in assessment.route.stages}
+    chosen = list(stages)[:: 1 + len(stages) // _MOST_ITEMS]
+    stages = {item: stages[item] for item in chosen}
+    latitude_deg, longitude_deg = frame.latitude_longitude_deg(
+        np.array([stage.east_m for stage in stages.values()]),
+        np.array([stage.north_m for stage in stages.values()]),
+    )
+    return [
+        _place("item", f"item {item}: {stage.kind}", frame, latitude, longitude)
+        | {"item": item, "short": str(item)}
+        for (item, stage), latitude, longitude in zip(
+            stages.items(), latitude_deg.tolist(), longitude_deg.tolist(), strict=True
+        )
+    ]
+
+
+def place_rows(assessment: Assessment) -> list[Row]:
+    """Return home and the rally points, a row each."""
+    frame = assessment.route.frame
+    home = _place("home", "home", frame, frame.latitude_deg, frame.longitude_deg)
+    rally = [
+        _place(
+            "rally point", f"rally point {number}", frame, place.latitude_deg, place.longitude_deg
+        )
+        | {"short": f"R{number}"}
+        for number, place in enumerate(assessment.mission.rally, start=1)
+    ]
+    return [home | {"short": "H"}, *rally]
+
+
+def fence_rows(assessment: Assessment) -> list[Row]:
+    """Return the outlines of the fence's areas, closed, a row per point."""
+    fence, frame = assessment.mission.fence, assessment.route.frame
+    if fence is None:
+        return []
+    areas: tuple[FencePolygon | FenceCircle, ...] = (*fence.polygons, *fence.circles)
+    rows: list[Row] = []
+    for number, area in enumerate(areas, start=1):
+        east_m, north_m = _outline(area, frame)
+        rows += [
+            {
+                "area": number,
+                "kind": "stay inside" if area.inclusion else "keep out",
+                "order": order,
+                "east_m": round(east, 1),
+                "north_m": round(north, 1),
+            }
+            for order, (east, north) in enumerate(
+                zip(east_m.tolist(), north_m.tolist(), strict=True)
+            )
+        ]
+    return rows
+
+
+def stretch_rows(result: CheckResult) -> list[Row]:
+    """Return where over ground findings are, a row per point; ``finding`` counts as in the result."""
+    if result.assessment is None:
+        return []
+    frame = result.assessment.route.frame
+    return [
+        {
+            "finding": number,
+            "code": finding.code,
+            "part": part,
+            "order": order,
+            **_metres(frame, *point_deg),
+        }
+        for number, finding in enumerate(result.findings)
+        if finding.severity > Severity.INFO and finding.stretch is not None
+        for part, line_deg in enumerate(finding.stretch.lines_deg)
+        for order, point_deg in enumerate(line_deg)
+    ]
+
+
+def _outline(area: FencePolygon | FenceCircle, frame: LocalFrame) -> tuple[FloatArray, FloatArray]:
+    if isinstance(area, FencePolygon):
+        corners = np.array([*area.vertices_deg, area.vertices_deg[0]])
+        steps = np.linspace(0.0, len(corners) - 1, (len(corners) - 1) * _EDGE_POINTS + 1)
+        whole = np.arange(len(corners))
+        return frame.east_north_m(
+            np.interp(steps, whole, corners[:, 0]), np.interp(steps, whole, corners[:, 1])
+        )
+    turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE_POINTS + 1)
+    east_m, north_m = frame.east_north_m(area.latitude_deg, area.longitude_deg)
+    return east_m + area.radius_m * np.sin(turn), north_m + area.radius_m * np.cos(turn)
+
+
+def _metres(frame: LocalFrame, latitude_deg: float, longitude_deg: float) -> Row:
+    east_m, north_m = frame.east_north_m(latitude_deg, longitude_deg)
+    return {"east_m": round(float(east_m), 1), "north_m": round(float(north_m), 1)}
+
+
+def _place(
+    kind: str, label: str, frame: LocalFrame, latitude_deg: float, longitude_deg: float
+) -> Row:
+    return {
+        "kind": kind,
+        "label": label,
+        **_metres(frame, latitude_deg, longitude_deg),
+        "latitude_deg": round(latitude_deg, 7),
+        "longitude_deg": round(longitude_deg, 7),
+    }
+
+
+MOST_ROWS = 2_400
+"""Of a table over time; finer than the dots of a screen."""
+_SAMPLES = 20_000
+"""Looked at for that."""
+_EXTREMES = 7
+"""Rows kept of each short time: the first, and the extremes of power, altitude and speed."""
+_LANDINGS = (StageKind.LAND, StageKind.RETURN)
+"""Where the vehicle lands anyway: nothing is left to turn back from."""
+_BAND_POINTS = 121
+"""Times that the spread of the energy is looked at."""
+_BANDS = 500
+"""Most bands of states; with more, each shows what takes most of its time."""
+_PATH_TOLERANCE = 1.0 / 4_000
+"""What a simplified path may be off, as a share of its extent: a quarter of a dot. [-]"""
+
+
+@frozen(eq=False)
+class FlightTables:
+    """A result, and the rows of its pictures."""
+
+    result: CheckResult
+    assessment: Assessment
+    flight: list[Row]
+    """Samples over time; power and energy are left out where they are not known."""
+    path: list[Row]
+    """Samples of the way over ground."""
+    states: list[Row]
+    """Stretches of one state."""
+    returns: list[Row]
+    """What it would take to get home; empty where the power is not known."""
+    marks: list[Row]
+    """Items, home and rally points."""
+    fence: list[Row]
+    """Outlines of its areas."""
+    stretches: list[Row]
+    """Where over ground findings are."""
+    room: list[Row]
+    """What the flight would pass over if told to stop; empty without a fence."""
+    band: list[Row]
+    """Energy that one flight of ten stays below, and one exceeds; empty without a spread."""
+
+    @property
+    def named(self) -> dict[str, list[Row]]:
+        """The rows that pictures name; those that hold any."""
+        rows = {
+            "flight": self.flight,
+            "path": self.path,
+            "states": self.states,
+            "returns": self.returns,
+            "marks": self.marks,
+            "fence": self.fence,
+            "stretches": self.stretches,
+            "room": self.room,
+            "band": self.band,
+        }
+        return {name: table for name, table in rows.items() if table}
+
+
+def make_tables(result: CheckResult, *, most_rows: int = MOST_ROWS) -> FlightTables:
+    """Return the tables of a result.
+
+    Raises
+    ------
+    UsageError
+        If nothing is flown, of which there is no picture.
+    """
+    assessment = result.assessment
+    if assessment is None:
+        msg = f"{result.file}: nothing is flown, so there is nothing to draw"
+        raise UsageError(msg)
+    trace = sample_trace(assessment.flight, assessment.route, most_samples=_SAMPLES)
+    return FlightTables(
+        result=result,
+        assessment=assessment,
+        flight=_flight_rows(assessment, trace, most_rows),
+        path=path_rows(assessment, trace),
+        states=_state_rows(assessment),
+        returns=_return_rows(assessment, most_rows) if assessment.vehicle.is_power_known else [],
+        marks=item_rows(assessment) + place_rows(assessment),
+        fence=fence_rows(assessment),
+        stretches=stretch_rows(result),
+        room=stop_room_rows(assessment),
+        band=_band_rows(assessment),
+    )
+
+
+def with_data(chart: Chart, tables: FlightTables) -> Chart:
+    """Return a chart with the rows it names: it can be shown as it is."""
+    text = str(chart.to_dict(validate=False))
+    # Set as an item: a property would have every row checked.
+    chart["datasets"] = {
+        name: rows for name, rows in tables.named.items() if f"'name': '{name}'" in text
+    }
+    return chart
+
+
+def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[Row]:
+    known = assessment.vehicle.is_power_known
+    kept = _extremes(
+        trace.time_s,
+        (trace.power_w, trace.altitude_amsl_m, trace.ground_speed_m_s),
+        most_rows // _EXTREMES,
+    )
+    east_m, north_m = assessment.route.frame.east_north_m(trace.latitude_deg, trace.longitude_deg)
+    columns = {
+        "time_min": _rounded(trace.time_s / 60.0, 4),
+        "item": trace.item.tolist(),
+        "altitude_amsl_m": _rounded(trace.altitude_amsl_m, 2),
+        "speed_m_s": _rounded(trace.ground_speed_m_s, 2),
+        "east_m": _rounded(east_m, 1),
+        "north_m": _rounded(north_m, 1),
+        "state": list(trace.state),
+    }
+    if known:
+        columns["power_w"] = _rounded(trace.power_w, 1)
+        columns["used_wh"] = _rounded(_used_wh(assessment, trace), 3)
+    if assessment.terrain is not None:
+        ground_m = assessment.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
+        columns["ground_amsl_m"] = _rounded(ground_m.filled(np.nan), 1)
+    return _rows(columns, kept)
+
+
+def path_rows(assessment: Assessment, trace: Trace, chosen: slice = slice(None)) -> list[Row]:
+    """Return the way over ground, a row for each corner that can be seen.
+
+    Parameters
+    ----------
+    assessment : Assessment
+        What is flown.
+    trace : Trace
+        Its samples.
+    chosen : slice
+        Which of them.
+    """
+    import shapely
+
+    east_m, north_m = assessment.route.frame.east_north_m(
+        trace.latitude_deg[chosen], trace.longitude_deg[chosen]
+    )
+    number = np.arange(len(east_m), dtype=np.float64)
+    kept = np.arange(len(east_m))
+    if len(kept) > 2:
+        extent_m = float(max(np.ptp(east_m), np.ptp(north_m)))
+        line = shapely.LineString(np.column_stack((east_m, north_m, number)))
+        thin = shapely.simplify(line, _PATH_TOLERANCE * extent_m, preserve_topology=False)
+        kept = shapely.get_coordinates(thin, include_z=True)[:, 2].astype(np.intp)
+    columns = {
+        "time_min": _rounded(trace.time_s[chosen] / 60.0, 4),
+        "item": trace.item[chosen].tolist(),
+        "east_m": _rounded(east_m, 1),
+        "north_m": _rounded(north_m, 1),
+    }
+    return _rows(columns, kept)
+
+
+def _state_rows(assessment: Assessment) -> list[Row]:
+    columns = assessment.flight.motion.segments
+    state, end_s = columns.state, columns.end_s
+    last = np.flatnonzero(np.diff(state, append=-1))
+    bands = list(
+        zip(
+            state[last].tolist(),
+            [0.0, *end_s[last[:-1]].tolist()],
+            end_s[last].tolist(),
+            strict=True,
+        )
+    )
+    if len(bands) > _BANDS:
+        bands = _coarse_bands(state, end_s)
+    return [
+        {
+            "state": STATES[index].value,
+            "start_min": round(start_s / 60.0, 4),
+            "end_min": round(stop_s / 60.0, 4),
+        }
+        for index, start_s, stop_s in bands
+    ]
+
+
+def _coarse_bands(state: IntArray, end_s: FloatArray) -> list[tuple[int, float, float]]:
+    """Return even bands with the state that takes most of the time of each, neighbours joined."""
+    edges_s = np.linspace(0.0, float(end_s[-1]), _BANDS + 1)
+    spent_s = np.zeros((len(STATES), _BANDS))
+    for index in range(len(STATES)):
+        of_state_s = np.cumsum(np.where(state == index, np.diff(end_s, prepend=0.0), 0.0))
+        until_s = np.interp(
+            edges_s, np.concatenate(([0.0], end_s)), np.concatenate(([0.0], of_state_s))
+        )
+        spent_s[index] = np.diff(until_s)
+    most = spent_s.argmax(axis=0).tolist()
+    bands = []
+    for index, group in groupby(range(_BANDS), key=most.__getitem__):
+        members = list(group)
+        bands.append((int(index), float(edges_s[members[0]]), float(edges_s[members[-1] + 1])))
+    return bands
+
+
+def _return_rows(assessment: Assessment, most_rows: int) -> list[Row]:
+    profile = return_profile(assessment.homeward)
+    landing = [stage.item for stage in assessment.route.stages if stage.kind in _LANDINGS]
+    turning = np.flatnonzero(~np.isin(profile.item, landing))
+    needed_wh = profile.used_wh + profile.return_wh
+    columns = {
+        "time_min": _rounded(profile.time_s / 60.0, 4),
+        "item": profile.item.tolist(),
+        "return_wh": _rounded(profile.return_wh, 3),
+        "needed_wh": _rounded(needed_wh, 3),
+    }
+    kept = _extremes(profile.time_s[turning], (needed_wh[turning],), most_rows // _EXTREMES)
+    return _rows(columns, turning[kept])
+
+
+def _band_rows(assessment: Assessment) -> list[Row]:
+    if assessment.vehicle.spread is None:
+        return []
+    columns = assessment.flight.motion.segments
+    even_s = np.linspace(0.0, assessment.flight.time_s, _BAND_POINTS)[1:]
+    segments = np.unique(np.searchsorted(columns.end_s, even_s).clip(max=len(columns.end_s) - 1))
+    band = predict_energy_band(
+        assessment.homeward,
+        assessment.conditions,
+        segments,
+        spread=assessment.vehicle.spread,
+        charge=(assessment.charge, assessment.charge_sd),
+    )
+    if band is None:
+        return []
+    at_start = np.zeros(1)
+    times_s = np.concatenate((at_start, columns.end_s[segments]))
+    low_wh, high_wh = (np.concatenate((at_start, wh)) for wh in band)
+    rows = {
+        "time_min": _rounded(times_s / 60.0, 4),
+        "p10_wh": _rounded(low_wh, 3),
+        "p90_wh": _rounded(high_wh, 3),
+    }
+    return _rows(rows, np.arange(len(times_s)))
+
+
+def _used_wh(assessment: Assessment, trace: Trace) -> FloatArray:
+    """Return the energy used by each sample: exact where segments end, by the powers between."""
+    ends_s = np.concatenate(([0.0], assessment.flight.motion.segments.end_s))
+    ends_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(assessment.flight.segment_energy_j))))
+    steps_j = 0.5 * (trace.power_w[1:] + trace.power_w[:-1]) * np.diff(trace.time_s)
+    rough_wh = np.concatenate(([0.0], np.cumsum(wh_from_j(steps_j))))
+    rough_at_ends_wh = np.interp(ends_s, trace.time_s, rough_wh)
+    missing_wh = np.interp(trace.time_s, ends_s, ends_wh - rough_at_ends_wh)
+    used_wh: FloatArray = rough_wh + missing_wh
+    return used_wh
+
+
+def _extremes(time_s: FloatArray, columns: tuple[FloatArray, ...], buckets: int) -> IntArray:
+    """Return the rows to keep: the first of each bucket of time, the last, and the extremes."""
+    count = len(time_s)
+    if count <= _EXTREMES * buckets:
+        return np.arange(count)
+    bucket = np.minimum((time_s / time_s[-1] * buckets).astype(np.intp), buckets - 1)
+    kept = [np.flatnonzero(np.diff(bucket, prepend=-1)), np.array([count - 1])]
+    for column in columns:
+        for values in (column, -column):
+            order = np.lexsort((values, bucket))  # the highest of a bucket stands last in it
+            kept.append(order[np.flatnonzero(np.diff(bucket[order], append=-1))])
+    return np.unique(np.concatenate(kept))
+
+
+def _rounded(values: FloatArray, digits: int) -> list[float | None]:
+    return [None if value != value else value for value in np.round(values, digits).tolist()]  # noqa: PLR0124 - NaN is not itself
+
+
+def _rows(columns: dict[str, list[Any]], kept: IntArray) -> list[Row]:
+    chosen = kept.tolist()
+    lists = [[column[index] for index in chosen] for column in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*lists, strict=True)]

@@ -1,0 +1,246 @@
+"""What goes wrong on a line: each fault by chance, but the same for the same seed."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from typing import TYPE_CHECKING, Any
+
+from planner.errors import UsageError
+from planner.frozen import frozen
+from planner.simulator.setup import Misbehaviour
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+
+_LONGEST_HOLD_S = 0.3
+"""A frame that is to be overtaken is held back for up to this. [s]"""
+_DUPLICATE_S = 0.01
+_MOST_GARBAGE = 40
+_SHARES = ("loss", "duplication", "reordering", "garbage", "truncation")
+ITEMS = frozenset({"MISSION_ITEM_INT", "MISSION_ITEM"})
+"""Messages that are cut short."""
+
+
+@frozen
+class DirectionFaults:
+    """What happens to frames on their way in one direction."""
+
+    loss: float = 0.0
+    """Share of the frames that do not arrive. [-]"""
+    duplication: float = 0.0
+    """Share that arrive twice. [-]"""
+    reordering: float = 0.0
+    """Share that later ones overtake. [-]"""
+    delay_s: float = 0.0
+    """How long every frame is on its way. [s]"""
+    garbage: float = 0.0
+    """Share that have bytes before them that are none of theirs. [-]"""
+    truncation: float = 0.0
+    """Share of the mission items whose frame is cut short. [-]"""
+
+    def __post_init__(self) -> None:
+        for name in _SHARES:
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                msg = f"{name} is a share from 0 to 1, got {getattr(self, name)}"
+                raise ValueError(msg)
+        if not self.delay_s >= 0.0:
+            msg = f"a delay cannot be {self.delay_s} s"
+            raise ValueError(msg)
+
+
+@frozen
+class LineFaults:
+    """What goes wrong on a line, in both directions."""
+
+    to_vehicle: DirectionFaults = DirectionFaults()
+    from_vehicle: DirectionFaults = DirectionFaults()
+    silent_after: int | None = None
+    """So many messages of transfers pass, either way, then nothing does; ``None``: it never ends."""
+    silence_s: float = float("inf")
+    """How long nothing passes. [s]"""
+    seed: int = 0
+
+
+class Direction:
+    """Frames on their way in one direction.
+
+    Parameters
+    ----------
+    faults : DirectionFaults
+        What happens to them.
+    seed : int
+        Of the chance by which it does.
+    """
+
+    def __init__(self, faults: DirectionFaults, seed: int) -> None:
+        self._faults = faults
+        self._random = random.Random(seed)
+
+    def arrivals_s(self, now_s: float) -> Iterator[float]:
+        """Yield when a frame that is sent now arrives: never, once or twice. [s]"""
+        # Every chance is drawn for every frame: one fault does not change when another one strikes.
+        lost, doubled, overtaken, held = (self._random.random() for _ in range(4))
+        faults = self._faults
+        if lost < faults.loss:
+            return
+        arrival_s = now_s + faults.delay_s
+        if overtaken < faults.reordering:
+            arrival_s += held * _LONGEST_HOLD_S
+        yield arrival_s
+        if doubled < faults.duplication:
+            yield arrival_s + _DUPLICATE_S
+
+    def damaged(self, frame: bytes, *, is_item: bool) -> bytes:
+        """Return a frame as it arrives: cut short, or with garbage before it."""
+        spoilt, cut, length, where = (self._random.random() for _ in range(4))
+        if is_item and cut < self._faults.truncation:
+            frame = frame[: 1 + int(where * (len(frame) - 1))]
+        if spoilt < self._faults.garbage:
+            garbage = self._random.randbytes(1 + int(length * _MOST_GARBAGE))
+            frame = garbage + frame
+        return frame
+
+
+_BY_DIRECTION = {**dict.fromkeys(_SHARES), "delay": "delay_s"}
+_OUTWARDS_ALONE = frozenset({"garbage", "truncation"})
+"""What is done to the bytes that the vehicle sends."""
+_IN, _OUT = "-in", "-out"
+_EVENT = re.compile(r"[a-z][a-z0-9_]*")
+_EXAMPLE = "loss=20%,delay=0.2,silence=12:30"
+KNOWN = (*_BY_DIRECTION, "silence", "count", "twin", "reject", "event", "seed")
+
+
+@frozen
+class Faults:
+    """What goes wrong, on the line and on the vehicle."""
+
+    line: LineFaults = LineFaults()
+    vehicle: Misbehaviour = Misbehaviour()
+
+
+def read_faults(text: str) -> Faults:
+    """Return the faults that a text names.
+
+    Parameters
+    ----------
+    text : str
+        Between commas: a share (``loss``, ``duplication``, ``reordering``, ``garbage``,
+        ``truncation``) as ``20%`` or ``0.2``; ``delay`` in seconds; ``-in`` or ``-out`` after the
+        name for what goes to or comes from the vehicle alone; ``silence=K`` after K messages of
+        transfers, ``silence=K:S`` for S seconds; ``count=+2`` for wrong counts; ``twin``;
+        ``reject=TEXT`` said after uploads, ``event=NAME`` reported after them; ``seed``.
+
+    Raises
+    ------
+    UsageError
+        If it names none.
+    """
+    ways: dict[str, dict[str, float]] = {_IN: {}, _OUT: {}}
+    line: dict[str, Any] = {}
+    vehicle: dict[str, Any] = {}
+    for part in (part.strip() for part in text.split(",") if part.strip()):
+        name, _, value = part.partition("=")
+        try:
+            _take(name.strip(), value.strip(), ways, line, vehicle)
+        except ValueError as error:
+            msg = f"{part!r} is no fault: {error}; known are {', '.join(KNOWN)}, such as {_EXAMPLE}"
+            raise UsageError(msg) from error
+    try:
+        directions = (DirectionFaults(**ways[_IN]), DirectionFaults(**ways[_OUT]))
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    return Faults(
+        line=LineFaults(to_vehicle=directions[0], from_vehicle=directions[1], **line),
+        vehicle=Misbehaviour(**vehicle),
+    )
+
+
+def _take(
+    name: str,
+    value: str,
+    ways: dict[str, dict[str, float]],
+    line: dict[str, Any],
+    vehicle: dict[str, Any],
+) -> None:
+    """Note one fault; ``ValueError`` where it is none."""
+    others: dict[str, Callable[[], None]] = {
+        "count": lambda: vehicle.update(count_error=_whole(value)),
+        "twin": lambda: vehicle.update(has_twin=_truth(value)),
+        "reject": lambda: vehicle.update(rejection=_given(value)),
+        "event": lambda: vehicle.update(event=_event(value)),
+        "seed": lambda: line.update(seed=_whole(value)),
+        "silence": lambda: line.update(_silence(value)),
+    }
+    if name in others:
+        others[name]()
+        return
+    stem = name.removesuffix(_IN).removesuffix(_OUT)
+    if stem not in _BY_DIRECTION:
+        msg = "no such name"
+        raise ValueError(msg)
+    if name == stem + _IN and stem in _OUTWARDS_ALONE:
+        msg = f"{stem} is only of what comes from the vehicle"
+        raise ValueError(msg)
+    number = _number(value.removesuffix("%")) / (100.0 if value.endswith("%") else 1.0)
+    for way, faults in ways.items():
+        is_meant = name == stem + way or (
+            name == stem and not (way == _IN and stem in _OUTWARDS_ALONE)
+        )
+        if is_meant:
+            faults[_BY_DIRECTION[stem] or stem] = number
+
+
+def _silence(value: str) -> dict[str, float]:
+    after, _, duration_s = value.partition(":")
+    found: dict[str, float] = {"silent_after": _whole(after)}
+    if found["silent_after"] < 0:
+        msg = f"{after} messages cannot pass"
+        raise ValueError(msg)
+    if duration_s:
+        found["silence_s"] = _number(duration_s)
+    return found
+
+
+def _number(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError as error:
+        msg = f"{text!r} is no number" if text else "it says not how much"
+        raise ValueError(msg) from error
+    if not 0.0 <= number < math.inf:
+        msg = f"{text} is less than 0, or without end"
+        raise ValueError(msg)
+    return number
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError as error:
+        msg = f"{text!r} is no whole number" if text else "it says not how many"
+        raise ValueError(msg) from error
+
+
+def _truth(text: str) -> bool:
+    """Return that it is so; it is by being named."""
+    if text:
+        msg = "it takes no value"
+        raise ValueError(msg)
+    return True
+
+
+def _given(text: str) -> str:
+    if not text:
+        msg = "it says not what"
+        raise ValueError(msg)
+    return text
+
+
+def _event(text: str) -> str:
+    if not _EVENT.fullmatch(text):
+        msg = f"{text!r} is no name of an event, such as navigator_mis_geofence_violation"
+        raise ValueError(msg)
+    return text

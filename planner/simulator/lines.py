@@ -1,0 +1,288 @@
+"""Simulated vehicles at the end of a line with faults: bytes in, bytes out, and no clock."""
+
+from __future__ import annotations
+
+import heapq
+import select
+import socket
+import time
+from collections import deque
+from contextlib import suppress
+from dataclasses import replace
+from itertools import count
+from typing import TYPE_CHECKING
+
+from planner.frozen import frozen
+from planner.link.codec import Codec
+from planner.link.mission_transfer import MissionKind
+from planner.simulator.faults import ITEMS, Direction, LineFaults
+from planner.simulator.vehicle import SimulatedVehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from planner.link.address import LinkAddress
+    from planner.link.codec import Message
+    from planner.simulator.servers import FileServer
+    from planner.simulator.setup import VehicleSetup
+    from planner.simulator.vehicle import Predict
+
+
+_TRANSFERS = ("MISSION_", "PARAM_", "LOG_", "FILE_TRANSFER_PROTOCOL")
+_NO_TRANSFER = frozenset({"MISSION_CURRENT", "MISSION_ITEM_REACHED"})
+_TWIN_NORTH_DEG = 0.001
+"""The second vehicle stands 111 m away."""
+
+
+@frozen
+class Passed:
+    """One message that was put on the line, whether it arrived or not."""
+
+    is_to_vehicle: bool
+    message: Message
+    time_s: float
+
+
+class SimulatedWire:
+    """One vehicle, or two that say they are one, behind a line with faults.
+
+    Parameters
+    ----------
+    vehicle : SimulatedVehicle
+        Who answers.
+    faults : LineFaults, optional
+        What goes wrong; default nothing.
+    predict : callable, optional
+        Of the vehicle's twin, where its set-up says that it has one.
+    """
+
+    def __init__(
+        self,
+        vehicle: SimulatedVehicle,
+        faults: LineFaults | None = None,
+        *,
+        predict: Predict = lambda _: None,
+    ) -> None:
+        faults = faults or LineFaults()
+        self.vehicle = vehicle
+        self._vehicles = [vehicle]
+        if vehicle.setup.misbehaviour.has_twin:
+            self._vehicles.append(SimulatedVehicle(_twin(vehicle.setup), predict))
+        self._faults = faults
+        self._file_server: FileServer | None = None
+        self._inwards = Direction(faults.to_vehicle, faults.seed)
+        self._outwards = Direction(faults.from_vehicle, faults.seed + 1)
+        self._encoders = [Codec(one.setup.system, one.setup.component) for one in self._vehicles]
+        self._decoders: dict[Hashable, Codec] = {}
+        self._order = count()
+        self._coming: list[tuple[float, int, Message]] = []
+        self._going: list[tuple[float, int, bytes]] = []
+        self._transferred = 0
+        self._silent_until_s: float | None = None
+        self.on_message: Callable[[Passed], None] | None = None
+        """Told every message that either side puts on the line."""
+
+    @property
+    def deadline_s(self) -> float:
+        """When `due` has something to do. [s]"""
+        deadlines = [one.deadline_s for one in self._vehicles]
+        deadlines += [waiting[0][0] for waiting in (self._coming, self._going) if waiting]
+        return min(deadlines)
+
+    def serve_files(self, server: FileServer) -> None:
+        """Have MAVFTP answered, which otherwise nobody does."""
+        self._file_server = server
+
+    def receive(self, data: bytes, now_s: float, peer: Hashable = None) -> None:
+        """Take bytes of a ground station; what comes of them is sent when it is `due`."""
+        if peer not in self._decoders:
+            self._decoders[peer] = Codec(0, 0)
+        for received in self._decoders[peer].decode(data):
+            self._note(received, now_s, is_to_vehicle=True)
+            if self._is_silent(received, now_s):
+                continue
+            for arrival_s in self._inwards.arrivals_s(now_s):
+                heapq.heappush(self._coming, (arrival_s, next(self._order), received))
+
+    def due(self, now_s: float) -> list[bytes]:
+        """Return the frames that arrive at the ground station by now."""
+        while self._coming and self._coming[0][0] <= now_s:
+            self._deliver(heapq.heappop(self._coming)[2], now_s)
+        for index, vehicle in enumerate(self._vehicles):
+            if vehicle.deadline_s <= now_s:
+                for sent in vehicle.expire(now_s):
+                    self._send(sent, index, now_s)
+        if self._file_server is not None:
+            for sent in self._file_server.answers():
+                self._send(sent, 0, now_s)
+        arrived = []
+        while self._going and self._going[0][0] <= now_s:
+            arrived.append(heapq.heappop(self._going)[2])
+        return arrived
+
+    def _deliver(self, received: Message, now_s: float) -> None:
+        """Give a message to everyone on the vehicle's end."""
+        for index, vehicle in enumerate(self._vehicles):
+            for sent in vehicle.feed(received, now_s):
+                self._send(sent, index, now_s)
+        if self._file_server is not None:
+            self._file_server.take(received)
+
+    def _send(self, sent: Message, index: int, now_s: float) -> None:
+        """Put a message of a vehicle on the line."""
+        self._note(sent, now_s, is_to_vehicle=False)
+        frame = self._encoders[index].encode(sent)
+        if self._is_silent(sent, now_s):
+            return
+        frame = self._outwards.damaged(frame, is_item=sent.name in ITEMS)
+        for arrival_s in self._outwards.arrivals_s(now_s):
+            heapq.heappush(self._going, (arrival_s, next(self._order), frame))
+
+    def _note(self, passed: Message, now_s: float, *, is_to_vehicle: bool) -> None:
+        if self.on_message is not None:
+            self.on_message(Passed(is_to_vehicle=is_to_vehicle, message=passed, time_s=now_s))
+
+    def _is_silent(self, passed: Message, now_s: float) -> bool:
+        """Return whether nothing passes now, and count the messages of transfers until then."""
+        if self._faults.silent_after is None:
+            return False
+        if self._silent_until_s is None:
+            if is_transfer(passed):
+                self._transferred += 1
+            if self._transferred <= self._faults.silent_after:
+                return False
+            self._silent_until_s = now_s + self._faults.silence_s
+        return now_s < self._silent_until_s
+
+
+def is_transfer(passed: Message) -> bool:
+    """Return whether a message belongs to a transfer, and is not told at intervals."""
+    return passed.name.startswith(_TRANSFERS) and passed.name not in _NO_TRANSFER
+
+
+def _twin(setup: VehicleSetup) -> VehicleSetup:
+    """Return another vehicle that was given the same system id, with a mission of its own."""
+    home = replace(setup.home, latitude_deg=setup.home.latitude_deg + _TWIN_NORTH_DEG)
+    missions = setup.lists[MissionKind.MISSION]
+    return replace(
+        setup,
+        home=home,
+        lists={**setup.lists, MissionKind.MISSION: missions[:-1]},
+        uid=bytes(255 - byte for byte in setup.uid),
+        misbehaviour=replace(setup.misbehaviour, has_twin=False),
+    )
+
+
+_PEER = "simulated"
+
+
+class MemoryLine:
+    """The ground station's end of a line to a simulated vehicle; a `planner.link.line.Line`.
+
+    Parameters
+    ----------
+    wire : SimulatedWire
+        The other end.
+    """
+
+    def __init__(self, wire: SimulatedWire) -> None:
+        self._wire = wire
+        self._now_s = 0.0
+        self._arrived: deque[bytes] = deque()
+        self.is_closed = False
+
+    def now_s(self) -> float:
+        """Return the time, which only `receive` moves [s]."""
+        return self._now_s
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return the frames that come first, or none; the time is then when they came."""
+        until_s = self._now_s + max(timeout_s, 0.0)
+        while True:
+            self._arrived += self._wire.due(self._now_s)
+            if self._arrived:
+                found: list[tuple[Hashable, bytes]] = [(_PEER, one) for one in self._arrived]
+                self._arrived.clear()
+                return found
+            deadline_s = self._wire.deadline_s
+            if deadline_s > until_s:
+                self._now_s = until_s
+                return []
+            self._now_s = max(self._now_s, deadline_s)
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one vehicle
+        """Put bytes on the line."""
+        self._wire.receive(data, self._now_s, _PEER)
+
+    def close(self) -> None:
+        """Note that nobody listens any more."""
+        self.is_closed = True
+
+
+_CHUNK = 1 << 16
+_MOST_PEERS = 16
+_PATIENCE_S = 1.0
+"""Who does not take what is sent in this time has gone. [s]"""
+
+
+class TcpServerLine:
+    """A port that any number of ground stations connect to; a `planner.link.line.Line`.
+
+    Parameters
+    ----------
+    address : LinkAddress
+        Where to listen; the port 0 is any that is free.
+    """
+
+    def __init__(self, address: LinkAddress) -> None:
+        family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+        self._listener = socket.create_server((address.host, address.port), family=family)
+        self._streams: list[socket.socket] = []
+
+    def now_s(self) -> float:
+        """Return a time that only grows [s]."""
+        return time.monotonic()
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return what has come, each with its sender."""
+        ready, _, _ = select.select([self._listener, *self._streams], [], [], max(timeout_s, 0.0))
+        found: list[tuple[Hashable, bytes]] = []
+        for one in ready:
+            if one is self._listener:
+                self._accept()
+                continue
+            data = b""
+            with suppress(OSError):
+                data = one.recv(_CHUNK)
+            if data:
+                found.append((one, data))
+            else:
+                self._forget(one)
+        return found
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - all hear it
+        """Send a frame to everyone who is connected."""
+        for one in list(self._streams):
+            try:
+                one.sendall(data)
+            except OSError:
+                self._forget(one)
+
+    def close(self) -> None:
+        """Close the port and hang up."""
+        for one in (self._listener, *self._streams):
+            one.close()
+        self._streams.clear()
+
+    def _accept(self) -> None:
+        stream, _ = self._listener.accept()
+        if len(self._streams) >= _MOST_PEERS:
+            stream.close()
+            return
+        stream.settimeout(_PATIENCE_S)
+        stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._streams.append(stream)
+
+    def _forget(self, stream: socket.socket) -> None:
+        stream.close()
+        self._streams.remove(stream)
