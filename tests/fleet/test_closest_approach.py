@@ -311,16 +311,28 @@ def test_a_flight_down_a_hill_flies_though_it_is_below_home() -> None:
 
 
 def test_the_delay_that_clears_is_the_smallest_whole_second() -> None:
-    """5 τ / √2 must be 10 m but for the accuracy: τ ≥ 2.83 s, and 2 · 0.5 s more for late starts."""
+    """5 τ / √2 must be 10 m but for the accuracy: τ ≥ 2.83 s, and 2 · 1 s more for late starts."""
     northward = straight((0, 0, -50, 30), (20, 0, 50, 30))
     first, second = (
         Member(file=name, trajectory=one, start_s=0.0, home_amsl_m=400.0)
         for name, one in (("a", EAST), ("b", northward))
     )
-    for error_s, expected_s in ((0.0, 3.0), (0.5, 4.0)):
+    for error_s, expected_s in ((0.0, 3.0), (1.0, 5.0)):
         spacing = Spacing(separation_m=10.0, start_error_s=error_s)
         assert len(list(predict_conflicts([first, second], spacing))) == 1
         assert clearing_delay_s(first, second, spacing) == expected_s
+
+
+def test_a_delay_may_be_longer_than_the_flight_that_is_in_the_way() -> None:
+    """The first holds for 29 of 30 s where the second passes; each may start 5 s late or early."""
+    holds = straight((0, 0, 0, 30), (29, 0, 0, 30), (30, 0, 500, 30))
+    passes = straight((0, 0, -500, 30), (1, 0, 0, 30), (20, 100, 0, 30))
+    first, second = (
+        Member(file=name, trajectory=one, start_s=0.0, home_amsl_m=400.0)
+        for name, one in (("a", holds), ("b", passes))
+    )
+    # it is there after a second, and has to be 2 · 5 s later than 29 s
+    assert clearing_delay_s(first, second, Spacing(separation_m=3.0, start_error_s=5.0)) == 39.0
 
 
 def test_no_delay_clears_what_stands_in_the_way() -> None:

@@ -117,6 +117,22 @@ def test_a_leg_between_moving_ends_only_pays_for_what_it_changes() -> None:
     assert some.duration_s[0] == pytest.approx(braking + (300 - 7 * braking) / 10, abs=1e-9)
 
 
+def test_a_short_leg_between_moving_ends_peaks_where_its_ramps_fill_it() -> None:
+    # 6 to 7 m/s in 2 s at 6.5 m/s in the mean, 7 to 4 m/s in 2 sqrt(3) s at 5.5 m/s.
+    some = curve(2.0 * 6.5 + 2.0 * 3.0**0.5 * 5.5, start=6.0, end=4.0)
+    assert some.peak_m_s[0] == pytest.approx(7.0, rel=1e-9)
+    assert some.cruise_s[0] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("end", "braking_m"), [(0.0, 5.3 * 3.5), (4.0, 2.0 * 3.0**0.5 * 5.5)])
+def test_a_second_speed_is_the_highest_whose_ramps_fit(end: float, braking_m: float) -> None:
+    # 0 to 5 m/s in 2 sqrt(5) s, 5 to 7 m/s in 2 sqrt(2) s; 7 m/s are braked in 7/2.5 + 2.5 s.
+    length = 2.0 * 5.0**0.5 * 2.5 + 2.0 * 2.0**0.5 * 6.0 + braking_m
+    some = curve(length, first=5.0, end=end)
+    assert some.peak_m_s[0] == pytest.approx(7.0, rel=1e-9)
+    assert some.cruise_s[0] == pytest.approx(0.0, abs=1e-9)
+
+
 @given(
     length=st.floats(0.01, 3000.0), speed=SPEEDS, acceleration=ACCELERATIONS, jerk=JERKS, rise=RISES
 )
