@@ -53,8 +53,9 @@ format: $(MADE) ## put the code in shape
 golden: $(MADE) ## write the sample reports in tests/report/golden anew
 	$(BIN)/python tests/report/test_golden.py
 
-readme: $(MADE) ## write the help and sample output in README.md anew
+readme: $(MADE) ## write the help and sample output in README.md again, and the keys in models/README.md
 	$(BIN)/python tests/project/test_readme.py
+	$(BIN)/python tests/vehicle/test_models_readme.py
 
 # The flights each shipped model is identified from, in the folder FLIGHTS: no others were used.
 QUAD_LOGS := $(addsuffix /flight.BIN,ardupilot-S_A_vertical ardupilot-S_B_horizontal ardupilot-S_C_speedsweep)

@@ -12,66 +12,19 @@ table          holds
 =============  ==================================================================
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
 from planner.errors import ProfileFileError, described, is_number, nearest_hint
 from planner.frozen import frozen
 from planner.mission.commands import load_command_table
-from planner.vehicle.keys import Key, Kind, Table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from planner.vehicle.declared import POSITIVE, Key, Part, Range, read_fields
 
 MOST_BYTES = 1 << 20
 _TABLES = ("site", "expect", "manual")
 _SINGLE_PRECISION = 1e-6
 """Vehicles hold 7 digits of a number."""
-
-_SITE = Table(
-    name="site",
-    meaning="where the missions of this profile fly",
-    keys=(
-        Key(
-            name="latitude_deg",
-            kind=Kind.NUMBER,
-            meaning="place of the site",
-            required=False,
-            at_least=-90.0,
-            at_most=90.0,
-        ),
-        Key(
-            name="longitude_deg",
-            kind=Kind.NUMBER,
-            meaning="place of the site",
-            required=False,
-            at_least=-180.0,
-            at_most=180.0,
-        ),
-        Key(
-            name="max_distance_m",
-            kind=Kind.NUMBER,
-            meaning="greatest distance from the site, else from home",
-            required=False,
-            above=0.0,
-        ),
-        Key(
-            name="max_height_above_home_m",
-            kind=Kind.NUMBER,
-            meaning="greatest height of the flight",
-            required=False,
-            above=0.0,
-        ),
-        Key(
-            name="required_items",
-            kind=Kind.TEXTS,
-            meaning="commands every mission must have",
-            required=False,
-        ),
-    ),
-)
 
 
 @frozen
@@ -102,17 +55,28 @@ class ManualItem:
     prompt: str
 
 
-@frozen
-class SiteProfile:
-    """What a profile asks for; ``None`` and empty where it does not ask."""
+class Site(Part, frozen=True, kw_only=True):
+    """Where the missions of a profile fly; ``None`` and empty where it does not ask."""
+
+    latitude_deg: Annotated[float | None, Key("place of the site", "°", Range(-90.0, 90.0))] = None
+    longitude_deg: Annotated[float | None, Key("place of the site", "°", Range(-180.0, 180.0))] = (
+        None
+    )
+    max_distance_m: Annotated[
+        float | None, Key("greatest distance from the site, else from home", "m", POSITIVE)
+    ] = None
+    max_height_above_home_m: Annotated[
+        float | None, Key("greatest height of the flight", "m", POSITIVE)
+    ] = None
+    required_items: Annotated[
+        tuple[str, ...], Key("commands every mission must have, without MAV_CMD_")
+    ] = ()
+
+
+class SiteProfile(Site, frozen=True, kw_only=True):
+    """What a profile asks for."""
 
     source: str
-    latitude_deg: float | None = None
-    longitude_deg: float | None = None
-    max_distance_m: float | None = None
-    max_height_above_home_m: float | None = None
-    required_items: tuple[str, ...] = ()
-    """Names of commands, without ``MAV_CMD_``."""
     expected: tuple[ExpectedValue, ...] = ()
     manual: tuple[ManualItem, ...] = ()
 
@@ -136,7 +100,8 @@ def read_profile(path: str | Path) -> SiteProfile:
     if not isinstance(site, dict) or not isinstance(expect, dict):
         msg = "site and expect must be tables"
         raise ProfileFileError(msg, source=source)
-    problems += [f"site.{key} {problem}" for key, problem in _SITE.problems(site)]
+    values, site_problems = read_fields(Site, site)
+    problems += [f"site.{key} {problem}" for key, problem in site_problems]
     if ("latitude_deg" in site) is not ("longitude_deg" in site):
         problems.append("site needs latitude_deg and longitude_deg, or neither of them")
     problems += [f"expect.{name} is no table of a profile" for name in expect if name != "params"]
@@ -158,7 +123,6 @@ def read_profile(path: str | Path) -> SiteProfile:
     problems += manual_problems
     if problems:
         raise ProfileFileError("; ".join(problems[:5]), source=source)
-    values = _SITE.cleaned(site)
     values["required_items"] = _commands(values.get("required_items", ()), source)
     return SiteProfile(source=source, expected=tuple(expected), manual=manual, **values)
 

@@ -170,8 +170,8 @@ def _settings(output: Path | None, options: dict[str, object]) -> Identification
         Method,
     )
     from planner.identify.battery import PackSettings
-    from planner.vehicle.battery import chemistry_names
     from planner.vehicle.library import load_vehicle
+    from planner.vehicle.reader import chemistry_names
 
     name = options["name"]
     if output is not None:

@@ -12,7 +12,7 @@ from planner.frozen import frozen
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.vehicle.keys import Interval
+    from planner.vehicle.declared import Interval
 
 
 @frozen

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +27,15 @@ from planner.identify.flown_mission import flown_parameters
 from planner.identify.manoeuvres import Answer
 from planner.identify.outcome import Evidence, Identification, Status
 from planner.identify.spread import left_out_spread, ramp_spread
-from planner.vehicle.keys import Interval
-from planner.vehicle.model import Provenance, Responses, ValidFor, VehicleModel
+from planner.vehicle.declared import Interval
+from planner.vehicle.model import (
+    Provenance,
+    Responses,
+    Speed,
+    SpeedResponse,
+    ValidFor,
+    VehicleModel,
+)
 
 if TYPE_CHECKING:
     import datetime as dt
@@ -387,7 +394,7 @@ def assemble_model(
         battery=battery,
         responses=Responses(**_applied(responses, reference)),
         ramps=ramps,
-        default_speed_m_s=_default_speed_m_s(parts, responses, base, reference),
+        speed=_speed(parts, responses, base, reference),
         parameters=parameters,
         valid_for=flown_box(records, parts, settings, mass_kg=mass_kg if power.is_known else None),
         provenance=made_provenance(records, settings, outcomes, readings),
@@ -447,7 +454,7 @@ def _responses(
 
 def _applied(
     responses: Mapping[str, ManoeuvreResponse | None], reference: Autopilot
-) -> Mapping[str, ManoeuvreResponse | None]:
+) -> Mapping[str, Any]:
     """Return the responses that predictions use; how the others follow is reported only.
 
     Stops and stations of ArduPilot follow them; PX4 is taken to fly its references without lag.  A
@@ -553,17 +560,19 @@ def _vehicles(records: Sequence[FlightRecord]) -> list[Finding]:
     return [VEHICLES_DIFFER.finding(f"{told}: is this one vehicle?")]
 
 
-def _default_speed_m_s(
+def _speed(
     parts: Parts,
     responses: Mapping[str, ManoeuvreResponse | None],
     base: VehicleModel | None,
     reference: Autopilot,
-) -> float | None:
+) -> Speed | None:
     if reference is not Autopilot.STEP:
         return None
-    if base is not None and base.default_speed_m_s is not None:
-        return base.default_speed_m_s
+    if base is not None and base.speed is not None:
+        return base.speed
+    speed, default_m_s = responses.get("speed"), None
     if parts.ramps is not None:
-        return parts.ramps.default_speed_m_s
-    speed = responses["speed"]
-    return None if speed is None else speed.identified_speed_m_s
+        default_m_s = parts.ramps.default_speed_m_s
+    elif isinstance(speed, SpeedResponse):
+        default_m_s = speed.identified_speed_m_s
+    return None if default_m_s is None else Speed(default_m_s=default_m_s)

@@ -261,7 +261,7 @@ def _with_curve(
     """Scale the curve of a kind of cell, V = k E(s) - R I, by linear least squares."""
     from planner.identify.noise import fit_noise, least_squares_covariance
     from planner.physics.battery import open_circuit_voltage_v
-    from planner.vehicle.battery import load_chemistry
+    from planner.vehicle.reader import load_chemistry
 
     voltage, current, charge = columns
     cell = load_chemistry(chemistry)

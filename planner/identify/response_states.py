@@ -18,7 +18,8 @@ from planner.identify.outcome import ResponseEvidence, SegmentUse, StateOutcome,
 from planner.identify.output_error import select_response
 from planner.identify.quality import evaluate_model
 from planner.identify.structure import FOLLOWING, MOTION, POWER, POWER_WITHOUT_ZERO
-from planner.vehicle.model import ManoeuvreResponse
+from planner.vehicle.declared import declared
+from planner.vehicle.model import ManoeuvreResponse, Responses
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -269,16 +270,22 @@ def _model_response(
     size = _rounded(float(np.median([abs(c.change) for c in cuts if c.is_used])), 4)
     is_height = answer in _HEIGHTS
     of_numerator, of_denominator, of_delay_s = fitted.coefficient_errors or (None, None, None)
-    return ManoeuvreResponse(
-        transfer_function=rounded,
+    [kind] = declared(Responses)[answer.value].parts
+    own = {"identified_step_m" if is_height else "identified_speed_m_s": size}
+    if answer in _POWERS:
+        own["window_s"] = _rounded(fitted.window_s or 0.0)
+    response = kind(
+        numerator=rounded.numerator,
+        denominator=rounded.denominator,
+        delay_s=rounded.delay_s,
         input_gain=1.0,
-        window_s=None if answer not in _POWERS else _rounded(fitted.window_s or 0.0),
-        identified_step_m=size if is_height else None,
-        identified_speed_m_s=None if is_height else size,
         numerator_standard_error=_rounded_errors(of_numerator),
         denominator_standard_error=_rounded_errors(of_denominator),
         delay_standard_error_s=None if of_delay_s is None else _rounded(of_delay_s, _ERROR_DIGITS),
+        **own,
     )
+    assert isinstance(response, ManoeuvreResponse)
+    return response
 
 
 def _outcome(

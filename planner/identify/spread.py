@@ -30,9 +30,8 @@ from planner.identify.states import find_states, slope_per_s
 from planner.identify.steady import record_air_density_kg_m3, speed_through_air_m_s
 from planner.identify.verification import KnownConditions, verify_flight
 from planner.units import SECONDS_PER_HOUR
-from planner.vehicle.model import ModelSpread
+from planner.vehicle.model import STATE_NAMES, ModelSpread
 from planner.vehicle.power import AltitudeLaw, CruisePower, WholeLaw, whole_power_w
-from planner.vehicle.spread_schema import STATE_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

@@ -80,7 +80,7 @@ def _commanded_m_s(a: Assessment, stage: Stage) -> float | None:
 def check_climbs(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where a climb or descent is longer than the identified step."""
     response = a.vehicle.responses.altitude
-    if response is None or response.identified_step_m is None:
+    if response is None:
         return
     columns = a.flight.motion.segments
     beyond = np.flatnonzero(np.abs(columns.climb_m) > response.identified_step_m + _HEIGHT_SLACK_M)

@@ -1,67 +1,140 @@
-"""The battery a vehicle flies with."""
+"""The battery a vehicle flies with, and the kinds of cell it may be made of."""
 
-from __future__ import annotations
-
-import tomllib
-from dataclasses import replace
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+import math
+from typing import Annotated
 
 import numpy as np
+from msgspec.structs import replace
 
-from planner.frozen import frozen
 from planner.physics.battery import delivered_energy_wh
-from planner.vehicle.battery_schema import BATTERY, CHEMISTRY
-from planner.vehicle.shipped import models_root
+from planner.vehicle.declared import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Key,
+    Part,
+    Problems,
+    Range,
+    together_problems,
+)
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+_CAPACITY_TOLERANCE = 0.02
+"""How far capacity_wh may be from capacity_ah times nominal_voltage_v: rounding on a label. [-]"""
+_SOC = Key(
+    "states of charge, rising from 0 to 1", range=Range(0.0, 1.0), count=(2, 1000), rises=True
+)
+_RESISTANCE_TEMPERATURE = Key(
+    "battery temperatures, rising; beyond them the factor of the nearest",
+    "°C",
+    Range(-60.0, 100.0),
+    count=(1, 1000),
+    rises=True,
+)
+_RESISTANCE_FACTOR = Key(
+    "resistance at each temperature over the given one", range=POSITIVE, count=(1, 1000)
+)
+_CELLS = Range(1, 400)
 
 
-@frozen
-class Battery:
-    """A battery as its label, or its identification, describes it.
+class Battery(Part, frozen=True, kw_only=True):
+    """The battery the vehicle flies with; optional, --battery replaces it.
 
-    Its energy is given, or its charge and either a nominal voltage or an open-circuit curve.  Values
-    are those of the new battery; age and health say what is left of it.
+    Give an energy, or a charge and either the nominal voltage or an open-circuit curve; an energy
+    alone leaves the charge unknown.  With a curve and a resistance the voltage under load is predicted
+    and the energy down to the cut-off is what counts.  Values are those of the whole battery when it
+    was new, but where the key says cell; age and health say what is left of it.
     """
 
-    capacity_ah: float | None = None
-    """Charge of the full battery. [Ah]"""
-    capacity_wh: float | None = None
-    """Energy of the full battery. [Wh]"""
-    nominal_voltage_v: float | None = None
-    """Energy over charge of the full battery. [V]"""
-    cells_in_series: int | None = None
-    cells_in_parallel: int | None = None
-    """``None``: one row of cells."""
-    chemistry: str | None = None
-    """Kind of cell the curves were taken from; the curves themselves are below."""
-    cell_capacity_ah: float | None = None
-    """Charge of one full cell, where that of the whole battery is not given. [Ah]"""
-    cell_resistance_ohm: float | None = None
-    """Resistance of one cell, where that of the whole battery is not given. [Ω]"""
-    internal_resistance_ohm: float | None = None
-    """Resistance of the whole battery. [Ω]"""
-    resistance_temperature_c: tuple[float, ...] | None = None
-    """Temperatures of the battery, rising. [°C]"""
-    resistance_factor: tuple[float, ...] | None = None
-    """Resistance at each temperature over the one given. [-]"""
-    resistance_age_factor: float | None = None
-    """Resistance over that of the new battery. [-]"""
-    health: float | None = None
-    """Charge over that of the new battery. [-]"""
-    ocv_soc: tuple[float, ...] | None = None
-    """States of charge from 0 to 1, rising. [-]"""
-    ocv_v: tuple[float, ...] | None = None
-    """Open-circuit voltage at each state of charge. [V]"""
-    cutoff_voltage_v: float | None = None
-    """Voltage under load at which the battery counts as empty. [V]"""
-    max_c_rate: float | None = None
-    """Highest current over the charge of the new battery. [h⁻¹]"""
+    capacity_ah: Annotated[float | None, Key("charge of the full battery", "Ah", POSITIVE)] = None
+    capacity_wh: Annotated[float | None, Key("energy of the full battery", "Wh", POSITIVE)] = None
+    nominal_voltage_v: Annotated[
+        float | None, Key("energy over charge of the full battery", "V", POSITIVE)
+    ] = None
+    cells_in_series: Annotated[int | None, Key("number of cells in series", range=_CELLS)] = None
+    cells_in_parallel: Annotated[
+        int | None, Key("number of such rows in parallel, 1 where not given", range=_CELLS)
+    ] = None
+    chemistry: Annotated[
+        str | None,
+        Key(
+            "kind of cell, a file of models/chemistries: gives the curves this table does not; needs "
+            "cells_in_series"
+        ),
+    ] = None
+    cell_capacity_ah: Annotated[
+        float | None, Key("charge of one full cell, instead of capacity_ah", "Ah", POSITIVE)
+    ] = None
+    cell_resistance_ohm: Annotated[
+        float | None,
+        Key("resistance of one cell, instead of internal_resistance_ohm", "ohm", NOT_NEGATIVE),
+    ] = None
+    internal_resistance_ohm: Annotated[
+        float | None, Key("resistance of the whole battery", "ohm", NOT_NEGATIVE)
+    ] = None
+    resistance_temperature_c: Annotated[tuple[float, ...] | None, _RESISTANCE_TEMPERATURE] = None
+    resistance_factor: Annotated[tuple[float, ...] | None, _RESISTANCE_FACTOR] = None
+    resistance_age_factor: Annotated[
+        float | None,
+        Key(
+            "resistance of this battery over that of the new one, 1 where not given",
+            range=Range(1.0, 20.0),
+        ),
+    ] = None
+    health: Annotated[
+        float | None,
+        Key(
+            "charge of this battery over that of the new one, 1 where not given",
+            range=Range(0.0, 1.0, excludes_low=True),
+        ),
+    ] = None
+    ocv_soc: Annotated[tuple[float, ...] | None, _SOC] = None
+    ocv_v: Annotated[
+        tuple[float, ...] | None,
+        Key(
+            "open-circuit voltage at each ocv_soc, rising",
+            "V",
+            POSITIVE,
+            count=(2, 1000),
+            rises=True,
+        ),
+    ] = None
+    cutoff_voltage_v: Annotated[
+        float | None, Key("voltage under load at which the battery counts as empty", "V", POSITIVE)
+    ] = None
+    max_c_rate: Annotated[
+        float | None, Key("highest current over the charge of the new battery", "1/h", POSITIVE)
+    ] = None
 
-    def __post_init__(self) -> None:
-        BATTERY.refuse(self)
+    def inconsistencies(self) -> Problems:
+        """Yield what does not fit together."""
+        yield from self._capacity_problems()
+        for whole, cell in (
+            ("capacity_ah", "cell_capacity_ah"),
+            ("internal_resistance_ohm", "cell_resistance_ohm"),
+        ):
+            if getattr(self, whole) is not None and getattr(self, cell) is not None:
+                yield cell, f"is given and {whole} as well: give one"
+        for name in ("chemistry", "cell_resistance_ohm"):
+            if getattr(self, name) is not None and self.cells_in_series is None:
+                yield "cells_in_series", f"is missing: {name} needs it"
+        yield from together_problems(self, "resistance_temperature_c", "resistance_factor")
+        yield from _open_circuit_problems(self, "ocv_v")
+        full_v = math.inf if self.ocv_v is None else self.ocv_v[-1]
+        if self.cutoff_voltage_v is not None and self.cutoff_voltage_v >= full_v:
+            yield "cutoff_voltage_v", "must be below the voltage of the full battery"
+
+    def _capacity_problems(self) -> Problems:
+        charge_ah = self.new_charge_ah
+        if charge_ah is None and self.capacity_wh is None:
+            yield "capacity_ah", "is missing, and capacity_wh as well: give at least one"
+        elif self.capacity_wh is None and self.nominal_voltage_v is None and self.ocv_v is None:
+            yield "nominal_voltage_v", "is missing: a charge alone is no energy"
+        elif charge_ah and self.capacity_wh and self.nominal_voltage_v:
+            product_wh = charge_ah * self.nominal_voltage_v
+            if not math.isclose(self.capacity_wh, product_wh, rel_tol=_CAPACITY_TOLERANCE):
+                problem = f"is not capacity_ah x nominal_voltage_v = {product_wh:g} Wh"
+                yield "capacity_wh", problem
+        elif self.ocv_v is not None and charge_ah is None:
+            yield "capacity_ah", "is missing: an open-circuit curve runs over the charge"
 
     @property
     def new_charge_ah(self) -> float | None:
@@ -88,7 +161,7 @@ class Battery:
     def _new_energy_wh(self) -> float:
         if self.capacity_wh is not None:
             return self.capacity_wh
-        # __post_init__ has refused a battery in which these are missing as well
+        # the constructor has refused a battery in which these are missing as well
         assert self.new_charge_ah is not None
         if self.nominal_voltage_v is not None:
             return self.new_charge_ah * self.nominal_voltage_v
@@ -111,7 +184,7 @@ class Battery:
             return self._new_energy_wh / self.new_charge_ah
         return self.nominal_voltage_v
 
-    def aged(self, *, health: float | None, resistance_factor: float | None) -> Battery:
+    def aged(self, *, health: float | None, resistance_factor: float | None) -> "Battery":
         """Return this battery as old as it is today; ``None`` leaves what it says itself.
 
         Parameters
@@ -162,75 +235,35 @@ class Battery:
         return resistance_ohm * (self.resistance_age_factor or 1.0)
 
 
-SCHEMA_VERSION = 1
+class Chemistry(Part, frozen=True, kw_only=True):
+    """A kind of cell, in a file of its own under models/chemistries."""
+
+    name: Annotated[str, Key("must equal the file name without .toml")]
+    description: Annotated[str, Key("what the cell is")]
+    source: Annotated[str, Key("where the numbers were read")]
+    ocv_soc: Annotated[tuple[float, ...], _SOC]
+    cell_ocv_v: Annotated[
+        tuple[float, ...],
+        Key(
+            "open-circuit voltage of a cell at each ocv_soc, rising",
+            "V",
+            POSITIVE,
+            count=(2, 1000),
+            rises=True,
+        ),
+    ]
+    resistance_temperature_c: Annotated[tuple[float, ...] | None, _RESISTANCE_TEMPERATURE] = None
+    resistance_factor: Annotated[tuple[float, ...] | None, _RESISTANCE_FACTOR] = None
+
+    def inconsistencies(self) -> Problems:
+        """Yield what does not fit together."""
+        yield from _open_circuit_problems(self, "cell_ocv_v")
+        yield from together_problems(self, "resistance_temperature_c", "resistance_factor")
 
 
-@frozen
-class Chemistry:
-    """One kind of cell."""
-
-    name: str
-    """Also the stem of its file."""
-    description: str
-    source: str
-    ocv_soc: tuple[float, ...]
-    """States of charge from 0 to 1, rising. [-]"""
-    cell_ocv_v: tuple[float, ...]
-    """Open-circuit voltage of a cell at each. [V]"""
-    resistance_temperature_c: tuple[float, ...] | None = None
-    """Temperatures, rising. [°C]"""
-    resistance_factor: tuple[float, ...] | None = None
-    """Resistance at each temperature over that at the usual one. [-]"""
-
-    def __post_init__(self) -> None:
-        CHEMISTRY.refuse(self)
-
-
-def chemistry_names() -> tuple[str, ...]:
-    """Return the names of the shipped kinds of cell, sorted."""
-    return tuple(sorted(path.stem for path in (models_root() / "chemistries").glob("*.toml")))
-
-
-@lru_cache(maxsize=16)
-def load_chemistry(name: str) -> Chemistry:
-    """Load a shipped kind of cell.
-
-    Raises
-    ------
-    ValueError
-        If its file is not as it must be: a mistake in what is shipped.
-    """
-    path = models_root() / "chemistries" / f"{name}.toml"
-    document: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-    version = document.pop("schema", None)
-    problems = CHEMISTRY.problems(document)
-    if version != SCHEMA_VERSION or problems or document["name"] != name:
-        msg = f"{path.name}: schema {version}, name {document.get('name')!r}, {problems}"
-        raise ValueError(msg)
-    return Chemistry(**CHEMISTRY.cleaned(document))
-
-
-def with_chemistry(battery: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a battery with the curves of its chemistry, where it gives none itself.
-
-    Parameters
-    ----------
-    battery : mapping
-        Values by their keys, as a model file holds them; those needed here are right.
-
-    Returns
-    -------
-    dict
-        The same, with the curves of the whole battery.
-    """
-    chemistry = load_chemistry(battery["chemistry"])
-    values = dict(battery)
-    if not {"ocv_soc", "ocv_v"} & set(values):
-        values["ocv_soc"] = chemistry.ocv_soc
-        values["ocv_v"] = tuple(
-            volts * battery["cells_in_series"] for volts in chemistry.cell_ocv_v
-        )
-    curve = {"resistance_temperature_c", "resistance_factor"}
-    if not curve & set(values):
-        values |= {key: value for key in curve if (value := getattr(chemistry, key)) is not None}
-    return values
+def _open_circuit_problems(part: Battery | Chemistry, volts: str) -> Problems:
+    problems = list(together_problems(part, "ocv_soc", volts))
+    yield from problems
+    soc = part.ocv_soc
+    if not problems and soc is not None and (soc[0], soc[-1]) != (0.0, 1.0):
+        yield "ocv_soc", "must run from 0 to 1: nothing is extrapolated"

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.errors import VehicleFileError, nearest_hint, shortened
-from planner.vehicle.reader import read_vehicle, vehicle_from_toml
-from planner.vehicle.shipped import models_root
+from planner.errors import nearest_hint, shortened
+from planner.vehicle.reader import models_root, read_vehicle, single_problem, vehicle_from_toml
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
@@ -48,7 +47,6 @@ def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
             f"is no shipped model{nearest_hint(text, names)}; shipped are: {', '.join(names)} "
             "(the path of a model file ends in .toml)"
         )
-        source = f"vehicle {shortened(text)}" if text else "vehicle ''"
-        raise VehicleFileError(msg, source=source, problems=(f"{source}: {msg}",))
+        raise single_problem(msg, source=f"vehicle {shortened(text) if text else repr(text)}")
     data = (models_root() / f"{text}.toml").read_bytes()
     return vehicle_from_toml(data, name=text, source=f"models/{text}.toml")

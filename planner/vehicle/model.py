@@ -1,249 +1,445 @@
-"""A vehicle model: what was identified about one vehicle, as a value."""
+"""A vehicle model: what was identified about one vehicle, as a value that declares its own file."""
 
-from __future__ import annotations
+import datetime as dt
+from typing import Annotated, Any, TypeAlias
 
-from typing import TYPE_CHECKING
+import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
-from planner.physics.response import StepResponse
-from planner.vehicle.consistency import mass_problems, power_problems_together, reference_problems
-from planner.vehicle.power import MASS_LAWS, CruisePower, DensityLaw, MomentumLaw, WholeLaw
-from planner.vehicle.power_schema import LOADS
-from planner.vehicle.ramp_schema import RAMPS
-from planner.vehicle.response_schema import RESPONSE_TABLES
-from planner.vehicle.schema import PROVENANCE, TOP, VALID_FOR
-from planner.vehicle.spread_schema import SPREAD, STATE_NAMES
+from planner.physics.response import MAX_ORDER, StepResponse, TransferFunction
+from planner.vehicle.battery import Battery
+from planner.vehicle.declared import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Draft,
+    Interval,
+    Key,
+    Named,
+    Part,
+    Problems,
+    Range,
+    length_problems,
+    shown,
+)
+from planner.vehicle.power import (
+    MASS_LAWS,
+    AltitudeLaw,
+    CruisePower,
+    DensityLaw,
+    DiFrancoButtazzoLaw,
+    LiuLaw,
+    MomentumLaw,
+    VerticalPower,
+    WholeLaw,
+)
 
-if TYPE_CHECKING:
-    import datetime as dt
+NOT_GIVEN, OF_CRUISE = "not-given", "of-cruise"
+"""What a file writes where it has no law: that there is none, or that hover is in the cruise law."""
+HOVER_WITHOUT_LAW = (
+    f"is {OF_CRUISE} with a [cruise] law that knows hover (momentum, liu or di-franco-buttazzo), or "
+    f"{NOT_GIVEN} with [cruise] {NOT_GIVEN} as well and [vertical] left out: neither holds here"
+)
+STATE_NAMES = ("takeoff", "climb", "accelerate", "cruise", "brake", "hover", "descend", "land")
+"""The flight states, in the order of flights."""
+TABLE = Key("")
+"""Of a table that the text of its class describes."""
 
-    from planner.physics.response import TransferFunction
-    from planner.vehicle.battery import Battery
-    from planner.vehicle.keys import Interval
-    from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower
+_STEADY_GAIN_TOLERANCE = 0.05
+"""How far the steady value of a motion model may be from its command. [-]"""
+_UNDAMPED_TOLERANCE = 1e-9
+"""Real part over magnitude up to which a pole counts as lying on the imaginary axis. [-]"""
+_FRACTION = Range(0.0, 10.0)
+
+_Coefficients: TypeAlias = tuple[float, ...]
 
 
-@frozen
-class ManoeuvreResponse:
+class ManoeuvreResponse(Part, frozen=True, kw_only=True):
     """How the vehicle, or its power, answers a step of one reference."""
 
-    transfer_function: TransferFunction
-    """From the scaled reference to the answer, with its delay."""
-    input_gain: float
-    """The reference is multiplied by this before it enters the transfer function. [-]"""
-    window_s: float | None = None
-    """Time from the command over which a power response is used; ``None`` for motion. [s]"""
-    identified_step_m: float | None = None
-    """Altitude step it was identified on; ``None`` for answers to a speed. [m]"""
-    identified_speed_m_s: float | None = None
-    """Speed command it was identified on; ``None`` for answers to an altitude. [m/s]"""
-    numerator_standard_error: tuple[float, ...] | None = None
-    """Of each coefficient, in its order; ``None`` where the method tells none."""
-    denominator_standard_error: tuple[float, ...] | None = None
-    """Of each coefficient; 0 of one that is not fitted."""
-    delay_standard_error_s: float | None = None
+    numerator: Annotated[
+        _Coefficients, Key("coefficients, highest power of s first", count=(1, MAX_ORDER + 1))
+    ]
+    denominator: Annotated[
+        _Coefficients,
+        Key(
+            "coefficients, highest power of s first; third order at most", count=(2, MAX_ORDER + 1)
+        ),
+    ]
+    delay_s: Annotated[float, Key("dead time", "s", NOT_NEGATIVE)]
+    numerator_standard_error: Annotated[
+        _Coefficients | None,
+        Key(
+            "standard error of each coefficient of the numerator, in its order",
+            range=NOT_NEGATIVE,
+            count=(0, MAX_ORDER + 1),
+        ),
+    ] = None
+    denominator_standard_error: Annotated[
+        _Coefficients | None,
+        Key(
+            "standard error of each coefficient of the denominator; 0 of one that is not fitted",
+            range=NOT_NEGATIVE,
+            count=(0, MAX_ORDER + 1),
+        ),
+    ] = None
+    delay_standard_error_s: Annotated[
+        float | None, Key("standard error of the dead time", "s", NOT_NEGATIVE)
+    ] = None
+    input_gain: Annotated[
+        float, Key("the reference is multiplied by this before it enters the model")
+    ]
+
+    @property
+    def transfer_function(self) -> TransferFunction:
+        """From the scaled reference to the answer, with its delay."""
+        return TransferFunction(
+            numerator=self.numerator, denominator=self.denominator, delay_s=self.delay_s
+        )
 
     @property
     def unit_step(self) -> StepResponse:
         """Answer to a step of the reference by one unit, input gain included."""
         return StepResponse(system=self.transfer_function, amplitude=self.input_gain)
 
-    @property
-    def numerator(self) -> tuple[float, ...]:
-        """Coefficients of the numerator, highest power of s first."""
-        return self.transfer_function.numerator
+    def inconsistencies(self) -> Problems:
+        """Yield what makes this no usable transfer function."""
+        if self.denominator[0] == 0.0:
+            yield "denominator", "must not begin with 0: that is the highest power of s"
+            return
+        if len(np.trim_zeros(self.numerator, "f")) > len(self.denominator):
+            yield "numerator", "has a higher power of s than the denominator: improper"
+            return
+        damping = self._least_damping()
+        if damping is None:
+            yield "denominator", "has coefficients too far apart to find its roots"
+        # a power model is used over its window only, so it may ring; a motion model may not
+        elif damping < _UNDAMPED_TOLERANCE * (-1.0 if isinstance(self, PowerResponse) else 1.0):
+            yield "denominator", "is unstable: a root of it is not left of the imaginary axis"
+        if self.input_gain == 0.0:
+            yield "input_gain", "must not be 0"
+        for name in ("numerator", "denominator"):
+            if getattr(self, f"{name}_standard_error") is not None:
+                yield from length_problems(self, name, f"{name}_standard_error")
 
-    @property
-    def denominator(self) -> tuple[float, ...]:
-        """Coefficients of the denominator, highest power of s first."""
-        return self.transfer_function.denominator
+    def _least_damping(self) -> float | None:
+        """Return the least -Re(p)/|p| of all poles; ``None`` where they overflow."""
+        with np.errstate(all="ignore"):  # what overflows is seen by not being finite
+            scaled = np.asarray(self.denominator, dtype=np.float64) / self.denominator[0]
+            if not np.isfinite(scaled).all():
+                return None
+            poles = np.roots(scaled)
+            damping = -poles.real / np.maximum(np.abs(poles), np.finfo(np.float64).tiny)
+        return float(damping.min()) if np.isfinite(damping).all() else None
 
-    @property
-    def delay_s(self) -> float:
-        """Dead time [s]."""
-        return self.transfer_function.delay_s
+
+class MotionResponse(ManoeuvreResponse, frozen=True, kw_only=True):
+    """A response that describes motion: it settles on its command."""
+
+    def inconsistencies(self) -> Problems:
+        """Yield what makes this no usable response of motion."""
+        problems = list(super().inconsistencies())
+        yield from problems
+        gain = 1.0 if problems else self.input_gain * self.numerator[-1] / self.denominator[-1]
+        if not abs(gain - 1.0) <= _STEADY_GAIN_TOLERANCE:
+            problem = (
+                f"makes a command of 1 end at {gain:.4g}: input_gain x numerator / denominator at "
+                f"s = 0 must be 1 within {_STEADY_GAIN_TOLERANCE:.0%}"
+            )
+            yield "input_gain", problem
 
 
-@frozen
-class Responses:
-    """The identified responses, each ``None`` where the model does not have it.
+class PowerResponse(ManoeuvreResponse, frozen=True, kw_only=True):
+    """A response that describes power above hover power, used over a window."""
 
-    A model of step references has at least altitude and speed.  Powers are above hover power.
+    window_s: Annotated[
+        float,
+        Key(
+            "time from the command over which the response is used; hover power after it",
+            "s",
+            POSITIVE,
+        ),
+    ]
+
+    def inconsistencies(self) -> Problems:
+        """Yield what makes this no usable response of power."""
+        yield from super().inconsistencies()
+        if not self.window_s > self.delay_s:
+            yield "window_s", "must be longer than delay_s: it counts from the command"
+
+
+_STEP = Key("altitude step of the flights it was identified on", "m", POSITIVE)
+_SPEED = Key("speed command of the flights it was identified on", "m/s", POSITIVE)
+
+
+class AltitudeResponse(MotionResponse, frozen=True, kw_only=True):
+    """Altitude reference [m] to altitude [m]; G1 of the article."""
+
+    identified_step_m: Annotated[float, _STEP]
+
+
+class VerticalPowerResponse(PowerResponse, frozen=True, kw_only=True):
+    """Altitude reference [m] to power above hover [W]; G2 and G3 of the article."""
+
+    identified_step_m: Annotated[float, _STEP]
+
+
+class SpeedResponse(MotionResponse, frozen=True, kw_only=True):
+    """Speed reference [m/s] to airspeed [m/s]; G4 of the article."""
+
+    identified_speed_m_s: Annotated[float, _SPEED]
+
+
+class BrakePowerResponse(PowerResponse, frozen=True, kw_only=True):
+    """Speed reference [m/s] to power above hover [W], stopping; G5 of the article."""
+
+    identified_speed_m_s: Annotated[float, _SPEED]
+
+
+class Responses(Part, frozen=True, kw_only=True):
+    """Identified responses to a reference, each a transfer function with a delay in a table of its own.
+
+    With reference = "step" both altitude and speed are required.
     """
 
-    altitude: ManoeuvreResponse | None = None
-    """Altitude reference [m] to altitude [m]; G1 of the article."""
-    climb_power: ManoeuvreResponse | None = None
-    """Altitude reference [m] to power [W], climbing; G2."""
-    descent_power: ManoeuvreResponse | None = None
-    """Altitude reference [m] to power [W], descending; G3."""
-    speed: ManoeuvreResponse | None = None
-    """Speed reference [m/s] to airspeed [m/s]; G4."""
-    brake_power: ManoeuvreResponse | None = None
-    """Speed reference [m/s] to power [W], stopping; G5."""
-
-    def __post_init__(self) -> None:
-        for name, table in RESPONSE_TABLES.items():
-            if (response := getattr(self, name)) is not None:
-                table.refuse(response)
+    altitude: Annotated[AltitudeResponse | None, TABLE] = None
+    climb_power: Annotated[
+        VerticalPowerResponse | None,
+        Key("Altitude reference [m] to power above hover [W], climbing; G2 of the article."),
+    ] = None
+    descent_power: Annotated[
+        VerticalPowerResponse | None,
+        Key("Altitude reference [m] to power above hover [W], descending; G3 of the article."),
+    ] = None
+    speed: Annotated[SpeedResponse | None, TABLE] = None
+    brake_power: Annotated[BrakePowerResponse | None, TABLE] = None
 
 
-@frozen
-class Ramps:
-    """How a vehicle of a closed autopilot flies from place to place, each time from rest to rest."""
+class Ramps(Part, frozen=True, kw_only=True):
+    """How a vehicle flies whose autopilot is closed, each time from rest to rest.
 
-    start_s: float
-    """From starting the motors to lift-off. [s]"""
-    climb_m_s: float
-    climb_wait_s: float
-    """Standstill between a climb and a level leg. [s]"""
-    acceleration_m_s2: float
-    braking_m_s2: float
-    turn_wait_s: float
-    """Standstill between two level legs. [s]"""
-    descent_m_s: float
-    """Positive. [m s⁻¹]"""
-    landing_m_s: float
-    """Speed of the last part of a landing, positive. [m s⁻¹]"""
-    landing_height_m: float
-    """Height at which that part begins. [m]"""
-    stop_s: float
-    """From touch-down to standing motors. [s]"""
+    Each command is a step, answered by ramps of constant acceleration.  With reference = "step",
+    instead of responses of altitude and speed.
+    """
 
-    def __post_init__(self) -> None:
-        RAMPS.refuse(self)
-
-
-@frozen
-class Loads:
-    """What draws power besides flying."""
-
-    avionics_w: float
-    """Avionics and payload electronics, added to every power of the model. [W]"""
-    ground_idle_w: float
-    """Motors before lift-off and after touch-down, avionics not counted. [W]"""
-
-    def __post_init__(self) -> None:
-        LOADS.refuse(self)
+    start_s: Annotated[float, Key("from starting the motors to lift-off", "s", NOT_NEGATIVE)]
+    climb_m_s: Annotated[float, Key("speed of climbs", "m/s", POSITIVE)]
+    climb_wait_s: Annotated[
+        float, Key("standstill between a climb and a level leg", "s", NOT_NEGATIVE)
+    ]
+    acceleration_m_s2: Annotated[
+        float, Key("from standstill to speed, up and level", "m/s²", POSITIVE)
+    ]
+    braking_m_s2: Annotated[float, Key("from speed to standstill, up and level", "m/s²", POSITIVE)]
+    turn_wait_s: Annotated[float, Key("standstill between two level legs", "s", NOT_NEGATIVE)]
+    descent_m_s: Annotated[float, Key("speed of descents, positive", "m/s", POSITIVE)]
+    landing_m_s: Annotated[
+        float, Key("speed of the last part of a landing, positive", "m/s", POSITIVE)
+    ]
+    landing_height_m: Annotated[float, Key("height at which that part begins", "m", NOT_NEGATIVE)]
+    stop_s: Annotated[float, Key("from touch-down to standing motors", "s", NOT_NEGATIVE)]
 
 
-@frozen
-class ValidFor:
-    """The box in which a model holds; ``None`` where the model does not say."""
+class Loads(Part, frozen=True, kw_only=True):
+    """What draws power besides flying; optional.
 
-    speed_m_s: Interval | None = None
-    """Airspeed. [m/s]"""
-    height_above_home_m: Interval | None = None
-    """Height above home. [m]"""
-    hover_height_above_home_m: Interval | None = None
-    """Heights above home at which hover power was measured. [m]"""
-    altitude_step_m: Interval | None = None
-    """Altitude change commanded at once. [m]"""
-    climb_rate_m_s: Interval | None = None
-    """Climb rate, descent negative. [m/s]"""
-    mass_kg: Interval | None = None
-    """Mass with payload. [kg]"""
-    air_density_kg_m3: Interval | None = None
-    """Air density. [kg m⁻³]"""
+    Without this table nothing is added in the air, and the seconds on the ground with turning rotors
+    cost hover power.
+    """
 
-    def __post_init__(self) -> None:
-        VALID_FOR.refuse(self)
+    avionics_w: Annotated[
+        float,
+        Key(
+            "avionics and payload electronics, added to every power of this file",
+            "W",
+            NOT_NEGATIVE,
+        ),
+    ]
+    ground_idle_w: Annotated[
+        float,
+        Key("motors before lift-off and after touch-down, avionics not counted", "W", NOT_NEGATIVE),
+    ]
 
 
-@frozen
-class Provenance:
-    """Where the numbers of a model come from."""
+class ValidFor(Part, frozen=True, kw_only=True):
+    """The box in which the model holds; outside it the planner says so or refuses."""
 
-    source: str
-    method: str
-    date: dt.date
-    """Day the model file was made."""
-    readings: tuple[str, ...] = ()
-    """Decisions taken where the source can be read in more than one way."""
-    logs: tuple[str, ...] = ()
-    """Names of the flight logs used."""
-    logs_sha256: tuple[str, ...] = ()
-    """SHA-256 of each log, in hexadecimal."""
-    fit: tuple[tuple[str, float], ...] = ()
-    """Figures of the fit by name, in the order of the file."""
+    speed_m_s: Annotated[Interval | None, Key("airspeed", "m/s", NOT_NEGATIVE)] = None
+    height_above_home_m: Annotated[Interval | None, Key("height above home", "m")] = None
+    hover_height_above_home_m: Annotated[
+        Interval | None, Key("heights at which hover power was measured", "m")
+    ] = None
+    altitude_step_m: Annotated[
+        Interval | None, Key("altitude change commanded at once", "m", NOT_NEGATIVE)
+    ] = None
+    climb_rate_m_s: Annotated[Interval | None, Key("climb rate, descent negative", "m/s")] = None
+    mass_kg: Annotated[Interval | None, Key("mass with payload", "kg", NOT_NEGATIVE)] = None
+    air_density_kg_m3: Annotated[Interval | None, Key("air density", "kg/m³", NOT_NEGATIVE)] = None
 
-    def __post_init__(self) -> None:
-        PROVENANCE.refuse(self)
+    def inconsistencies(self) -> Problems:
+        """Yield the problem of a box without sides."""
+        if all(getattr(self, name) is None for name in self.__struct_fields__):
+            yield "*", "is empty: say at least for which speeds and heights the model holds"
 
 
-@frozen
-class VehicleModel:
+class ModelSpread(Part, frozen=True, kw_only=True):
+    """How far whole flights were from their predictions by this model; optional.
+
+    Each is one standard deviation of (flown - predicted) / predicted.  Without this table nothing is
+    known about the spread of a prediction.  After few flights the spread of a prediction is that of
+    Student's t with n_flights degrees of freedom.
+    """
+
+    time_fraction: Annotated[float | None, Key("of the time of a flight", range=_FRACTION)] = None
+    energy_fraction: Annotated[
+        float | None, Key("of its energy, what all states of one flight share", range=_FRACTION)
+    ] = None
+    stopping_distance_fraction: Annotated[
+        float | None, Key("of stopping distances", range=_FRACTION)
+    ] = None
+    n_flights: Annotated[
+        int, Key("flights compared, none of which the model was fitted to", range=Range(1))
+    ]
+    source: Annotated[str, Key("which flights, and how they were compared")]
+    energy_state_fraction: Annotated[
+        Named,
+        Key(
+            "Of the energy of each state, besides what all states of one flight share: independent "
+            "from state to state; optional.",
+            range=_FRACTION,
+            choices=STATE_NAMES,
+        ),
+    ] = ()
+
+    def inconsistencies(self) -> Problems:
+        """Yield the problem of a spread of nothing."""
+        names = ("time_fraction", "energy_fraction", "stopping_distance_fraction")
+        if all(getattr(self, name) is None for name in names):
+            yield names[0], f"is missing: give one of {', '.join(names)} at least"
+
+
+class Provenance(Part, frozen=True, kw_only=True):
+    """Where the numbers come from."""
+
+    source: Annotated[str, Key("article, or whose vehicle and flights")]
+    method: Annotated[str, Key("how the numbers were found")]
+    date: Annotated[dt.date, Key("day the model file was made")]
+    readings: Annotated[
+        tuple[str, ...],
+        Key("decisions taken where the source can be read in more than one way"),
+    ] = ()
+    logs: Annotated[tuple[str, ...], Key("names of the flight logs used")] = ()
+    logs_sha256: Annotated[tuple[str, ...], Key("SHA-256 of each log, in hexadecimal")] = ()
+    fit: Annotated[
+        Named, Key("Figures of the fit by name, for example power_rmse_w; optional.")
+    ] = ()
+
+    def inconsistencies(self) -> Problems:
+        """Yield what is wrong with the list of logs."""
+        if self.logs_sha256:
+            yield from length_problems(self, "logs", "logs_sha256")
+        if any(len(one) != 64 or set(one) - set("0123456789abcdef") for one in self.logs_sha256):
+            yield "logs_sha256", "must hold 64 lower-case hexadecimal digits for each log"
+
+
+class Speed(Part, frozen=True, kw_only=True):
+    """Speed the vehicle flies at when a mission commands none.
+
+    Required with reference = "step"; refused otherwise, where it is an autopilot parameter.
+    """
+
+    default_m_s: Annotated[float, Key("speed", "m/s", POSITIVE)]
+
+
+class VehicleModel(Part, frozen=True, kw_only=True):
     """What was identified about one vehicle."""
 
-    name: str
-    """Also the stem of the model's file."""
     source: str
     """Where the model was read from, as it is shown to users."""
-    kind: str
-    """Kind of vehicle: ``multicopter``."""
-    reference: Autopilot
-    """Who shapes the references the model answers."""
-    description: str
-    hover: HoverLaw | None
-    """``None`` where the cruise law knows hover as well, or the power was not identified."""
-    responses: Responses
-    valid_for: ValidFor
-    provenance: Provenance
-    cruise: CruiseLaw | None = None
-    """``None`` where the source of the model gives no cruise power."""
-    ramps: Ramps | None = None
-    """How it flies where its own autopilot shapes the way; in place of responses."""
-    vertical: VerticalPower | None = None
-    loads: Loads | None = None
-    """``None``: nothing is added in the air, and turning rotors on the ground cost hover power."""
-    battery: Battery | None = None
-    airspeed_limit_m_s: float | None = None
-    """Highest airspeed the vehicle can hold, at its lean limit; ``None``: not known. [m s⁻¹]"""
-    position_noise_m: float = 0.0
-    """Mean horizontal error of the position in a hover, where none is given. [m]"""
-    mass_kg: float | None = None
-    """Take-off mass with battery, without payload. [kg]"""
-    default_speed_m_s: float | None = None
-    """Speed where a mission commands none; ``None`` where it is an autopilot parameter. [m/s]"""
-    parameters: tuple[tuple[str, float], ...] = ()
-    """Autopilot parameters by their own names and in their own units."""
-    spread: ModelSpread | None = None
-    """``None``: nothing is known about how far flights are from predictions."""
+    name: Annotated[str, Key("must equal the file name without .toml")]
+    kind: Annotated[str, Key("kind of vehicle", choices=("multicopter",))]
+    reference: Annotated[
+        Autopilot,
+        Key("who shapes the reference the model answers: step (nobody), px4, ardupilot"),
+    ]
+    description: Annotated[str, Key("one or two sentences for a pilot")]
+    mass_kg: Annotated[
+        float | None, Key("take-off mass with battery, without payload", "kg", POSITIVE)
+    ] = None
+    airspeed_limit_m_s: Annotated[
+        float | None,
+        Key(
+            "highest airspeed the vehicle can hold, at its lean limit; never inferred",
+            "m/s",
+            POSITIVE,
+        ),
+    ] = None
+    position_noise_m: Annotated[
+        float,
+        Key(
+            "mean error of the position in a hover, where none is given; slows PX4 down",
+            "m",
+            Range(0.0, 1.5),
+        ),
+    ] = 0.0
+    speed: Annotated[Speed | None, TABLE] = None
+    hover: Annotated[
+        AltitudeLaw | DensityLaw | None,
+        Key(
+            "",
+            absent={
+                OF_CRUISE: (
+                    "Hover power is that of the [cruise] law at rest: for a law that knows it, which "
+                    "are momentum, liu and di-franco-buttazzo."
+                ),
+                NOT_GIVEN: (
+                    "The power of the vehicle was not identified: time and distance are predicted, "
+                    "energy is not, and no mission is a go (E109).  Needs power = "
+                    '"not-given" under [cruise].'
+                ),
+            },
+        ),
+    ]
+    responses: Annotated[Responses, TABLE] = Responses()
+    ramps: Annotated[Ramps | None, TABLE] = None
+    cruise: Annotated[
+        CruisePower | MomentumLaw | LiuLaw | DiFrancoButtazzoLaw | None,
+        Key(
+            "",
+            absent={
+                NOT_GIVEN: (
+                    "The source of the model gives no cruise power: the planner takes hover power "
+                    "and says so in a finding."
+                )
+            },
+        ),
+    ]
+    vertical: Annotated[VerticalPower | None, TABLE] = None
+    loads: Annotated[Loads | None, TABLE] = None
+    battery: Annotated[Battery | None, TABLE] = None
+    parameters: Annotated[
+        Named,
+        Key(
+            "Autopilot parameters by their own names and in their own units, for example WPNAV_SPEED "
+            '= 1000; used where no parameter file is given.  Only with reference = "px4" or '
+            '"ardupilot".'
+        ),
+    ] = ()
+    valid_for: Annotated[ValidFor, TABLE]
+    spread: Annotated[ModelSpread | None, TABLE] = None
+    provenance: Annotated[Provenance, TABLE]
 
-    def __post_init__(self) -> None:
-        TOP.refuse(self)
-        problems = [
-            *reference_problems(
-                self.reference,
-                has_altitude_response=self.responses.altitude is not None,
-                has_speed_response=self.responses.speed is not None,
-                has_ramps=self.ramps is not None,
-                has_default_speed=self.default_speed_m_s is not None,
-                has_parameters=bool(self.parameters),
-            ),
-            *power_problems_together(
-                is_hover_of_cruise=self.hover is None and self.cruise is not None,
-                is_hover_known=self.hover is not None or self.cruise is not None,
-                is_cruise_whole=isinstance(self.cruise, WholeLaw),
-                is_cruise_known=self.cruise is not None,
-                has_vertical=self.vertical is not None,
-            ),
-            *mass_problems(
-                needing=[
-                    name
-                    for name, law in (("hover", self.hover), ("cruise", self.cruise))
-                    if isinstance(law, (DensityLaw, *MASS_LAWS))
-                ],
-                has_mass=self.mass_kg is not None,
-            ),
-        ]
-        if self.reference is not Autopilot.STEP:
-            from planner.vehicle.parameters.resolve import parameter_problems
+    def inconsistencies(self) -> Problems:
+        """Yield what does not fit together; drafts stand for what is wrong in itself."""
+        if self.reference is Autopilot.STEP:
+            yield from _step_problems(self)
+        elif isinstance(self.reference, Autopilot):
+            yield from _autopilot_problems(self)
+        yield from _power_problems(self)
 
-            problems += parameter_problems(self.reference, dict(self.parameters))
-        if problems:
-            raise ValueError("; ".join(f"{key} {problem}" for key, problem in problems))
+    @property
+    def default_speed_m_s(self) -> float | None:
+        """Speed where a mission commands none; ``None`` where it is an autopilot parameter. [m/s]"""
+        return None if self.speed is None else self.speed.default_m_s
 
     @property
     def is_power_known(self) -> bool:
@@ -260,7 +456,7 @@ class VehicleModel:
     @property
     def knows_mass(self) -> bool:
         """Whether the power depends on the mass, and so on the payload."""
-        return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MASS_LAWS)
+        return isinstance(self.hover, MASS_LAWS) or isinstance(self.cruise, MASS_LAWS)
 
     @property
     def knows_air_density(self) -> bool:
@@ -268,26 +464,45 @@ class VehicleModel:
         return isinstance(self.hover, DensityLaw) or isinstance(self.cruise, MomentumLaw)
 
 
-@frozen
-class ModelSpread:
-    """Standard deviations of (flown - predicted) / predicted; ``None`` where not known."""
+def _step_problems(model: VehicleModel) -> Problems:
+    """Yield what a model of step references needs, or has no use for."""
+    why = 'is missing: reference = "step" needs it'
+    motion = {name: getattr(model.responses, name) for name in ("altitude", "speed")}
+    if model.ramps is None:
+        yield from ((f"responses.{name}", why) for name in motion if motion[name] is None)
+    elif any(response is not None for response in motion.values()):
+        yield "ramps", "has no meaning beside responses of altitude or speed: give one of both"
+    if model.speed is None:
+        yield "speed.default_m_s", why
+    if model.parameters:
+        yield "parameters", 'has no meaning with reference = "step": no autopilot reads them'
 
-    n_flights: int
-    """Flights compared, none of which the model was fitted to."""
-    source: str
-    """Which flights, and how they were compared."""
-    time_fraction: float | None = None
-    """Of the time of a flight. [-]"""
-    energy_fraction: float | None = None
-    """Of its energy, what all states of one flight share. [-]"""
-    energy_state_fraction: tuple[tuple[str, float], ...] = ()
-    """Of the energy of states by name, independent from state to state. [-]"""
-    stopping_distance_fraction: float | None = None
-    """Of stopping distances. [-]"""
 
-    def __post_init__(self) -> None:
-        SPREAD.refuse(self)
-        for state, fraction in self.energy_state_fraction:
-            if state not in STATE_NAMES or not 0.0 <= fraction <= 10.0:
-                msg = f"energy_state_fraction holds shares by state, got {state} = {fraction}"
-                raise ValueError(msg)
+def _autopilot_problems(model: VehicleModel) -> Problems:
+    """Yield what a model of an autopilot's references has no use for, or what is no parameter."""
+    from planner.vehicle.parameters.resolve import parameter_problems
+
+    why = f'has no meaning with reference = "{model.reference}"'
+    if model.ramps is not None:
+        yield "ramps", f"{why}: the autopilot has its own"
+    if model.speed is not None:
+        yield "speed", f"{why}: it is an autopilot parameter, give it under [parameters]"
+    parameters: Any = model.parameters
+    if not isinstance(parameters, Draft):
+        for name, problem in parameter_problems(model.reference, dict(parameters)):
+            yield f"parameters.{shown(name)}", problem
+
+
+def _power_problems(model: VehicleModel) -> Problems:
+    """Yield where hover, cruise, climb and mass do not fit together."""
+    laws = (model.hover, model.cruise)
+    has_whole = isinstance(model.cruise, WholeLaw)
+    has_none = model.cruise is None and model.vertical is None
+    if laws[0] is None and not has_whole and not has_none and not isinstance(laws[1], Draft):
+        yield "hover.law", HOVER_WITHOUT_LAW
+    if has_whole and model.vertical is not None:
+        yield "vertical", "has no meaning here: the [cruise] law of this file knows the climb"
+    configs = [law.__struct_config__ for law in laws if isinstance(law, MASS_LAWS)]
+    if configs and model.mass_kg is None:
+        needing = " and ".join(f'{config.tag_field} = "{config.tag}"' for config in configs)
+        yield "mass_kg", f"is missing: {needing} needs the mass that flies"

@@ -1,12 +1,10 @@
-"""Hover laws: how the power to hover depends on height, or on mass and air density."""
+"""Laws of power: of hover over height, or over mass and air density; of level and vertical flight."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import numpy as np
+from msgspec.structs import asdict
 
-from planner.frozen import frozen
 from planner.physics.rotor import (
     altitude_law_hover_power_w,
     density_law_hover_power_w,
@@ -14,14 +12,14 @@ from planner.physics.rotor import (
     liu_power_w,
     momentum_power_w,
 )
-from planner.vehicle.power_schema import (
-    ALTITUDE_LAW,
-    CRUISE,
-    DENSITY_LAW,
-    DI_FRANCO_BUTTAZZO,
-    LIU,
-    MOMENTUM,
-    VERTICAL,
+from planner.vehicle.declared import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Key,
+    Part,
+    Problems,
+    Range,
+    length_problems,
 )
 
 if TYPE_CHECKING:
@@ -31,39 +29,39 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
 
-
-@frozen
-class AltitudeLaw:
-    """Hover power over height above home, P = K H^z: the article's equation 4."""
-
-    coefficient_w: float
-    """K, the power at 1 m. [W]"""
-    exponent: float
-    """z. [-]"""
-    lowest_height_m: float
-    """Height above home below which the power is held constant. [m]"""
-
-    def __post_init__(self) -> None:
-        ALTITUDE_LAW.refuse(self)
+_FACTOR = Range(0.0, 20.0)
 
 
-@frozen
-class DensityLaw:
-    """Hover power over mass and air density, scaled from one measured hover."""
+class AltitudeLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="altitude-power"):
+    """Hover power over height: P = coefficient_w x H^exponent, H the height above home.
 
-    hover_power_w: float
-    """Power at the reference mass and density. [W]"""
-    reference_mass_kg: float
-    """Mass that hovered. [kg]"""
-    reference_density_kg_m3: float
-    """Density of the air it hovered in. [kg m⁻³]"""
-    mass_exponent: float
-    """1.5 by momentum theory. [-]"""
-    density_exponent: float
-    """-0.5 by momentum theory. [-]"""
+    Held constant below lowest_height_m.  Equation 4 of the article.
+    """
 
-    def __post_init__(self) -> None:
-        DENSITY_LAW.refuse(self)
+    coefficient_w: Annotated[float, Key("power at 1 m", "W", POSITIVE)]
+    exponent: Annotated[float, Key("exponent of the height", range=Range(-1.0, 1.0))]
+    lowest_height_m: Annotated[
+        float, Key("height below which the power is held constant", "m", POSITIVE)
+    ]
+
+
+class DensityLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="density"):
+    """Hover power over mass and air density, scaled from one hover that was measured.
+
+    P = hover_power_w x (m / reference_mass_kg)^mass_exponent x (rho /
+    reference_density_kg_m3)^density_exponent.  Momentum theory has exponents 1.5 and -0.5.  Needs
+    mass_kg at the top of the file.
+    """
+
+    hover_power_w: Annotated[float, Key("power at the reference mass and density", "W", POSITIVE)]
+    reference_mass_kg: Annotated[float, Key("mass that hovered", "kg", POSITIVE)]
+    reference_density_kg_m3: Annotated[
+        float, Key("density of the air it hovered in", "kg/m³", Range(0.0, 2.0, excludes_low=True))
+    ]
+    mass_exponent: Annotated[float, Key("exponent of the mass ratio", range=Range(0.0, 3.0))]
+    density_exponent: Annotated[
+        float, Key("exponent of the density ratio, not positive", range=Range(-2.0, 0.0))
+    ]
 
 
 HoverLaw: TypeAlias = AltitudeLaw | DensityLaw
@@ -72,10 +70,10 @@ HoverLaw: TypeAlias = AltitudeLaw | DensityLaw
 def hover_power_w(
     law: HoverLaw,
     *,
-    height_above_home_m: npt.ArrayLike,
-    mass_kg: npt.ArrayLike | None,
-    air_density_kg_m3: npt.ArrayLike,
-) -> npt.NDArray[np.float64]:
+    height_above_home_m: "npt.ArrayLike",
+    mass_kg: "npt.ArrayLike | None",
+    air_density_kg_m3: "npt.ArrayLike",
+) -> "FloatArray":
     """Hover power by whichever law a model has.
 
     Parameters
@@ -99,136 +97,143 @@ def hover_power_w(
     ValueError
         If a density law is asked without a mass.
     """
-    match law:
-        case AltitudeLaw():
-            return altitude_law_hover_power_w(
-                height_above_home_m,
-                coefficient_w=law.coefficient_w,
-                exponent=law.exponent,
-                lowest_height_m=law.lowest_height_m,
-            )
-        case DensityLaw():
-            if mass_kg is None:
-                msg = "a density law needs the mass"
-                raise ValueError(msg)
-            return density_law_hover_power_w(
-                mass_kg,
-                air_density_kg_m3,
-                hover_power_w=law.hover_power_w,
-                reference_mass_kg=law.reference_mass_kg,
-                reference_density_kg_m3=law.reference_density_kg_m3,
-                mass_exponent=law.mass_exponent,
-                density_exponent=law.density_exponent,
-            )
+    if isinstance(law, AltitudeLaw):
+        return altitude_law_hover_power_w(height_above_home_m, **asdict(law))
+    if mass_kg is None:
+        msg = "a density law needs the mass"
+        raise ValueError(msg)
+    return density_law_hover_power_w(mass_kg, air_density_kg_m3, **asdict(law))
 
 
-@frozen
-class CruisePower:
-    """Steady power in level flight above hover power, over airspeed."""
+class CruisePower(Part, frozen=True, kw_only=True, tag_field="power", tag="table"):
+    """Steady power in level flight over airspeed, as a table.
 
-    speed_m_s: tuple[float, ...]
-    """Airspeeds, rising. [m/s]"""
-    power_above_hover_w: tuple[float, ...]
-    """Power minus hover power at each speed. [W]"""
+    Below its first speed in proportion to the speed, from hover power on.
+    """
 
-    def __post_init__(self) -> None:
-        CRUISE.refuse(self)
+    speed_m_s: Annotated[
+        tuple[float, ...],
+        Key("airspeeds, rising", "m/s", NOT_NEGATIVE, count=(2, 1000), rises=True),
+    ]
+    power_above_hover_w: Annotated[
+        tuple[float, ...], Key("steady power minus hover power", "W", count=(2, 1000))
+    ]
 
-    def above_hover_w(self, airspeed_m_s: FloatArray) -> FloatArray:
+    def inconsistencies(self) -> Problems:
+        """Yield what is wrong between the lists."""
+        return _curve_problems(self, "speed_m_s")
+
+    def above_hover_w(self, airspeed_m_s: "FloatArray") -> "FloatArray":
         """Return the power above hover at airspeeds. [W]"""
         return _curve_w(airspeed_m_s, self.speed_m_s, self.power_above_hover_w)
 
 
-@frozen
-class VerticalPower:
-    """Steady power in vertical flight above hover power, over climb rate."""
+class VerticalPower(Part, frozen=True, kw_only=True):
+    """Steady power in vertical flight over climb rate, as a table, added to that of [cruise].
 
-    climb_rate_m_s: tuple[float, ...]
-    """Climb rates, rising, descent negative. [m/s]"""
-    power_above_hover_w: tuple[float, ...]
-    """Power minus hover power at each climb rate. [W]"""
+    Optional, for laws that know no climb: table and not-given.
+    """
 
-    def __post_init__(self) -> None:
-        VERTICAL.refuse(self)
+    climb_rate_m_s: Annotated[
+        tuple[float, ...],
+        Key("climb rates, rising, descent negative", "m/s", count=(2, 1000), rises=True),
+    ]
+    power_above_hover_w: Annotated[
+        tuple[float, ...], Key("steady power minus hover power", "W", count=(2, 1000))
+    ]
 
-    def above_hover_w(self, climb_rate_m_s: FloatArray) -> FloatArray:
+    def inconsistencies(self) -> Problems:
+        """Yield what is wrong between the lists."""
+        return _curve_problems(self, "climb_rate_m_s")
+
+    def above_hover_w(self, climb_rate_m_s: "FloatArray") -> "FloatArray":
         """Return the power above hover at climb rates. [W]"""
         return _curve_w(climb_rate_m_s, self.climb_rate_m_s, self.power_above_hover_w)
 
 
-@frozen
-class MomentumLaw:
-    """All power of the motors by momentum theory: see `planner.physics.rotor.momentum_power_w`."""
+class MomentumLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="momentum"):
+    """Steady power by momentum theory, over airspeed, climb rate, mass and air density.
 
-    disk_area_m2: float
-    """Area of all rotor disks. [m²]"""
-    drag_area_m2: float
-    """Drag coefficient times frontal area. [m²]"""
-    induced_factor: float
-    """Electrical over ideal induced power. [-]"""
-    axial_factor: float
-    """Electrical power over that of climb and drag. [-]"""
-    profile_factor: float
-    """Electrical profile power over ideal power in hover. [-]"""
-    profile_speed_factor: float
-    """Growth of profile power with the square of speed over induced velocity. [-]"""
-
-    def __post_init__(self) -> None:
-        MOMENTUM.refuse(self)
-
-
-@frozen
-class LiuLaw:
-    """All power by five parameters: see `planner.physics.rotor.liu_power_w`."""
-
-    k1: float
-    k2_sqrt_kg_m: float
-    """[kg^½ m^−½]"""
-    c2_sqrt_m_kg: float
-    """[m^½ kg^−½]"""
-    c4_kg_m: float
-    """[kg m⁻¹]"""
-    c5_kg_m: float
-    """[kg m⁻¹]"""
-
-    def __post_init__(self) -> None:
-        LIU.refuse(self)
-
-
-@frozen
-class DiFrancoButtazzoLaw:
-    """All power by a polynomial and two powers.
-
-    See `planner.physics.rotor.di_franco_buttazzo_power_w`.
+    P = k_i T v_i + k_a T.V + k_p T v_h (1 + k_v (V_p / v_h)^2), thrust T against weight and drag,
+    induced velocity v_i (v_h in hover), V_p the speed in the plane of the disk.  The factors are
+    electrical watts for each watt of the ideal disk.  Needs mass_kg at the top.
     """
 
-    coefficients: tuple[float, ...]
-    """Of power over airspeed, highest power first. [W, W s m⁻¹, …]"""
-    climb_power_w: float
-    climb_speed_m_s: float
-    descent_power_w: float
-    descent_speed_m_s: float
-    """Positive. [m s⁻¹]"""
+    disk_area_m2: Annotated[
+        float, Key("area of all rotor disks, as the fit sees it", "m²", POSITIVE)
+    ]
+    drag_area_m2: Annotated[float, Key("drag coefficient times frontal area", "m²", NOT_NEGATIVE)]
+    induced_factor: Annotated[float, Key("k_i, induced power", range=_FACTOR)]
+    axial_factor: Annotated[float, Key("k_a, power of climb and drag", range=_FACTOR)]
+    profile_factor: Annotated[float, Key("k_p, profile power in hover", range=_FACTOR)]
+    profile_speed_factor: Annotated[
+        float, Key("k_v, growth of profile power with speed", range=_FACTOR)
+    ]
 
-    def __post_init__(self) -> None:
-        DI_FRANCO_BUTTAZZO.refuse(self)
+    def inconsistencies(self) -> Problems:
+        """Yield the problem of a rotor that needs less than the ideal one."""
+        if self.induced_factor + self.profile_factor < 1.0:
+            yield "induced_factor", "and profile_factor are less than 1 together: better than ideal"
+
+
+class LiuLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="liu"):
+    """Steady power by the five parameters of Liu, Sengupta and Kurzhanskiy.
+
+    ICUAS 2017, equations 14 and 15, over airspeed, climb rate and mass; it knows no air density.  For
+    an IRIS+ of 1.28 kg the parameters are quoted as 0.8554, 0.3051, 0.3177, 0.0296, 0.0279.  Needs
+    mass_kg at the top.
+    """
+
+    k1: Annotated[float, Key("k₁", range=POSITIVE)]
+    k2_sqrt_kg_m: Annotated[float, Key("k₂", "√(kg/m)", POSITIVE)]
+    c2_sqrt_m_kg: Annotated[float, Key("c₂", "√(m/kg)", NOT_NEGATIVE)]
+    c4_kg_m: Annotated[float, Key("c₄, drag", "kg/m", NOT_NEGATIVE)]
+    c5_kg_m: Annotated[float, Key("c₅, lift", "kg/m", NOT_NEGATIVE)]
+
+
+class DiFrancoButtazzoLaw(
+    Part, frozen=True, kw_only=True, tag_field="power", tag="di-franco-buttazzo"
+):
+    """Steady power by the curve of Di Franco and Buttazzo, J. Intell. Robot. Syst. 83, 2016.
+
+    A polynomial over airspeed, and the power of one climb and of one descent, from which other climb
+    rates are counted in proportion.  It knows neither mass nor air density.
+    """
+
+    coefficients: Annotated[
+        tuple[float, ...],
+        Key(
+            "of level flight over airspeed, highest power first; the last is hover power",
+            "W, W s/m, …",
+            count=(1, 9),
+        ),
+    ]
+    climb_power_w: Annotated[float, Key("in the climb", "W", POSITIVE)]
+    climb_speed_m_s: Annotated[float, Key("its rate", "m/s", POSITIVE)]
+    descent_power_w: Annotated[float, Key("descending", "W", POSITIVE)]
+    descent_speed_m_s: Annotated[float, Key("its rate, positive", "m/s", POSITIVE)]
+
+    def inconsistencies(self) -> Problems:
+        """Yield the problem of a polynomial that gives no hover power."""
+        if not self.coefficients[-1] > 0.0:
+            yield "coefficients", "must end with hover power, greater than 0"
 
 
 WholeLaw: TypeAlias = MomentumLaw | LiuLaw | DiFrancoButtazzoLaw
 """Laws that give all the power of the motors, hover and climb included."""
 CruiseLaw: TypeAlias = CruisePower | WholeLaw
-MASS_LAWS = (MomentumLaw, LiuLaw)
-"""Laws in which the mass stands."""
+MASS_LAWS = (DensityLaw, MomentumLaw, LiuLaw)
+"""Laws that depend on the mass."""
 
 
 def whole_power_w(
     law: WholeLaw,
     *,
-    airspeed_m_s: npt.ArrayLike,
-    climb_rate_m_s: npt.ArrayLike,
+    airspeed_m_s: "npt.ArrayLike",
+    climb_rate_m_s: "npt.ArrayLike",
     mass_kg: float | None,
-    air_density_kg_m3: npt.ArrayLike,
-) -> FloatArray:
+    air_density_kg_m3: "npt.ArrayLike",
+) -> "FloatArray":
     """Power by a law that gives all of it.
 
     Parameters
@@ -255,44 +260,34 @@ def whole_power_w(
         If a law that knows the mass is asked without one.
     """
     if isinstance(law, DiFrancoButtazzoLaw):
-        return di_franco_buttazzo_power_w(
-            airspeed_m_s,
-            climb_rate_m_s,
-            coefficients=law.coefficients,
-            climb_power_w=law.climb_power_w,
-            climb_speed_m_s=law.climb_speed_m_s,
-            descent_power_w=law.descent_power_w,
-            descent_speed_m_s=law.descent_speed_m_s,
-        )
+        return di_franco_buttazzo_power_w(airspeed_m_s, climb_rate_m_s, **asdict(law))
     if mass_kg is None:
         msg = "this law of power needs the mass"
         raise ValueError(msg)
     if isinstance(law, LiuLaw):
-        return liu_power_w(
-            airspeed_m_s,
-            climb_rate_m_s,
-            mass_kg=mass_kg,
-            k1=law.k1,
-            k2_sqrt_kg_m=law.k2_sqrt_kg_m,
-            c2_sqrt_m_kg=law.c2_sqrt_m_kg,
-            c4_kg_m=law.c4_kg_m,
-            c5_kg_m=law.c5_kg_m,
-        )
+        return liu_power_w(airspeed_m_s, climb_rate_m_s, mass_kg=mass_kg, **asdict(law))
     return momentum_power_w(
         airspeed_m_s,
         climb_rate_m_s,
         mass_kg=mass_kg,
         air_density_kg_m3=air_density_kg_m3,
-        disk_area_m2=law.disk_area_m2,
-        drag_area_m2=law.drag_area_m2,
-        induced_factor=law.induced_factor,
-        axial_factor=law.axial_factor,
-        profile_factor=law.profile_factor,
-        profile_speed_factor=law.profile_speed_factor,
+        **asdict(law),
     )
 
 
-def _curve_w(at: FloatArray, rates: Sequence[float], powers: Sequence[float]) -> FloatArray:
+def _curve_problems(curve: CruisePower | VerticalPower, rates: str) -> Problems:
+    """Yield what is wrong with a curve of power above hover: it is none at rest."""
+    problems = list(length_problems(curve, rates, "power_above_hover_w"))
+    yield from problems
+    for rate, power_w in (
+        () if problems else zip(getattr(curve, rates), curve.power_above_hover_w, strict=True)
+    ):
+        if rate == 0.0 and power_w != 0.0:
+            problem = f"must be 0 where {rates} is 0, got {power_w:g}: at rest it is hover"
+            yield "power_above_hover_w", problem
+
+
+def _curve_w(at: "FloatArray", rates: "Sequence[float]", powers: "Sequence[float]") -> "FloatArray":
     """Return power above hover by a curve that holds no power at rest.
 
     Beyond its last point a curve that rises goes on rising; elsewhere the nearest value is held, so

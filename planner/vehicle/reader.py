@@ -2,66 +2,39 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.autopilot import Autopilot
-from planner.errors import described, nearest_hint, shortened
-from planner.physics.response import TransferFunction
-from planner.vehicle.battery import (
-    Battery,
-    chemistry_names,
-    with_chemistry,
+from planner import quantity
+from planner.errors import VehicleFileError, described, nearest_hint, shortened
+from planner.findings import Place
+from planner.vehicle.battery import Battery, Chemistry
+from planner.vehicle.declared import (
+    Draft,
+    InvalidValueError,
+    declared,
+    read_fields,
 )
-from planner.vehicle.battery_schema import BATTERY
-from planner.vehicle.consistency import (
-    mass_problems,
-    power_problems_together,
-    reference_problems,
-)
-from planner.vehicle.document import (
-    MOST_BYTES,
-    document_from_toml,
-    file_error,
-    single_problem,
-)
-from planner.vehicle.keys import Kind
-from planner.vehicle.law_tables import MASS_TABLES, WHOLE_TABLES, cruise_law, hover_law
-from planner.vehicle.model import (
-    Loads,
-    ManoeuvreResponse,
-    Provenance,
-    Ramps,
-    Responses,
-    ValidFor,
-    VehicleModel,
-)
-from planner.vehicle.power import VerticalPower
-from planner.vehicle.power_schema import (
-    CRUISE_NOT_GIVEN,
-    HOVER_NOT_GIVEN,
-    HOVER_OF_CRUISE,
-    LOADS,
-    VERTICAL,
-)
-from planner.vehicle.ramp_schema import RAMPS
-from planner.vehicle.response_schema import RESPONSE_TABLES
-from planner.vehicle.schema import (
-    FIT,
-    PARAMETERS,
-    PROVENANCE,
-    SCHEMA,
-    SPEED,
-    TOP,
-    VALID_FOR,
-)
-from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
+from planner.vehicle.model import HOVER_WITHOUT_LAW, NOT_GIVEN, OF_CRUISE, VehicleModel
+from planner.vehicle.power import WholeLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from planner.vehicle.declared import Field, Part
 
-    from planner.vehicle.keys import Table
-    from planner.vehicle.model import ModelSpread
+SCHEMA_VERSION = 1
+MOST_BYTES = 1 << 18
+"""A model file is a few kilobytes; anything larger is another kind of file."""
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def models_root() -> Path:
+    """Return the folder of the shipped models and kinds of cell."""
+    packaged = _PACKAGE / "_data" / "models"  # in a wheel
+    return packaged if packaged.is_dir() else _PACKAGE.parent / "models"
 
 
 def read_vehicle(path: str | Path) -> VehicleModel:
@@ -116,190 +89,211 @@ def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
     VehicleFileError
         If anything is wrong; ``problems`` holds all of it.
     """
-    content = _Content(document_from_toml(data, source=source))
-    content.check(name)
-    if content.problems:
-        raise file_error(content.problems, source=source)
-    try:
-        return content.model(source)
-    except ValueError as error:  # what only the values themselves can know
-        raise single_problem(str(error), source=source) from error
+    document = _parsed(data, source=source)
+    _refuse_version(document.pop("schema", None), source=source)
+    reading = _Reading()
+    held = reading.fields(VehicleModel, document)
+    if isinstance(held["name"], str) and held["name"] != name:
+        problem = (
+            f"is {described(held['name'])}, but the file is called {shortened(name)}.toml: "
+            "they must be the same"
+        )
+        reading.note("name", problem)
+    draft: Any = Draft(**held)
+    for key, problem in VehicleModel.inconsistencies(draft):
+        reading.note(key, problem)
+    law = reading.chosen.get("hover.law")
+    is_of_cruise = isinstance(draft.cruise, WholeLaw)
+    if not reading.problems and law == (NOT_GIVEN if is_of_cruise else OF_CRUISE):
+        reading.note("hover.law", HOVER_WITHOUT_LAW)
+    if reading.problems:
+        raise _file_error(reading.problems, source=source)
+    return VehicleModel(source=source, **held)
 
 
-class _Content:
-    """The document of a model file, its problems, and the values made of it."""
+def chemistry_names() -> tuple[str, ...]:
+    """Return the names of the shipped kinds of cell, sorted."""
+    return tuple(sorted(path.stem for path in (models_root() / "chemistries").glob("*.toml")))
 
-    def __init__(self, document: dict[str, Any]) -> None:
-        self.document = document
+
+@lru_cache(maxsize=16)
+def load_chemistry(name: str) -> Chemistry:
+    """Load a shipped kind of cell.
+
+    Raises
+    ------
+    ValueError
+        If its file is not as it must be: a mistake in what is shipped.
+    """
+    path = models_root() / "chemistries" / f"{name}.toml"
+    document = tomllib.loads(path.read_text(encoding="utf-8"))
+    version = document.pop("schema", None)
+    reading = _Reading()
+    chemistry = reading.part(Chemistry, document)
+    if version != SCHEMA_VERSION or not isinstance(chemistry, Chemistry) or chemistry.name != name:
+        msg = f"{path.name}: schema {version}, name {document.get('name')!r}, {reading.problems}"
+        raise ValueError(msg)
+    return chemistry
+
+
+class _Reading:
+    """The problems found while the tables of a file are turned into values."""
+
+    def __init__(self) -> None:
         self.problems: list[tuple[str, str]] = []
-        self._cleaned: dict[str, dict[str, Any]] = {}
-        self._chosen: dict[str, Table] = {}
+        self.chosen: dict[str, Any] = {}
+        """What the file chose where a table has variants, by dotted key."""
 
-    def check(self, name: str) -> None:
-        """Collect every problem of the document, and the cleaned tables."""
-        for table_name in dict.fromkeys(table.name for table in SCHEMA):
-            self._check_table(table_name)
-        given_name = self.document.get("name")
-        if isinstance(given_name, str) and given_name != name:
-            problem = (
-                f"is {described(given_name)}, but the file is called {shortened(name)}.toml: "
-                "they must be the same"
-            )
-            self.problems.append(("name", problem))
-        self._check_together()
+    def note(self, key: str, problem: str) -> None:
+        """Note a problem of a dotted key."""
+        self.problems.append((key, problem))
 
-    def _check_table(self, name: str) -> None:
-        variants = [table for table in SCHEMA if table.name == name]
-        raw = self._raw(name)
-        if raw is None:
-            if variants[0].required:
-                self.problems.append((name, f"is missing: the file needs a table [{name}]"))
-            return
+    def fields(self, part: type[Part], raw: dict[str, Any], where: str = "") -> dict[str, Any]:
+        """Return the fields of a part; drafts of those, and in those, with a problem."""
+        fields = declared(part)
+        held, problems = read_fields(part, raw)
+        for key, problem in problems:
+            self.note(where + key, problem)
+            if key.partition(".")[0] in fields:
+                held[key.partition(".")[0]] = Draft()
+        for name, field in fields.items():
+            if name not in held:
+                if field.kind is None and name in raw:
+                    held[name] = self._table(field, raw[name], where)
+                else:
+                    held[name] = Draft() if field.is_required else field.default
+        return held
+
+    def part(self, part: type[Part], raw: dict[str, Any], where: str = "") -> Part | Draft:
+        """Return a part; a draft of it where it has problems."""
+        before = len(self.problems)
+        held = self.fields(part, raw, where)
+        if len(self.problems) > before:
+            return Draft(**held)
+        try:
+            return part(**held)
+        except InvalidValueError as error:  # what only the fields together can tell
+            for key, problem in error.problems:
+                self.note(where + key, problem)
+        return Draft(**held)
+
+    def _table(self, field: Field, raw: object, where: str) -> Part | Draft | None:
+        dotted = where + field.name
         if not isinstance(raw, dict):
-            self.problems.append((name, f"must be a table [{name}], got {described(raw)}"))
-            return
-        table = self._variant(variants, raw)
-        if table is None:
-            return
-        if table.selector is not None:
-            raw = {key: value for key, value in raw.items() if key != table.selector[0]}
-        if table is BATTERY:
+            self.note(dotted, f"must be a table [{dotted}], got {described(raw)}")
+            return Draft(**dict.fromkeys(declared(field.parts[0])))
+        [part, *others] = field.parts
+        if others:
+            variants = {one.__struct_config__.tag: one for one in field.parts}
+            selector = str(part.__struct_config__.tag_field)
+            names = [*map(str, variants), *field.key.absent]
+            raw = dict(raw)
+            chosen = self.chosen[f"{dotted}.{selector}"] = raw.pop(selector, None)
+            if chosen not in names:
+                got = "" if chosen is None else f", got {described(chosen)}"
+                hint = nearest_hint(chosen, names) if isinstance(chosen, str) else ""
+                self.note(f"{dotted}.{selector}", f"must be one of {', '.join(names)}{got}{hint}")
+                return Draft()
+            if chosen in field.key.absent:
+                for key in raw:
+                    self.note(f"{dotted}.{key}", f'is no key with {selector} = "{chosen}"')
+                return None
+            part = variants[chosen]
+        elif part is Battery:
             raw = self._with_chemistry(raw)
-        problems = table.problems(raw, tables_inside=_tables_inside(name))
-        self.problems += [(_dotted(name, key), problem) for key, problem in problems]
-        if not problems:
-            self._cleaned[name] = table.cleaned(raw)
-            self._chosen[name] = table
+        return self.part(part, raw, f"{dotted}.")
 
     def _with_chemistry(self, raw: dict[str, Any]) -> dict[str, Any]:
-        """Return a battery with the curves of its kind of cell, if it names one that is known."""
-        chemistry = raw.get("chemistry")
-        if not isinstance(chemistry, str) or not Kind.INTEGER.holds(raw.get("cells_in_series")):
-            return raw  # what is wrong with either is told by the table
-        if chemistry not in (names := chemistry_names()):
-            hint = nearest_hint(chemistry, names)
-            problem = f"must be one of {', '.join(names)}, got {described(chemistry)}{hint}"
-            self.problems.append((_dotted(BATTERY.name, "chemistry"), problem))
+        """Return the table of a battery with the curves of its kind of cell where it gives none."""
+        name, cells = raw.get("chemistry"), raw.get("cells_in_series")
+        if not isinstance(name, str) or type(cells) is not int:
+            return raw  # the table refuses what is wrong with either
+        if name not in (names := chemistry_names()):
+            hint = nearest_hint(name, names)
+            problem = f"must be one of {', '.join(names)}, got {described(name)}{hint}"
+            self.note("battery.chemistry", problem)
             return raw
-        return with_chemistry(raw)
-
-    def _variant(self, variants: list[Table], raw: Mapping[str, Any]) -> Table | None:
-        """Return the table the file selects; collect the problem where it selects none."""
-        selectors = [table.selector for table in variants if table.selector is not None]
-        if not selectors:
-            return variants[0]
-        key = selectors[0][0]
-        values = [value for _, value in selectors]
-        chosen = raw.get(key)
-        for table, value in zip(variants, values, strict=True):
-            if chosen == value:
-                return table
-        hint = nearest_hint(chosen, values) if isinstance(chosen, str) else ""
-        got = f", got {described(chosen)}" if key in raw else ""
-        problem = f"must be one of {', '.join(values)}{got}{hint}"
-        self.problems.append((_dotted(variants[0].name, key), problem))
-        return None
-
-    def _check_together(self) -> None:
-        reference = self._cleaned.get(TOP.name, {}).get("reference")
-        if reference is not None:
-            self.problems += reference_problems(
-                Autopilot(reference),
-                has_altitude_response=self._raw("responses.altitude") is not None,
-                has_speed_response=self._raw("responses.speed") is not None,
-                has_ramps=self._raw(RAMPS.name) is not None,
-                has_default_speed=self._raw(SPEED.name) is not None,
-                has_parameters=self._raw(PARAMETERS.name) is not None,
-            )
-            parameters = self._cleaned.get(PARAMETERS.name, {})
-            if reference != Autopilot.STEP:
-                from planner.vehicle.parameters.resolve import parameter_problems
-
-                self.problems += [
-                    (_dotted(PARAMETERS.name, key), problem)
-                    for key, problem in parameter_problems(Autopilot(reference), parameters)
-                ]
-        hover, cruise = self._chosen.get("hover"), self._chosen.get("cruise")
-        if hover is not None and cruise is not None:
-            self.problems += power_problems_together(
-                is_hover_of_cruise=hover is HOVER_OF_CRUISE,
-                is_hover_known=hover is not HOVER_NOT_GIVEN,
-                is_cruise_whole=cruise in WHOLE_TABLES,
-                is_cruise_known=cruise is not CRUISE_NOT_GIVEN,
-                has_vertical=self._raw(VERTICAL.name) is not None,
-            )
-        needing = [
-            f'{table.selector[0]} = "{table.selector[1]}"'
-            for table in (hover, cruise)
-            if table is not None and table.selector is not None and table in MASS_TABLES
-        ]
-        self.problems += mass_problems(needing=needing, has_mass="mass_kg" in self.document)
-
-    def _raw(self, dotted: str) -> object:
-        """Return what the document holds under a dotted name, ``None`` where there is nothing."""
-        found: object = self.document
-        for part in dotted.split(".") if dotted else ():
-            found = found.get(part) if isinstance(found, dict) else None
-        return found
-
-    def model(self, source: str) -> VehicleModel:
-        """Return the model of a document without problems."""
-        top = self._cleaned[TOP.name]
-        reference = Autopilot(top.pop("reference"))
-        vertical = self._cleaned.get(VERTICAL.name)
-        loads = self._cleaned.get(LOADS.name)
-        battery = self._cleaned.get(BATTERY.name)
-        ramps = self._cleaned.get(RAMPS.name)
-        return VehicleModel(
-            **top,
-            source=source,
-            reference=reference,
-            hover=hover_law(self._chosen["hover"], self._cleaned["hover"]),
-            responses=self._responses(),
-            ramps=None if ramps is None else Ramps(**ramps),
-            cruise=cruise_law(self._chosen["cruise"], self._cleaned["cruise"]),
-            loads=None if loads is None else Loads(**loads),
-            vertical=None if vertical is None else VerticalPower(**vertical),
-            battery=None if battery is None else Battery(**battery),
-            default_speed_m_s=self._cleaned.get(SPEED.name, {}).get("default_m_s"),
-            parameters=tuple(self._cleaned.get(PARAMETERS.name, {}).items()),
-            spread=self._spread(),
-            valid_for=ValidFor(**self._cleaned[VALID_FOR.name]),
-            provenance=Provenance(
-                **self._cleaned[PROVENANCE.name],
-                fit=tuple(self._cleaned.get(FIT.name, {}).items()),
-            ),
+        cell = load_chemistry(name)
+        volts = [volts * cells for volts in cell.cell_ocv_v]
+        curves: tuple[dict[str, Any], ...] = (
+            {"ocv_soc": cell.ocv_soc, "ocv_v": volts},
+            {
+                "resistance_temperature_c": cell.resistance_temperature_c,
+                "resistance_factor": cell.resistance_factor,
+            },
         )
-
-    def _spread(self) -> ModelSpread | None:
-        values = self._cleaned.get(SPREAD.name)
-        if values is None:
-            return None
-        from planner.vehicle.model import ModelSpread
-
-        states = self._cleaned.get(STATE_SPREAD.name, {})
-        return ModelSpread(**values, energy_state_fraction=tuple(states.items()))
-
-    def _responses(self) -> Responses:
-        responses = {}
-        for name, table in RESPONSE_TABLES.items():
-            if (values := self._cleaned.get(table.name)) is not None:
-                transfer_function = TransferFunction(
-                    numerator=values.pop("numerator"),
-                    denominator=values.pop("denominator"),
-                    delay_s=values.pop("delay_s"),
-                )
-                responses[name] = ManoeuvreResponse(transfer_function=transfer_function, **values)
-        return Responses(**responses)
+        for curve in curves:
+            if not curve.keys() & raw.keys() and None not in curve.values():
+                raw = raw | {name: list(values) for name, values in curve.items()}
+        return raw
 
 
-def _tables_inside(name: str) -> set[str]:
-    """Return the names of the tables directly inside a table."""
-    prefix = f"{name}." if name else ""
-    inside = {table.name.removeprefix(prefix) for table in SCHEMA if table.name.startswith(prefix)}
-    return {part.split(".")[0] for part in inside if part}
+def _parsed(data: bytes, *, source: str) -> dict[str, Any]:
+    if len(data) > MOST_BYTES:
+        msg = f"is larger than {MOST_BYTES // 1024} KiB: this is no model file"
+        raise single_problem(msg, source=source)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        msg = f"is not UTF-8 text (line {line}): this is no model file"
+        raise single_problem(msg, source=source) from error
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        msg = "is nested too deeply for a model file"
+        raise single_problem(msg, source=source) from error
+    except ValueError as error:  # TOMLDecodeError, or a number with thousands of digits
+        raise _syntax_error(str(error), text, source=source) from error
 
 
-def _dotted(table: str, key: str) -> str:
-    shown = key if key.isprintable() else repr(key)
-    return f"{table}.{shortened(shown)}" if table else shortened(shown)
+def _syntax_error(message: str, text: str, *, source: str) -> VehicleFileError:
+    where = re.search(r" \((?:at line (\d+), column (\d+)|at end of document)\)$", message)
+    if where is None:
+        return single_problem(f"is not TOML: {message}", source=source)
+    if where[1] is None:
+        lines = text.split("\n")
+        place = Place(line=len(lines), column=len(lines[-1]) + 1)
+    else:
+        place = Place(line=int(where[1]), column=int(where[2]))
+    message = f"is not TOML: {message[: where.start()]}"
+    problems = (f"{source}:{place.line}:{place.column}: {message}",)
+    return VehicleFileError(message, source=source, place=place, problems=problems)
+
+
+def _refuse_version(version: object, *, source: str) -> None:
+    """Raise before anything else is judged: another version may mean everything differently."""
+    if type(version) is int and version == SCHEMA_VERSION:
+        return
+    if version is None:
+        problem = f"is missing: write schema = {SCHEMA_VERSION} at the top of the file"
+    elif type(version) is int and SCHEMA_VERSION < version < 1_000_000:
+        problem = (
+            f"{version} is newer than this program, which reads schema {SCHEMA_VERSION}: "
+            "update mavjoule"
+        )
+    else:
+        problem = (
+            f"must be {SCHEMA_VERSION}, got {described(version)}: there is no such version; "
+            "write the file again after models/README.md"
+        )
+    raise _file_error([("schema", problem)], source=source)
+
+
+def single_problem(message: str, *, source: str) -> VehicleFileError:
+    """Return the error of a file with which one thing is wrong."""
+    return VehicleFileError(message, source=source, problems=(f"{source}: {message}",))
+
+
+def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:
+    """Return the error of a file with problems (key, what is wrong); at least one."""
+    key, message = problems[0]
+    more = (
+        f" (and {quantity.count(len(problems) - 1, 'more problem')})" if len(problems) > 1 else ""
+    )
+    return VehicleFileError(
+        message + more,
+        source=source,
+        key=key,
+        problems=tuple(f"{source}: {key}: {problem}" for key, problem in problems),
+    )

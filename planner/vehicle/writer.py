@@ -5,35 +5,20 @@ from __future__ import annotations
 import datetime as dt
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planner.errors import UsageError
 from planner.files import write_output_file
-from planner.vehicle.battery_schema import BATTERY
-from planner.vehicle.keys import Interval
-from planner.vehicle.law_tables import cruise_table, hover_table
-from planner.vehicle.power_schema import LOADS, VERTICAL
-from planner.vehicle.ramp_schema import RAMPS
-from planner.vehicle.reader import vehicle_from_toml
-from planner.vehicle.response_schema import RESPONSE_TABLES
-from planner.vehicle.schema import (
-    FIT,
-    PARAMETERS,
-    PROVENANCE,
-    SCHEMA_VERSION,
-    SPEED,
-    TOP,
-    VALID_FOR,
-    VERSION,
-)
-from planner.vehicle.spread_schema import SPREAD, STATE_SPREAD
+from planner.vehicle.declared import Interval, Kind, Part, declared
+from planner.vehicle.model import NOT_GIVEN, OF_CRUISE
+from planner.vehicle.reader import SCHEMA_VERSION, vehicle_from_toml
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterator, Sequence
 
-    from planner.vehicle.keys import Table
     from planner.vehicle.model import VehicleModel
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -63,7 +48,7 @@ def write_vehicle(path: str | Path, vehicle: VehicleModel, *, remarks: Sequence[
     path = Path(path)
     if path.name != f"{vehicle.name}.toml":
         msg = (
-            f"a model called {vehicle.name} stands in a file {vehicle.name}.toml, not {path.name}: "
+            f"a model called {vehicle.name} belongs in a file {vehicle.name}.toml, not {path.name}: "
             "name both the same"
         )
         raise UsageError(msg)
@@ -90,64 +75,39 @@ def vehicle_text(vehicle: VehicleModel, *, remarks: Sequence[str] = ()) -> str:
     str
         TOML, every number with all of its digits.
     """
-    blocks = [_comments(remarks)] if remarks else []
-    blocks.append([f"{VERSION.name} = {SCHEMA_VERSION}", *_lines(TOP, vehicle)])
-    if vehicle.default_speed_m_s is not None:
-        blocks.append(_block(SPEED, {"default_m_s": vehicle.default_speed_m_s}))
-    blocks += [
-        _block(hover_table(vehicle.hover, vehicle.cruise), vehicle.hover),
-        *(
-            _block(table, response)
-            for name, table in RESPONSE_TABLES.items()
-            if (response := getattr(vehicle.responses, name)) is not None
-        ),
-        _block(cruise_table(vehicle.cruise), vehicle.cruise),
-    ]
-    optional = (
-        (RAMPS, vehicle.ramps),
-        (VERTICAL, vehicle.vertical),
-        (LOADS, vehicle.loads),
-        (BATTERY, vehicle.battery),
-    )
-    blocks += [_block(table, value) for table, value in optional if value is not None]
-    if vehicle.parameters:
-        blocks.append(_free_block(PARAMETERS, vehicle.parameters))
-    blocks += [_block(VALID_FOR, vehicle.valid_for), _block(PROVENANCE, vehicle.provenance)]
-    if vehicle.spread is not None:
-        blocks.append(_block(SPREAD, vehicle.spread))
-        if vehicle.spread.energy_state_fraction:
-            blocks.append(_free_block(STATE_SPREAD, vehicle.spread.energy_state_fraction))
-    if vehicle.provenance.fit:
-        blocks.append(_free_block(FIT, vehicle.provenance.fit))
+    lines = [line for remark in remarks for line in remark.splitlines() or [""]]
+    blocks = [[f"# {line}".rstrip() for line in lines]] if remarks else []
+    [top, *tables] = _blocks(vehicle, "")
+    blocks += [[f"schema = {SCHEMA_VERSION}", *top], *tables]
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 
-def _comments(remarks: Iterable[str]) -> list[str]:
-    return [f"# {line}".rstrip() for remark in remarks for line in remark.splitlines() or [""]]
-
-
-def _block(table: Table, value: object) -> list[str]:
-    lines = [f"[{table.name}]"]
-    if table.selector is not None:
-        key, choice = table.selector
-        lines.append(f"{key} = {_toml(choice)}")
-    return [*lines, *_lines(table, value)]
-
-
-def _lines(table: Table, value: object) -> list[str]:
-    """Return the keys of a table with the values that an object, or a mapping, has for them."""
-    lines = []
-    defaults = getattr(type(value), "__dataclass_fields__", {})
-    for key in table.keys:
-        held = value.get(key.name) if isinstance(value, dict) else getattr(value, key.name, None)
-        is_default = key.name in defaults and held == defaults[key.name].default
-        if held is not None and held not in ((), "") and not is_default:
-            lines.append(f"{key.name} = {_toml(held)}")
-    return lines
-
-
-def _free_block(table: Table, values: Iterable[tuple[str, float]]) -> list[str]:
-    return [f"[{table.name}]", *(f"{_key(name)} = {_toml(value)}" for name, value in values)]
+def _blocks(part: Part, where: str) -> Iterator[list[str]]:
+    """Yield the keys of a part, then the blocks of the tables in it."""
+    held = {name: (field, getattr(part, name)) for name, field in declared(type(part)).items()}
+    tag = part.__struct_config__
+    yield [
+        *([f"{tag.tag_field} = {_toml(tag.tag)}"] if tag.tag else []),
+        *(
+            f"{name} = {_toml(value)}"
+            for name, (field, value) in held.items()
+            if field.kind not in {None, Kind.NAMED} and value != field.default
+        ),
+    ]
+    for name, (field, value) in held.items():
+        heading = f"[{where}{name}]"
+        if field.kind is Kind.NAMED and value:
+            yield [heading, *(f"{_key(key)} = {_toml(number)}" for key, number in value)]
+        elif isinstance(value, Part):
+            [keys, *tables] = _blocks(value, f"{where}{name}.")
+            if keys:
+                yield [heading, *keys]
+            yield from tables
+        elif field.key.absent:
+            # the one law that a file names and the model does not hold: hover in the cruise law
+            is_of_cruise = OF_CRUISE in field.key.absent and held["cruise"][1] is not None
+            selector = field.parts[0].__struct_config__.tag_field
+            yield [heading, f"{selector} = {_toml(OF_CRUISE if is_of_cruise else NOT_GIVEN)}"]
 
 
 def _key(name: str) -> str:

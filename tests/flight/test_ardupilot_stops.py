@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import control
@@ -20,8 +19,7 @@ from planner.flight.motion.kinematics import (
     FlightState,
 )
 from planner.mission.route.stage import StageKind
-from planner.physics.response import TransferFunction
-from planner.vehicle.model import ManoeuvreResponse, Responses
+from planner.vehicle.model import AltitudeResponse, ManoeuvreResponse, Responses, SpeedResponse
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:
@@ -32,12 +30,12 @@ if TYPE_CHECKING:
 STEP_S = 1e-3
 
 
-def following(denominator: tuple[float, ...], delay_s: float = 0.0) -> ManoeuvreResponse:
+def following(denominator: tuple[float, ...], delay_s: float = 0.0) -> SpeedResponse:
     """A response of steady gain 1."""
-    return ManoeuvreResponse(
-        transfer_function=TransferFunction(
-            numerator=(denominator[-1],), denominator=denominator, delay_s=delay_s
-        ),
+    return SpeedResponse(
+        numerator=(denominator[-1],),
+        denominator=denominator,
+        delay_s=delay_s,
         input_gain=1.0,
         identified_speed_m_s=10.0,
     )
@@ -121,7 +119,13 @@ def test_a_quick_vehicle_waits_nowhere_and_a_slow_one_until_it_is_within_the_rad
 def test_vertical_legs_wait_for_the_altitude() -> None:
     stages = (takeoff(), go(0.0, height_m=120.0, hold=1.0))
     slow = following((6.0, 1.0))
-    climbing = replace(slow, identified_speed_m_s=None, identified_step_m=50.0)
+    climbing = AltitudeResponse(
+        numerator=slow.numerator,
+        denominator=slow.denominator,
+        delay_s=slow.delay_s,
+        input_gain=1.0,
+        identified_step_m=50.0,
+    )
     plain = took_s(fly(*stages), 1)
     assert took_s(flown(*stages, responses=Responses(speed=slow)), 1) == pytest.approx(plain)
     assert took_s(flown(*stages, responses=Responses(altitude=climbing)), 1) > plain + 1.0

@@ -16,7 +16,7 @@ from planner.identify.battery import (
 )
 from planner.identify.outcome import Status
 from planner.physics.battery import open_circuit_voltage_v
-from planner.vehicle.battery import load_chemistry
+from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
     from planner.logs.record import FlightRecord

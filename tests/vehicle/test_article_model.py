@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from planner.vehicle.power import (
 )
 
 if TYPE_CHECKING:
-    from planner.vehicle.model import ManoeuvreResponse, VehicleModel
+    from planner.vehicle.model import VehicleModel
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +35,8 @@ PRINTED = {
 }
 
 
-def response_of(article: VehicleModel, name: str) -> ManoeuvreResponse:
-    response: ManoeuvreResponse = getattr(article.responses, name)
-    return response
+def response_of(article: VehicleModel, name: str) -> Any:  # noqa: ANN401 - one of four classes
+    return getattr(article.responses, name)
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -69,8 +68,8 @@ def test_windows_are_delay_plus_one_damped_period(
 
 
 def test_motion_models_have_no_window(article: VehicleModel) -> None:
-    assert response_of(article, "altitude").window_s is None
-    assert response_of(article, "speed").window_s is None
+    assert not hasattr(response_of(article, "altitude"), "window_s")
+    assert not hasattr(response_of(article, "speed"), "window_s")
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import dataclasses
 
 import pytest
+from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
@@ -43,7 +44,7 @@ def test_the_file_comes_before_the_model_and_the_model_before_the_default() -> N
     model = replace(
         step_model,
         reference=Autopilot.ARDUPILOT,
-        default_speed_m_s=None,
+        speed=None,
         parameters=(("WPNAV_SPEED", 800.0), ("WP_ACC", 1.5)),
     )
     values = resolve_parameters(
@@ -64,7 +65,7 @@ def test_parameters_of_a_model_for_another_autopilot_are_left_alone() -> None:
     model = replace(
         load_vehicle(),
         reference=Autopilot.PX4,
-        default_speed_m_s=None,
+        speed=None,
         parameters=(("MPC_XY_CRUISE", 8.0),),
     )
     values = resolve_parameters(Autopilot.ARDUPILOT, model=model).values
@@ -308,7 +309,7 @@ def test_a_name_a_letter_away_from_one_that_counts_is_an_error(
     name: str, meant: str | None
 ) -> None:
     result = resolve_parameters(
-        Autopilot.ARDUPILOT, file=replace(file_of(f"{name},500\n"), stack=None)
+        Autopilot.ARDUPILOT, file=dataclasses.replace(file_of(f"{name},500\n"), stack=None)
     )
     said = [f"{name} = 500 (line 1) is no parameter: is it {meant}?"] if meant else []
     assert messages(result, "P110") == [(Severity.ERROR, one) for one in said]

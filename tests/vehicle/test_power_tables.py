@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from planner.errors import VehicleFileError
-from planner.vehicle.battery import (
-    Battery,
-    chemistry_names,
-    load_chemistry,
-)
+from planner.vehicle.battery import Battery
 from planner.vehicle.model import Loads, VehicleModel
 from planner.vehicle.power import (
     CruisePower,
@@ -20,7 +16,7 @@ from planner.vehicle.power import (
     VerticalPower,
     whole_power_w,
 )
-from planner.vehicle.reader import vehicle_from_toml
+from planner.vehicle.reader import chemistry_names, load_chemistry, vehicle_from_toml
 
 HEAD = """\
 schema = 1

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import pytest
 
 from planner.errors import VehicleFileError
 from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
-from planner.vehicle.schema_text import schema_text
-from planner.vehicle.shipped import models_root
+from planner.vehicle.reader import models_root
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,10 +47,3 @@ def test_what_is_no_model_is_an_error_of_the_file(name: str) -> None:
     with pytest.raises(VehicleFileError) as caught:
         load_vehicle(name)
     assert caught.value.problems
-
-
-def test_the_documentation_is_rendered_from_the_schema() -> None:
-    readme = (models_root() / "README.md").read_text(encoding="utf-8")
-    section = re.search(r"<!-- schema begins -->\n\n(.*)\n<!-- schema ends -->", readme, re.DOTALL)
-    assert section is not None
-    assert section[1] == schema_text(), "models/README.md is behind the schema: render it again"

@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 
 from planner.errors import VehicleFileError
 from planner.flight.motion.kinematics import STATES
-from planner.vehicle.document import MOST_BYTES
+from planner.vehicle.model import STATE_NAMES
 from planner.vehicle.power import CruisePower
-from planner.vehicle.reader import read_vehicle, vehicle_from_toml
-from planner.vehicle.spread_schema import STATE_NAMES
+from planner.vehicle.reader import MOST_BYTES, read_vehicle, vehicle_from_toml
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
@@ -242,7 +241,12 @@ def test_a_model_of_an_autopilot_carries_its_parameters_and_density_law() -> Non
             "responses.speed.delay_standard_error_s",
             "below 0",
         ),
-        ('power = "table"', "", "cruise.power", "one of not-given, table"),
+        (
+            'power = "table"',
+            "",
+            "cruise.power",
+            "one of table, momentum, liu, di-franco-buttazzo, not-given",
+        ),
         ('power = "table"', 'power = "not-given"', "cruise.speed_m_s", "is no key"),
         ("speed_m_s = [0, 5, 10]", "speed_m_s = [0, 10, 5]", "cruise.speed_m_s", "5 follows 10"),
         ("speed_m_s = [0, 5, 10]", "speed_m_s = [0, 10]", "cruise.power_above_hover_w", "3 values"),

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from planner.errors import OutputError, UsageError
-from planner.vehicle.keys import Interval
+from planner.vehicle.declared import Interval
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml
 from planner.vehicle.writer import vehicle_text, write_vehicle

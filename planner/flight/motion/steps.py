@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import MotionLaw
     from planner.mission.route.stage import Stage
     from planner.physics.response import Extremum, StepResponse
-    from planner.vehicle.model import ManoeuvreResponse, Responses
+    from planner.vehicle.model import AltitudeResponse, ManoeuvreResponse, Responses
 
 
 @frozen(eq=False)
@@ -276,15 +276,14 @@ def steepest(altitude: ManoeuvreResponse) -> Extremum:
     return altitude.unit_step.peak_slope()
 
 
-def fly_vertical(legs: Legs, altitude: ManoeuvreResponse) -> Part:
+def fly_vertical(legs: Legs, altitude: AltitudeResponse) -> Part:
     """Return the climbs and descents of all stages."""
     change = legs.end_m[:, 2] - legs.start_m[:, 2]
     stage = np.flatnonzero(change)
     rise = change[stage]
     size = np.abs(rise)
     unit = altitude.unit_step
-    identified_m = altitude.identified_step_m
-    step = size if identified_m is None else np.minimum(size, identified_m)
+    step = np.minimum(size, altitude.identified_step_m)
     rate = steepest(altitude)
     peak_s = rate.time_s
     pause = (size - step) / (rate.value * step)
@@ -572,7 +571,7 @@ def _transients(
     peak_s = steepest(given(responses.altitude)).time_s
     return Transients(
         responses=tuple(None if model is None else model.unit_step for model in models),
-        window_s=tuple(0.0 if model is None else given(model.window_s) for model in models),
+        window_s=tuple(0.0 if model is None else model.window_s for model in models),
         segment=begun,
         response=kind[begun],
         amplitude=step[begun],
