@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import structs
 
 from planner import quantity
 from planner.autopilot import Autopilot
@@ -405,7 +406,7 @@ def assemble_model(
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
         spread = ramp_spread(records, settings)
-    model = replace(model, spread=spread)
+    model = structs.replace(model, spread=spread)
     return Identification(
         model=model,
         states=tuple(outcomes),

@@ -15,7 +15,7 @@ dawdles once counts for one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -315,7 +315,7 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
             measured.append(manoeuvre.duration_s)
             predicted.append(duration_s)
     errors = np.array(predicted) - np.array(measured)
-    names = [field.name for field in fields(Ramps)]
+    names = Ramps.__struct_fields__
     outcome = StateOutcome(
         name="ramps",
         status=Status.IDENTIFIED,

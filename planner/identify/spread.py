@@ -11,10 +11,10 @@ spread: the next flight meets it as well.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from planner.errors import IdentificationError, MavjouleError
 from planner.flight.motion.kinematics import FlightState

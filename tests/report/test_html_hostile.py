@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import item, mission, rtl, takeoff, waypoint
+from msgspec import structs
 from page_browser import (
     NEEDS_BROWSER,
     asked_for,
@@ -51,8 +52,8 @@ def hostile() -> CheckResult:
     """A flight of which every name that a file gives is hostile."""
     ours = planner.load_vehicle("arducopter-sitl-quad")
     logs = (EVIL,) * len(ours.provenance.logs)
-    origin = replace(ours.provenance, source=EVIL, method=EVIL, logs=logs, readings=(EVIL,))
-    vehicle = replace(ours, name=EVIL, source=EVIL, description=EVIL, provenance=origin)
+    origin = structs.replace(ours.provenance, source=EVIL, method=EVIL, logs=logs, readings=(EVIL,))
+    vehicle = structs.replace(ours, name=EVIL, source=EVIL, description=EVIL, provenance=origin)
     made = mission(takeoff(40.0), waypoint(300.0, 40.0), waypoint(0.0, 40.0), rtl())
     values = {"WPNAV_SPEED": ParameterValue(800.0), "WPNAV_SPEEED": ParameterValue(900.0)}
     return planner.check(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
+from msgspec.structs import replace
 
 from planner.errors import UsageError
 from planner.findings import Severity

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
+from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
 from planner.errors import UsageError

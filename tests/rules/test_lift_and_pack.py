@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
+from msgspec.structs import replace
 
 from planner.findings import Severity
 from planner.service import check

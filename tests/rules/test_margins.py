@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, rtl, speed, takeoff, waypoint
+from msgspec.structs import replace
 
 from planner.physics.wind import Wind
 from planner.service import check

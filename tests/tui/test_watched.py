@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from msgspec.structs import replace
 from reviews import TOO_FAR, missions_shown, review_app, rows_of, settled, text_of, what_if_of
 
 from planner.tui.watched import FileWatch, deciding_files
