@@ -15,11 +15,12 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
 import planner
-from planner.geo.geodesy import leg_length_m
+from planner.geo.geodesy import distance_m
 from planner.mission.commands import Command
 from planner.units import wh_from_j
 
@@ -54,7 +55,7 @@ def row_of(folder: Path, vehicle: planner.VehicleModel, mean_power_w: float) -> 
         for item in mission.items
         if item.command in {Command.NAV_TAKEOFF, Command.NAV_WAYPOINT, Command.NAV_LAND}
     ]
-    way_m = float(leg_length_m(*zip(*places, strict=True)).sum())
+    way_m = sum(float(distance_m(*one, *other)) for one, other in pairwise(places))
     speed_m_s = flown["commanded_speed_m_s"]
     return Row(
         speed_m_s=speed_m_s,

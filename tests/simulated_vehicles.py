@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from collections import deque
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -23,12 +24,11 @@ from planner.simulation import (
     predict_flown,
 )
 from planner.simulator.faults import read_faults
-from planner.simulator.lines import MemoryLine
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Hashable, Mapping
 
     from planner.mission.items import Mission
     from planner.simulator.flown import FlownMission
@@ -97,6 +97,52 @@ def wire(
     """Return one behind a line."""
     asked = request(autopilot, faults, **changes)
     return make_simulated_wire(vehicle(autopilot, faults, given, **changes), asked)
+
+
+_PEER = "simulated"
+
+
+class MemoryLine:
+    """The ground station's end of a line to a simulated vehicle; a `planner.link.line.Line`.
+
+    Parameters
+    ----------
+    wire : SimulatedWire
+        The other end.
+    """
+
+    def __init__(self, wire: SimulatedWire) -> None:
+        self._wire = wire
+        self._now_s = 0.0
+        self._arrived: deque[bytes] = deque()
+        self.is_closed = False
+
+    def now_s(self) -> float:
+        """Return the time, which only `receive` moves [s]."""
+        return self._now_s
+
+    def receive(self, timeout_s: float) -> list[tuple[Hashable, bytes]]:
+        """Return the frames that come first, or none; the time is then when they came."""
+        until_s = self._now_s + max(timeout_s, 0.0)
+        while True:
+            self._arrived += self._wire.due(self._now_s)
+            if self._arrived:
+                found: list[tuple[Hashable, bytes]] = [(_PEER, one) for one in self._arrived]
+                self._arrived.clear()
+                return found
+            deadline_s = self._wire.deadline_s
+            if deadline_s > until_s:
+                self._now_s = until_s
+                return []
+            self._now_s = max(self._now_s, deadline_s)
+
+    def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one vehicle
+        """Put bytes on the line."""
+        self._wire.receive(data, self._now_s, _PEER)
+
+    def close(self) -> None:
+        """Note that nobody listens any more."""
+        self.is_closed = True
 
 
 def memory_line(autopilot: Autopilot, faults: str = "", **changes: Any) -> MemoryLine:  # noqa: ANN401 - as it comes

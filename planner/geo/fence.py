@@ -233,22 +233,6 @@ _SEAM_M = 0.01
 
 
 @frozen
-class Clearance:
-    """Where a path comes nearest to the fence, or goes farthest beyond it."""
-
-    clearance_m: float
-    """Signed distance to the barrier, negative where the path is beyond it. [m]"""
-    leg: int
-    """Index of the leg, from 0."""
-    along_m: float
-    """Where on the path, from its start. [m]"""
-    east_m: float
-    north_m: float
-    barrier: Barrier
-    """The area it is measured to."""
-
-
-@frozen
 class Stretch:
     """A stretch of a path beyond one area of the fence."""
 
@@ -307,62 +291,6 @@ class FenceArea:
         """
         inside: npt.NDArray[np.bool_] = self.signed_distance_m(east_m, north_m) >= 0.0
         return inside
-
-    def leg_clearance_m(self, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> FloatArray:
-        """Return the least signed distance along each leg of a path.
-
-        Parameters
-        ----------
-        east_m, north_m : array_like, shape (n,)
-            The path: straight from point to point. [m]
-
-        Returns
-        -------
-        ndarray, shape (n − 1,)
-            Least :meth:`signed_distance_m` on the leg; how deep a leg goes beyond a polygon is
-            right within 1 cm. [m]
-
-        Raises
-        ------
-        ValueError
-            If there are fewer than two points, or one is not finite.
-        """
-        legs = path_legs(east_m, north_m)
-        clearance = np.full(len(legs.length_m), np.inf)
-        for barrier in self.barriers:
-            clearance = np.minimum(clearance, barrier.leg_clearance(legs).clearance_m)
-        return clearance
-
-    def least_clearance(self, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> Clearance | None:
-        """Return where a path comes nearest to the fence; ``None`` without a fence.
-
-        Parameters
-        ----------
-        east_m, north_m : array_like, shape (n,)
-            The path: straight from point to point.  Curves come as polylines; what these cut
-            off is to be subtracted by who drew them. [m]
-
-        Raises
-        ------
-        ValueError
-            If there are fewer than two points, or one is not finite.
-        """
-        legs = path_legs(east_m, north_m)
-        least: Clearance | None = None
-        for barrier in self.barriers:
-            clearance, along = barrier.leg_clearance(legs)
-            leg = int(np.argmin(clearance))
-            if least is None or clearance[leg] < least.clearance_m:
-                east, north = legs.point_m(along[[leg]], np.array([leg]))[0]
-                least = Clearance(
-                    clearance_m=float(clearance[leg]),
-                    leg=leg,
-                    along_m=float(np.sum(legs.length_m[:leg]) + along[leg]),
-                    east_m=float(east),
-                    north_m=float(north),
-                    barrier=barrier,
-                )
-        return least
 
     def stretches_outside(
         self, east_m: npt.ArrayLike, north_m: npt.ArrayLike

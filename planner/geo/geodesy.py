@@ -127,40 +127,6 @@ def distance_m(
     )[0]
 
 
-def leg_length_m(latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike) -> FloatArray:
-    """Length of each leg between consecutive points, whatever any frame's origin.
-
-    Parameters
-    ----------
-    latitude_deg, longitude_deg : array_like, shape (n,)
-        The points in order. [°]
-
-    Returns
-    -------
-    ndarray, shape (n − 1,)
-        Geodesic lengths. [m]
-    """
-    latitude = np.asarray(latitude_deg, np.float64)
-    longitude = np.asarray(longitude_deg, np.float64)
-    return distance_m(latitude[:-1], longitude[:-1], latitude[1:], longitude[1:])
-
-
-def path_length_m(latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike) -> float:
-    """Length of the path through the points, the sum of :func:`leg_length_m`.
-
-    Parameters
-    ----------
-    latitude_deg, longitude_deg : array_like, shape (n,)
-        The points in order. [°]
-
-    Returns
-    -------
-    float
-        Length. [m]
-    """
-    return float(np.sum(leg_length_m(latitude_deg, longitude_deg)))
-
-
 def latitude_longitude_deg(
     from_latitude_deg: npt.ArrayLike,
     from_longitude_deg: npt.ArrayLike,

@@ -12,7 +12,6 @@ import numpy as np
 from planner.errors import TerrainFileError
 from planner.frozen import frozen
 from planner.geo.geodesy import distance_m
-from planner.geo.path import path_legs
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.arrays import FloatArray
-    from planner.geo.geodesy import LocalFrame
 
 
 MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"
@@ -31,7 +29,6 @@ _WGS84 = "EPSG:4326"
 _LOWEST_GROUND_M, _HIGHEST_GROUND_M = -500.0, 9000.0
 _METRES = frozenset({"", "m", "metre", "metres", "meter", "meters"})
 _MOST_CELLS = 250_000_000  # 1 GB in memory; a tile of 1° at 1″ has 13 million
-_MOST_SAMPLES = 1_000_000
 _LEAST_WEIGHT = 1e-6
 
 
@@ -113,35 +110,6 @@ class TerrainTile:
         return x, y
 
 
-@frozen(eq=False)
-class TerrainProfile:
-    """The ground under a path."""
-
-    along_m: FloatArray
-    """Where, from the start of the path, rising; every corner of the path is there. [m]"""
-    height_amsl_m: MaskedHeights
-    """The ground, masked where it is not known. [m]"""
-    spacing_m: float
-    """The greatest distance between neighbours. [m]"""
-
-    @property
-    def lowest_amsl_m(self) -> float | None:
-        """The lowest known ground in metres; ``None`` where none is known."""
-        known = self.height_amsl_m.compressed()
-        return float(known.min()) if known.size else None
-
-    @property
-    def highest_amsl_m(self) -> float | None:
-        """The highest known ground in metres; ``None`` where none is known."""
-        known = self.height_amsl_m.compressed()
-        return float(known.max()) if known.size else None
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether the ground is known everywhere under the path."""
-        return not np.ma.getmaskarray(self.height_amsl_m).any()
-
-
 @frozen
 class TerrainGrid:
     """Ground heights above mean sea level from one tile or several."""
@@ -176,45 +144,6 @@ class TerrainGrid:
             height[missing] = tile.height_amsl_m(latitude[missing], longitude[missing])
         masked: MaskedHeights = np.ma.array(height, mask=np.isnan(height))
         return masked
-
-    def path_profile(
-        self, frame: LocalFrame, east_m: npt.ArrayLike, north_m: npt.ArrayLike
-    ) -> TerrainProfile:
-        """Return the ground under a path, a place in every cell or more.
-
-        Parameters
-        ----------
-        frame : LocalFrame
-            The frame of the path.
-        east_m, north_m : array_like, shape (n,)
-            The path: straight from point to point. [m]
-
-        Returns
-        -------
-        TerrainProfile
-            Spaced by at most the finest tile's cell, but never more than a million places.
-
-        Raises
-        ------
-        ValueError
-            If there are fewer than two points, or one is not finite.
-        """
-        legs = path_legs(east_m, north_m)
-        total = float(legs.length_m.sum())
-        spacing = max(min(tile.cell_m for tile in self.tiles), total / _MOST_SAMPLES)
-        count = np.maximum(np.ceil(legs.length_m / spacing).astype(np.intp), 1)
-        leg = np.repeat(np.arange(len(count)), count)
-        begin = np.cumsum(count) - count
-        along = legs.length_m[leg] * (np.arange(len(leg)) - begin[leg]) / count[leg]
-        points = np.concatenate([legs.point_m(along, leg), legs.end_m[-1:]])
-        offset = np.cumsum(legs.length_m) - legs.length_m
-        return TerrainProfile(
-            along_m=np.append(offset[leg] + along, total),
-            height_amsl_m=self.height_amsl_m(
-                *frame.latitude_longitude_deg(points[:, 0], points[:, 1])
-            ),
-            spacing_m=spacing,
-        )
 
 
 def read_terrain(*paths: str | PathLike[str]) -> TerrainGrid:

@@ -98,7 +98,12 @@ class ArxModel:
 
 
 def fit_arx(
-    manoeuvres: Sequence[Manoeuvre], *, poles: int, zeros: int, delay_samples: int
+    manoeuvres: Sequence[Manoeuvre],
+    *,
+    poles: int,
+    zeros: int,
+    delay_samples: int,
+    skipped: int | None = None,
 ) -> ArxModel:
     """Fit an ARX model of given orders and delay; equation 1 of the article.
 
@@ -111,6 +116,9 @@ def fit_arx(
         n, and m - 1, less than n.
     delay_samples : int
         k, at least 1.
+    skipped : int, optional
+        Samples before the first equation, to compare models on the same ones; left out, as few as
+        the orders and the delay need.
 
     Returns
     -------
@@ -127,7 +135,31 @@ def fit_arx(
     if not 0 <= zeros < poles or delay_samples < 1:
         msg = f"no ARX model has {poles} poles, {zeros} zeros and a delay of {delay_samples}"
         raise ValueError(msg)
-    return _fit(manoeuvres, poles, zeros, delay_samples, skipped=max(poles, delay_samples + zeros))
+    _same_step(manoeuvres)
+    first = max(poles, delay_samples + zeros) if skipped is None else skipped
+    rows, targets = [], []
+    for manoeuvre in manoeuvres:
+        answer = manoeuvre.answer - manoeuvre.answer_before
+        reference = manoeuvre.reference - manoeuvre.reference[0]
+        at = np.arange(first, answer.size)
+        past = [-answer[at - i] for i in range(1, poles + 1)]
+        inputs = [reference[at - delay_samples - i] for i in range(zeros + 1)]
+        rows.append(np.stack([*past, *inputs], axis=-1))
+        targets.append(answer[at])
+    design, target = np.concatenate(rows), np.concatenate(targets)
+    coefficients, _, rank, _ = np.linalg.lstsq(design, target)
+    if rank < design.shape[1] or design.shape[0] <= design.shape[1]:
+        msg = "the manoeuvres do not determine the coefficients of the ARX model"
+        raise IdentificationError(msg)
+    left = target - design @ coefficients
+    return ArxModel(
+        a=tuple(float(c) for c in coefficients[:poles]),
+        b=tuple(float(c) for c in coefficients[poles:]),
+        delay_samples=delay_samples,
+        step_s=manoeuvres[0].step_s,
+        noise_deviation=float(np.sqrt(left @ left / (target.size - coefficients.size))),
+        samples=target.size,
+    )
 
 
 def select_arx(
@@ -171,7 +203,9 @@ def select_arx(
         for degree in range(order) if zeros is None else zeros:
             for delay in range(1, longest + 1):
                 try:
-                    model = _fit(manoeuvres, order, degree, delay, skipped=skipped)
+                    model = fit_arx(
+                        manoeuvres, poles=order, zeros=degree, delay_samples=delay, skipped=skipped
+                    )
                 except IdentificationError:
                     continue
                 if best is None or model.criterion(criterion) < best.criterion(criterion):
@@ -193,35 +227,6 @@ def _same_step(manoeuvres: Sequence[Manoeuvre]) -> None:
     if any(m.reference_form is not ReferenceForm.HELD for m in manoeuvres):
         msg = "ARX needs references that are held between samples"
         raise IdentificationError(msg)
-
-
-def _fit(
-    manoeuvres: Sequence[Manoeuvre], poles: int, zeros: int, delay: int, *, skipped: int
-) -> ArxModel:
-    _same_step(manoeuvres)
-    rows, targets = [], []
-    for manoeuvre in manoeuvres:
-        answer = manoeuvre.answer - manoeuvre.answer_before
-        reference = manoeuvre.reference - manoeuvre.reference[0]
-        at = np.arange(skipped, answer.size)
-        past = [-answer[at - i] for i in range(1, poles + 1)]
-        inputs = [reference[at - delay - i] for i in range(zeros + 1)]
-        rows.append(np.stack([*past, *inputs], axis=-1))
-        targets.append(answer[at])
-    design, target = np.concatenate(rows), np.concatenate(targets)
-    coefficients, _, rank, _ = np.linalg.lstsq(design, target)
-    if rank < design.shape[1] or design.shape[0] <= design.shape[1]:
-        msg = "the manoeuvres do not determine the coefficients of the ARX model"
-        raise IdentificationError(msg)
-    left = target - design @ coefficients
-    return ArxModel(
-        a=tuple(float(c) for c in coefficients[:poles]),
-        b=tuple(float(c) for c in coefficients[poles:]),
-        delay_samples=delay,
-        step_s=manoeuvres[0].step_s,
-        noise_deviation=float(np.sqrt(left @ left / (target.size - coefficients.size))),
-        samples=target.size,
-    )
 
 
 def _continuous(model: ArxModel) -> TransferFunction:

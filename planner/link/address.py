@@ -85,22 +85,6 @@ class LinkAddress:
             return f"{own}@{_bracketed(self.remote[0])}:{self.remote[1]}"
         return f"{self.kind}:{_bracketed(self.host)}:{self.port}"
 
-    @property
-    def for_pymavlink(self) -> str:
-        """The same for ``mavutil.mavlink_connection``; a serial line wants ``baud`` as well."""
-        if self.kind is LinkKind.SERIAL:
-            return self.device
-        return f"{self.kind}:{self.host}:{self.port}"
-
-    @property
-    def for_mavsdk(self) -> str:
-        """The same for MAVSDK's ``add_any_connection``."""
-        if self.kind is LinkKind.SERIAL:
-            scheme = "serial_flowcontrol" if self.flow_control else "serial"
-            return f"{scheme}://{self.device}:{self.baud}"
-        scheme = "tcpout" if self.kind is LinkKind.TCP_CONNECT else self.kind.value
-        return f"{scheme}://{_bracketed(self.host)}:{self.port}"
-
 
 def is_address(text: str) -> bool:
     """Return whether a text is meant as an address of a vehicle, and not as the name of a file."""

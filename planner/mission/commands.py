@@ -199,17 +199,11 @@ class Support(StrEnum):
     """Not found out, or different between versions."""
 
 
-SOURCES: Mapping[Autopilot, str] = {
-    Autopilot.PX4: (
-        "PX4 mavlink_mission.cpp (parse_mavlink_mission_item) and FeasibilityChecker.cpp "
-        "(checkMissionItemValidity), 1.16 to early 2026"
-    ),
-    Autopilot.ARDUPILOT: (
-        "ArduPilot AP_Mission.cpp (mavlink_int_to_mission_cmd, start_command), Copter "
-        "mode_auto.cpp (start_command), 4.1 to 4.7; camera commands by ardupilot.org, 4.4 to 4.6"
-    ),
-}
-"""Where the answers of `support` come from."""
+# Where the answers of `support` come from:
+# PX4 mavlink_mission.cpp (parse_mavlink_mission_item) and FeasibilityChecker.cpp
+# (checkMissionItemValidity), 1.16 to early 2026; ArduPilot AP_Mission.cpp (mavlink_int_to_mission_cmd,
+# start_command), Copter mode_auto.cpp (start_command), 4.1 to 4.7; camera commands by ardupilot.org,
+# 4.4 to 4.6.
 
 EFFECTS: Mapping[CommandEffect, str] = {
     CommandEffect.MODELLED: """
@@ -350,7 +344,7 @@ def support(
     Returns
     -------
     Support
-        By the sources in `SOURCES`.
+        By the sources named above.
     """
     tables = _load_tables()
     if autopilot is Autopilot.STEP:

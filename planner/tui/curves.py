@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -166,24 +165,3 @@ def thinned(
         (np.where(is_rising, lowest, highest), np.where(is_rising, highest, lowest)), axis=1
     )
     return np.repeat(column[first], 2), pair.ravel()
-
-
-def moment_text(assessment: Assessment | None, time_s: float) -> str:
-    """Return what the vehicle does at a moment of its flight, in one line."""
-    if assessment is None or not math.isfinite(time_s):
-        return ""
-    flight = assessment.flight
-    at = np.array([min(max(time_s, 0.0), flight.time_s)])
-    state = flight.motion.state_at_time(at)
-    used_s, used_wh = _used(assessment)
-    parts = [
-        quantity.duration(float(at[0])),
-        f"{quantity.height(float(state.height_m[0]))} up",
-        quantity.speed(float(state.ground_speed_m_s[0])),
-    ]
-    if assessment.vehicle.is_power_known:
-        parts += [
-            quantity.power(float(flight.power_w(at)[0])),
-            f"{quantity.energy(float(np.interp(at[0], used_s, used_wh)))} used",
-        ]
-    return ", ".join(parts)

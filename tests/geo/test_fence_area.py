@@ -21,9 +21,14 @@ from planner.geo.fence import (
     make_fence_area,
 )
 from planner.geo.geodesy import LocalFrame
+from planner.geo.path import path_legs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from planner.arrays import FloatArray
 
 GEOD = Geod(ellps="WGS84")
 HERE = LocalFrame(latitude_deg=47.0, longitude_deg=8.0)
@@ -62,6 +67,14 @@ def area_of(*areas: FencePolygon | FenceCircle, inclusions_unite: bool = False) 
     return make_fence_area(fence, HERE, inclusions_unite=inclusions_unite)
 
 
+def clearance_m(area: FenceArea, east: npt.ArrayLike, north: npt.ArrayLike) -> FloatArray:
+    """The least signed distance along each leg of a path."""
+    legs = path_legs(east, north)
+    of_barriers = [barrier.leg_clearance(legs).clearance_m for barrier in area.barriers]
+    nowhere = np.full(len(legs.length_m), math.inf)
+    return np.asarray(np.min([nowhere, *of_barriers], axis=0))
+
+
 def stretches_m(area: FenceArea, east: Sequence[float], north: Sequence[float]) -> list[float]:
     return [m for s in area.stretches_outside(east, north) for m in (s.start_m, s.end_m)]
 
@@ -81,8 +94,7 @@ def test_without_a_fence_everything_is_allowed() -> None:
     area = area_of()
     assert area.signed_distance_m([0.0, 1e6], [0.0, 0.0]).tolist() == [math.inf, math.inf]
     assert area.is_inside([0.0], [0.0]).all()
-    assert area.leg_clearance_m([0.0, 1.0], [0.0, 0.0]).tolist() == [math.inf]
-    assert area.least_clearance([0.0, 1.0], [0.0, 0.0]) is None
+    assert clearance_m(area, [0.0, 1.0], [0.0, 0.0]).tolist() == [math.inf]
     assert area.stretches_outside([0.0, 1.0], [0.0, 0.0]) == ()
     assert area.findings == ()
 
@@ -128,8 +140,8 @@ def test_the_chord_of_a_long_parallel_enters_the_exclusion_at_its_middle() -> No
     at_chord = rectangle(-5.0, 3.4, 5.0, 13.4, inclusion=False)
     at_parallel = rectangle(-5.0, -5.0, 5.0, 5.0, inclusion=False)
     assert latitude == pytest.approx([46.99992] * 2, abs=1e-5)
-    assert area_of(at_chord).leg_clearance_m(east, north)[0] == pytest.approx(-5.0, abs=0.05)
-    assert area_of(at_parallel).leg_clearance_m(east, north)[0] == pytest.approx(3.4, abs=0.05)
+    assert clearance_m(area_of(at_chord), east, north)[0] == pytest.approx(-5.0, abs=0.05)
+    assert clearance_m(area_of(at_parallel), east, north)[0] == pytest.approx(3.4, abs=0.05)
 
 
 def test_a_long_edge_of_a_fence_follows_its_parallel() -> None:
@@ -145,12 +157,10 @@ def test_a_long_edge_of_a_fence_follows_its_parallel() -> None:
 def test_a_sliver_between_samples_is_found_with_its_place() -> None:
     area = area_of(rectangle(7000.0, -500.0, 7001.0, 500.0, inclusion=False))
     east, north = [0.0, 20_000.0], [100.0, 100.0]
-    least = area.least_clearance(east, north)
-    assert least is not None
-    assert least.clearance_m == pytest.approx(-0.5, abs=0.02)
-    assert least.along_m == pytest.approx(7000.5, abs=0.5)
-    assert (least.east_m, least.north_m) == pytest.approx((least.along_m, 100.0))
-    assert least.barrier.label == "exclusion polygon 1"
+    least = area.barriers[0].leg_clearance(path_legs(east, north))
+    assert least.clearance_m == pytest.approx([-0.5], abs=0.02)
+    assert least.along_m == pytest.approx([7000.5], abs=0.5)
+    assert area.barriers[0].label == "exclusion polygon 1"
     # The sides are meridians, which converge by 1e-4 rad here.
     assert stretches_m(area, east, north) == pytest.approx([7000.0, 7001.0], abs=0.02)
 
@@ -161,13 +171,12 @@ def test_a_leg_in_a_circle_is_cut_at_the_roots() -> None:
     east, north = [-100.0, 100.0], [30.0, 30.0]
     assert stretches_m(area_of(keep_out), east, north) == pytest.approx([60.0, 140.0])
     assert stretches_m(area_of(keep_in), east, north) == pytest.approx([0.0, 60.0, 140.0, 200.0])
-    least = area_of(keep_out).least_clearance(east, north)
-    assert least is not None
-    assert (least.clearance_m, least.along_m) == pytest.approx((-20.0, 100.0))
-    assert area_of(keep_in).leg_clearance_m(east, north) == pytest.approx(
+    least = area_of(keep_out).barriers[0].leg_clearance(path_legs(east, north))
+    assert (least.clearance_m[0], least.along_m[0]) == pytest.approx((-20.0, 100.0))
+    assert clearance_m(area_of(keep_in), east, north) == pytest.approx(
         [50.0 - math.hypot(100.0, 30.0)]
     )
-    assert area_of(keep_out).leg_clearance_m([60.0, 100.0], [0.0, 0.0]) == pytest.approx([10.0])
+    assert clearance_m(area_of(keep_out), [60.0, 100.0], [0.0, 0.0]) == pytest.approx([10.0])
 
 
 @pytest.mark.parametrize("as_circle", [True, False])
@@ -184,9 +193,7 @@ def test_the_rim_of_a_loiter_is_found_in_an_exclusion_its_centre_is_out_of(
     east, north = 200.0 * np.cos(angle), 200.0 * np.sin(angle)
     area = area_of(exclusion)
     assert area.is_inside([0.0], [0.0])[0]
-    least = area.least_clearance(east, north)
-    assert least is not None
-    assert least.clearance_m == pytest.approx(-28.9, abs=BOW_M)
+    assert clearance_m(area, east, north).min() == pytest.approx(-28.9, abs=BOW_M)
     # Two turns from the easternmost point: half a stretch, a whole one, half a stretch.
     stretches = area.stretches_outside(east, north)
     assert len(stretches) == 3
@@ -209,10 +216,10 @@ def test_standing_still_outside_is_a_stretch_without_length(
     area = area_of(outside)
     (stretch,) = area.stretches_outside([200.0, 200.0], [50.0, 50.0])
     assert (stretch.start_m, stretch.end_m) == (0.0, 0.0)
-    assert area.leg_clearance_m([200.0, 200.0], [50.0, 50.0])[0] < 0.0
+    assert clearance_m(area, [200.0, 200.0], [50.0, 50.0])[0] < 0.0
     assert area.stretches_outside([50.0, 50.0], [50.0, 50.0]) == ()
-    assert area.leg_clearance_m([200.0, 200.0 + 1e-180], [50.0, 50.0])[0] < 0.0
-    assert area.leg_clearance_m([50.0, 50.0], [50.0, 50.0])[0] > 0.0
+    assert clearance_m(area, [200.0, 200.0 + 1e-180], [50.0, 50.0])[0] < 0.0
+    assert clearance_m(area, [50.0, 50.0], [50.0, 50.0])[0] > 0.0
 
 
 @pytest.mark.parametrize(
@@ -220,7 +227,7 @@ def test_standing_still_outside_is_a_stretch_without_length(
 )
 def test_what_is_no_path_is_refused(east: list[float], north: list[float]) -> None:
     with pytest.raises(ValueError, match="two finite points"):
-        area_of(rectangle(0.0, 0.0, 1.0, 1.0)).least_clearance(east, north)
+        path_legs(east, north)
 
 
 def test_several_inclusions_intersect_unless_told_to_unite() -> None:
@@ -252,7 +259,7 @@ def test_a_seam_between_united_areas_is_no_boundary() -> None:
     area = make_fence_area(Fence(polygons=(west, east)), HERE, inclusions_unite=True)
     across = HERE.east_north_m([47.005, 47.005], [8.002, 8.018])
     # 0.002° of longitude at 47.005°: 0.002 · 76 049 m/° (cos φ · N · π/180).
-    assert area.leg_clearance_m(*across)[0] == pytest.approx(152.1, abs=0.1)
+    assert clearance_m(area, *across)[0] == pytest.approx(152.1, abs=0.1)
     assert area.stretches_outside(*across) == ()
 
 
@@ -263,7 +270,7 @@ def test_united_circles_and_a_corridor_can_be_flown_through() -> None:
         rectangle(0.0, -20.0, 1000.0, 20.0),
         inclusions_unite=True,
     )
-    assert area.leg_clearance_m([0.0, 1000.0], [0.0, 0.0])[0] == pytest.approx(20.0, abs=BOW_M)
+    assert clearance_m(area, [0.0, 1000.0], [0.0, 0.0])[0] == pytest.approx(20.0, abs=BOW_M)
     assert area.signed_distance_m([-30.0], [0.0])[0] == pytest.approx(70.0, abs=BOW_M)
     assert area.barriers[0].label == "union of 3 inclusion areas"
 
@@ -489,7 +496,7 @@ def test_clearances_of_legs_to_circles_agree_with_geodesics(
         nearest = int(np.argmin(distance))
         low, high = along[max(nearest - 1, 0)], along[min(nearest + 1, 100)]
     path = frame.east_north_m([start[1], end[1]], [start[0], end[0]])
-    found = make_fence_area(fence, frame).leg_clearance_m(*path)
+    found = clearance_m(make_fence_area(fence, frame), *path)
     assert found[0] == pytest.approx(float(np.min(distance)) - 500.0, abs=0.1)
 
 
@@ -534,19 +541,13 @@ def test_no_sample_of_a_path_contradicts_its_clearance_and_stretches(
     area = area_of(*areas, inclusions_unite=unite)
     corners = np.array(path)
     t = np.linspace(0.0, 1.0, 101)[:, None]
-    clearance = area.leg_clearance_m(*corners.T)
+    clearance = clearance_m(area, *corners.T)
     for leg, (start, end) in enumerate(pairwise(corners)):
         samples = area.signed_distance_m(*(start + (end - start) * t).T)
         spacing = float(np.hypot(*(end - start))) / 100.0
         # Signed distances change by at most the way between samples; depths stop 1 cm short.
         assert samples.min() >= clearance[leg] - 0.011
         assert samples.min() <= clearance[leg] + spacing / 2.0 + 1e-6
-
-    least = area.least_clearance(*corners.T)
-    assert least is not None
-    assert least.clearance_m == pytest.approx(clearance.min(), abs=1e-9)
-    at_place = area.signed_distance_m([least.east_m], [least.north_m])[0]
-    assert at_place == pytest.approx(least.clearance_m, abs=1e-6)
 
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     offsets = np.concatenate([[0.0], np.cumsum(lengths)])

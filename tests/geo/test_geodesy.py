@@ -13,8 +13,6 @@ from planner.geo.geodesy import (
     distance_m,
     distance_m_and_azimuth_deg,
     latitude_longitude_deg,
-    leg_length_m,
-    path_length_m,
 )
 
 # Karney's geodesics in PROJ: another method, right to nanometres.
@@ -96,19 +94,3 @@ def test_arrays_broadcast_and_keep_their_shape() -> None:
     distance = distance_m(np.zeros((2, 1)), 0.0, 0.0, np.array([[0.0, 1.0, 2.0]]))
     assert distance.shape == (2, 3)
     assert distance[0, 2] == pytest.approx(2.0 * SEMI_MAJOR_AXIS_M * math.pi / 180.0, abs=1e-3)
-
-
-def test_the_length_of_a_path_is_that_of_its_legs() -> None:
-    latitude, longitude = [47.0, 47.1, 47.1, 47.1], [179.9, -179.9, -179.9, 179.8]
-    expected = [
-        GEOD.inv(179.9, 47.0, -179.9, 47.1)[2],
-        0.0,
-        GEOD.inv(-179.9, 47.1, 179.8, 47.1)[2],
-    ]
-    assert leg_length_m(latitude, longitude) == pytest.approx(expected, abs=MILLIMETRE)
-    assert path_length_m(latitude, longitude) == pytest.approx(sum(expected), abs=MILLIMETRE)
-
-
-def test_a_path_of_one_point_has_no_length() -> None:
-    assert leg_length_m([47.0], [8.0]).shape == (0,)
-    assert path_length_m([47.0], [8.0]) == 0.0

@@ -8,10 +8,9 @@ import pytest
 import rasterio
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyproj import Geod, Transformer
+from pyproj import Transformer
 
 from planner.errors import ExitCode, TerrainFileError
-from planner.geo.geodesy import LocalFrame
 from planner.geo.terrain import TerrainGrid, TerrainTile, read_terrain
 
 if TYPE_CHECKING:
@@ -205,55 +204,6 @@ def test_a_projected_grid_is_asked_in_its_own_coordinates(tmp_path: Path) -> Non
     assert height(grid, -80.0, -100.0) is None
     # 1 / 0.9997 on the ground at this distance from the central meridian.
     assert grid.tiles[0].cell_m == pytest.approx(100.0, abs=0.1)
-
-
-def test_a_profile_has_a_place_in_every_cell_and_at_every_corner(tmp_path: Path) -> None:
-    frame = LocalFrame(latitude_deg=46.5, longitude_deg=8.5)
-    values = np.full((100, 100), 400.0)
-    values[40, 60] = 900.0  # one cell: its centre is 46.595 N, 8.605 E
-    grid = read_terrain(write_tiff(tmp_path / "a.tif", values, cell=0.01))
-    east, north = frame.east_north_m([46.595, 46.595, 46.505], [8.505, 8.7, 8.7])
-    profile = grid.path_profile(frame, east, north)
-    first = Geod(ellps="WGS84").inv(8.505, 46.595, 8.7, 46.595)[2]
-    second = Geod(ellps="WGS84").inv(8.7, 46.595, 8.7, 46.505)[2]
-    assert profile.along_m[0] == 0.0
-    assert profile.along_m[-1] == pytest.approx(first + second, abs=0.1)
-    assert np.min(np.abs(profile.along_m - first)) < 0.1
-    # The narrower side of a cell: 0.01° of longitude at 46.5°, 768 m.
-    assert profile.spacing_m == pytest.approx(768.0, abs=1.0)
-    assert np.diff(profile.along_m).min() > 0.0
-    assert np.diff(profile.along_m).max() <= profile.spacing_m
-    assert profile.is_complete
-    assert profile.lowest_amsl_m == pytest.approx(400.0)
-    highest = profile.highest_amsl_m
-    assert highest is not None
-    # The path crosses a tent two cells wide: half a cell beside its top it is 650 m high.
-    assert 640.0 <= highest <= 900.0
-    summit = profile.along_m[int(np.argmax(profile.height_amsl_m))]
-    assert summit == pytest.approx(
-        Geod(ellps="WGS84").inv(8.505, 46.595, 8.605, 46.595)[2], abs=400
-    )
-
-
-def test_a_profile_over_unknown_ground_says_so(tmp_path: Path) -> None:
-    frame = LocalFrame(latitude_deg=46.9, longitude_deg=8.1)
-    grid = read_terrain(write_tiff(tmp_path / "a.tif", np.full((2, 2), 400.0)))
-    half = grid.path_profile(frame, [0.0, 20_000.0], [0.0, 0.0])
-    assert not half.is_complete
-    assert half.highest_amsl_m == pytest.approx(400.0)
-    beyond = grid.path_profile(frame, [50_000.0, 60_000.0], [0.0, 0.0])
-    assert beyond.lowest_amsl_m is None
-    assert beyond.highest_amsl_m is None
-    standing = grid.path_profile(frame, [0.0, 0.0], [0.0, 0.0])
-    assert standing.highest_amsl_m == pytest.approx(400.0)
-
-
-def test_a_profile_to_the_far_side_of_the_earth_stays_affordable(tmp_path: Path) -> None:
-    frame = LocalFrame(latitude_deg=46.9, longitude_deg=8.1)
-    grid = read_terrain(write_tiff(tmp_path / "a.tif", np.full((2, 2), 400.0), cell=1e-6))
-    profile = grid.path_profile(frame, [0.0, 12_000_000.0], [0.0, 0.0])
-    assert len(profile.along_m) <= 1_000_001
-    assert profile.spacing_m == pytest.approx(12.0)
 
 
 def _no_file(folder: Path) -> Path:

@@ -46,20 +46,6 @@ def test_a_spelling_has_one_normalised_form(spelling: str, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spelling", "pymavlink", "mavsdk"),
-    [
-        ("udp://:14540", "udpin:0.0.0.0:14540", "udpin://0.0.0.0:14540"),
-        ("udpout:10.0.0.2:14550", "udpout:10.0.0.2:14550", "udpout://10.0.0.2:14550"),
-        ("tcp:127.0.0.1:5760", "tcp:127.0.0.1:5760", "tcpout://127.0.0.1:5760"),
-        ("/dev/ttyUSB0,57600", "/dev/ttyUSB0", "serial:///dev/ttyUSB0:57600"),
-    ],
-)
-def test_both_libraries_get_their_own_form(spelling: str, pymavlink: str, mavsdk: str) -> None:
-    address = read_address(spelling)
-    assert (address.for_pymavlink, address.for_mavsdk) == (pymavlink, mavsdk)
-
-
-@pytest.mark.parametrize(
     ("text", "why"),
     [
         ("udp:127.0.0.1", "it names no port|no port from"),

@@ -24,8 +24,9 @@ from planner.mission.compare import compare_missions
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from simulated_vehicles import MemoryLine
+
     from planner.mission.items import Mission
-    from planner.simulator.lines import MemoryLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

@@ -22,10 +22,11 @@ from planner.service import CheckRequest
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from simulated_vehicles import MemoryLine
+
     from planner.guard.session import GuardStatus
     from planner.link.codec import Message
     from planner.link.vehicle import VehicleSnapshot
-    from planner.simulator.lines import MemoryLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

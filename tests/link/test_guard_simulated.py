@@ -31,7 +31,9 @@ from planner.simulator.arming import ArmingState
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from planner.simulator.lines import MemoryLine, Passed
+    from simulated_vehicles import MemoryLine
+
+    from planner.simulator.lines import Passed
     from planner.simulator.vehicle import SimulatedVehicle
 
 CHECK = CheckRequest(

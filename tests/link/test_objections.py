@@ -32,8 +32,9 @@ from planner.link.vehicle import (
 )
 
 if TYPE_CHECKING:
+    from simulated_vehicles import MemoryLine
+
     from planner.mission.items import Mission
-    from planner.simulator.lines import MemoryLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 NEW = mission(takeoff(35.0), waypoint(400.0, 35.0), rtl())

@@ -7,7 +7,7 @@ import pytest
 from hostile_frames import hostile_frames
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated_vehicles import memory_line, request, vehicle, wire
+from simulated_vehicles import MemoryLine, memory_line, request, vehicle, wire
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
@@ -26,7 +26,6 @@ from planner.simulator.faults import (
     read_faults,
 )
 from planner.simulator.lines import (
-    MemoryLine,
     Passed,
     is_transfer,
 )

@@ -4,7 +4,6 @@ import pytest
 
 from planner.autopilot import Autopilot
 from planner.mission.commands import (
-    SOURCES,
     Command,
     CommandEffect,
     Support,
@@ -46,7 +45,7 @@ def test_no_command_that_moves_or_holds_the_vehicle_has_no_effect() -> None:
 @pytest.mark.parametrize(
     ("command", "px4", "ardupilot"),
     [
-        # Facts read in the autopilots' sources; SOURCES names them.
+        # Facts read in the autopilots' sources, which planner.mission.commands names.
         (Command.NAV_WAYPOINT, Support.ACCEPTED, Support.ACCEPTED),
         (Command.NAV_LOITER_TURNS, Support.REFUSED, Support.ACCEPTED),
         (Command.NAV_SPLINE_WAYPOINT, Support.REFUSED, Support.ACCEPTED),
@@ -96,7 +95,3 @@ def test_ardupilot_takes_commands_without_a_place_in_any_frame() -> None:
 
 def test_step_references_accept_everything() -> None:
     assert support(50001, Autopilot.STEP) is Support.ACCEPTED
-
-
-def test_every_autopilot_has_its_source() -> None:
-    assert set(SOURCES) == set(Autopilot) - {Autopilot.STEP}
