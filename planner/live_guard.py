@@ -177,7 +177,7 @@ def judge_vehicle(
     prediction = None
     if battery is not None and assessment is not None and assessment.pack is not None:
         prediction = Prediction(
-            homeward=assessment.homeward,
+            returns=assessment.returns,
             battery=assessment.pack,
             charge=assessment.charge,
             usable_wh=battery.usable_wh,

@@ -11,7 +11,7 @@ from planner import (
     quantity,
     service,
 )
-from planner.flight.destination import HOME
+from planner.flight.returns.destination import HOME
 from planner.frozen import frozen
 from planner.mission.parts import ENDS, part_of, possible_cuts, resumption
 
@@ -71,10 +71,10 @@ def _make_forecast(whole: CheckResult) -> _Forecast | None:
     assessment = whole.assessment
     if assessment is None or not assessment.vehicle.is_power_known:
         return None
-    homeward = assessment.homeward
-    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
-    points = homeward.points(ends, np.ones(len(ends)))
-    _, way_wh = homeward.way(points.stop_m, points.stage, HOME)
+    returns = assessment.returns
+    ends = returns.stage_ends
+    points = returns.points(ends, np.ones(len(ends)))
+    _, way_wh = returns.fly(points.stop_m, points.stage, HOME)
     every = np.arange(len(assessment.route.stages))
     # a stage without a segment is done with the one before
     return _Forecast(
@@ -227,7 +227,7 @@ class PartSearch:
     def _trial(self, start: Cut | None, end: Cut | None) -> _Trial:
         if (start, end) not in self._tried:
             result = self._check(start, end)
-            battery, way_home = result.battery, result.way_home
+            battery, way_home = result.battery, result.return_plan
             margins = [
                 one.margin_wh
                 for one in (battery, way_home)

@@ -180,7 +180,7 @@ def _between(low: FlownSpeed, high: FlownSpeed) -> float | None:
 
 
 def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
-    totals, battery, way_home = result.totals, result.battery, result.way_home
+    totals, battery, way_home = result.totals, result.battery, result.return_plan
     is_known = math.isfinite(totals.energy_wh)
     against = [
         finding.code
@@ -265,7 +265,7 @@ def _cost(assessment: Assessment, speed_m_s: float) -> tuple[float, float]:
     """Return energy and time of the mission at a speed. [Wh], [s]"""
     route = route_at_speed(assessment.route, speed_m_s)
     flight = predict_flight(
-        route, assessment.vehicle, assessment.conditions, assessment.homeward.pilot
+        route, assessment.vehicle, assessment.conditions, assessment.returns.pilot
     )
     return wh_from_j(flight.energy_j), flight.time_s
 

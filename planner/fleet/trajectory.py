@@ -95,7 +95,7 @@ def make_trajectory(
     item = motion.segments.item[motion.piece_segment[piece]]
     lands = bool(motion.segments.state[motion.piece_segment[piece[-1]]] == _LAND)
     last = np.repeat(control_m[-1:, -1:], 4, axis=1)
-    if lands and route.stages[-1].way is None:
+    if lands and route.stages[-1].return_path is None:
         # A response of reference steps is told to its last metre: the vehicle stands on the ground.
         last[..., 2] = np.minimum(last[..., 2], route.stages[-1].height_m)
     flying_s, low_again_s = _flying_between_s(

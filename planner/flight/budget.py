@@ -26,10 +26,8 @@ from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOU
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
-    from planner.flight.homeward import FlightPoint
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
-    from planner.flight.return_search import ReturnSearch
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
     from planner.vehicle.battery import Battery
@@ -93,33 +91,6 @@ class BatteryBudget:
     def above_reserve_wh(self) -> float:
         """Energy that may be used before the reserve is touched. [Wh]"""
         return self.usable_wh - self.reserve_wh
-
-
-@frozen
-class ReturnBudget:
-    """The point of the flight from which the way home is tightest.
-
-    The way home leads where the vehicle itself would go: home, or a rally point.
-    """
-
-    tightest_item: int
-    energy_home_wh: float
-    """Energy to stop, fly home and land from there. [Wh]"""
-    margin_wh: float | None
-    """Energy left there less the reserve less the way home; ``None`` with no battery. [Wh]"""
-    tightest: FlightPoint | None = None
-    time_home_s: float | None = None
-    """Time to stop, fly home and land from there. [s]"""
-    destination: int = 0
-    """Where the vehicle would return to from there: 0 for home, n for rally point n, −1 for the
-    mission's landing, −2 along the mission, −3 for down where it is."""
-    last_return: FlightPoint | None = None
-    """The point of no return: the last from which it gets home above the reserve; ``None`` where it
-    does from all."""
-    last_return_empty: FlightPoint | None = None
-    """The last from which it gets home at all, with nothing left; ``None`` where it does from all."""
-    below_reserve_probability: float | None = None
-    """Chance that some way home eats into the reserve; ``None`` without a spread. [-]"""
 
 
 _NOT_FLOWN = (None, None)
@@ -243,50 +214,6 @@ def battery_budget(
         charge_left_fraction=float(discharge.state_of_charge[-1]),
         lowest_voltage_v=discharge.lowest_voltage_v,
         highest_c_rate=discharge.highest_current_a / battery.new_charge_ah,
-    )
-
-
-def way_home_limits_wh(battery: BatteryBudget | None) -> tuple[float, ...]:
-    """Return the energies that ways home are held against: without the reserve, and with it. [Wh]"""
-    return () if battery is None else (battery.above_reserve_wh, battery.usable_wh)
-
-
-def way_home(search: ReturnSearch, battery: BatteryBudget | None) -> ReturnBudget | None:
-    """Return the point from which the way home is tightest; ``None`` with no point in the air.
-
-    Parameters
-    ----------
-    search : ReturnSearch
-        The ways home.
-    battery : BatteryBudget or None
-        What it has to be done with; ``None``: not known.
-    """
-    homeward = search.homeward
-    tightest = search.tightest()
-    if tightest is None or search.nodes is None:
-        return None
-    nodes = search.nodes
-    budget = ReturnBudget(
-        tightest_item=homeward.route.stages[homeward.segment_stage[nodes.segment[tightest]]].item,
-        energy_home_wh=float(nodes.way_wh[tightest]),
-        margin_wh=None,
-        tightest=homeward.flight_point(*nodes.at(tightest)),
-        time_home_s=float(nodes.way_s[tightest]),
-        destination=int(nodes.destination[tightest]),
-    )
-    if battery is None:
-        return budget
-    above_reserve_wh = battery.above_reserve_wh
-    needed_wh = float(nodes.sum_wh[tightest])
-    budget = replace(budget, margin_wh=above_reserve_wh - needed_wh)
-    if needed_wh <= above_reserve_wh:
-        return budget
-    last, dry = search.last_below(*way_home_limits_wh(battery))
-    found = homeward.flight_points([search.nodes.at(row) for row in (last, dry) if row is not None])
-    return replace(
-        budget,
-        last_return=None if last is None else found[0],
-        last_return_empty=None if dry is None else found[-1],
     )
 
 

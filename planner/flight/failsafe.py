@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.flight.destination import ALONG, LANDING
+from planner.flight.returns.destination import ALONG, LANDING
 from planner.frozen import frozen
 from planner.physics.battery import open_circuit_voltage_v
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.flight.budget import Discharge
-    from planner.flight.homeward import Homeward
+    from planner.flight.returns.path import Returns
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.px4 import Px4Parameters
@@ -75,13 +75,13 @@ class BatteryCourse:
 
 
 def battery_course(
-    homeward: Homeward, battery: Battery, discharge: Discharge | None, *, charge: float
+    returns: Returns, battery: Battery, discharge: Discharge | None, *, charge: float
 ) -> BatteryCourse:
     """Return the course of a battery: by its curve where that is known, else by its energy."""
-    time_s = np.append(homeward.start_s, homeward.flight.time_s)
+    time_s = np.append(returns.start_s, returns.flight.time_s)
     full_ah = battery.charge_ah
     if discharge is None or battery.ocv_soc is None or battery.ocv_v is None:
-        fraction = charge - homeward.used_wh / battery.energy_wh
+        fraction = charge - returns.used_wh / battery.energy_wh
         used_ah = None if full_ah is None else (charge - fraction) * full_ah
         return BatteryCourse(
             time_s=time_s, used_ah=used_ah, fraction=fraction, rest_v=None, loaded_v=None
@@ -98,7 +98,7 @@ def battery_course(
 
 
 def px4_events(
-    homeward: Homeward, course: BatteryCourse, battery: Battery, parameters: Px4Parameters
+    returns: Returns, course: BatteryCourse, battery: Battery, parameters: Px4Parameters
 ) -> Iterator[FailsafeEvent]:
     """Yield what PX4 decides along a flight, in no order.
 
@@ -130,7 +130,7 @@ def px4_events(
             limit = quantity.duration(parameters.flight_time_max_s)
             reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
             yield _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
-    yield from _px4_time_events(homeward, seen, course, battery, parameters)
+    yield from _px4_time_events(returns, seen, course, battery, parameters)
 
 
 def _px4_charge(course: BatteryCourse, battery: Battery, parameters: Px4Parameters) -> FloatArray:
@@ -147,7 +147,7 @@ def _px4_charge(course: BatteryCourse, battery: Battery, parameters: Px4Paramete
 
 
 def _px4_time_events(
-    homeward: Homeward,
+    returns: Returns,
     seen: FloatArray,
     course: BatteryCourse,
     battery: Battery,
@@ -158,7 +158,7 @@ def _px4_time_events(
     voltage_v = battery.voltage_v
     if action is None or parameters.battery_capacity_ah <= 0.0 or voltage_v is None:
         return
-    flight = homeward.flight
+    flight = returns.flight
     step_s = max(_ESTIMATE_STEP_S, flight.time_s / _MOST_ESTIMATES)
     time_s = np.arange(0.0, flight.time_s, step_s)
     under_load_v = (
@@ -171,14 +171,14 @@ def _px4_time_events(
         * _SECONDS_PER_HOUR
         / _mean_current_a(current_a, step_s, parameters.battery_mean_current_a)
     )
-    needed_s = px4_safe_return_s(homeward, time_s, parameters)
+    needed_s = px4_safe_return_s(returns, time_s, parameters)
     short = np.flatnonzero(needed_s >= left_s)
     if not len(short):
         return
     at = int(short[0])
-    segment = int(np.searchsorted(homeward.start_s, time_s[at], side="right")) - 1
+    segment = int(np.searchsorted(returns.start_s, time_s[at], side="right")) - 1
     duration_s = float(flight.motion.segments.duration_s[segment])
-    share = float(time_s[at] - homeward.start_s[segment]) / max(duration_s, 1e-9)
+    share = float(time_s[at] - returns.start_s[segment]) / max(duration_s, 1e-9)
     reading = (
         f"{quantity.duration(float(left_s[at]))} of charge by PX4's own estimate, "
         f"{quantity.duration(float(needed_s[at]))} to return, RTL_TIME_FACTOR and RTL_TIME_MARGIN "
@@ -194,7 +194,7 @@ def _px4_time_events(
 
 
 def px4_safe_return_s(
-    homeward: Homeward, time_s: FloatArray, parameters: Px4Parameters
+    returns: Returns, time_s: FloatArray, parameters: Px4Parameters
 ) -> FloatArray:
     """Return the time PX4 itself reckons for a return at times of a flight. (n,) [s]
 
@@ -204,13 +204,13 @@ def px4_safe_return_s(
     MPC_Z_V_AUTO_DN, RTL_LAND_DELAY; no wind, no acceleration, no slow landing; times RTL_TIME_FACTOR,
     plus RTL_TIME_MARGIN.
     """
-    segment = np.searchsorted(homeward.start_s, time_s, side="right") - 1
-    state = homeward.flight.motion.state_at_time(time_s)
+    segment = np.searchsorted(returns.start_s, time_s, side="right") - 1
+    state = returns.flight.motion.state_at_time(time_s)
     place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
-    stage = homeward.segment_stage[segment]
-    destination = homeward.destinations.chosen(place_m, stage)
-    targets = homeward.destinations.targets(stage, destination, place_m)
-    height_m = homeward.pilot.return_heights_m(place_m, targets)
+    stage = returns.segment_stage[segment]
+    destination = returns.destinations.chosen(place_m, stage)
+    targets = returns.destinations.targets(stage, destination, place_m)
+    height_m = returns.pilot.return_heights_m(place_m, targets)
     way = targets.ground_m - place_m
     return_s = (
         (height_m - place_m[:, 2]) / parameters.climb_speed_m_s

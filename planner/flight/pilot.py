@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from planner.autopilot import Target
     from planner.findings import Finding
     from planner.flight.conditions import Conditions
-    from planner.flight.destination import Targets
     from planner.flight.motion.kinematics import Motion
     from planner.flight.power import Transients
+    from planner.flight.returns.destination import ReturnTargets
     from planner.mission.route.stage import (
         Route,
         Stage,
@@ -52,8 +52,8 @@ class Pilot(Protocol):
         """Return the motion along a route of at least one stage, and its power transients."""
         ...
 
-    def fly_home(
-        self, points_m: FloatArray, targets: Targets, route: Route
+    def fly_returns(
+        self, points_m: FloatArray, targets: ReturnTargets, route: Route
     ) -> tuple[Motion, Transients]:
         """Return the ways home from many points, one after the other.
 
@@ -61,7 +61,7 @@ class Pilot(Protocol):
         ----------
         points_m : ndarray
             East, north, height above home; the vehicle stands there. (n, 3) [m]
-        targets : Targets
+        targets : ReturnTargets
             Where each leads. (n,)
         route : Route
             Whose home it is.
@@ -75,7 +75,7 @@ class Pilot(Protocol):
         """
         ...
 
-    def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
+    def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights above the first home at which ways home are flown. (n,) [m]"""
         ...
 
@@ -202,8 +202,8 @@ class StepPilot:
             return motion, transients
         return replace(motion, findings=(*motion.findings, assumed)), transients
 
-    def fly_home(
-        self, points_m: FloatArray, targets: Targets, _route: Route
+    def fly_returns(
+        self, points_m: FloatArray, targets: ReturnTargets, _route: Route
     ) -> tuple[Motion, Transients]:
         """Return level legs home at the height of each point, and landings there."""
         legs = Legs.home_from(points_m, targets.ground_m, speed_m_s=self._speed_m_s)
@@ -216,7 +216,7 @@ class StepPilot:
 
         return fly_ramps(legs, self.vehicle.ramps), NO_TRANSIENTS
 
-    def return_heights_m(self, points_m: FloatArray, _targets: Targets) -> FloatArray:
+    def return_heights_m(self, points_m: FloatArray, _targets: ReturnTargets) -> FloatArray:
         """Return the heights of the points: references by steps have no rule for a return."""
         return points_m[:, 2]
 
@@ -266,38 +266,38 @@ class Px4Pilot:
         )
         return motion, NO_TRANSIENTS
 
-    def fly_home(
-        self, points_m: FloatArray, targets: Targets, _route: Route
+    def fly_returns(
+        self, points_m: FloatArray, targets: ReturnTargets, _route: Route
     ) -> tuple[Motion, Transients]:
         """Return the returns (RTL) from each point."""
-        from planner.flight.motion.px4.flight import px4_ways_home
+        from planner.flight.motion.px4.flight import px4_returns
 
-        motion = px4_ways_home(
+        motion = px4_returns(
             points_m,
             targets.ground_m,
             self.parameters,
             rally_height_m=targets.rally_height_m,
-            ways=targets.ways,
+            ways=targets.paths,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             hover_noise_m=self.position_noise_m,
         )
         return motion, NO_TRANSIENTS
 
-    def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
+    def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights of RTL_RETURN_ALT and its cone."""
         from planner.flight.motion.px4.moves import (
             return_heights_m,
-            way_height_m,
+            return_path_height_m,
         )
 
         way = targets.ground_m - points_m
         datum = targets.ground_m[:, 2] + targets.rally_height_m
         distance = np.hypot(way[:, 0], way[:, 1])
         height_m = datum + return_heights_m(distance, points_m[:, 2] - datum, self.parameters)
-        for row, along in enumerate(targets.ways):
+        for row, along in enumerate(targets.paths):
             if along is not None:
-                height_m[row] = way_height_m(points_m[row], along, self.parameters)
+                height_m[row] = return_path_height_m(points_m[row], along, self.parameters)
         return height_m
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -332,13 +332,13 @@ class ArduPilotPilot:
         )
         return motion, NO_TRANSIENTS
 
-    def fly_home(
-        self, points_m: FloatArray, targets: Targets, route: Route
+    def fly_returns(
+        self, points_m: FloatArray, targets: ReturnTargets, route: Route
     ) -> tuple[Motion, Transients]:
         """Return the returns (RTL) from each point."""
-        from planner.flight.motion.ardupilot.flight import ardupilot_ways_home
+        from planner.flight.motion.ardupilot.flight import ardupilot_returns
 
-        motion = ardupilot_ways_home(
+        motion = ardupilot_returns(
             points_m,
             targets.ground_m,
             self.parameters,
@@ -350,7 +350,7 @@ class ArduPilotPilot:
         )
         return motion, NO_TRANSIENTS
 
-    def return_heights_m(self, points_m: FloatArray, targets: Targets) -> FloatArray:
+    def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights of RTL_ALT, RTL_CLIMB_MIN and the cone of RTL_CONE_SLOPE."""
         from planner.flight.motion.ardupilot.stages import return_height_m
 

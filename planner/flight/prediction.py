@@ -199,11 +199,6 @@ def make_flight(motion: Motion, transients: Transients, power: SteadyPower) -> F
     )
 
 
-def segment_energy_j(motion: Motion, transients: Transients, power: SteadyPower) -> FloatArray:
-    """Return the energy of each segment of a motion. (n,) [J]"""
-    return next(segment_energies_j(motion, transients, (power,)))
-
-
 def segment_energies_j(
     motion: Motion, transients: Transients, powers: Iterable[SteadyPower]
 ) -> Iterator[FloatArray]:

@@ -6,28 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-)
 from planner.frozen import frozen
-from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
-    from planner.arrays import BoolArray, FloatArray
-    from planner.flight.homeward import Homeward
+    from planner.flight.returns.path import Returns
 
 _SAMPLES = 400
 """Points looked at along what is flown for one item. [-]"""
-_COURSE_SAMPLES = 800
-"""Points of a whole flight from which the way home is known, the ends of stages besides. [-]"""
-_MOST_ENDS = 2000
 _CLOCK_M_S = 0.1
 """A second by the clock counts as much as this way: it tells only places apart that are alike. [m s⁻¹]"""
 _BACK_S = 3.0
 """A place may turn out to be so much earlier than the one before. [s]"""
-_TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
-_LANDINGS = (StageKind.LAND, StageKind.RETURN)
 
 
 @frozen
@@ -59,11 +48,11 @@ class Progress:
     """Energy to stop, return to where the vehicle itself would, and land. [Wh]"""
     return_s: float
     destination: int
-    """0 for home, n for rally point n, below 0 as in `planner.flight.destination`."""
+    """0 for home, n for rally point n, below 0 as in `planner.flight.returns.destination`."""
 
 
 def flight_progress(
-    homeward: Homeward,
+    returns: Returns,
     place: MeasuredPlace,
     *,
     before: Progress | None = None,
@@ -73,7 +62,7 @@ def flight_progress(
 
     Parameters
     ----------
-    homeward : Homeward
+    returns : Returns
         The predicted flight and the ways home.
     place : MeasuredPlace
         As the vehicle tells it.
@@ -88,25 +77,25 @@ def flight_progress(
     The nearest of points along what is flown for the item.  The way back onto the track costs as
     much a metre as the whole flight does on the mean.
     """
-    route, flight = homeward.route, homeward.flight
+    route, flight = returns.route, returns.flight
     east, north = route.frame.east_north_m([place.latitude_deg], [place.longitude_deg])
     place_m = np.array([float(east[0]), float(north[0]), place.height_above_home_m])
     after_s = 0.0 if before is None else max(before.time_s - _BACK_S, 0.0)
-    begin_s, end_s = _window(homeward, place.item, after_s)
+    begin_s, end_s = _window(returns, place.item, after_s)
     time_s = np.linspace(begin_s, end_s, _SAMPLES)
     state = flight.motion.state_at_time(time_s)
     along_m = np.column_stack((state.east_m, state.north_m, state.height_m))
     away_m = np.sqrt(np.square(along_m - place_m).sum(axis=1))
     fits_s = begin_s if before is None else before.time_s + elapsed_s
     at = int(np.argmin(np.square(away_m) + np.square(_CLOCK_M_S * (time_s - fits_s))))
-    segment, share = homeward.at(time_s[at : at + 1])
-    points = homeward.points(segment, share)
+    segment, share = returns.at(time_s[at : at + 1])
+    points = returns.points(segment, share)
     # The vehicle stops and turns home where it is, not where the prediction has it.
     stand_m = points.stop_m - points.place_m + place_m
-    chosen = homeward.destinations.chosen(place_m[None, :], points.stage)
-    return_s, return_wh = homeward.way(stand_m, points.stage, chosen)
+    chosen = returns.destinations.chosen(place_m[None, :], points.stage)
+    return_s, return_wh = returns.fly(stand_m, points.stage, chosen)
     length_m = float(flight.motion.segments.distance_m.sum())
-    total_wh, used_wh = float(homeward.used_wh[-1]), float(points.used_wh[0])
+    total_wh, used_wh = float(returns.used_wh[-1]), float(points.used_wh[0])
     off_m = float(away_m[at])
     back_wh = off_m * total_wh / length_m if length_m > 0.0 else 0.0
     return Progress(
@@ -122,10 +111,10 @@ def flight_progress(
     )
 
 
-def _window(homeward: Homeward, item: int, after_s: float) -> tuple[float, float]:
+def _window(returns: Returns, item: int, after_s: float) -> tuple[float, float]:
     """Return from when to when an item is flown for the next time [s]."""
-    items = np.array([stage.item for stage in homeward.route.stages])[homeward.segment_stage]
-    end_s = homeward.start_s + homeward.flight.motion.segments.duration_s
+    items = np.array([stage.item for stage in returns.route.stages])[returns.segment_stage]
+    end_s = returns.start_s + returns.flight.motion.segments.duration_s
     ahead = end_s > after_s
     same = np.flatnonzero(ahead & (items == item))
     if not len(same):  # an item that only sets something: what is flown next
@@ -136,63 +125,4 @@ def _window(homeward: Homeward, item: int, after_s: float) -> tuple[float, float
     last = first
     while last + 1 < len(items) and items[last + 1] == items[first]:
         last += 1
-    return max(float(homeward.start_s[first]), after_s), float(end_s[last])
-
-
-@frozen(eq=False)
-class ReturnCourse:
-    """The way home along a predicted flight, where it is not taking off or landing anyway."""
-
-    time_s: FloatArray
-    """Rising. (n,) [s]"""
-    used_wh: FloatArray
-    """By then. (n,) [Wh]"""
-    return_wh: FloatArray
-    """To stop, return and land. (n,) [Wh]"""
-
-    def lead_s(self, progress: Progress, available_wh: float) -> float | None:
-        """Return the time until the point of no return; ``None`` where there is none ahead.
-
-        Parameters
-        ----------
-        progress : Progress
-            Where the vehicle is.
-        available_wh : float
-            Energy that may be used from there on. [Wh]
-
-        Returns
-        -------
-        float or None
-            Time to the last point ahead from which the way home takes no more than what is then
-            available; 0 where there is none. [s]
-        """
-        ahead = np.flatnonzero(self.time_s > progress.time_s)
-        needed_wh = self.used_wh[ahead] - progress.used_wh + self.return_wh[ahead]
-        short = np.flatnonzero(needed_wh > available_wh)
-        if not len(short):
-            return None
-        first = int(short[0])
-        return float(self.time_s[ahead[first - 1]]) - progress.time_s if first else 0.0
-
-
-def return_course(homeward: Homeward) -> ReturnCourse:
-    """Return the way home along a flight, evenly in time and at the ends of its stages."""
-    stages = homeward.route.stages
-    lands = np.array([stage.kind in _LANDINGS for stage in stages])
-    state = homeward.flight.motion.segments.state
-    judged: BoolArray = ~lands[homeward.segment_stage] & (state != _TAKEOFF)
-    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
-    ends = ends[:: max(1, -(-len(ends) // _MOST_ENDS))]
-    even, share = homeward.at(np.linspace(0.0, homeward.flight.time_s, _COURSE_SAMPLES))
-    segment = np.concatenate((even, ends))
-    share = np.concatenate((share, np.ones(len(ends))))
-    order = np.lexsort((share, segment))
-    order = order[judged[segment[order]]]
-    points = homeward.points(segment[order], share[order])
-    if not len(order):
-        nothing = np.zeros(0)
-        return ReturnCourse(time_s=nothing, used_wh=nothing, return_wh=nothing)
-    _, way_wh = homeward.way(points.stop_m, points.stage, homeward.chosen(points))
-    return ReturnCourse(
-        time_s=points.time_s, used_wh=points.used_wh, return_wh=points.stop_wh + way_wh
-    )
+    return max(float(returns.start_s[first]), after_s), float(end_s[last])

@@ -61,7 +61,7 @@ def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPL
     state = flight.motion.state_at_time(time_s)
     height_m, climb_m_s = state.height_m.copy(), state.climb_m_s.copy()
     last = route.stages[-1]
-    lands = STATES[segments.state[-1]] is FlightState.LAND and last.way is None
+    lands = STATES[segments.state[-1]] is FlightState.LAND and last.return_path is None
     if lands and height_m[-1] > last.height_m:
         height_m[-1], climb_m_s[-1] = last.height_m, 0.0
     latitude_deg, longitude_deg = route.frame.latitude_longitude_deg(state.east_m, state.north_m)

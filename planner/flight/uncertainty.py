@@ -34,10 +34,9 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from planner.flight.budget import predict_discharge
-from planner.flight.homeward import by_item_and_state_j, make_homeward
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
-from planner.flight.prediction import make_flight, segment_energies_j
-from planner.flight.return_search import ReturnSearch
+from planner.flight.prediction import segment_energies_j
+from planner.flight.returns.tightest import sweep_returns
 from planner.frozen import frozen
 from planner.units import j_from_wh, wh_from_j
 from planner.vehicle.power import CruisePower
@@ -46,11 +45,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.conditions import Conditions
-    from planner.flight.homeward import Homeward, Points
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
+    from planner.flight.returns.path import ReturnPoints, Returns
+    from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
     from planner.physics.wind import Wind
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import ModelSpread
@@ -279,14 +279,14 @@ class Scenarios:
         flight: Flight,
         totals: Totals,
         battery: BatteryBudget | None,
-        way_home: ReturnBudget | None,
-    ) -> tuple[Flight, Totals, BatteryBudget | None, ReturnBudget | None]:
+        return_plan: ReturnPlan | None,
+    ) -> tuple[Flight, Totals, BatteryBudget | None, ReturnPlan | None]:
         """Return what is predicted of a flight together with its spread."""
         return (
             self._flight(flight),
             self._totals(totals),
             None if battery is None else self._battery(battery),
-            None if way_home is None else self._way_home(way_home),
+            None if return_plan is None else self._return_plan(return_plan),
         )
 
     def _totals(self, totals: Totals) -> Totals:
@@ -308,26 +308,26 @@ class Scenarios:
         """Return a budget with the share of the flights that land below the reserve."""
         return replace(battery, below_reserve_probability=_share_below(self.margin_wh))
 
-    def _way_home(self, way_home: ReturnBudget) -> ReturnBudget:
-        """Return a way home with the share of the flights in which some way home is too long."""
-        return replace(way_home, below_reserve_probability=_share_below(self.return_margin_wh))
+    def _return_plan(self, return_plan: ReturnPlan) -> ReturnPlan:
+        """Return a plan with the fraction of the flights in which some return uses part of the reserve."""
+        return replace(return_plan, below_reserve_probability=_share_below(self.return_margin_wh))
 
 
 def predict_scenarios(
-    homeward: Homeward,
+    returns: Returns,
     conditions: Conditions,
     *,
     spread: ModelSpread,
     charge: tuple[float, float] = (1.0, 0.0),
     battery: Battery | None = None,
     budget: BatteryBudget | None = None,
-    search: ReturnSearch | None = None,
+    sweep: ReturnSweep | None = None,
 ) -> Scenarios:
     """Return what many flights of a mission take.
 
     Parameters
     ----------
-    homeward : Homeward
+    returns : Returns
         The flight in mean conditions, and the rules by which it can be broken off.
     conditions : Conditions
         With their standard deviations.
@@ -339,8 +339,8 @@ def predict_scenarios(
         The battery that flies.
     budget : BatteryBudget, optional
         What it holds in mean conditions.
-    search : ReturnSearch, optional
-        The ways home as far as they are looked at already.
+    sweep : ReturnSweep, optional
+        The returns, where they are swept already.
 
     Returns
     -------
@@ -348,7 +348,7 @@ def predict_scenarios(
         Its energies are ``None`` where the power of the vehicle or the spread of its energy is not
         known.
     """
-    flight = homeward.flight
+    flight = returns.flight
     power = flight.power
     draws = make_draws(spread, conditions, power, charge=charge)
     timed = Scenarios(
@@ -366,8 +366,9 @@ def predict_scenarios(
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
     weather = Weather(draws, power)
-    points, home_j = _tightest_points(search or ReturnSearch(homeward), weather)
-    at_points = _energies_j(homeward, points, home_j, weather.powers())
+    sweep = sweep or sweep_returns(returns)
+    points = None if sweep is None else _tightest_points(returns, sweep, weather)
+    at_points = _energies_j(returns, points, weather.powers())
     energy_wh = wh_from_j(weather.with_errors(at_points, draws))
     drawn = replace(timed, energy_wh=energy_wh[:, 0])
     if budget is None or battery is None:
@@ -381,7 +382,7 @@ def predict_scenarios(
 
 
 def predict_energy_band(
-    homeward: Homeward,
+    returns: Returns,
     conditions: Conditions,
     segments: IntArray,
     *,
@@ -392,7 +393,7 @@ def predict_energy_band(
 
     Parameters
     ----------
-    homeward : Homeward
+    returns : Returns
         The flight in mean conditions.
     conditions : Conditions
         With their standard deviations.
@@ -410,7 +411,7 @@ def predict_energy_band(
         ``None`` where the power of the vehicle or the spread of its energy is not known.
         Both (n,) [Wh]
     """
-    flight = homeward.flight
+    flight = returns.flight
     power = flight.power
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return None
@@ -423,62 +424,43 @@ def predict_energy_band(
     return low_wh, high_wh
 
 
-def _tightest_points(
-    searched: ReturnSearch, weather: Weather
-) -> tuple[Points | None, FloatArray | None]:
-    """Return where the way home may be tightest, in mean and extreme conditions.
-
-    And where there are none but mean ones, the energies home by state. (points, states) [J]
-    """
-    homeward = searched.homeward
-    flight = homeward.flight
-    places: set[tuple[int, float]] = set()
-    home_j: FloatArray | None = None
-    there = (make_flight(flight.motion, flight.transients, power) for power in weather.corners())
-    elsewhere = (
-        ReturnSearch(make_homeward(homeward.route, flown, homeward.pilot, homeward.destinations))
-        for flown in there
-    )
-    for search in (searched, *elsewhere):
-        if search.tightest() is None or search.nodes is None:
-            return None, None
-        most = 1 if places else _TIGHTEST
-        rows = np.sort(np.argsort(-search.nodes.sum_wh, kind="stable")[:most])  # in flown order
-        home_j = None if places else search.nodes.home_j[rows]
-        places |= {search.nodes.at(row) for row in rows.tolist()}
-    segment, share = zip(*sorted(places), strict=True)
-    return homeward.points(np.array(segment, dtype=np.intp), np.array(share)), home_j
+def _tightest_points(returns: Returns, sweep: ReturnSweep, weather: Weather) -> ReturnPoints:
+    """Return the points where the return is tightest, in mean and in extreme conditions."""
+    rows = set(np.argsort(-sweep.sum_wh, kind="stable")[:_TIGHTEST].tolist())
+    corners = tuple(weather.corners())
+    if corners:
+        points = returns.points(sweep.segment, sweep.fraction)
+        sum_j = _energies_j(returns, points, corners)[:, 1:].sum(axis=-1)
+        rows |= set(sum_j.argmax(axis=1).tolist())
+    chosen = sorted(rows)
+    return returns.points(sweep.segment[chosen], sweep.fraction[chosen])
 
 
 def _energies_j(
-    homeward: Homeward,
-    points: Points | None,
-    home_j: FloatArray | None,
-    powers: Iterable[SteadyPower],
+    returns: Returns, points: ReturnPoints | None, powers: Iterable[SteadyPower]
 ) -> FloatArray:
-    """Return energies by state in several conditions: of the flight, and home from each point.
-
-    Where all draws have the conditions of the prediction, the energies home are those given.
+    """Return energies by state in several conditions: of the flight, and of returns from each point.
 
     Returns
     -------
     ndarray
-        First the whole flight, then for each point the flight up to it and home from there.
+        First the whole flight, then for each point the flight up to it and the return from there.
         (conditions, 1 + points, states) [J]
     """
-    powers, flight = tuple(powers), homeward.flight
+    powers, flight = tuple(powers), returns.flight
     count = 0 if points is None else len(points.segment)
     energies_j = np.empty((len(powers), 1 + count, len(STATES)))
     for row, used_j in zip(energies_j, _used_by_state_j(flight, powers), strict=True):
         row[0] = used_j[-1]
         if points is not None:
             before_j, after_j = used_j[points.segment], used_j[points.segment + 1]
-            row[1:] = before_j + points.share[:, None] * (after_j - before_j)
+            row[1:] = before_j + points.fraction[:, None] * (after_j - before_j)
     if points is not None:
         energies_j[:, 1:, _BRAKE] += j_from_wh(points.stop_wh)
-        ways = _home_by_state_j(homeward, points, powers) if home_j is None else (home_j,)
-        for row, way_j in zip(energies_j, ways, strict=True):
-            row[1:] += way_j
+        destination = returns.chosen(points)
+        _, flown = returns.fly_by_state(points.stop_m, points.stage, destination, powers=powers)
+        for row, return_j in zip(energies_j, flown, strict=True):
+            row[1:] += return_j
     return energies_j
 
 
@@ -496,16 +478,6 @@ def _used_by_state_j(flight: Flight, powers: tuple[SteadyPower, ...]) -> Iterato
         used_j[np.arange(1, len(states) + 1), states] = own_j
         np.cumsum(used_j, axis=0, out=used_j)
         yield used_j
-
-
-def _home_by_state_j(
-    homeward: Homeward, points: Points, powers: Iterable[SteadyPower]
-) -> Iterator[FloatArray]:
-    """Yield the energies home from points by state in several conditions. (points, states) [J]"""
-    targets = homeward.destinations.targets(points.stage, homeward.chosen(points), points.stop_m)
-    motion, transients = homeward.pilot.fly_home(points.stop_m, targets, homeward.route)
-    for own_j in segment_energies_j(motion, transients, powers):
-        yield by_item_and_state_j(motion, own_j, len(points.segment))
 
 
 def _usable_wh(

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.flight.progress import flight_progress, return_course
+from planner.flight.progress import flight_progress
+from planner.flight.returns.tightest import sweep_returns
 from planner.frozen import frozen
 from planner.physics.battery import delivered_energy_wh
 
 if TYPE_CHECKING:
-    from planner.flight.homeward import Homeward
-    from planner.flight.progress import MeasuredPlace, Progress, ReturnCourse
+    from planner.flight.progress import MeasuredPlace, Progress
+    from planner.flight.returns.path import Returns
     from planner.vehicle.battery import Battery
 
 
@@ -186,7 +187,7 @@ class Concern(StrEnum):
 class Prediction:
     """What a check predicts of the flight of a vehicle on the line."""
 
-    homeward: Homeward
+    returns: Returns
     battery: Battery
     charge: float
     """State of charge at the start. [-]"""
@@ -266,8 +267,9 @@ class EnergyWatch:
         warn_before_s: float = 60.0,
         is_joined: bool = False,
     ) -> None:
-        self._homeward = prediction.homeward
-        self._course: ReturnCourse = return_course(prediction.homeward)
+        self._returns = prediction.returns
+        above_wh = prediction.usable_wh - prediction.reserve_wh
+        self._sweep = sweep_returns(prediction.returns, above_wh)
         self._usable_wh = prediction.usable_wh
         self._reserve_wh = prediction.reserve_wh
         self._meter = BatteryMeter(
@@ -307,7 +309,7 @@ class EnergyWatch:
         """
         left = self._meter.energy_left(reading)
         before, before_s = self._before or (None, now_s)
-        progress = flight_progress(self._homeward, place, before=before, elapsed_s=now_s - before_s)
+        progress = flight_progress(self._returns, place, before=before, elapsed_s=now_s - before_s)
         self._before = (progress, now_s)
         if self._missed_wh is None:
             self._missed_wh = progress.used_wh
@@ -324,7 +326,11 @@ class EnergyWatch:
             ratio=ratio,
             finish_wh=factor * progress.finish_wh,
             return_wh=factor * progress.return_wh,
-            lead_s=(self._course.lead_s(progress, above_wh / factor) if is_on_mission else None),
+            lead_s=(
+                self._sweep.lead_s(progress.time_s, progress.used_wh, above_wh / factor)
+                if is_on_mission and self._sweep is not None
+                else None
+            ),
             is_joined=self._is_joined,
         )
         present, new = self._concerns(state, is_on_mission=is_on_mission)
@@ -335,7 +341,7 @@ class EnergyWatch:
 
     def _ratio(self, modelled_wh: float, left: EnergyLeft) -> float | None:
         used_wh = self._usable_wh - left.energy_wh
-        total_wh = float(self._homeward.used_wh[-1])
+        total_wh = float(self._returns.used_wh[-1])
         least_wh = max(_LEAST_USED * total_wh, _STEPS_USED * left.step_wh)
         if not modelled_wh > 0.0 or max(modelled_wh, used_wh) < least_wh:
             return None

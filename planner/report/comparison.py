@@ -56,7 +56,7 @@ def comparison_text(
             comparison,
             quantity.energy,
             "return_margin_wh",
-            lambda one: None if one.way_home is None else one.way_home.margin_wh,
+            lambda one: None if one.return_plan is None else one.return_plan.margin_wh,
         ),
     ]
     lines += ["", *table_lines(rows, alignment="<>>>"), ""]

@@ -158,7 +158,7 @@ def segments_json(result: CheckResult, *, version: str) -> str:
 def figures(result: CheckResult | UnreadableMission) -> Document:
     """Return what a flight takes, leaves and needs to get home, as the keys of the contract."""
     flown = result if isinstance(result, CheckResult) else None
-    way = None if flown is None else flown.way_home
+    way = None if flown is None else flown.return_plan
     return {
         "totals": values(value(flown, "totals"), _TOTALS_KEYS),
         "battery": values(value(flown, "battery"), _BATTERY_KEYS),

@@ -100,7 +100,7 @@ def flights_text(split: Split, *, energy: str = "") -> str:
 
 def _row(part: SplitPart) -> tuple[str, ...]:
     result = part.result
-    battery, way_home = result.battery, result.way_home
+    battery, way_home = result.battery, result.return_plan
     return (
         result.verdict.upper(),
         printable(part.file),

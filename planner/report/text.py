@@ -16,8 +16,9 @@ from planner.service import CheckResult
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.conditions import Conditions
+    from planner.flight.returns.tightest import ReturnPlan
     from planner.physics.wind import Wind
     from planner.report.medium import Medium
     from planner.service import UnreadableMission
@@ -203,8 +204,8 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
     figures = [("Flight", _flight(result.totals)), ("Energy", _energy(result.totals))]
     if result.battery is not None:
         figures.append(("Battery", _battery(result.battery)))
-    if result.way_home is not None:
-        figures.append(("Way home", _way_home(result.way_home)))
+    if result.return_plan is not None:
+        figures.append(("Way home", _way_home(result.return_plan)))
     figures += [
         ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
         ("Conditions", _conditions(result)),
@@ -327,7 +328,7 @@ def _battery(battery: BatteryBudget) -> str:
     return text if chance is None else f"{text}; {_chance(chance)} to land below the reserve"
 
 
-def _way_home(way_home: ReturnBudget) -> str:
+def _way_home(way_home: ReturnPlan) -> str:
     where = f"item {way_home.tightest_item}"
     if way_home.tightest is not None:
         where = place_along(way_home.tightest)

@@ -8,10 +8,11 @@ from planner.frozen import frozen
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
-    from planner.flight.budget import BatteryBudget, Discharge, ReturnBudget, Totals
+    from planner.flight.budget import BatteryBudget, Discharge, Totals
     from planner.flight.conditions import Conditions
-    from planner.flight.homeward import Homeward
     from planner.flight.prediction import Flight
+    from planner.flight.returns.path import Returns
+    from planner.flight.returns.tightest import ReturnPlan
     from planner.flight.segments import ItemArrival
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
@@ -43,11 +44,11 @@ class Assessment:
     discharge: Discharge | None
     """What the flight takes out of it, where its curve is known."""
     battery: BatteryBudget | None
-    way_home: ReturnBudget | None
+    return_plan: ReturnPlan | None
     charge: float
     """State of charge at the start. [-]"""
-    homeward: Homeward
-    """The ways home from every point of the flight."""
+    returns: Returns
+    """The returns from every point of the flight."""
     target: Target | None = None
     """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
     fence_parameters: FlightParameters | None = None

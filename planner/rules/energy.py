@@ -13,14 +13,14 @@ from planner.catalogue.energy import (
     RETURN_BELOW_RESERVE,
     VOLTAGE_LOW,
 )
-from planner.flight.destination import ALONG, HERE, HOME, LANDING
+from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget
-    from planner.flight.homeward import FlightPoint
+    from planner.flight.returns.path import FlightPoint
     from planner.rules.assessment import Assessment
 
 _SAME_SHORTFALL = 0.05
@@ -65,9 +65,9 @@ def check_battery(a: Assessment) -> Iterator[Finding]:
     )
 
 
-def check_way_home(a: Assessment) -> Iterator[Finding]:
+def check_return(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where the way home from some point eats into the reserve."""
-    way, battery = a.way_home, a.battery
+    way, battery = a.return_plan, a.battery
     if way is None or battery is None or way.margin_wh is None or way.margin_wh >= 0.0:
         return
     turn, empty = way.last_return, way.last_return_empty
@@ -112,7 +112,7 @@ def destination_name(destination: int) -> str:
 
 def check_risk(a: Assessment) -> Iterator[Finding]:
     """Yield a finding where flights that differ from the prediction may eat into the reserve."""
-    battery, way = a.battery, a.way_home
+    battery, way = a.battery, a.return_plan
     if battery is None or battery.below_reserve_probability is None or battery.margin_wh < 0.0:
         return  # nothing is known of it, or E101 says worse
     reserve = f"the reserve of {reserve_name(battery)}"

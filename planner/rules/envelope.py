@@ -105,7 +105,7 @@ def check_vertical_speeds(a: Assessment) -> Iterator[Finding]:
     ):
         return
     columns = a.flight.motion.segments
-    stage_of = a.homeward.segment_stage
+    stage_of = a.returns.segment_stage
     for name, commanded, climbs in (
         ("climb", [stage.climb_speed_m_s for stage in stages], columns.climb_m),
         ("descent", [stage.descent_speed_m_s for stage in stages], -columns.climb_m),

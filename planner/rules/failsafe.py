@@ -46,7 +46,7 @@ _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 def _course(a: Assessment) -> BatteryCourse | None:
     if a.pack is None:
         return None
-    return battery_course(a.homeward, a.pack, a.discharge, charge=a.charge)
+    return battery_course(a.returns, a.pack, a.discharge, charge=a.charge)
 
 
 def check_failsafes(a: Assessment) -> Iterator[Finding]:
@@ -55,7 +55,7 @@ def check_failsafes(a: Assessment) -> Iterator[Finding]:
     if course is None or a.pack is None or parameters is None:
         return
     if isinstance(parameters, Px4Parameters):
-        events = list(px4_events(a.homeward, course, a.pack, parameters))
+        events = list(px4_events(a.returns, course, a.pack, parameters))
     else:
         events = list(ardupilot_events(course, parameters))
     events = [event for event in events if not _comes_too_late(a, event)]
@@ -75,8 +75,8 @@ def check_failsafes(a: Assessment) -> Iterator[Finding]:
 
 def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
-    homeward = a.homeward
-    kind = a.route.stages[homeward.segment_stage[event.segment]].kind
+    returns = a.returns
+    kind = a.route.stages[returns.segment_stage[event.segment]].kind
     if kind is StageKind.RETURN and event.action in {RETURNS, WARNS}:
         return True
     state = a.flight.motion.segments.state[event.segment]
@@ -84,7 +84,7 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
 
 
 def _told(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
-    point = a.homeward.flight_point(event.segment, event.share)
+    point = a.returns.flight_point(event.segment, event.share)
     return FAILSAFE_BEFORE_END.finding(
         f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",
         severity=severity,
@@ -127,26 +127,26 @@ def check_rally(a: Assessment) -> Iterator[Finding]:
     rally = a.mission.rally
     if not rally or a.battery is None:
         return
-    homeward = a.homeward
-    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
+    returns = a.returns
+    ends = returns.stage_ends
     ends = ends[
         [
             a.route.stages[stage].kind not in {StageKind.LAND, StageKind.RETURN}
-            for stage in homeward.segment_stage[ends].tolist()
+            for stage in returns.segment_stage[ends].tolist()
         ]
     ]
     if not len(ends):
         return
     if len(ends) > _MOST_RALLY_PLACES:
         ends = ends[np.linspace(0, len(ends) - 1, _MOST_RALLY_PLACES).astype(np.intp)]
-    points = homeward.points(ends, np.ones(len(ends)))
-    chosen = np.unique(homeward.chosen(points))
+    points = returns.points(ends, np.ones(len(ends)))
+    chosen = np.unique(returns.chosen(points))
     above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh - points.stop_wh
     never: list[int] = []
     out_of_reach: list[int] = []
     missed_by_wh: list[float] = []
     for number in range(1, len(rally) + 1):
-        _, way_wh = homeward.way(points.stop_m, points.stage, number)
+        _, way_wh = returns.fly(points.stop_m, points.stage, number)
         short_wh = float((way_wh - above_wh).min())
         if short_wh > 0.0:
             out_of_reach.append(number)

@@ -69,9 +69,9 @@ def _highest_return_m(a: Assessment) -> float:
 
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
-    homeward = a.homeward
-    ends = np.flatnonzero(np.diff(homeward.segment_stage, append=-1))
+    returns = a.returns
+    ends = returns.stage_ends
     if len(ends) > _MOST_RETURNS:
         ends = ends[np.linspace(0, len(ends) - 1, _MOST_RETURNS).astype(np.intp)]
-    paths = homeward.paths_m(homeward.points(ends, np.ones(len(ends))))
+    paths = returns.corners_m(returns.points(ends, np.ones(len(ends))))
     return max(float(corners[:, 2].max()) for corners in paths)

@@ -10,8 +10,8 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch
-from planner.flight.destination import HOME
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
+from planner.flight.returns.destination import HOME
 from planner.flight.segments import StopRoom
 from planner.geo.fence import Fence, make_fence_area
 from planner.geo.geodesy import (
@@ -161,22 +161,22 @@ class FencedFlight:
     @cached_property
     def destination(self) -> IntArray:
         """Where the vehicle itself would return to from each point of the path. (n + 1,)"""
-        return self.assessment.homeward.destinations.chosen(self._places_m, self._stage)
+        return self.assessment.returns.destinations.chosen(self._places_m, self._stage)
 
     @cached_property
     def is_end_judged(self) -> BoolArray:
         """Whether a return leads to the first home or a rally point, judged themselves. (n + 1,)"""
-        first_home = self.assessment.homeward.destinations.home_of(self._stage) == 0
+        first_home = self.assessment.returns.destinations.home_of(self._stage) == 0
         judged: BoolArray = (self.destination > HOME) | ((self.destination == HOME) & first_home)
         return judged
 
     @cached_property
     def return_ends_m(self) -> FloatArray:
         """Where a return from each point is straight to: its first place. (n + 1, 2) [m]"""
-        destinations = self.assessment.homeward.destinations
+        destinations = self.assessment.returns.destinations
         targets = destinations.targets(self._stage, self.destination, self._places_m)
         end_m = targets.ground_m[:, :2].copy()
-        for row, way in enumerate(targets.ways):
+        for row, way in enumerate(targets.paths):
             if way is not None:
                 end_m[row] = (way.stages[0].east_m, way.stages[0].north_m)
         home = self.assessment.route.frame
@@ -189,7 +189,7 @@ class FencedFlight:
     def _stage(self) -> IntArray:
         """Stage of the route flown at each point of the path. (n + 1,)"""
         segment = np.append(self.path.segment, self.path.segment[-1])
-        stage: IntArray = self.assessment.homeward.segment_stage[segment]
+        stage: IntArray = self.assessment.returns.segment_stage[segment]
         return stage
 
     @cached_property

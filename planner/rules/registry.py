@@ -15,9 +15,9 @@ from planner.rules.altitude import (
 from planner.rules.energy import (
     check_battery,
     check_discharge_rate,
+    check_return,
     check_risk,
     check_voltage,
-    check_way_home,
 )
 from planner.rules.envelope import (
     check_air_and_mass,
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 CHECKS: tuple[Check, ...] = (
     check_battery,
-    check_way_home,
+    check_return,
     check_risk,
     check_voltage,
     check_discharge_rate,

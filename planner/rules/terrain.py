@@ -11,11 +11,11 @@ from planner.autopilot import Autopilot
 from planner.catalogue.terrain import BELOW_TERRAIN, GROUND_CLEARANCE, RETURN_BELOW_TERRAIN
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.findings import Severity
-from planner.flight.destination import HOME
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
 )
+from planner.flight.returns.destination import HOME
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.stage import StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -167,14 +167,14 @@ def _extremes(a: Assessment, way: _Way) -> Iterator[Finding]:
 
 def _returns(a: Assessment, way: _Way) -> Iterator[Finding]:
     """Yield a finding where a return of the vehicle meets the ground."""
-    parameters, homeward = a.parameters, a.homeward
+    parameters, returns = a.parameters, a.returns
     if a.terrain is None or (
         isinstance(parameters, ArduPilotParameters)
         and parameters.return_altitude_type == _OVER_TERRAIN
     ):
         return
     along_m = np.cumsum(way.step_m)
-    most = _MOST_ALONG if homeward.destinations.follows_mission else _MOST_RETURNS
+    most = _MOST_ALONG if returns.destinations.follows_mission else _MOST_RETURNS
     spacing_m = max(_RETURN_SPACING_M, float(along_m[-1]) / most)
     # One place for each stretch of the way, the last of each item besides.
     first = np.diff(np.floor(along_m / spacing_m), prepend=-1.0) > 0.0
@@ -184,10 +184,10 @@ def _returns(a: Assessment, way: _Way) -> Iterator[Finding]:
     begun = np.flatnonzero(first & ~np.isin(way.item, own))
     if not len(begun):
         return
-    points = homeward.points(*homeward.at(way.time_s[begun]))
-    chosen = homeward.chosen(points)
+    points = returns.points(*returns.at(way.time_s[begun]))
+    chosen = returns.chosen(points)
     # From where it stands to over where it lands; the landing itself is not asked.
-    paths = [corners[1:-1] for corners in homeward.paths_m(points, chosen)]
+    paths = [corners[1:-1] for corners in returns.corners_m(points, chosen)]
     start_m = np.concatenate([path[:-1] for path in paths])
     leg_m = np.concatenate([np.diff(path, axis=0) for path in paths])
     owner = np.repeat(np.arange(len(paths)), [len(path) - 1 for path in paths])

@@ -16,15 +16,13 @@ from planner.flight.budget import (
     hover_power_w,
     item_arrivals,
     predict_discharge,
-    way_home,
-    way_home_limits_wh,
 )
 from planner.flight.conditions import Conditions, divided
-from planner.flight.destination import make_destinations, with_own_return
-from planner.flight.homeward import make_homeward
 from planner.flight.pilot import fence_parameters_of, flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
-from planner.flight.return_search import ReturnSearch
+from planner.flight.returns.destination import make_destinations, with_own_return
+from planner.flight.returns.path import make_returns
+from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
 from planner.flight.trace import sample_trace
 from planner.mission.route.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
@@ -38,8 +36,9 @@ from planner.service.result import CheckResult
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.conditions import Spread
-    from planner.flight.destination import Destinations
     from planner.flight.prediction import Flight
+    from planner.flight.returns.destination import Destinations
+    from planner.flight.returns.tightest import ReturnSweep
     from planner.flight.segments import ItemArrival
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
@@ -217,8 +216,8 @@ def check(
             )
         totals = flight_totals(flight, known, discharge)
         items = item_arrivals(mission, route, flight)
-        homeward = make_homeward(route, flight, pilot, destinations)
-        search: ReturnSearch | None = None
+        returns = make_returns(route, flight, pilot, destinations)
+        sweep: ReturnSweep | None = None
         if vehicle.is_power_known:
             if known is not None:
                 budget = battery_budget(
@@ -229,19 +228,19 @@ def check(
                     hover_power_w=hover_power_w(flight.power),
                     discharge=discharge,
                 )
-            search = ReturnSearch(homeward, *way_home_limits_wh(budget))
-            home = way_home(search, budget)
+            sweep = sweep_returns(returns, *return_limits_wh(budget))
+            home = None if sweep is None else plan_return(returns, sweep, budget)
         if vehicle.spread is not None:
             from planner.flight.uncertainty import predict_scenarios
 
             scenarios = predict_scenarios(
-                homeward,
+                returns,
                 conditions,
                 spread=vehicle.spread,
                 charge=(charge, charge_sd),
                 battery=known,
                 budget=budget,
-                search=search,
+                sweep=sweep,
             )
             flight, totals, budget, home = scenarios.added_to(flight, totals, budget, home)
         assessment = Assessment(
@@ -257,9 +256,9 @@ def check(
             pack=known,
             discharge=discharge,
             battery=budget,
-            way_home=home,
+            return_plan=home,
             charge=charge,
-            homeward=homeward,
+            returns=returns,
             target=judged_by,
             fence_parameters=fence_parameters,
             given_parameters=parameters,
@@ -289,7 +288,7 @@ def check(
         ),
         totals=totals,
         battery=budget,
-        way_home=home,
+        return_plan=home,
         segments=() if flight is None else flight.segments,
         items=items,
         findings=reported,

@@ -13,8 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.findings import Finding
-    from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+    from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.conditions import Conditions
+    from planner.flight.returns.tightest import ReturnPlan
     from planner.flight.segments import (
         ItemArrival,
         Segment,
@@ -38,7 +39,7 @@ class CheckResult:
     conditions: Conditions
     totals: Totals
     battery: BatteryBudget | None
-    way_home: ReturnBudget | None
+    return_plan: ReturnPlan | None
     segments: Sequence[Segment]
     items: tuple[ItemArrival, ...]
     findings: tuple[Finding, ...]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.flight.return_profile import return_profile
+from planner.flight.returns.path import return_profile
 from planner.frozen import frozen
 from planner.units import wh_from_j
 
@@ -97,7 +97,7 @@ def _used(assessment: Assessment) -> tuple[FloatArray, FloatArray]:
 def _energy(assessment: Assessment) -> Picture:
     time_s, used_wh = _used(assessment)
     lines = [Line(name="used", time_s=time_s, value=used_wh, ink="curve")]
-    home = return_profile(assessment.homeward)
+    home = return_profile(assessment.returns)
     lines.append(
         Line(
             name="used and way home",

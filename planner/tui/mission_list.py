@@ -121,8 +121,8 @@ def preview(entry: Entry, result: CheckResult | UnreadableMission | str | None) 
         return Details(title=entry.name, tone="error", parts=(("", printable(result)),))
     said = summary(result)
     parts = [("", said.headline)]
-    if said.way_home:
-        parts.append(("", said.way_home))
+    if said.return_plan:
+        parts.append(("", said.return_plan))
     parts += [("", finding_line(f)) for f in result.findings if f.severity > Severity.INFO]
     parts.append(("", said.closing))
     return Details(

@@ -168,7 +168,7 @@ def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestio
 
 def _enlarged(battery: Battery, result: CheckResult) -> Battery | None:
     """Return a battery that covers what is missing, in steps packs are sold in; ``None`` if none."""
-    budget, way = result.battery, result.way_home
+    budget, way = result.battery, result.return_plan
     if budget is None:
         return None
     missing_wh = max(
@@ -191,7 +191,7 @@ def _enlarged(battery: Battery, result: CheckResult) -> Battery | None:
 
 def _more_reserve(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the greatest reserve, in whole percent, that still goes."""
-    budget, way = result.battery, result.way_home
+    budget, way = result.battery, result.return_plan
     if budget is None:
         return
     left_wh = min(

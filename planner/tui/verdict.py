@@ -14,7 +14,7 @@ from planner.service import CheckResult
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.flight.budget import ReturnBudget
+    from planner.flight.returns.tightest import ReturnPlan
     from planner.service import UnreadableMission
 
 
@@ -28,7 +28,7 @@ class Summary:
     file: str
     headline: str
     """What the flight takes and leaves."""
-    way_home: str
+    return_plan: str
     """The tightest return; empty where none is known."""
     closing: str
     """How much was found."""
@@ -36,18 +36,18 @@ class Summary:
 
 def summary(result: CheckResult | UnreadableMission) -> Summary:
     """Return the verdict and the figures of a flight in words."""
-    way = result.way_home if isinstance(result, CheckResult) else None
+    way = result.return_plan if isinstance(result, CheckResult) else None
     return Summary(
         verdict=result.verdict.upper(),
         is_go=result.verdict == "go",
         file=printable(result.file) + caveat([result]),
         headline=headline(result),
-        way_home="" if way is None else _tightest(way),
+        return_plan="" if way is None else _tightest(way),
         closing=closing_line(result.findings, suppressed=result.suppressed),
     )
 
 
-def _tightest(way: ReturnBudget) -> str:
+def _tightest(way: ReturnPlan) -> str:
     where = f"item {way.tightest_item}" if way.tightest is None else place_along(way.tightest)
     text = (
         f"Tightest return: {where}, {quantity.energy(way.energy_home_wh)} to get "
@@ -106,4 +106,4 @@ def _margin_wh(result: CheckResult) -> float | None:
 
 
 def _return_wh(result: CheckResult) -> float | None:
-    return None if result.way_home is None else result.way_home.margin_wh
+    return None if result.return_plan is None else result.return_plan.margin_wh

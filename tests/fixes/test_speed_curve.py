@@ -64,7 +64,7 @@ def test_the_best_speeds_are_those_of_a_scan_at_a_hundredth(
             route_at_speed(assessment.route, float(one)),
             SURVEYOR,
             assessment.conditions,
-            assessment.homeward.pilot,
+            assessment.returns.pilot,
         )
         for one in tried
     ]
@@ -113,8 +113,8 @@ def test_the_fastest_that_fits_is_the_last_hundredth_that_does() -> None:
             far, SURVEYOR, speed_m_s=speed_m_s, battery=Battery(capacity_wh=300.0)
         )
         assert result.battery is not None
-        assert result.way_home is not None
-        margin_wh = min(result.battery.margin_wh, result.way_home.margin_wh or 0.0)
+        assert result.return_plan is not None
+        margin_wh = min(result.battery.margin_wh, result.return_plan.margin_wh or 0.0)
         return 0.8 * 300.0 - margin_wh
 
     # beyond the best range, near 12 m/s, every faster speed takes more

@@ -83,8 +83,8 @@ def test_a_survey_is_flown_in_parts_that_cover_it() -> None:
     for part in split.parts:
         assert part.result.battery is not None
         assert part.result.battery.margin_wh >= 0.0
-        assert part.result.way_home is not None
-        assert (part.result.way_home.margin_wh or 0.0) >= 0.0
+        assert part.result.return_plan is not None
+        assert (part.result.return_plan.margin_wh or 0.0) >= 0.0
 
 
 def test_a_line_too_long_for_a_battery_is_cut_with_an_overlap_of_a_photo_and_ten_metres() -> None:

@@ -10,7 +10,7 @@ from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, tak
 from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
 
 from planner.findings import Severity
-from planner.flight.motion.ardupilot.flight import ardupilot_ways_home
+from planner.flight.motion.ardupilot.flight import ardupilot_returns
 from planner.mission.route.stage import (
     Stage,
     StageKind,
@@ -21,7 +21,7 @@ from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 def return_s(
     parameters: ArduPilotParameters, *, distance: float = 1000.0, height: float = 50.0
 ) -> float:
-    return time_s(ardupilot_ways_home(np.array([[distance, 0.0, height]]), np.zeros(3), parameters))
+    return time_s(ardupilot_returns(np.array([[distance, 0.0, height]]), np.zeros(3), parameters))
 
 
 def way_back_s(distance: float = 1000.0, v: float = 10.0) -> float:
@@ -84,7 +84,7 @@ def test_rtl_loit_time_is_waited() -> None:
 
 def test_a_final_altitude_ends_the_return_in_the_air_and_says_so() -> None:
     parameters = ArduPilotParameters(return_final_altitude_m=20.0)
-    motion = ardupilot_ways_home(np.array([[100.0, 0.0, 50.0]]), np.zeros(3), parameters)
+    motion = ardupilot_returns(np.array([[100.0, 0.0, 50.0]]), np.zeros(3), parameters)
     assert states(motion)[-1] == "descend"
     assert motion.segments.climb_m[-1] == pytest.approx(-30.0)
     assert [finding.code for finding in motion.findings] == ["M102"]
@@ -121,9 +121,9 @@ def test_a_return_starts_from_a_stop_and_its_speed_is_not_the_mission_s() -> Non
 
 def test_ways_home_are_those_of_single_flights() -> None:
     points = np.array([[300.0, 400.0, 80.0], [0.0, -50.0, 5.0], [-1000.0, 0.0, 12.0]])
-    together = ardupilot_ways_home(points, np.zeros(3), DEFAULTS).segments
+    together = ardupilot_returns(points, np.zeros(3), DEFAULTS).segments
     for row, point in enumerate(points):
-        alone = ardupilot_ways_home(point[None], np.zeros(3), DEFAULTS).segments
+        alone = ardupilot_returns(point[None], np.zeros(3), DEFAULTS).segments
         mine = together.item == row
         assert together.duration_s[mine] == pytest.approx(alone.duration_s, abs=1e-9)
         assert together.distance_m[mine] == pytest.approx(alone.distance_m, abs=1e-9)

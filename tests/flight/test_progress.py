@@ -10,9 +10,8 @@ from planner.flight.progress import (
     MeasuredPlace,
     Progress,
     flight_progress,
-    return_course,
 )
-from planner.flight.return_search import ReturnSearch
+from planner.flight.returns.tightest import sweep_returns
 from planner.flight.trace import sample_trace
 from planner.service import check
 from planner.vehicle.library import load_vehicle
@@ -31,7 +30,7 @@ def at(item: int, metres_north: float, *, east_deg: float = 0.0) -> MeasuredPlac
 
 
 def test_a_place_on_the_track_is_found_with_the_energy_used_by_then() -> None:
-    home = check(OUT_AND_BACK, QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     progress = flight_progress(home, at(3, 1500.0))
     trace = sample_trace(home.flight, home.route)
     here = (trace.item == 3) & (trace.latitude_deg <= north(1500.0))
@@ -47,14 +46,14 @@ def test_a_place_on_the_track_is_found_with_the_energy_used_by_then() -> None:
 
 
 def test_the_way_home_is_that_of_the_point_of_the_flight() -> None:
-    home = check(OUT_AND_BACK, QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     progress = flight_progress(home, at(3, 1500.0))
     segment = int(np.searchsorted(home.start_s, progress.time_s, side="right")) - 1
     share = (progress.time_s - home.start_s[segment]) / home.flight.motion.segments.duration_s[
         segment
     ]
     points = home.points(np.array([segment]), np.array([share]))
-    time_s, way_wh = home.way(points.stop_m, points.stage, 0)
+    time_s, way_wh = home.fly(points.stop_m, points.stage, 0)
     # a metre or two of track between the sample and the place
     assert progress.return_wh == pytest.approx(float(points.stop_wh[0] + way_wh[0]), rel=0.01)
     assert progress.return_s == pytest.approx(float(points.stop_s[0] + time_s[0]), rel=0.01)
@@ -62,7 +61,7 @@ def test_the_way_home_is_that_of_the_point_of_the_flight() -> None:
 
 
 def test_a_vehicle_off_its_track_needs_more_to_finish() -> None:
-    home = check(OUT_AND_BACK, QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     on, off = (flight_progress(home, at(3, 1500.0, east_deg=east)) for east in (0.0, 0.01))
     # 0.01° of longitude at 47° are 0.01 · 111.32 km · cos 47° = 759 m
     assert off.off_track_m == pytest.approx(760.0, rel=0.01)
@@ -72,7 +71,7 @@ def test_a_vehicle_off_its_track_needs_more_to_finish() -> None:
 
 def test_in_a_hover_the_clock_says_how_far_it_is() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0, hold_s=100.0), waypoint(900.0, 50.0), rtl())
-    home = check(mission(*items), QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     first = flight_progress(home, at(2, 500.0))
     later = flight_progress(home, at(2, 500.0), before=first, elapsed_s=60.0)
     assert later.time_s - first.time_s == pytest.approx(60.0, abs=1.0)
@@ -82,7 +81,7 @@ def test_in_a_hover_the_clock_says_how_far_it_is() -> None:
 
 def test_the_first_sight_of_a_hover_counts_all_of_it() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0, hold_s=100.0), rtl())
-    home = check(mission(*items), QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     progress = flight_progress(home, at(2, 500.0))
     stage_end_s = float(home.start_s[np.flatnonzero(home.segment_stage == 2)[0]])
     assert stage_end_s - progress.time_s > 99.0
@@ -90,7 +89,7 @@ def test_the_first_sight_of_a_hover_counts_all_of_it() -> None:
 
 def test_a_lap_that_was_flown_does_not_come_again() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0), waypoint(1000.0, 50.0), jump(2, 2.0), rtl())
-    home = check(mission(*items), QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     before: Progress | None = None
     times = []
     for item, metres in ((3, 800.0), (2, 800.0), (3, 800.0), (2, 800.0), (3, 800.0)):
@@ -102,31 +101,29 @@ def test_a_lap_that_was_flown_does_not_come_again() -> None:
 
 def test_an_item_that_only_sets_something_stands_for_what_is_flown_next() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0), jump(2, 1.0), waypoint(900.0, 50.0), rtl())
-    home = check(mission(*items), QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+    home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     assert flight_progress(home, at(3, 700.0)).off_track_m < 5.0
 
 
 @pytest.mark.parametrize("share", [0.6, 0.75, 0.9])
 def test_the_point_of_no_return_is_that_of_the_check(share: float) -> None:
-    home = check(OUT_AND_BACK, QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
-    search = ReturnSearch(home)
-    tightest = search.tightest()
-    assert tightest is not None
-    assert search.nodes is not None
-    available_wh = share * float(search.nodes.sum_wh[tightest])
-    row = search.last_below(available_wh)
+    home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
+    sweep = sweep_returns(home)
+    assert sweep is not None
+    available_wh = share * float(sweep.sum_wh.max())
+    row = sweep.last_below(available_wh)
     assert row is not None
-    last = home.flight_point(int(search.nodes.segment[row]), float(search.nodes.share[row]))
     progress = flight_progress(home, at(2, 100.0))
-    lead_s = return_course(home).lead_s(progress, available_wh - progress.used_wh)
+    lead_s = sweep.lead_s(progress.time_s, progress.used_wh, available_wh - progress.used_wh)
     assert lead_s is not None
-    expected_s = last.time_s - progress.time_s
-    step_s = home.flight.time_s / 799  # the course is known so often
-    assert expected_s - step_s <= lead_s <= expected_s + 0.5
+    last_s, beyond_s = sweep.time_s[row : row + 2]
+    assert last_s <= progress.time_s + lead_s <= beyond_s
 
 
-def test_with_enough_for_every_way_home_there_is_no_such_point() -> None:
-    home = check(OUT_AND_BACK, QUAD).assessment.homeward  # type: ignore[union-attr] # it is flown
+def test_with_enough_for_every_return_there_is_no_such_point() -> None:
+    home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
     progress = flight_progress(home, at(2, 100.0))
-    assert return_course(home).lead_s(progress, 1e6) is None
-    assert return_course(home).lead_s(progress, 0.0) == 0.0
+    sweep = sweep_returns(home)
+    assert sweep is not None
+    assert sweep.lead_s(progress.time_s, progress.used_wh, 1e6) is None
+    assert sweep.lead_s(progress.time_s, progress.used_wh, 0.0) == 0.0

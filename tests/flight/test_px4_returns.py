@@ -11,7 +11,7 @@ from ardupilot_missions import go, stage, takeoff
 
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.flight import fly_px4, px4_ways_home
+from planner.flight.motion.px4.flight import fly_px4, px4_returns
 from planner.flight.motion.px4.moves import return_heights_m
 from planner.flight.pilot import make_pilot
 from planner.mission.route.stage import (
@@ -127,10 +127,10 @@ def test_a_return_leads_to_the_home_it_is_given() -> None:
 def test_many_ways_home_are_each_flown_alone() -> None:
     rng = np.random.default_rng(7)
     places = rng.uniform((-400.0, -400.0, 3.0), (400.0, 400.0, 100.0), (40, 3))
-    together = px4_ways_home(places, np.zeros(3), PX4)
+    together = px4_returns(places, np.zeros(3), PX4)
     durations = np.bincount(together.segments.item, together.segments.duration_s, minlength=40)
     alone = [
-        px4_ways_home(place[None], np.zeros(3), PX4).segments.duration_s.sum() for place in places
+        px4_returns(place[None], np.zeros(3), PX4).segments.duration_s.sum() for place in places
     ]
     assert durations == pytest.approx(alone, abs=0.02)
     starts = np.searchsorted(
@@ -141,7 +141,7 @@ def test_many_ways_home_are_each_flown_alone() -> None:
 
 
 def test_a_way_home_from_home_is_a_landing() -> None:
-    motion = px4_ways_home(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
+    motion = px4_returns(np.array([[0.0, 0.0, 40.0]]), np.zeros(3), PX4)
     assert [STATES[state] for state in motion.segments.state] == ["land"]
 
 

@@ -15,11 +15,11 @@ from scipy.stats import binom, t
 from planner.autopilot import Autopilot
 from planner.flight import uncertainty
 from planner.flight.conditions import Conditions, Spread
-from planner.flight.destination import make_destinations
-from planner.flight.homeward import Homeward, make_homeward
 from planner.flight.motion.kinematics import STATES
 from planner.flight.pilot import make_pilot
-from planner.flight.prediction import predict_flight, segment_energy_j
+from planner.flight.prediction import predict_flight, segment_energies_j
+from planner.flight.returns.destination import make_destinations
+from planner.flight.returns.path import Returns, make_returns
 from planner.flight.uncertainty import (
     DRAWS,
     Draws,
@@ -57,7 +57,7 @@ NORMAL_P90 = 1.2815515655446004
 """90th percentile of the normal distribution."""
 
 
-def flown(vehicle: VehicleModel, conditions: Conditions) -> Homeward:
+def flown(vehicle: VehicleModel, conditions: Conditions) -> Returns:
     parameters = None
     if vehicle.reference is not Autopilot.STEP:
         parameters = resolve_parameters(vehicle.reference, file=None, model=vehicle).values
@@ -65,7 +65,7 @@ def flown(vehicle: VehicleModel, conditions: Conditions) -> Homeward:
     pilot = make_pilot(vehicle, parameters, conditions)
     flight = predict_flight(route, vehicle, conditions, pilot)
     destinations = make_destinations(ROWS, route, parameters, terrain=None)
-    return make_homeward(route, flight, pilot, destinations)
+    return make_returns(route, flight, pilot, destinations)
 
 
 def drawn_conditions(
@@ -125,16 +125,18 @@ def test_interpolated_energies_are_those_of_flying_each_draw_again(
         payload_sd_kg=0.1,
         temperature_sd_c=5.0,
     )
-    homeward = flown(SURVEYOR, conditions)
-    flight = homeward.flight
-    found = predict_scenarios(homeward, conditions, spread=EXACT).energy_wh
+    returns = flown(SURVEYOR, conditions)
+    flight = returns.flight
+    found = predict_scenarios(returns, conditions, spread=EXACT).energy_wh
     draws = make_draws(EXACT, conditions, flight.power, charge=(1.0, 0.0))
     assert found is not None
     farthest = [int(draws.wind_east_m_s.argmax()), int(draws.wind_north_m_s.argmin())]
     for index in [*range(0, DRAWS, 1000), *farthest]:
         again = flown(SURVEYOR, drawn_conditions(conditions, draws, index, SURVEYOR)).flight
         power = replace(again.power, wind=drawn_conditions(conditions, draws, index, SURVEYOR).wind)
-        along_wh = segment_energy_j(flight.motion, flight.transients, power).sum() / 3600.0
+        along_wh = (
+            next(segment_energies_j(flight.motion, flight.transients, (power,))).sum() / 3600.0
+        )
         assert found[index] == pytest.approx(along_wh, rel=within)
         if float(np.hypot(draws.wind_east_m_s[index], draws.wind_north_m_s[index])) < 10.0:
             # below its airspeed limit the vehicle flies the same motion in every wind
@@ -145,9 +147,9 @@ def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:
     table = CruisePower(speed_m_s=(0.0, 5.0, 10.0), power_above_hover_w=(0.0, -20.0, 30.0))
     quad = structs.replace(load_vehicle("falkowski-2023-quadrotor"), cruise=table, spread=EXACT)
     conditions = Conditions(wind=WINDY, home_amsl_m=HOME.altitude_amsl_m)
-    homeward = flown(quad, conditions)
-    flight = homeward.flight
-    found = predict_scenarios(homeward, conditions, spread=EXACT).energy_wh
+    returns = flown(quad, conditions)
+    flight = returns.flight
+    found = predict_scenarios(returns, conditions, spread=EXACT).energy_wh
     draws = make_draws(EXACT, conditions, flight.power, charge=(1.0, 0.0))
     assert found is not None
     errors = []
@@ -159,7 +161,7 @@ def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:
             ),
         )
         power = replace(flight.power, wind=wind)
-        along_j = segment_energy_j(flight.motion, flight.transients, power).sum()
+        along_j = next(segment_energies_j(flight.motion, flight.transients, (power,))).sum()
         errors.append(found[index] * 3600.0 / along_j - 1.0)
     assert np.std(errors) < 0.005
     assert np.abs(errors).max() < 0.012
@@ -173,8 +175,8 @@ def test_without_any_spread_of_the_energy_every_draw_is_the_prediction() -> None
     assert totals.time_s_p10 is None  # the model says nothing about times
     assert result.battery is not None
     assert result.battery.below_reserve_probability == 0.0
-    assert result.way_home is not None
-    assert result.way_home.below_reserve_probability == 0.0
+    assert result.return_plan is not None
+    assert result.return_plan.below_reserve_probability == 0.0
 
 
 def test_time_energy_charge_and_stops_spread_as_the_model_says() -> None:
@@ -268,12 +270,12 @@ def test_a_charge_with_a_spread_meets_the_curve_of_the_battery() -> None:
     # 2 % of the charge of the battery's own curve, at some 22.6 V x 8 Ah: about 3.6 Wh
     vehicle = structs.replace(SURVEYOR, spread=EXACT)
     conditions = Conditions(home_amsl_m=HOME.altitude_amsl_m)
-    homeward = flown(vehicle, conditions)
+    returns = flown(vehicle, conditions)
     result = check(ROWS, vehicle, charge=Spread(mean=0.8, sd=0.02))
     assert result.battery is not None
     assert vehicle.battery is not None
     margin_wh = predict_scenarios(
-        homeward,
+        returns,
         conditions,
         spread=EXACT,
         charge=(0.8, 0.02),
@@ -328,7 +330,7 @@ def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
     again = checked(SURVEYOR, spread=spread, wind=WINDY)
     # sums of products in another order
     assert again.totals.energy_wh_p90 == pytest.approx(first.totals.energy_wh_p90, rel=1e-12)
-    assert again.way_home == first.way_home
+    assert again.return_plan == first.return_plan
 
 
 def test_a_way_home_can_be_too_long_though_the_landing_is_not() -> None:
@@ -337,15 +339,15 @@ def test_a_way_home_can_be_too_long_though_the_landing_is_not() -> None:
         SURVEYOR, spread=structs.replace(EXACT, energy_fraction=0.05, n_flights=MANY)
     )
     calm = check(there, vehicle, battery=Battery(capacity_wh=1000.0))
-    assert calm.way_home is not None
-    assert calm.way_home.margin_wh is not None
-    out_and_back_wh = 800.0 - calm.way_home.margin_wh
+    assert calm.return_plan is not None
+    assert calm.return_plan.margin_wh is not None
+    out_and_back_wh = 800.0 - calm.return_plan.margin_wh
     # the way home from the far end is just met: every second flight does not
     result = check(there, vehicle, battery=Battery(capacity_wh=out_and_back_wh / 0.8))
     assert result.battery is not None
-    assert result.way_home is not None
+    assert result.return_plan is not None
     assert result.battery.below_reserve_probability == 0.0
-    assert result.way_home.below_reserve_probability == pytest.approx(0.5, abs=0.025)
+    assert result.return_plan.below_reserve_probability == pytest.approx(0.5, abs=0.025)
 
 
 def test_energies_flown_as_the_model_says_lie_between_p10_and_p90_in_eight_of_ten_cases() -> None:
@@ -371,9 +373,8 @@ def test_energies_flown_as_the_model_says_lie_between_p10_and_p90_in_eight_of_te
             speed_m_s=abs(4.0 + random.standard_normal()),
             from_deg=200.0 + 15.0 * random.standard_normal(),
         )
-        own_j = segment_energy_j(
-            flight.motion, flight.transients, replace(flight.power, wind=blows)
-        )
+        power = replace(flight.power, wind=blows)
+        own_j = next(segment_energies_j(flight.motion, flight.transients, (power,)))
         error = np.array([of_states[state] * random.standard_t(6) for state in STATES])
         whole_j = (own_j * (1.0 + error[flight.motion.segments.state])).sum()
         whole_j *= 1.0 + 0.04 * random.standard_t(6)
@@ -416,14 +417,14 @@ def test_a_long_mission_looks_at_the_stages_whose_way_home_is_tightest() -> None
         SURVEYOR, spread=structs.replace(EXACT, energy_fraction=0.02, n_flights=MANY)
     )
     calm = check(rows, vehicle, battery=Battery(capacity_wh=1000.0), wind=WINDY)
-    assert calm.way_home is not None
-    assert calm.way_home.margin_wh is not None
-    need_wh = 800.0 - calm.way_home.margin_wh
+    assert calm.return_plan is not None
+    assert calm.return_plan.margin_wh is not None
+    need_wh = 800.0 - calm.return_plan.margin_wh
     result = check(rows, vehicle, battery=Battery(capacity_wh=need_wh / 0.8), wind=WINDY)
-    assert result.way_home is not None
-    assert result.way_home.below_reserve_probability is not None
+    assert result.return_plan is not None
+    assert result.return_plan.below_reserve_probability is not None
     # in the mean conditions the tightest way home is just met; the wind makes more of it than less
-    assert 0.4 < result.way_home.below_reserve_probability < 0.7
+    assert 0.4 < result.return_plan.below_reserve_probability < 0.7
 
 
 def test_the_band_along_a_flight_widens_with_its_energy_and_ends_at_the_totals() -> None:
@@ -431,11 +432,11 @@ def test_the_band_along_a_flight_widens_with_its_energy_and_ends_at_the_totals()
     spread = structs.replace(EXACT, n_flights=MANY, energy_fraction=0.1)
     vehicle = structs.replace(SURVEYOR, spread=spread)
     conditions = Conditions(home_amsl_m=400.0, position_noise_m=0.0)
-    homeward = flown(vehicle, conditions)
-    segments = np.arange(len(homeward.used_wh) - 1)
-    band = predict_energy_band(homeward, conditions, segments, spread=spread)
+    returns = flown(vehicle, conditions)
+    segments = np.arange(len(returns.used_wh) - 1)
+    band = predict_energy_band(returns, conditions, segments, spread=spread)
     assert band is not None
-    used_wh = homeward.used_wh[1:]
+    used_wh = returns.used_wh[1:]
     # as many draws place a percentile as in the tests of the totals
     assert band[1] / used_wh == pytest.approx(1.0 + 0.1 * NORMAL_P90, rel=5e-3)
     assert band[0] / used_wh == pytest.approx(1.0 - 0.1 * NORMAL_P90, rel=5e-3)
@@ -448,7 +449,7 @@ def test_the_band_of_a_check_ends_at_its_totals_in_any_wind() -> None:
     assert assessment.vehicle.spread is not None
     count = len(result.segments)
     band = predict_energy_band(
-        assessment.homeward,
+        assessment.returns,
         assessment.conditions,
         np.array([0, count - 1]),
         spread=assessment.vehicle.spread,
@@ -461,5 +462,5 @@ def test_the_band_of_a_check_ends_at_its_totals_in_any_wind() -> None:
 def test_without_a_spread_of_its_energy_there_is_no_band() -> None:
     conditions = Conditions(home_amsl_m=400.0, position_noise_m=0.0)
     silent = structs.replace(EXACT, energy_fraction=None, time_fraction=0.1)
-    homeward = flown(SURVEYOR, conditions)
-    assert predict_energy_band(homeward, conditions, np.array([0]), spread=silent) is None
+    returns = flown(SURVEYOR, conditions)
+    assert predict_energy_band(returns, conditions, np.array([0]), spread=silent) is None

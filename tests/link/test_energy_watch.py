@@ -83,7 +83,7 @@ def test_measurements_that_contradict_each_other_are_told_once() -> None:
     assessment = checked().assessment
     assert assessment is not None
     prediction = Prediction(
-        homeward=assessment.homeward,
+        returns=assessment.returns,
         battery=Battery(capacity_wh=200.0),
         charge=1.0,
         usable_wh=200.0,
@@ -135,9 +135,9 @@ def fly(capacity_wh: float, *, factor: float) -> list[Flown]:
     """Fly as predicted, taking a multiple of the energy predicted."""
     assessment = checked().assessment
     assert assessment is not None
-    home = assessment.homeward
+    home = assessment.returns
     prediction = Prediction(
-        homeward=home,
+        returns=home,
         battery=Battery(capacity_wh=capacity_wh),
         charge=1.0,
         usable_wh=capacity_wh,

@@ -139,14 +139,14 @@ def test_the_band_of_a_state_is_as_long_as_its_segments(out: CheckResult) -> Non
 
 def test_the_tightest_point_drawn_leaves_the_margin_of_the_result(out: CheckResult) -> None:
     assert out.battery is not None
-    assert out.way_home is not None
+    assert out.return_plan is not None
     row = tightest_row(make_tables(out))
     assert row is not None
     [full, reserve] = limit_rows(out.battery)
     assert full["energy_wh"] == pytest.approx(out.battery.usable_wh)
     # Energy above the reserve less that used once home: what the result calls the margin.
     assert reserve["energy_wh"] - row["needed_wh"] == pytest.approx(
-        out.way_home.margin_wh, abs=2e-3
+        out.return_plan.margin_wh, abs=2e-3
     )
 
 

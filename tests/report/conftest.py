@@ -10,9 +10,10 @@ from page_browser import CHROMIUM, DRIVER, FLAGS
 from planner.catalogue.energy import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Place
-from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
+from planner.flight.returns.tightest import ReturnPlan
 from planner.flight.segments import (
     ItemArrival,
     Segment,
@@ -75,7 +76,7 @@ def flown() -> CheckResult:
             reserve_wh=15.4,
             margin_wh=69.3 - 15.4 - 24.06,
         ),
-        way_home=ReturnBudget(tightest_item=2, energy_home_wh=10.25, margin_wh=31.2),
+        return_plan=ReturnPlan(tightest_item=2, energy_home_wh=10.25, margin_wh=31.2),
         segments=(
             Segment(
                 index=0,

@@ -13,9 +13,10 @@ import pytest
 
 from planner.errors import ExitCode
 from planner.findings import Finding, Place, Rule, Severity
-from planner.flight.budget import BatteryBudget, ReturnBudget, Totals
+from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
+from planner.flight.returns.tightest import ReturnPlan
 from planner.flight.segments import (
     ItemArrival,
     Segment,
@@ -91,7 +92,7 @@ def _flown(
             reserve_wh=2.5,
             margin_wh=1.5,
         ),
-        way_home=ReturnBudget(tightest_item=2, energy_home_wh=2.5, margin_wh=1.25),
+        return_plan=ReturnPlan(tightest_item=2, energy_home_wh=2.5, margin_wh=1.25),
         segments=(
             Segment(
                 index=0,
@@ -160,7 +161,7 @@ RESULTS = (
             findings=(UNKNOWN.finding("no battery: 6.00 Wh are needed", fix="Say * or | what."),),
         ),
         battery=None,
-        way_home=ReturnBudget(tightest_item=2, energy_home_wh=2.5, margin_wh=None),
+        return_plan=ReturnPlan(tightest_item=2, energy_home_wh=2.5, margin_wh=None),
     ),
     UnreadableMission(
         file="broken.plan",

@@ -159,7 +159,7 @@ def test_values_are_those_of_the_result_unrounded(flown: CheckResult) -> None:
 def test_what_is_unknown_keeps_its_keys_and_is_null(
     flown: CheckResult, unreadable: UnreadableMission
 ) -> None:
-    without = replace(flown, battery=None, way_home=None)
+    without = replace(flown, battery=None, return_plan=None)
     whole, reduced, broken = json.loads(check_json([flown, without, unreadable], version="1"))[
         "missions"
     ]

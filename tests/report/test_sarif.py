@@ -52,7 +52,7 @@ def blind(flown: CheckResult) -> CheckResult:
 def test_every_kind_of_result_is_valid_by_the_official_schema(
     flown: CheckResult, blind: CheckResult, unreadable: UnreadableMission
 ) -> None:
-    grounded = replace(flown, verdict="no-go", battery=None, way_home=None)
+    grounded = replace(flown, verdict="no-go", battery=None, return_plan=None)
     assert validation_errors(_log([flown, blind, grounded, unreadable], ExitCode.UNUSABLE)) == []
     assert validation_errors(_log([])) == []
 

@@ -206,7 +206,7 @@ def test_a_file_cannot_steer_the_terminal(flown: CheckResult) -> None:
 def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
     assert "24.1 Wh (its spread is not known), 1626 mAh" in check_text([flown], medium=Medium())
     assert flown.battery is not None
-    assert flown.way_home is not None
+    assert flown.return_plan is not None
     told = replace(
         flown,
         totals=replace(
@@ -217,7 +217,7 @@ def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
             time_s_p90=705.0,
         ),
         battery=replace(flown.battery, below_reserve_probability=0.031),
-        way_home=replace(flown.way_home, below_reserve_probability=0.0),
+        return_plan=replace(flown.return_plan, below_reserve_probability=0.0),
         conditions=replace(
             flown.conditions,
             wind=Wind(speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=2.0, from_sd_deg=20.0),

@@ -46,7 +46,7 @@ def of_capacity(share_of_need: float) -> tuple[Finding, ...]:
 @cache
 def return_wh() -> float:
     """Return the energy that reaching the far end and returning from it takes. [Wh]"""
-    way = check(ONE_WAY, vehicle_of(STEP), battery=PLENTY, reserve=0.0).way_home
+    way = check(ONE_WAY, vehicle_of(STEP), battery=PLENTY, reserve=0.0).return_plan
     assert way is not None
     assert way.margin_wh is not None
     return PLENTY.energy_wh - way.margin_wh

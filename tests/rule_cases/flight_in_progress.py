@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
-    from planner.flight.homeward import Homeward
+    from planner.flight.returns.path import Returns
     from planner.guard.session import GuardStatus
 
 BATTERY = Battery(capacity_wh=200.0)
@@ -33,12 +33,12 @@ LEFT_WH = 199.0
 
 
 @cache
-def homeward() -> Homeward:
+def returns() -> Returns:
     """Return the predicted flight, 2 km out and back, with its ways home."""
     one = mission(takeoff(50), waypoint(1000, 50), waypoint(2000, 50), rtl())
     assessment = check(one, vehicle_of(ARDUPILOT), battery=BATTERY).assessment
     assert assessment is not None
-    return assessment.homeward
+    return assessment.returns
 
 
 def state(
@@ -46,7 +46,7 @@ def state(
 ) -> EnergyState:
     """Return what is known 500 m out, a minute after the start."""
     prediction = Prediction(
-        homeward=homeward(),
+        returns=returns(),
         battery=BATTERY,
         charge=1.0,
         usable_wh=BATTERY.energy_wh,

@@ -84,13 +84,13 @@ def test_capacity_changes_only_shares() -> None:
 
 def test_the_way_home_is_tightest_where_energy_used_and_way_home_are_most() -> None:
     result = checked(100.0)
-    assert result.way_home is not None
-    assert result.way_home.tightest_item == 2
+    assert result.return_plan is not None
+    assert result.return_plan.tightest_item == 2
     # Home from the far end is what is left of the mission: its own return.
     used = next(i.energy_used_wh for i in result.items if i.item == 2)
     assert used is not None
-    assert result.way_home.energy_home_wh == pytest.approx(NEED_WH - used)
-    assert result.way_home.margin_wh == pytest.approx(80.0 - NEED_WH)
+    assert result.return_plan.energy_home_wh == pytest.approx(NEED_WH - used)
+    assert result.return_plan.margin_wh == pytest.approx(80.0 - NEED_WH)
 
 
 def test_a_mission_that_ends_far_away_has_no_way_home_in_its_reserve() -> None:
@@ -163,9 +163,9 @@ def test_what_falls_short_already_is_not_said_twice() -> None:
 def test_a_way_home_at_risk_names_its_item() -> None:
     one_way = mission(takeoff(100), waypoint(1000, 100))
     calm = check(one_way, NEVER_EXACT, battery=Battery(capacity_wh=1e3))
-    assert calm.way_home is not None
-    assert calm.way_home.margin_wh is not None
-    need_wh = 800.0 - calm.way_home.margin_wh
+    assert calm.return_plan is not None
+    assert calm.return_plan.margin_wh is not None
+    need_wh = 800.0 - calm.return_plan.margin_wh
     result = check(one_way, NEVER_EXACT, battery=Battery(capacity_wh=need_wh * 1.05 / 0.8))
     [finding] = [f for f in result.findings if f.code == "E119"]
     assert finding.item == 2

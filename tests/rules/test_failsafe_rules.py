@@ -12,11 +12,11 @@ from made_missions import METRES_PER_DEGREE_NORTH, mission, rtl, takeoff, waypoi
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
-from planner.flight.destination import make_destinations
 from planner.flight.failsafe import ardupilot_events, battery_course, px4_safe_return_s
-from planner.flight.homeward import make_homeward
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
+from planner.flight.returns.destination import make_destinations
+from planner.flight.returns.path import make_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
 from planner.service import check
@@ -31,7 +31,7 @@ from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
     from planner.findings import Finding
-    from planner.flight.homeward import Homeward
+    from planner.flight.returns.path import Returns
     from planner.mission.items import Mission
     from planner.service import CheckResult
 
@@ -139,21 +139,21 @@ def test_px4_ends_a_flight_at_its_longest_time() -> None:
     assert not told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=flight_s + 1.0), "E103")
 
 
-def _px4_homeward(flown: Mission = FLOWN) -> Homeward:
+def _px4_homeward(flown: Mission = FLOWN) -> Returns:
     parameters = Px4Parameters()
     pilot = make_pilot(SURVEY_QUAD, parameters, Conditions())
     route = make_route(flown)
     flight = predict_flight(route, SURVEY_QUAD, Conditions(), pilot)
     destinations = make_destinations(flown, route, parameters)
-    return make_homeward(route, flight, pilot, destinations)
+    return make_returns(route, flight, pilot, destinations)
 
 
 def test_px4_reckons_a_return_by_its_own_formula() -> None:
     # RTL_TIME_FACTOR and RTL_TIME_MARGIN: 1.1 t + 100 s.  1000 m away at 50 m: home at 5 m/s, down at
     # 1.5 m/s.
-    homeward = _px4_homeward()
-    far_s = homeward.start_s[np.searchsorted(homeward.segment_stage, 2)]
-    found = px4_safe_return_s(homeward, np.array([far_s]), Px4Parameters())
+    returns = _px4_homeward()
+    far_s = returns.start_s[np.searchsorted(returns.segment_stage, 2)]
+    found = px4_safe_return_s(returns, np.array([far_s]), Px4Parameters())
     assert found[0] == pytest.approx(1.1 * (1000.0 / 5.0 + 50.0 / 1.5) + 100.0, abs=2.0)
 
 
@@ -198,11 +198,11 @@ def test_ardupilot_counts_from_full_whatever_the_charge() -> None:
 
 
 def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
-    homeward = _px4_homeward()
+    returns = _px4_homeward()
     curve = Battery(
         capacity_ah=8.0, ocv_soc=(0.0, 1.0), ocv_v=(18.0, 25.0), internal_resistance_ohm=0.0
     )
-    course = battery_course(homeward, curve, None, charge=1.0)
+    course = battery_course(returns, curve, None, charge=1.0)
     count = len(course.time_s)
     # 22 V at every end but one of 20 V, straight in between: below 21 V for half of two stretches.
     voltage = np.full(count, 22.0)

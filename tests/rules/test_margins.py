@@ -27,9 +27,9 @@ BATTERY = Battery(capacity_wh=180.0)
 
 def margins(result: CheckResult) -> tuple[float, float]:
     assert result.battery is not None
-    assert result.way_home is not None
-    assert result.way_home.margin_wh is not None
-    return result.battery.margin_wh, result.way_home.margin_wh
+    assert result.return_plan is not None
+    assert result.return_plan.margin_wh is not None
+    return result.battery.margin_wh, result.return_plan.margin_wh
 
 
 def all_fall(results: list[CheckResult]) -> bool:
@@ -72,11 +72,11 @@ def test_capacity_changes_shares_and_no_energy(scale: float) -> None:
     assert large.totals == small.totals
     assert small.battery is not None
     assert large.battery is not None
-    assert small.way_home is not None
-    assert large.way_home is not None
+    assert small.return_plan is not None
+    assert large.return_plan is not None
     assert large.battery.used_fraction * scale == pytest.approx(small.battery.used_fraction)
-    assert large.way_home.energy_home_wh == small.way_home.energy_home_wh
-    assert large.way_home.tightest == small.way_home.tightest
+    assert large.return_plan.energy_home_wh == small.return_plan.energy_home_wh
+    assert large.return_plan.tightest == small.return_plan.tightest
 
 
 def test_twice_the_payload_and_a_hundred_times_the_capacity_change_what_they_should() -> None:
@@ -128,8 +128,8 @@ def _moved(to_north_m: float) -> Mission:
 
 
 def test_a_home_moved_to_the_far_end_brings_the_tightest_point_home() -> None:
-    left = check(_moved(0.0), SURVEY_QUAD, battery=BATTERY).way_home
-    moved = check(_moved(3000.0), SURVEY_QUAD, battery=BATTERY).way_home
+    left = check(_moved(0.0), SURVEY_QUAD, battery=BATTERY).return_plan
+    moved = check(_moved(3000.0), SURVEY_QUAD, battery=BATTERY).return_plan
     assert left is not None
     assert moved is not None
     # 3000 m less to fly: 300 s at 322 W, 26.8 Wh.
@@ -144,7 +144,7 @@ def test_the_point_of_no_return_is_where_used_and_way_home_reach_what_is_there()
     short = mission(takeoff(50), waypoint(5_000, 50), rtl())
     half = check(short, SURVEY_QUAD).totals.energy_wh
     assert half < whole
-    way = check(far, SURVEY_QUAD, battery=Battery(capacity_wh=half), reserve=0.0).way_home
+    way = check(far, SURVEY_QUAD, battery=Battery(capacity_wh=half), reserve=0.0).return_plan
     assert way is not None
     assert way.last_return is not None
     assert way.last_return.item == 2
@@ -155,7 +155,7 @@ def test_the_point_of_no_return_is_where_used_and_way_home_reach_what_is_there()
 
 
 def test_a_way_home_with_energy_to_spare_has_no_point_of_no_return() -> None:
-    way = check(FLOWN, SURVEY_QUAD, battery=Battery(capacity_wh=1000.0)).way_home
+    way = check(FLOWN, SURVEY_QUAD, battery=Battery(capacity_wh=1000.0)).return_plan
     assert way is not None
     assert way.last_return is None
     assert way.last_return_empty is None

@@ -71,9 +71,9 @@ def flown(one: Mission, by: tuple[VehicleModel, Autopilot], **given_: Any) -> Ch
 def margins_wh(result: CheckResult) -> tuple[float, float]:
     """Return what is left above the reserve after the flight, and after the tightest return."""
     assert result.battery is not None
-    assert result.way_home is not None
-    assert result.way_home.margin_wh is not None
-    return result.battery.margin_wh, result.way_home.margin_wh
+    assert result.return_plan is not None
+    assert result.return_plan.margin_wh is not None
+    return result.battery.margin_wh, result.return_plan.margin_wh
 
 
 def no_better(worse: CheckResult, better: CheckResult) -> None:

@@ -69,12 +69,12 @@ class Stage:
     follows it. [m AMSL]"""
     rally_height_m: float = 0.0
     """Height above its ground of the rally point a return leads to; 0 for home. [m]"""
-    way: ReturnWay | None = None
+    return_path: ReturnPath | None = None
     """The items a return flies along; ``None``: straight."""
 
 
 @frozen
-class ReturnWay:
+class ReturnPath:
     """A return along items of the mission."""
 
     stages: tuple[Stage, ...]

@@ -234,12 +234,12 @@ def energy_panel(tables: FlightTables) -> Chart:
 
 def tightest_row(tables: FlightTables) -> Row | None:
     """Return the point from which the way home is tightest."""
-    way = tables.result.way_home
+    way = tables.result.return_plan
     if way is None or way.tightest is None:
         return None
-    homeward, time_s = tables.assessment.homeward, way.tightest.time_s
-    ends_s = np.append(homeward.start_s, homeward.flight.time_s)
-    used_wh = float(np.interp(time_s, ends_s, homeward.used_wh))
+    returns, time_s = tables.assessment.returns, way.tightest.time_s
+    ends_s = np.append(returns.start_s, returns.flight.time_s)
+    used_wh = float(np.interp(time_s, ends_s, returns.used_wh))
     return {
         "time_min": round(time_s / 60.0, 4),
         "needed_wh": round(used_wh + way.energy_home_wh, 3),

@@ -14,7 +14,7 @@ import numpy as np
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATES
-from planner.flight.return_profile import return_profile
+from planner.flight.returns.path import return_profile
 from planner.flight.trace import sample_trace
 from planner.flight.uncertainty import predict_energy_band
 from planner.frozen import frozen
@@ -432,7 +432,7 @@ def _coarse_bands(state: IntArray, end_s: FloatArray) -> list[tuple[int, float, 
 
 
 def _return_rows(assessment: Assessment, most_rows: int) -> list[Row]:
-    profile = return_profile(assessment.homeward)
+    profile = return_profile(assessment.returns)
     landing = [stage.item for stage in assessment.route.stages if stage.kind in _LANDINGS]
     turning = np.flatnonzero(~np.isin(profile.item, landing))
     needed_wh = profile.used_wh + profile.return_wh
@@ -453,7 +453,7 @@ def _band_rows(assessment: Assessment) -> list[Row]:
     even_s = np.linspace(0.0, assessment.flight.time_s, _BAND_POINTS)[1:]
     segments = np.unique(np.searchsorted(columns.end_s, even_s).clip(max=len(columns.end_s) - 1))
     band = predict_energy_band(
-        assessment.homeward,
+        assessment.returns,
         assessment.conditions,
         segments,
         spread=assessment.vehicle.spread,

@@ -201,7 +201,7 @@ class LiveScreen(ReviewScreen):
             is_go=False,
             file=printable(self.file),
             headline=self._unheard or unread,
-            way_home="",
+            return_plan="",
             closing="",
         )
         self.query_one("#verdict", VerdictStrip).show(none, note="; ".join(notes))

@@ -35,7 +35,9 @@ class VerdictStrip(Static):
         if note:
             first = Content.assemble(first, Content.styled(f"  {note}", "italic"))
         lines = [first, Content(summary.headline)]
-        lines += [Content(summary.way_home)] if summary.way_home else [Content(summary.closing)]
+        lines += (
+            [Content(summary.return_plan)] if summary.return_plan else [Content(summary.closing)]
+        )
         self.update(Content("\n").join(lines))
 
 

@@ -104,7 +104,7 @@ def fly_ardupilot(
     )
 
 
-def ardupilot_ways_home(
+def ardupilot_returns(
     points_m: FloatArray,
     home_m: FloatArray,
     parameters: ArduPilotParameters,

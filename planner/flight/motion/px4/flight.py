@@ -12,7 +12,7 @@ from planner.flight.motion.kinematics import STATE_INDEX, FlightState, Motion, S
 from planner.flight.motion.px4.landings import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import flight_times_s, fly_legs, yaw_waits_s
-from planner.flight.motion.px4.moves import moves_home, moves_of_stages
+from planner.flight.motion.px4.moves import moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.px4.legs import FlownMoves
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
-    from planner.mission.route.stage import ReturnWay, Stage
+    from planner.mission.route.stage import ReturnPath, Stage
     from planner.physics.wind import Wind
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -120,13 +120,13 @@ def fly_px4(
     return replace(motion, findings=motion.findings + gap_findings(stages, parameters))
 
 
-def px4_ways_home(
+def px4_returns(
     places_m: FloatArray,
     home_m: FloatArray,
     parameters: Px4Parameters,
     *,
     rally_height_m: FloatArray | float = 0.0,
-    ways: Sequence[ReturnWay | None] = (),
+    ways: Sequence[ReturnPath | None] = (),
     hover_noise_m: float = 0.0,
     has_range_sensor: bool = True,
     wind: Wind | None = None,
@@ -144,7 +144,7 @@ def px4_ways_home(
         The vehicle's.
     rally_height_m : ndarray
         Heights of rally points above the ground there; 0 for home. (k,) [m]
-    ways : sequence of ReturnWay or None
+    ways : sequence of ReturnPath or None
         Of the returns that lead along the mission; empty where none does. (k,)
     hover_noise_m, has_range_sensor, wind, airspeed_limit_m_s
         As in :func:`fly_px4`.
@@ -158,7 +158,7 @@ def px4_ways_home(
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
     return _fly(
-        moves_home(places, homes, parameters, rally_height_m, ways),
+        return_moves(places, homes, parameters, rally_height_m, ways),
         len(places),
         parameters,
         pace=Pace.of(hover_noise_m, parameters),

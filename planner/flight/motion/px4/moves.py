@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.mission.route.stage import ReturnWay, Stage
+    from planner.mission.route.stage import ReturnPath, Stage
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -98,14 +98,14 @@ def return_legs(
     )
 
 
-def way_height_m(place_m: FloatArray, way: ReturnWay, parameters: Px4Parameters) -> float:
+def return_path_height_m(place_m: FloatArray, way: ReturnPath, parameters: Px4Parameters) -> float:
     """Return the height above home at which a return along the mission sets out. [m]
 
     Parameters
     ----------
     place_m : ndarray
         East, north, height above home where it begins. (3,) [m]
-    way : ReturnWay
+    way : ReturnPath
         Where it leads.
     parameters : Px4Parameters
         The vehicle's.
@@ -250,12 +250,12 @@ def moves_of_stages(stages: Sequence[Stage], parameters: Px4Parameters) -> Moves
     return Moves.of([move for k, s in enumerate(stages) for move in navigator.moves(k, s)])
 
 
-def moves_home(
+def return_moves(
     places_m: FloatArray,
     home_m: FloatArray,
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float = 0.0,
-    ways: Sequence[ReturnWay | None] = (),
+    ways: Sequence[ReturnPath | None] = (),
 ) -> Moves:
     """Return the moves of returns from places, flights of their own, numbered as stages and items.
 
@@ -269,7 +269,7 @@ def moves_home(
         The vehicle's.
     rally_height_m : ndarray
         Heights of rally points above the ground there; 0 for home. (k,) [m]
-    ways : sequence of ReturnWay or None
+    ways : sequence of ReturnPath or None
         Of those that lead along the mission; empty where none does. (k,)
     """
     if any(way is not None for way in ways):
@@ -306,7 +306,7 @@ def _moves_along(
     home_m: FloatArray,
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float,
-    ways: Sequence[ReturnWay | None],
+    ways: Sequence[ReturnPath | None],
 ) -> Moves:
     """Return the moves of returns of which some lead along the mission."""
     rally_m = np.broadcast_to(rally_height_m, len(places_m)).tolist()
@@ -365,8 +365,8 @@ class _Navigator:
                 yield from self._return(index, stage)
 
     def _return(self, index: int, stage: Stage) -> Iterator[Move]:
-        if stage.way is not None:
-            return self.home_along(index, stage.item, stage.way)
+        if stage.return_path is not None:
+            return self.home_along(index, stage.item, stage.return_path)
         home = np.array((stage.east_m, stage.north_m, stage.height_m))
         return self.straight_home(index, stage.item, home, stage.rally_height_m)
 
@@ -389,7 +389,7 @@ class _Navigator:
             )
         self.is_airborne = False
 
-    def home_along(self, index: int, item: int, way: ReturnWay) -> Iterator[Move]:
+    def home_along(self, index: int, item: int, way: ReturnPath) -> Iterator[Move]:
         """Yield the moves of a return along items of the mission.
 
         Notes
@@ -401,7 +401,7 @@ class _Navigator:
         speed = self.parameters.cruise_speed_m_s if way.speed_m_s is None else way.speed_m_s
         self.speed_m_s = min(speed, self.parameters.speed_max_m_s)
         is_seen = False
-        height_m = way_height_m(
+        height_m = return_path_height_m(
             np.array((self.east_m, self.north_m, self.height_m)), way, self.parameters
         )
         if height_m > self.height_m:

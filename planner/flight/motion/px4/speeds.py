@@ -248,7 +248,7 @@ def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[Floa
     Notes
     -----
     It stands for no longer than an instant: its acceleration grows at limited jerk, and is not taken back
-    before the vehicle speeds up homeward.  From 12 m/s 28.4 m and 4.375 s; 28 m and 4.3 s measured.
+    before the vehicle speeds up towards home.  From 12 m/s 28.4 m and 4.375 s; 28 m and 4.3 s measured.
     """
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
     jerk_s = np.minimum(a / j, np.sqrt(2.0 * speed_m_s / j))

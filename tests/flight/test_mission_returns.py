@@ -27,9 +27,9 @@ from made_missions import (
 import planner
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.flight.destination import ALONG, HERE, LANDING
-from planner.flight.return_profile import return_profile
-from planner.flight.return_search import ReturnSearch
+from planner.flight.returns.destination import ALONG, HERE, LANDING
+from planner.flight.returns.path import return_profile
+from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
 from planner.vehicle.parameters.files import (
     ParameterSet,
@@ -76,14 +76,14 @@ def case_of(flown: Mission, autopilot: Autopilot = Autopilot.PX4, **values: floa
 
 
 def chosen(assessment: Assessment, place: tuple[float, float, float], stage: int) -> int:
-    return int(assessment.homeward.destinations.chosen(np.array([place]), np.array([stage]))[0])
+    return int(assessment.returns.destinations.chosen(np.array([place]), np.array([stage]))[0])
 
 
 def way_s(assessment: Assessment, place: tuple[float, float, float], stage: int) -> float:
     stages = np.array([stage])
     places = np.array([place])
-    destination = assessment.homeward.destinations.chosen(places, stages)
-    return float(assessment.homeward.way(places, stages, destination)[0][0])
+    destination = assessment.returns.destinations.chosen(places, stages)
+    return float(assessment.returns.fly(places, stages, destination)[0][0])
 
 
 def flown_for(assessment: Assessment, item_number: int) -> FloatArray:
@@ -132,7 +132,7 @@ def test_without_a_landing_a_return_leads_back_from_wherever_it_begins() -> None
 
 
 def test_the_tightest_way_back_along_a_mission_is_from_its_far_end() -> None:
-    found = checked(ROUND_THE_CORNER, RTL_TYPE=2).way_home
+    found = checked(ROUND_THE_CORNER, RTL_TYPE=2).return_plan
     assert found is not None
     assert (found.tightest_item, found.destination) == (3, ALONG)
     assert found.tightest is not None
@@ -176,7 +176,7 @@ def test_type_4_takes_the_way_of_fewer_items(stage: int, ends_north_m: float) ->
     # The landing is item 4 counted from 0: 4 − 2 is not less than 2, 4 − 3 is less than 3.
     assessment = case_of(ON_TO_LAND, RTL_TYPE=4)
     points = np.array([[0.0, 700.0, 40.0]])
-    targets = assessment.homeward.destinations.targets(np.array([stage]), ALONG, points)
+    targets = assessment.returns.destinations.targets(np.array([stage]), ALONG, points)
     assert targets.ground_m[0, 1] == pytest.approx(ends_north_m, abs=1.0)
 
 
@@ -206,9 +206,9 @@ def test_a_return_to_the_landing_climbs_over_its_altitude_and_follows_its_approa
         takeoff(10), waypoint(500, 10), start, at(300, 1000, 20), land(1000, 12.0), rtl()
     )
     assessment = case_of(flown, RTL_TYPE=1)
-    segment = np.flatnonzero(assessment.homeward.segment_stage == 1)
-    [corners] = assessment.homeward.paths_m(
-        assessment.homeward.points(segment[-1:], np.array([1.0]))
+    segment = np.flatnonzero(assessment.returns.segment_stage == 1)
+    [corners] = assessment.returns.corners_m(
+        assessment.returns.points(segment[-1:], np.array([1.0]))
     )
     # RTL_RETURN_ALT of 30 m over the 12 m of the landing item, then its approach at 20 m.
     assert corners[2:, 2].tolist() == pytest.approx([42.0, 20.0, 20.0, 0.0])
@@ -265,15 +265,13 @@ def test_the_tightest_point_is_no_less_tight_than_any_other(kind: int, speed_m_s
     """A tour whose landing is far from home, at a speed that is not the vehicle's own."""
     tour = [at(300, 300, 40), at(900, 200, 60), at(800, -400, 30), at(100, -500, 80)]
     flown = mission(takeoff(40), speed(speed_m_s), *tour, item(189), at(0, 400, 30), land(600))
-    homeward = case_of(flown, RTL_TYPE=kind).homeward
-    search = ReturnSearch(homeward)
-    tightest = search.tightest()
-    assert tightest is not None
-    assert search.nodes is not None
-    profile = return_profile(homeward)
+    returns = case_of(flown, RTL_TYPE=kind).returns
+    sweep = sweep_returns(returns)
+    assert sweep is not None
+    profile = return_profile(returns)
     judged = (profile.item > 1) & (profile.item < len(flown.items))
     highest = float((profile.used_wh + profile.return_wh)[judged].max())
     # Along the mission a way begun on the edge of an acceptance radius takes up to 15 s longer than from
     # half a metre beside it: such needles are not looked for.
     slack = 1e-3 if kind in {1, 3} else 0.04
-    assert search.nodes.sum_wh[tightest] >= highest * (1.0 - slack)
+    assert sweep.sum_wh[sweep.tightest] >= highest * (1.0 - slack)

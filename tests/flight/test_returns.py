@@ -1,4 +1,4 @@
-"""The way home from any point of a flight: stopping, destinations, and the tightest point."""
+"""Returns from any point of a flight: stopping, destinations, and the tightest point."""
 
 from __future__ import annotations
 
@@ -7,15 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from made_missions import METRES_PER_DEGREE_NORTH, item, mission, rtl, takeoff, waypoint
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_missions import (
+    METRES_PER_DEGREE_NORTH,
+    item,
+    mission,
+    north,
+    rtl,
+    speed,
+    takeoff,
+    waypoint,
+)
 
 from planner.flight.conditions import Conditions
-from planner.flight.destination import make_destinations
-from planner.flight.homeward import Homeward, make_homeward
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
-from planner.flight.return_profile import return_profile
-from planner.flight.return_search import ReturnSearch
+from planner.flight.returns.destination import make_destinations
+from planner.flight.returns.path import Returns, make_returns, return_profile
+from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
@@ -26,28 +36,37 @@ from planner.vehicle.parameters.px4 import Px4Parameters
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.mission.items import Mission
+    from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.resolve import FlightParameters
 
 SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")
 ARDUPILOT = ArduPilotParameters()
+FLOWN_BY: dict[str, tuple[VehicleModel, FlightParameters | None]] = {
+    "steps": (ARTICLE, None),
+    "ramps": (load_vehicle("dji-matrice-100"), None),
+    "ardupilot": (SURVEY_QUAD, ARDUPILOT),
+    "px4": (SURVEY_QUAD, Px4Parameters()),
+}
 
 
-def homeward(
+def returns_of(
     flown: Mission,
     parameters: FlightParameters | None = ARDUPILOT,
     *,
     wind: Wind | None = None,
-) -> Homeward:
-    vehicle = ARTICLE if parameters is None else SURVEY_QUAD
+    vehicle: VehicleModel | None = None,
+) -> Returns:
+    if vehicle is None:
+        vehicle = ARTICLE if parameters is None else SURVEY_QUAD
     conditions = Conditions(wind=wind or Wind())
     pilot = make_pilot(vehicle, parameters, conditions)
     route = make_route(flown)
     flight = predict_flight(route, vehicle, conditions, pilot)
-    return make_homeward(route, flight, pilot, make_destinations(flown, route, parameters))
+    return make_returns(route, flight, pilot, make_destinations(flown, route, parameters))
 
 
-def dense_points(home: Homeward, per_segment: int = 40) -> tuple[FloatArray, FloatArray]:
+def dense_points(home: Returns, per_segment: int = 40) -> tuple[FloatArray, FloatArray]:
     """Return times and sums of used energy and way home over many even points. [s], [Wh]"""
     stages = home.route.stages
     judged = [
@@ -57,9 +76,9 @@ def dense_points(home: Homeward, per_segment: int = 40) -> tuple[FloatArray, Flo
         and home.flight.motion.segments.state[s] != 0
     ]
     segment = np.repeat(judged, per_segment + 1)
-    share = np.tile(np.linspace(0.0, 1.0, per_segment + 1), len(judged))
-    points = home.points(segment, share)
-    _, way_wh = home.way(points.stop_m, points.stage, home.chosen(points))
+    fraction = np.tile(np.linspace(0.0, 1.0, per_segment + 1), len(judged))
+    points = home.points(segment, fraction)
+    _, way_wh = home.fly(points.stop_m, points.stage, home.chosen(points))
     return points.time_s, points.used_wh + points.stop_wh + way_wh
 
 
@@ -93,13 +112,47 @@ MISSIONS = {
 def test_no_point_of_a_flight_is_tighter_than_the_one_found(
     name: str, parameters: FlightParameters | None, wind: Wind
 ) -> None:
-    home = homeward(MISSIONS[name], parameters, wind=wind)
-    search = ReturnSearch(home)
-    tightest = search.tightest()
-    assert tightest is not None
-    assert search.nodes is not None
-    # 0.1 %: what the search leaves open.
-    assert search.nodes.sum_wh[tightest] >= dense_points(home)[1].max() * (1.0 - 1e-3)
+    home = returns_of(MISSIONS[name], parameters, wind=wind)
+    sweep = sweep_returns(home)
+    assert sweep is not None
+    # 0.1 %: what the sweep leaves open.
+    assert sweep.sum_wh[sweep.tightest] >= dense_points(home)[1].max() * (1.0 - 1e-3)
+
+
+@st.composite
+def missions(draw: st.DrawFn) -> Mission:
+    """Missions about home, and away from it, at any height and speed, some with rally points."""
+    extent_m = draw(st.sampled_from([60.0, 400.0, 3000.0]))
+    offsets = st.floats(-1.0, 1.0).map(lambda part: part * extent_m)
+    items = [takeoff(draw(st.floats(5.0, 60.0)))]
+    for _ in range(draw(st.integers(1, 8))):
+        east_deg = 8.0 + draw(offsets) / METRES_PER_DEGREE_NORTH
+        height_m, hold_s = draw(st.floats(3.0, 120.0)), draw(st.sampled_from([0.0, 0.0, 40.0]))
+        items.append(
+            item(
+                16, north(draw(offsets)), height_m, longitude_deg=east_deg, params=(hold_s, 0, 0, 0)
+            )
+        )
+        if draw(st.booleans()):
+            items.append(speed(draw(st.floats(1.0, 15.0))))
+    points = draw(st.lists(st.builds(rally, offsets, st.floats(0.0, 80.0)), max_size=2))
+    return replace(mission(*items, rtl()), rally=tuple(points))
+
+
+@given(
+    missions(),
+    st.sampled_from(sorted(FLOWN_BY)),
+    st.builds(Wind, speed_m_s=st.sampled_from([0.0, 4.0, 8.0]), from_deg=st.floats(0.0, 360.0)),
+)
+@settings(max_examples=120, deadline=None)
+def test_no_point_of_any_flight_is_tighter_than_the_one_found(
+    flown: Mission, name: str, wind: Wind
+) -> None:
+    vehicle, parameters = FLOWN_BY[name]
+    home = returns_of(flown, parameters, wind=wind, vehicle=vehicle)
+    sweep = sweep_returns(home)
+    assert sweep is not None
+    assert sweep.sum_wh[sweep.tightest] >= dense_points(home)[1].max() * (1.0 - 1e-3)
 
 
 @pytest.mark.parametrize("name", MISSIONS)
@@ -109,38 +162,40 @@ def test_no_point_of_a_flight_is_tighter_than_the_one_found(
 def test_the_last_point_below_an_energy_comes_before_all_that_exceed_it(
     name: str, parameters: FlightParameters | None
 ) -> None:
-    home = homeward(MISSIONS[name], parameters)
+    home = returns_of(MISSIONS[name], parameters)
     time_s, sum_wh = dense_points(home)
     limits_wh = (0.75 * sum_wh.max(), 0.9 * sum_wh.max())
-    search = ReturnSearch(home)
-    rows = search.last_below(*limits_wh)
-    nodes = search.nodes
-    assert nodes is not None
-    found = home.points(nodes.segment, nodes.share)
-    for limit_wh, row in zip(limits_wh, rows, strict=True):
+    sweep = sweep_returns(home, *limits_wh)
+    assert sweep is not None
+    for limit_wh in limits_wh:
+        row = sweep.last_below(limit_wh)
         assert row is not None
-        # 0.3 %: what the search leaves open.
-        assert sum_wh[time_s < found.time_s[row]].max(initial=0.0) <= limit_wh * (1.0 + 3e-3)
-        assert nodes.sum_wh[row + 1] > limit_wh
-        if nodes.sum_wh[0] <= limit_wh:
-            assert nodes.sum_wh[row] <= limit_wh
+        # 0.1 %: what the sweep leaves open.
+        before_wh = sum_wh[time_s < sweep.time_s[row]].max(initial=0.0)
+        assert before_wh <= limit_wh * (1.0 + 1e-3)
+        assert sweep.sum_wh[row + 1] > limit_wh
+        assert sweep.time_s[row + 1] - sweep.time_s[row] < 0.01 * home.flight.time_s
+        if sweep.sum_wh[0] <= limit_wh:
+            assert sweep.sum_wh[row] <= limit_wh
 
 
 def test_no_point_is_the_last_below_an_energy_that_nothing_exceeds() -> None:
-    assert ReturnSearch(homeward(MISSIONS["out and back"])).last_below(1e6) == (None,)
+    sweep = sweep_returns(returns_of(MISSIONS["out and back"]))
+    assert sweep is not None
+    assert sweep.last_below(1e6) is None
 
 
 def test_between_home_and_a_rally_point_the_middle_is_tightest_for_the_way() -> None:
     # From 0 to 3 km with a rally point at the far end: the way is longest half-way.
     flown = replace(mission(takeoff(50), waypoint(3000, 50), rtl()), rally=(rally(3000.0),))
-    home = homeward(flown, replace(ARDUPILOT, rally_limit_m=0.0))
+    home = returns_of(flown, replace(ARDUPILOT, rally_limit_m=0.0))
     cruise = int(np.argmax(home.flight.motion.segments.distance_m))
-    share = np.linspace(0.0, 1.0, 21)
-    points = home.points(np.full(21, cruise), share)
+    fraction = np.linspace(0.0, 1.0, 21)
+    points = home.points(np.full(21, cruise), fraction)
     destination = home.chosen(points)
     assert destination[0] == 0
     assert destination[-1] == 1
-    _, way_wh = home.way(points.stop_m, points.stage, destination)
+    _, way_wh = home.fly(points.stop_m, points.stage, destination)
     middle = points.place_m[np.argmax(way_wh), 1]
     assert middle == pytest.approx(1500.0, abs=150.0)
 
@@ -148,13 +203,13 @@ def test_between_home_and_a_rally_point_the_middle_is_tightest_for_the_way() -> 
 def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() -> None:
     # RALLY_LIMIT_KM 0.3: at 900 m the rally point at 2000 m is 1100 m away, home nearer.
     flown = replace(mission(takeoff(50), waypoint(2500, 50), rtl()), rally=(rally(2000.0),))
-    home = homeward(flown)
+    home = returns_of(flown)
     stage = np.array([1, 1])
     points_m = np.array([[0.0, 900.0, 50.0], [0.0, 1100.0, 50.0]])
     assert home.destinations.chosen(points_m, stage).tolist() == [0, 1]
     without_home = replace(ARDUPILOT, rally_includes_home=0)
     near = np.array([[0.0, 900.0, 50.0], [0.0, 1750.0, 50.0]])
-    assert homeward(flown, without_home).destinations.chosen(near, stage).tolist() == [0, 1]
+    assert returns_of(flown, without_home).destinations.chosen(near, stage).tolist() == [0, 1]
 
 
 @pytest.mark.parametrize(
@@ -162,14 +217,14 @@ def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() ->
 )
 def test_px4_looks_at_rally_points_as_its_return_type_says(kind: int, chosen: int) -> None:
     flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(1000.0),))
-    home = homeward(flown, replace(Px4Parameters(), return_type=kind))
+    home = returns_of(flown, replace(Px4Parameters(), return_type=kind))
     found = home.destinations.chosen(np.array([[0.0, 900.0, 50.0]]), np.array([1]))
     assert found.tolist() == [chosen]
 
 
 def test_px4_takes_a_rally_point_only_where_it_is_nearer_by_two_metres() -> None:
     flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(1000.0),))
-    home = homeward(flown, Px4Parameters())
+    home = returns_of(flown, Px4Parameters())
     points_m = np.array([[0.0, 500.9, 50.0], [0.0, 501.1, 50.0]])
     assert home.destinations.chosen(points_m, np.array([1, 1])).tolist() == [0, 1]
 
@@ -177,21 +232,21 @@ def test_px4_takes_a_rally_point_only_where_it_is_nearer_by_two_metres() -> None
 def test_home_is_where_do_set_home_has_moved_it() -> None:
     moved = item(179, 47.0 + 1000.0 / METRES_PER_DEGREE_NORTH, 0.0)
     flown = mission(takeoff(50), waypoint(1000, 50), moved, waypoint(1500, 50), rtl())
-    home = homeward(flown)
+    home = returns_of(flown)
     # By the straight way: 1500 m from the first home before, 500 m from the second behind it.
     points_m = np.array([[0.0, 1000.0, 50.0], [0.0, 1500.0, 50.0]])
-    time_s, _ = home.way(points_m, np.array([1, 2]), 0)
+    time_s, _ = home.fly(points_m, np.array([1, 2]), 0)
     # 10 m/s over the 500 m that are missing.
     assert time_s[0] - time_s[1] == pytest.approx(50.0, abs=0.2)
 
 
 def test_a_return_stands_still_first_then_climbs_goes_home_and_lands() -> None:
     flown = mission(takeoff(10), waypoint(2000, 10), rtl())
-    home = homeward(flown)
+    home = returns_of(flown)
     outward = home.segment_stage == 1
     cruise = int(np.argmax(outward * home.flight.motion.segments.distance_m))
     points = home.points(np.array([cruise]), np.array([0.5]))
-    [corners] = home.paths_m(points)
+    [corners] = home.corners_m(points)
     # From 10 m/s, 35 m were measured; RTL_ALT is 15 m.
     assert corners[1, 1] - corners[0, 1] == pytest.approx(25.0, abs=12.0)
     assert corners[2].tolist() == [corners[1, 0], corners[1, 1], 15.0]
@@ -199,22 +254,22 @@ def test_a_return_stands_still_first_then_climbs_goes_home_and_lands() -> None:
     assert corners[4].tolist() == [0.0, 0.0, 0.0]
 
 
-def test_a_straight_way_home_takes_its_cruise_power_over_its_cruise_time() -> None:
+def test_a_straight_return_takes_its_cruise_power_over_its_cruise_time() -> None:
     # The difference of two long ways: level flight at 10 m/s alone.
-    home = homeward(MISSIONS["out and back"])
+    home = returns_of(MISSIONS["out and back"])
     points_m = np.array([[0.0, 1000.0, 50.0], [0.0, 2000.0, 50.0]])
-    time_s, energy_wh = home.way(points_m, np.array([1, 1]), 0)
+    time_s, energy_wh = home.fly(points_m, np.array([1, 1]), 0)
     assert np.diff(time_s) == pytest.approx(100.0, rel=2e-3)  # ArduPilot's metres: 0.13 % shorter
     # 322 W at 10 m/s as recorded; the model was fitted to within a few percent.
     assert np.diff(energy_wh) == pytest.approx(322.0 * 100.0 / 3600.0, rel=0.04)
 
 
-def test_a_way_home_against_the_wind_costs_more_than_with_it_at_10_m_s() -> None:
+def test_a_return_against_the_wind_costs_more_than_with_it_at_10_m_s() -> None:
     # The survey quad has its least power at 8 m/s: 10 m/s into 5 m/s of wind is 15 m/s of airspeed.
     points_m = np.array([[0.0, 2000.0, 50.0]])
     stage = np.array([1])
     found = [
-        float(homeward(MISSIONS["out and back"], wind=wind).way(points_m, stage, 0)[1][0])
+        float(returns_of(MISSIONS["out and back"], wind=wind).fly(points_m, stage, 0)[1][0])
         for wind in (
             Wind(speed_m_s=5.0, from_deg=180.0),
             Wind(),
@@ -227,18 +282,18 @@ def test_a_way_home_against_the_wind_costs_more_than_with_it_at_10_m_s() -> None
 
 def test_px4_counts_the_heights_of_a_return_from_its_rally_point() -> None:
     flown = replace(mission(takeoff(20), waypoint(2000, 20), rtl()), rally=(rally(1500.0, 40.0),))
-    home = homeward(flown, Px4Parameters())
+    home = returns_of(flown, Px4Parameters())
     points = home.points(np.array([len(home.start_s) // 2]), np.array([0.0]))
     targets = home.destinations.targets(points.stage, 1, points.stop_m)
     # RTL_RETURN_ALT 30 m over the 40 m of the rally point.
     assert home.pilot.return_heights_m(points.stop_m, targets) == pytest.approx(70.0)
     # ArduPilot flies at the rally point's own height, if that is above RTL_ALT.
-    pilot = homeward(flown).pilot
+    pilot = returns_of(flown).pilot
     assert pilot.return_heights_m(points.stop_m, targets) == pytest.approx(40.0)
 
 
-def test_a_profile_holds_the_way_to_home_and_to_each_rally_point() -> None:
-    home = homeward(MISSIONS["past two rally points"])
+def test_a_profile_holds_the_return_to_home_and_to_each_rally_point() -> None:
+    home = returns_of(MISSIONS["past two rally points"])
     profile = return_profile(home)
     count = len(profile.time_s)
     assert profile.rally_wh.shape == (count, 2)
@@ -251,17 +306,6 @@ def test_a_profile_holds_the_way_to_home_and_to_each_rally_point() -> None:
     assert profile.along_m[far] == pytest.approx(3000.0, rel=2e-3)
     # 3 km at 10 m/s and 322 W are 26.8 Wh; the landings are alike.
     assert profile.home_wh[far] - profile.rally_wh[far, 1] == pytest.approx(26.8, rel=0.05)
-
-
-def test_the_tightest_point_is_no_less_tight_than_any_of_the_profile() -> None:
-    home = homeward(MISSIONS["steps of height"])
-    search, profile = ReturnSearch(home), return_profile(home)
-    tightest = search.tightest()
-    assert tightest is not None
-    assert search.nodes is not None
-    judged = (profile.item <= 3) & (profile.time_s > home.start_s[home.segment_stage == 1][0])
-    highest = (profile.used_wh + profile.return_wh)[judged].max()
-    assert search.nodes.sum_wh[tightest] >= highest * (1.0 - 1e-3)
 
 
 @pytest.mark.parametrize(("parameters", "codes"), [(None, ["T112"]), (ARDUPILOT, [])])

@@ -1,0 +1,464 @@
+"""Destinations: where a return leads from each point of a flight, by the vehicle's own rules.
+
+Returns that have to do with the mission are those of PX4 with RTL_TYPE 1 to 4, after
+``RTL::setRtlTypeAndDestination`` and the classes it chooses from, as of PX4 1.16.  The mission's landing
+is its first landing item; it begins at the first DO_LAND_START before that, else at the landing itself
+(``MavlinkMissionManager``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.catalogue.time import RETURN_LANDS_HERE, SETTING_NOT_FOLLOWED
+from planner.findings import Severity
+from planner.frozen import frozen
+from planner.mission.commands import RELATIVE_FRAMES, Command
+from planner.mission.route.stage import (
+    ReturnPath,
+    Stage,
+    StageKind,
+)
+from planner.mission.route.walk import ground_amsl_m
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.findings import Finding
+    from planner.geo.terrain import TerrainGrid
+    from planner.mission.items import Mission, MissionItem
+    from planner.mission.route.stage import Route
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+HOME = 0
+"""Home among destinations; rally point n of the mission is n."""
+LANDING = -1
+"""The mission's landing, straight to where it begins."""
+ALONG = -2
+"""Along the mission: on to its landing, or back to where it began."""
+HERE = -3
+"""Down where the vehicle is."""
+_NEARER_M = 2.0
+"""A place this much nearer than home is taken: ``MIN_DIST_THRESHOLD`` of PX4's rtl.cpp. [m]"""
+_AT_HOME_M = 10.0
+"""A rally point this near to home is home: ``MAX_DIST_FROM_HOME_FOR_LAND_APPROACHES``. [m]"""
+_RALLY_TYPES = frozenset({0, 1, 3, 5})
+"""RTL_TYPE that looks at rally points; 2 and 4 follow the mission, 6 goes home if it can."""
+_NOT_HOME = frozenset({1, 5})
+"""RTL_TYPE that leads home only where there is nothing else; 5 not even then."""
+_RALLY_ONLY = 5
+_TO_LANDING = frozenset({1, 3})
+_FOLLOW_MISSION = frozenset({2, 4})
+_STRAIGHT = frozenset({0, _RALLY_ONLY})
+_FORWARD_IF_IT_LANDS = 2
+_HOME_IF_REACHED = 6
+_LANDINGS = frozenset({Command.NAV_LAND, Command.NAV_VTOL_LAND})
+_TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+_PLACES = (
+    frozenset(
+        {
+            Command.NAV_WAYPOINT,
+            Command.NAV_LOITER_UNLIM,
+            Command.NAV_LOITER_TIME,
+            Command.NAV_LOITER_TO_ALT,
+        }
+    )
+    | _LANDINGS
+    | _TAKEOFFS
+)
+"""Items that hold a place (``MissionBlock::item_contains_position``)."""
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
+_KINDS: Mapping[int, StageKind] = {
+    Command.NAV_LAND: StageKind.LAND,
+    Command.NAV_VTOL_LAND: StageKind.LAND,
+    Command.NAV_LOITER_TO_ALT: StageKind.CHANGE_HEIGHT,
+}
+
+
+@frozen(eq=False)
+class ReturnTargets:
+    """Where each of n returns leads."""
+
+    ground_m: FloatArray
+    """East, north, height of the ground above the first home. (n, 3) [m]"""
+    rally_height_m: FloatArray
+    """Height of a rally point above that ground; 0 for home. (n,) [m]"""
+    paths: tuple[ReturnPath | None, ...] = ()
+    """Of those that lead along the mission; empty where none does. (n,)"""
+
+
+@frozen(eq=False)
+class Destinations:
+    """Where the returns of a flight may lead."""
+
+    home_first_stage: IntArray
+    """Stage from which each home counts, rising from 0. (h,)"""
+    home_ground_m: FloatArray
+    """East, north, height of the ground there. (h, 3) [m]"""
+    rally_ground_m: FloatArray
+    """(r, 3) [m]"""
+    rally_height_m: FloatArray
+    """Height of each rally point above its ground. (r,) [m]"""
+    parameters: FlightParameters | None
+    """Of the autopilot that chooses; ``None`` for reference steps."""
+    landing: ReturnPath | None = None
+    """Straight to the mission's landing, and down along it; ``None``: there is none, or the vehicle
+    takes no notice."""
+    along: tuple[ReturnPath, ...] = ()
+    """Along the mission, forward or back, from each stage of the route; empty where the vehicle does
+    not return so, or it is not predicted."""
+    findings: tuple[Finding, ...] = ()
+    """What of the vehicle's returns is not predicted as it flies them."""
+
+    @property
+    def follows_mission(self) -> bool:
+        """Whether returns lead along the mission."""
+        return bool(self.along)
+
+    def home_of(self, stage: IntArray) -> IntArray:
+        """Return which home counts while stages are flown, as positions among the homes. (n,)"""
+        return np.searchsorted(self.home_first_stage, stage, side="right") - 1
+
+    def targets(
+        self, stage: IntArray, destination: IntArray | int, place_m: FloatArray
+    ) -> ReturnTargets:
+        """Return the targets of returns. (n,)
+
+        Parameters
+        ----------
+        stage : ndarray of int
+            Stages flown when they begin, which say what home is. (n,)
+        destination : ndarray of int
+            ``HOME``, rally points, ``LANDING``, ``ALONG`` or ``HERE``. (n,)
+        place_m : ndarray
+            East, north, height above home where they begin. (n, 3) [m]
+        """
+        destination = np.broadcast_to(np.asarray(destination, dtype=np.intp), stage.shape)
+        ground_m = self.home_ground_m[self.home_of(stage)]
+        height_m = np.zeros(len(stage))
+        rally = destination > HOME
+        if rally.any():
+            ground_m[rally] = self.rally_ground_m[destination[rally] - 1]
+            height_m[rally] = self.rally_height_m[destination[rally] - 1]
+        if not (destination < HOME).any():
+            return ReturnTargets(ground_m=ground_m, rally_height_m=height_m)
+        ground_m[destination == HERE, :2] = place_m[destination == HERE, :2]
+        paths: list[ReturnPath | None] = [None] * len(stage)
+        for row in np.flatnonzero((destination == LANDING) | (destination == ALONG)).tolist():
+            path = self.landing if destination[row] == LANDING else self.along[stage[row]]
+            if path is not None:
+                paths[row], landing = path, path.stages[-1]
+                ground_m[row] = (landing.east_m, landing.north_m, landing.height_m)
+        return ReturnTargets(ground_m=ground_m, rally_height_m=height_m, paths=tuple(paths))
+
+    def chosen(self, point_m: FloatArray, stage: IntArray) -> IntArray:
+        """Return the destination the vehicle itself chooses. (n,)
+
+        Parameters
+        ----------
+        point_m : ndarray
+            East, north, height above home where it decides to return. (n, 3) [m]
+        stage : ndarray of int
+            Stages flown there. (n,)
+
+        Notes
+        -----
+        PX4 (``RTL::findRtlDestination``): with RTL_TYPE 0 the nearest of home and the rally points; 3
+        looks at the mission's landing too, 1 at that and the rally points, 5 at rally points alone, and
+        lands where it is without; 2 and 4 lead along the mission.  ArduPilot
+        (``AP_Rally::find_nearest_rally_point``): the nearest rally point, unless home is nearer and
+        RALLY_INCL_HOME is set or the rally point is beyond RALLY_LIMIT_KM.  References by steps know
+        home alone.
+        """
+        home = np.full(len(stage), HOME, dtype=np.intp)
+        if self.follows_mission:
+            return np.full_like(home, ALONG)
+        if self.parameters is None:
+            return home
+        from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+        to_home = self.home_ground_m[self.home_of(stage), :2] - point_m[:, :2]
+        home_m = np.hypot(to_home[:, 0], to_home[:, 1])
+        away = point_m[:, None, :2] - self.rally_ground_m[None, :, :2]
+        rally_m = np.hypot(away[..., 0], away[..., 1])
+        parameters = self.parameters
+        if not isinstance(parameters, ArduPilotParameters):
+            return self._chosen_by_px4(
+                parameters.return_type, point_m, home_m, rally_m, self.home_of(stage)
+            )
+        if not len(self.rally_ground_m):
+            return home
+        nearest, nearest_m = rally_m.argmin(axis=1), rally_m.min(axis=1)
+        limit_m = parameters.rally_limit_m
+        far = (limit_m > 0.0) & (nearest_m > limit_m)
+        taken = ~((home_m < nearest_m) & (far | bool(parameters.rally_includes_home)))
+        return np.where(taken, nearest + 1, home)
+
+    def _chosen_by_px4(
+        self,
+        return_type: int,
+        point_m: FloatArray,
+        home_m: FloatArray,
+        rally_m: FloatArray,
+        home: IntArray,
+    ) -> IntArray:
+        """Return the destination PX4 chooses among home, the landing and the rally points. (n,)"""
+        least_m = np.full(len(home_m), np.inf) if return_type in _NOT_HOME else home_m
+        none_else = HERE if return_type == _RALLY_ONLY else HOME
+        chosen = np.full(len(home_m), none_else, dtype=np.intp)
+        if self.landing is not None:
+            landing = self.landing.stages[-1]
+            landing_m = np.hypot(landing.east_m - point_m[:, 0], landing.north_m - point_m[:, 1])
+            nearer = landing_m + _NEARER_M < least_m
+            chosen = np.where(nearer, LANDING, chosen)
+            least_m = np.where(nearer, landing_m, least_m)
+        if not len(self.rally_ground_m) or return_type not in _RALLY_TYPES:
+            return chosen
+        if return_type != _RALLY_ONLY:
+            away = self.home_ground_m[home, None, :2] - self.rally_ground_m[None, :, :2]
+            rally_m = np.where(np.hypot(away[..., 0], away[..., 1]) > _AT_HOME_M, rally_m, np.inf)
+        nearest = rally_m.argmin(axis=1)
+        taken = rally_m[np.arange(len(nearest)), nearest] + _NEARER_M < least_m
+        return np.where(taken, nearest + 1, chosen)
+
+
+def make_destinations(
+    mission: Mission,
+    route: Route,
+    parameters: FlightParameters | None,
+    *,
+    terrain: TerrainGrid | None = None,
+) -> Destinations:
+    """Return the places the returns of a flight may lead to.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its rally points, and the items a return may follow.
+    route : Route
+        Its homes.
+    parameters : FlightParameters or None
+        Of the autopilot that chooses; ``None`` for reference steps.
+    terrain : TerrainGrid, optional
+        Ground under rally points and landings; default level with home.
+    """
+    homes = route.moved_homes
+    latitude_deg = np.array([point.latitude_deg for point in mission.rally])
+    longitude_deg = np.array([point.longitude_deg for point in mission.rally])
+    east, north = route.frame.east_north_m(latitude_deg, longitude_deg)
+    ground = np.zeros(len(mission.rally))
+    if terrain is not None and mission.rally:
+        known = terrain.height_amsl_m(latitude_deg, longitude_deg)
+        ground = np.ma.filled(known - route.home_amsl_m, 0.0)
+    height = np.array([point.height_above_home_m for point in mission.rally], dtype=np.float64)
+    straight = Destinations(
+        home_first_stage=np.array([0, *(home.first_stage for home in homes)], dtype=np.intp),
+        home_ground_m=np.array(
+            [(0.0, 0.0, 0.0), *((home.east_m, home.north_m, home.ground_m) for home in homes)]
+        ),
+        rally_ground_m=np.column_stack((east, north, ground)),
+        rally_height_m=height - ground,
+        parameters=parameters,
+    )
+    if parameters is None:
+        return straight
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+    if not isinstance(parameters, Px4Parameters):
+        return straight
+    return _with_mission(straight, mission, route, parameters.return_type, terrain)
+
+
+def with_own_return(route: Route, destinations: Destinations) -> Route:
+    """Return a route whose own return leads where the vehicle itself would return to.
+
+    Parameters
+    ----------
+    route : Route
+        Its return, if it has one, is its last stage, and leads straight home.
+    destinations : Destinations
+        Of the route.
+    """
+    number = len(route.stages) - 1
+    if number < 1 or route.stages[number].kind is not StageKind.RETURN:
+        return route
+    before = route.stages[number - 1]
+    place_m = np.array([[before.east_m, before.north_m, before.height_m]])
+    stage = np.array([number])
+    chosen = destinations.chosen(place_m, stage)
+    if chosen[0] == HOME:
+        return route
+    targets = destinations.targets(stage, chosen, place_m)
+    east_m, north_m, ground_m = targets.ground_m[0].tolist()
+    returning = replace(
+        route.stages[number],
+        east_m=east_m,
+        north_m=north_m,
+        height_m=ground_m,
+        rally_height_m=float(targets.rally_height_m[0]),
+        return_path=targets.paths[0] if targets.paths else None,
+    )
+    return replace(route, stages=(*route.stages[:number], returning))
+
+
+def _with_mission(
+    straight: Destinations,
+    mission: Mission,
+    route: Route,
+    return_type: int,
+    terrain: TerrainGrid | None,
+) -> Destinations:
+    """Return destinations with what RTL_TYPE has to do with the mission."""
+    if return_type in _STRAIGHT:
+        if return_type != _RALLY_ONLY or mission.rally:
+            return straight
+        message = "RTL_TYPE is 5 and there is no rally point: a return lands where the vehicle is"
+        return replace(straight, findings=(RETURN_LANDS_HERE.finding(message),))
+    items = _ReturnItems(mission, route, terrain)
+    leads, severity = "somewhere not known here", Severity.WARNING
+    if return_type == _HOME_IF_REACHED:
+        leads = "home if it can be reached, else to a rally point"
+    elif return_type in _TO_LANDING:
+        if items.landing is None:
+            return straight
+        if not items.has_jump(items.land_start, items.landing):
+            return replace(straight, landing=items.landing_path(items.landing))
+        leads, severity = (
+            "to the mission's landing, and the mission jumps on the way there",
+            Severity.ERROR,
+        )
+    elif return_type in _FOLLOW_MISSION:
+        if not items.has_jump(0, len(mission.items) - 1):
+            homes_m = straight.home_ground_m[straight.home_of(np.arange(len(route.stages)))]
+            always_forward = return_type == _FORWARD_IF_IT_LANDS
+            return replace(
+                straight,
+                along=tuple(
+                    items.path_along(stage.item, home_m, always_forward=always_forward)
+                    for stage, home_m in zip(route.stages, homes_m.tolist(), strict=True)
+                ),
+            )
+        leads, severity = (
+            "along the mission, whose jumps PX4 may take again and again on the way",
+            Severity.ERROR,
+        )
+    returning = next((one for one in route.stages if one.kind is StageKind.RETURN), None)
+    finding = SETTING_NOT_FOLLOWED.finding(
+        f"RTL_TYPE {return_type} returns {leads}: time, energy and fence are those of the "
+        "straight return",
+        item=None if returning is None else returning.item,
+        severity=severity,
+    )
+    return replace(straight, findings=(finding,))
+
+
+class _ReturnItems:
+    """The items of a mission as a return flies them; positions count from 0, in file order."""
+
+    def __init__(self, mission: Mission, route: Route, terrain: TerrainGrid | None) -> None:
+        self._items = mission.items
+        self._route = route
+        self._terrain = terrain
+        # Of several stages of one item the last: the first may be a take-off put before it.
+        flown = {stage.item: stage for stage in route.stages}
+        self._stages = tuple(
+            self._flown_to(at, item, flown.get(at + 1)) if item.command in _PLACES else None
+            for at, item in enumerate(mission.items)
+        )
+        commands = [item.command for item in mission.items]
+        landings = [at for at, command in enumerate(commands) if command in _LANDINGS]
+        starts = [at for at, command in enumerate(commands) if command == Command.DO_LAND_START]
+        self.landing = landings[0] if landings else None
+        self.land_start = min([*starts[:1], *landings[:1]], default=0)
+
+    def has_jump(self, first: int, last: int) -> bool:
+        """Return whether an item from one to another, both included, jumps."""
+        return any(item.command in _JUMPS for item in self._items[first : last + 1])
+
+    def landing_path(self, landing: int) -> ReturnPath:
+        """Return the way down to the mission's landing, from where it begins."""
+        return ReturnPath(
+            stages=self._forward(self.land_start),
+            speed_m_s=self._speed_m_s(self.land_start),
+            climbs_over_m=self._height_m(landing),
+        )
+
+    def path_along(
+        self, item: int, home_m: tuple[float, float, float], *, always_forward: bool
+    ) -> ReturnPath:
+        """Return the way along the mission while an item is flown: on to its landing, or back home."""
+        flown = item - 1
+        if self.landing is not None and (
+            always_forward or self.land_start - flown < flown  # ``RTL::reverseIsFurther``
+        ):
+            stages = self._forward(flown)
+        else:
+            east_m, north_m, ground_m = home_m
+            down = Stage(
+                kind=StageKind.LAND, item=item, east_m=east_m, north_m=north_m, height_m=ground_m
+            )
+            stages = (*self._back(flown), down)
+        return ReturnPath(stages=stages, speed_m_s=self._speed_m_s(flown))
+
+    def _speed_m_s(self, before: int) -> float | None:
+        """Return the speed last commanded before an item; ``None``: the vehicle's own."""
+        for item in reversed(self._items[:before]):
+            if item.command == Command.DO_CHANGE_SPEED:
+                return item.param2 if item.param2 is not None and item.param2 > 0.0 else None
+        return None
+
+    def _height_m(self, at: int) -> float:
+        """Return the altitude of an item above home."""
+        item = self._items[at]
+        altitude_m = item.altitude_m or 0.0
+        if item.frame in RELATIVE_FRAMES:
+            return altitude_m
+        return altitude_m - self._route.home_amsl_m
+
+    def _forward(self, flown: int) -> tuple[Stage, ...]:
+        """Return the places from an item to the landing, both included."""
+        last = self.landing if self.landing is not None else len(self._stages) - 1
+        ahead = self._stages[min(flown, last) : last + 1]
+        return tuple(stage for stage in ahead if stage is not None)
+
+    def _back(self, flown: int) -> tuple[Stage, ...]:
+        """Return the places back from before an item to the take-off, or the first place there is."""
+        back: list[Stage] = []
+        # At the first item there is none before: that one is flown to.
+        for at in range(max(flown - 1, 0), -1, -1):
+            stage = self._stages[at]
+            if stage is None:
+                continue
+            # A landing on the way back is a place like any other.
+            kind = StageKind.GO if stage.kind is StageKind.LAND else stage.kind
+            back.append(replace(stage, kind=kind))
+            if self._items[at].command in _TAKEOFFS:
+                break
+        return tuple(back)
+
+    def _flown_to(self, at: int, item: MissionItem, stage: Stage | None) -> Stage:
+        """Return a place of the mission as a return flies to it."""
+        kind = _KINDS.get(item.command, StageKind.GO)
+        if stage is not None:
+            return replace(stage, kind=kind, hold_s=0.0, speed_m_s=None, return_path=None)
+        latitude_deg, longitude_deg = item.latitude_deg or 0.0, item.longitude_deg or 0.0
+        east, north = self._route.frame.east_north_m([latitude_deg], [longitude_deg])
+        lands = kind is StageKind.LAND
+        return Stage(
+            kind=kind,
+            item=at + 1,
+            east_m=float(east[0]),
+            north_m=float(north[0]),
+            height_m=self._ground_m(latitude_deg, longitude_deg) if lands else self._height_m(at),
+        )
+
+    def _ground_m(self, latitude_deg: float, longitude_deg: float) -> float:
+        """Return the height of the ground above home, where it is known."""
+        if self._terrain is None:
+            return 0.0
+        amsl_m = ground_amsl_m(self._terrain, latitude_deg, longitude_deg)
+        return 0.0 if amsl_m is None else amsl_m - self._route.home_amsl_m

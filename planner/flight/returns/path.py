@@ -1,0 +1,424 @@
+"""Returns from any point of a flight: stop, then fly back by the vehicle's own rules."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    STATES,
+    FlightState,
+    KinematicState,
+)
+from planner.flight.prediction import segment_energies_j
+from planner.flight.returns.destination import HOME
+from planner.frozen import frozen
+from planner.mission.route.stage import StageKind
+from planner.units import wh_from_j
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from planner.arrays import FloatArray, IntArray
+    from planner.flight.pilot import Pilot
+    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Flight
+    from planner.flight.returns.destination import Destinations
+    from planner.mission.route.stage import (
+        ReturnPath,
+        Route,
+    )
+
+_BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
+_SLOWEST_M_S = 1e-3
+"""A slower vehicle counts as standing still. [m s⁻¹]"""
+_SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
+_BRAKING_FRACTIONS = np.array([1.0, 0.5, 0.0])
+PROFILE_POINTS = 400
+"""Points of a profile, evenly in time; the ends of its stages come on top. [-]"""
+
+
+@frozen
+class FlightPoint:
+    """A place along a flight."""
+
+    item: int
+    """Mission item that is being flown to, or held at."""
+    time_s: float
+    """Since the start of the take-off. [s]"""
+    along_m: float
+    """Distance flown for this item by then. [m]"""
+    leg_m: float
+    """Whole distance flown for this item. [m]"""
+    latitude_deg: float
+    longitude_deg: float
+
+
+@frozen(eq=False)
+class ReturnPoints:
+    """n points of a flight at which a return may begin, each inside one segment."""
+
+    segment: IntArray
+    """(n,)"""
+    fraction: FloatArray
+    """Of the segment's time that has passed, 0 to 1. (n,) [-]"""
+    stage: IntArray
+    """Position in the route's stages. (n,)"""
+    time_s: FloatArray
+    """Since the start of the flight. (n,) [s]"""
+    place_m: FloatArray
+    """East, north, height above home. (n, 3) [m]"""
+    stop_m: FloatArray
+    """Where a vehicle that begins its return there stands still. (n, 3) [m]"""
+    stop_s: FloatArray
+    """Time until it does. (n,) [s]"""
+    stop_wh: FloatArray
+    """Energy until it does. (n,) [Wh]"""
+    used_wh: FloatArray
+    """Energy used since the start of the flight. (n,) [Wh]"""
+
+
+@frozen(eq=False)
+class Returns:
+    """A flight and the rules by which it can be broken off."""
+
+    route: Route
+    flight: Flight
+    pilot: Pilot
+    destinations: Destinations
+    segment_stage: IntArray
+    """Stage each segment serves. (s,)"""
+    used_wh: FloatArray
+    """Energy used before each segment, and after the last. (s + 1,) [Wh]"""
+    start_s: FloatArray
+    """When each segment begins. (s,) [s]"""
+    piece_start_s: FloatArray
+    first_piece: IntArray
+    """First piece of each segment, and one past the last of all. (s + 1,)"""
+
+    @property
+    def stage_ends(self) -> IntArray:
+        """Last segment of each stage that has one, in flown order."""
+        return np.flatnonzero(np.diff(self.segment_stage, append=-1))
+
+    def at(self, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return segments at times of the flight, and the fractions of them that have passed. (n,)"""
+        segment = np.maximum(np.searchsorted(self.start_s, time_s, side="right") - 1, 0)
+        duration_s = np.maximum(self.flight.motion.segments.duration_s[segment], 1e-9)
+        return segment, np.clip((time_s - self.start_s[segment]) / duration_s, 0.0, 1.0)
+
+    def points(self, segment: IntArray, fraction: FloatArray) -> ReturnPoints:
+        """Return points of the flight, by segment and fraction of its time. (n,)
+
+        Notes
+        -----
+        A return begins with a stop: over the distance the pilot brakes by from the ground speed, in
+        the time the pilot takes for it, at Simpson's mean of the powers at full, half and no speed.
+        Where the leg is flown into a stop anyway, a cruise stops as its leg does, and a vehicle that
+        brakes already goes on braking.  Energy inside a segment is taken to be used evenly.
+        """
+        motion, columns = self.flight.motion, self.flight.motion.segments
+        time_s = self.start_s[segment] + fraction * columns.duration_s[segment]
+        piece = np.clip(
+            np.searchsorted(self.piece_start_s, time_s, side="right") - 1,
+            self.first_piece[segment],
+            self.first_piece[segment + 1] - 1,
+        )
+        own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
+        state = motion.state_at(piece, own_s)
+        place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+        stop_m, stop_s, stop_wh = self._stops(state, place_m, segment, fraction)
+        before, after = self.used_wh[segment], self.used_wh[segment + 1]
+        return ReturnPoints(
+            segment=segment,
+            fraction=fraction,
+            stage=self.segment_stage[segment],
+            time_s=time_s,
+            place_m=place_m,
+            stop_m=stop_m,
+            stop_s=stop_s,
+            stop_wh=stop_wh,
+            used_wh=before + fraction * (after - before),
+        )
+
+    def stage_end_points(self) -> ReturnPoints:
+        """Return the points at which the stages end."""
+        ends = self.stage_ends
+        return self.points(ends, np.ones(len(ends)))
+
+    def flight_point(self, segment: int, fraction: float) -> FlightPoint:
+        """Return where along the mission a point of the flight is."""
+        return self.flight_points([(segment, fraction)])[0]
+
+    def flight_points(self, places: Sequence[tuple[int, float]]) -> list[FlightPoint]:
+        """Return where along the mission points of the flight are, by segment and fraction."""
+        segment = np.array([segment for segment, _ in places])
+        fraction = np.array([fraction for _, fraction in places])
+        count = len(places)
+        both = self.points(np.tile(segment, 2), np.concatenate((np.zeros(count), fraction)))
+        # Inside a segment the flight is taken to be straight.
+        inside = both.place_m[count:] - both.place_m[:count]
+        distance_m = self.flight.motion.segments.distance_m
+        inside_m = np.minimum(np.hypot(inside[:, 0], inside[:, 1]), distance_m[segment])
+        latitude_deg, longitude_deg = self.route.frame.latitude_longitude_deg(
+            both.place_m[count:, 0], both.place_m[count:, 1]
+        )
+        points = []
+        for row, stage in enumerate(both.stage[:count].tolist()):
+            serving = np.flatnonzero(self.segment_stage == stage)
+            before = serving[serving < segment[row]]
+            points.append(
+                FlightPoint(
+                    item=self.route.stages[stage].item,
+                    time_s=float(both.time_s[count + row]),
+                    along_m=float(distance_m[before].sum() + inside_m[row]),
+                    leg_m=float(distance_m[serving].sum()),
+                    latitude_deg=float(latitude_deg[row]),
+                    longitude_deg=float(longitude_deg[row]),
+                )
+            )
+        return points
+
+    def _stops(
+        self, state: KinematicState, place_m: FloatArray, segment: IntArray, fraction: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return where, when and at what energy vehicles in states stand still."""
+        columns = self.flight.motion.segments
+        speed = state.ground_speed_m_s
+        moves = speed > _SLOWEST_M_S
+        safe = np.where(moves, speed, 1.0)
+        length_m, stop_s = self.pilot.stop(np.where(moves, speed, 0.0))
+        stop_wh = wh_from_j(self._braking_power_w(state) * stop_s)
+        brakes = columns.state[segment] == _BRAKE
+        brake = np.minimum(segment + ~brakes, len(columns.item) - 1)
+        brake_m = columns.distance_m[brake]
+        # Written so that a distance that is not a number is no stop.
+        stops = (
+            (brakes | (columns.state[segment] == _CRUISE))
+            & (columns.state[brake] == _BRAKE)
+            & (np.abs(columns.stopping_distance_m[brake] - brake_m) <= 1e-6 * brake_m)
+        )
+        left = np.where(brakes, 1.0 - fraction, 1.0)
+        stop_s = np.where(stops, left * columns.duration_s[brake], stop_s)
+        stop_wh = np.where(stops, left * wh_from_j(self.flight.segment_energy_j[brake]), stop_wh)
+        length_m = np.where(stops & ~brakes, brake_m, length_m)
+        stop_m = place_m.copy()
+        stop_m[:, 0] += length_m * state.east_m_s / safe
+        stop_m[:, 1] += length_m * state.north_m_s / safe
+        # A response may swing about the place where its leg ends: the next segment begins there.
+        stands = np.flatnonzero(stops & brakes & (brake + 1 < len(columns.item)))
+        if len(stands):
+            after = self.first_piece[brake[stands] + 1]
+            begin = self.flight.motion.state_at(after, np.zeros(len(after)))
+            stop_m[stands, 0], stop_m[stands, 1] = begin.east_m, begin.north_m
+        return stop_m, stop_s, stop_wh
+
+    def _braking_power_w(self, state: KinematicState) -> FloatArray:
+        """Return the mean power of stops from states. (n,) [W]"""
+        column = np.zeros(len(state.height_m))[:, None]
+        slowing = KinematicState(
+            east_m=state.east_m[:, None] + column,
+            north_m=state.north_m[:, None] + column,
+            height_m=state.height_m[:, None] + np.zeros(len(_BRAKING_FRACTIONS)),
+            east_m_s=state.east_m_s[:, None] * _BRAKING_FRACTIONS,
+            north_m_s=state.north_m_s[:, None] * _BRAKING_FRACTIONS,
+            climb_m_s=column + np.zeros(len(_BRAKING_FRACTIONS)),
+        )
+        braking = np.full(column.shape, _BRAKE)
+        power_w = self.flight.power.power_w(
+            slowing, braking, state.ground_speed_m_s[:, None] + column
+        )
+        mean_w: FloatArray = power_w @ _SIMPSON
+        return mean_w
+
+    def fly(
+        self, stand_m: FloatArray, stage: IntArray, destination: IntArray | int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return time and energy of returns from standing at points to landed. (n,) [s], (n,) [Wh]
+
+        Parameters
+        ----------
+        stand_m : ndarray
+            East, north, height above home; at least one. (n, 3) [m]
+        stage : ndarray of int
+            Stages flown when the return begins, which say what home is. (n,)
+        destination : ndarray of int
+            As in :meth:`Destinations.targets`. (n,)
+        """
+        time_s, [state_j] = self.fly_by_state(
+            stand_m, stage, destination, powers=(self.flight.power,)
+        )
+        return time_s, wh_from_j(state_j.sum(axis=1))
+
+    def fly_by_state(
+        self,
+        stand_m: FloatArray,
+        stage: IntArray,
+        destination: IntArray | int,
+        *,
+        powers: Iterable[SteadyPower],
+    ) -> tuple[FloatArray, Iterator[FloatArray]]:
+        """Return times of the returns of `fly`, and energies by state for each of several powers.
+
+        (n,) [s], (n, states) [J]
+        """
+        targets = self.destinations.targets(stage, destination, stand_m)
+        motion, transients = self.pilot.fly_returns(stand_m, targets, self.route)
+        columns, count = motion.segments, len(stand_m)
+        time_s = np.zeros(count)
+        time_s += np.bincount(columns.item, columns.duration_s, minlength=count)
+        at = columns.item * len(STATES) + columns.state
+
+        def by_state_j(segment_j: FloatArray) -> FloatArray:
+            total_j = np.zeros(count * len(STATES))
+            total_j += np.bincount(at, segment_j, minlength=total_j.size)
+            return total_j.reshape(count, -1)
+
+        return time_s, map(by_state_j, segment_energies_j(motion, transients, powers))
+
+    def chosen(self, points: ReturnPoints) -> IntArray:
+        """Return the destination the vehicle itself chooses from points. (n,)"""
+        return self.destinations.chosen(points.place_m, points.stage)
+
+    def corners_m(
+        self, points: ReturnPoints, destination: IntArray | None = None
+    ) -> tuple[FloatArray, ...]:
+        """Return the corners of returns: where it decides, stands, sets out, arrives, lands.
+
+        Parameters
+        ----------
+        points : ReturnPoints
+            Where they begin. (n,)
+        destination : ndarray of int, optional
+            As in :meth:`Destinations.targets`; default what the vehicle itself chooses. (n,)
+
+        Returns
+        -------
+        tuple of ndarray
+            East, north, height above home of the corners of each, straight in between; along the
+            mission its places instead of the arrival. (n times (5 or more, 3)) [m]
+        """
+        chosen = self.chosen(points) if destination is None else destination
+        targets = self.destinations.targets(points.stage, chosen, points.stop_m)
+        height_m = self.pilot.return_heights_m(points.stop_m, targets)
+        turn_m, over_m = points.stop_m.copy(), targets.ground_m.copy()
+        turn_m[:, 2] = over_m[:, 2] = height_m
+        corners = np.stack(
+            (points.place_m, points.stop_m, turn_m, over_m, targets.ground_m), axis=1
+        )
+        if not targets.paths:
+            return tuple(corners)
+        return tuple(
+            own if path is None else np.vstack((own[:3], _along_m(path, own[2])))
+            for own, path in zip(corners, targets.paths, strict=True)
+        )
+
+
+def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Destinations) -> Returns:
+    """Return the returns from a flight of at least one segment."""
+    motion = flight.motion
+    columns = motion.segments
+    count = len(columns.item)
+    stage = np.searchsorted(np.maximum.accumulate(motion.done_segment), np.arange(count))
+    return Returns(
+        route=route,
+        flight=flight,
+        pilot=pilot,
+        destinations=destinations,
+        segment_stage=np.minimum(stage, len(route.stages) - 1),
+        used_wh=np.concatenate(([0.0], np.cumsum(wh_from_j(flight.segment_energy_j)))),
+        start_s=columns.end_s - columns.duration_s,
+        piece_start_s=motion.piece_start_s(),
+        first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
+    )
+
+
+def _along_m(path: ReturnPath, start_m: FloatArray) -> FloatArray:
+    """Return the corners of a return along the mission, from a place on. (m, 3) [m]"""
+    corners: list[tuple[float, float, float]] = []
+    height_m = float(start_m[2])
+    for stage in path.stages:
+        if stage.kind is not StageKind.GO:  # level to the place first
+            corners.append((stage.east_m, stage.north_m, height_m))
+        height_m = stage.height_m
+        corners.append((stage.east_m, stage.north_m, height_m))
+    return np.array(corners)
+
+
+@frozen(eq=False)
+class ReturnProfile:
+    """What returns from n points of a flight take, as columns in flown order."""
+
+    time_s: FloatArray
+    """Since the start of the flight. (n,) [s]"""
+    item: IntArray
+    """Mission item flown for. (n,)"""
+    along_m: FloatArray
+    """Distance flown for that item. (n,) [m]"""
+    latitude_deg: FloatArray
+    longitude_deg: FloatArray
+    height_above_home_m: FloatArray
+    used_wh: FloatArray
+    """Energy used by then. (n,) [Wh]"""
+    destination: IntArray
+    """Where the vehicle itself would return to: 0 for home, k for rally point k, below 0 as in
+    `planner.flight.returns.destination`. (n,)"""
+    return_s: FloatArray
+    """Time to stop, return there and land. (n,) [s]"""
+    return_wh: FloatArray
+    """Energy for that. (n,) [Wh]"""
+    home_s: FloatArray
+    """Time to stop, fly home and land, whatever the vehicle would choose. (n,) [s]"""
+    home_wh: FloatArray
+    rally_s: FloatArray
+    """The same for each of r rally points. (n, r) [s]"""
+    rally_wh: FloatArray
+    """(n, r) [Wh]"""
+
+
+def return_profile(returns: Returns) -> ReturnProfile:
+    """Return what returns take from the ends of the stages of a flight, and evenly in between."""
+    columns, ends = returns.flight.motion.segments, returns.stage_ends
+    even, fraction = returns.at(np.linspace(0.0, returns.flight.time_s, PROFILE_POINTS))
+    segment = np.concatenate((even, ends))
+    fraction = np.concatenate((fraction, np.ones(len(ends))))
+    order = np.lexsort((fraction, segment))
+    points = returns.points(segment[order], fraction[order])
+    flown = [
+        returns.fly(points.stop_m, points.stage, destination)
+        for destination in range(HOME, len(returns.destinations.rally_ground_m) + 1)
+    ]
+    all_s = np.stack([points.stop_s + time_s for time_s, _ in flown], axis=1)
+    all_wh = np.stack([points.stop_wh + energy_wh for _, energy_wh in flown], axis=1)
+    destination = returns.chosen(points)
+    if (destination >= HOME).all():
+        row = np.arange(len(order))
+        own_s, own_wh = all_s[row, destination], all_wh[row, destination]
+    else:
+        own_s, own_wh = returns.fly(points.stop_m, points.stage, destination)
+        own_s, own_wh = points.stop_s + own_s, points.stop_wh + own_wh
+    latitude_deg, longitude_deg = returns.route.frame.latitude_longitude_deg(
+        points.place_m[:, 0], points.place_m[:, 1]
+    )
+    flown_m = np.concatenate(([0.0], np.cumsum(columns.distance_m)))
+    first = np.searchsorted(returns.segment_stage, points.stage)
+    along_m = flown_m[points.segment] - flown_m[first]
+    items = np.array([stage.item for stage in returns.route.stages], dtype=np.intp)
+    return ReturnProfile(
+        time_s=points.time_s,
+        item=items[points.stage],
+        along_m=along_m + points.fraction * columns.distance_m[points.segment],
+        latitude_deg=latitude_deg,
+        longitude_deg=longitude_deg,
+        height_above_home_m=points.place_m[:, 2],
+        used_wh=points.used_wh,
+        destination=destination,
+        return_s=own_s,
+        return_wh=own_wh,
+        home_s=all_s[:, HOME],
+        home_wh=all_wh[:, HOME],
+        rally_s=all_s[:, HOME + 1 :],
+        rally_wh=all_wh[:, HOME + 1 :],
+    )
