@@ -191,17 +191,22 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
 def plan_return(returns: Returns, sweep: ReturnSweep, battery: BatteryBudget | None) -> ReturnPlan:
     """Return the return from where it is tightest, against what the battery holds, if that is known."""
     row = sweep.tightest
-    limits_wh = return_limits_wh(battery)
     needed_wh = float(sweep.sum_wh[row])
-    is_short = battery is not None and needed_wh > battery.above_reserve_wh
+    margin_wh = None if battery is None else battery.above_reserve_wh - needed_wh
+    if margin_wh is not None and abs(margin_wh) <= _ALIKE * needed_wh:
+        margin_wh = 0.0  # an error of rounding is no shortfall
     last, empty = (
         None if at is None else returns.flight_point(*sweep.at(at))
-        for at in (map(sweep.last_below, limits_wh) if is_short else (None, None))
+        for at in (
+            map(sweep.last_below, return_limits_wh(battery))
+            if margin_wh is not None and margin_wh < 0.0
+            else (None, None)
+        )
     )
     return ReturnPlan(
         tightest_item=returns.route.stages[returns.segment_stage[sweep.segment[row]]].item,
         energy_home_wh=float(sweep.return_wh[row]),
-        margin_wh=None if battery is None else battery.above_reserve_wh - needed_wh,
+        margin_wh=margin_wh,
         tightest=returns.flight_point(*sweep.at(row)),
         time_home_s=float(sweep.return_s[row]),
         destination=int(sweep.destination[row]),
