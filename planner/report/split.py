@@ -100,7 +100,7 @@ def flights_text(split: Split, *, energy: str = "") -> str:
 
 def _row(part: SplitPart) -> tuple[str, ...]:
     result = part.result
-    battery, way_home = result.battery, result.return_plan
+    battery, plan = result.battery, result.return_plan
     return (
         result.verdict.upper(),
         printable(part.file),
@@ -108,7 +108,7 @@ def _row(part: SplitPart) -> tuple[str, ...]:
         quantity.duration(result.totals.time_s),
         quantity.energy(result.totals.energy_wh),
         quantity.energy(None if battery is None else battery.margin_wh),
-        quantity.energy(None if way_home is None else way_home.margin_wh),
+        quantity.energy(None if plan is None else plan.margin_wh),
     )
 
 

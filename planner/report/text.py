@@ -205,7 +205,7 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
     if result.battery is not None:
         figures.append(("Battery", _battery(result.battery)))
     if result.return_plan is not None:
-        figures.append(("Way home", _way_home(result.return_plan)))
+        figures.append(("Way home", _return_plan(result.return_plan)))
     figures += [
         ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
         ("Conditions", _conditions(result)),
@@ -328,18 +328,18 @@ def _battery(battery: BatteryBudget) -> str:
     return text if chance is None else f"{text}; {_chance(chance)} to land below the reserve"
 
 
-def _way_home(way_home: ReturnPlan) -> str:
-    where = f"item {way_home.tightest_item}"
-    if way_home.tightest is not None:
-        where = place_along(way_home.tightest)
-    goal = destination_name(way_home.destination)
-    text = f"tightest from {where}: {quantity.energy(way_home.energy_home_wh)} to get {goal}"
-    if way_home.time_home_s is not None:
-        text += f" in {quantity.duration(way_home.time_home_s)}"
-    if way_home.margin_wh is None:
+def _return_plan(plan: ReturnPlan) -> str:
+    where = f"item {plan.tightest_item}"
+    if plan.tightest is not None:
+        where = place_along(plan.tightest)
+    goal = destination_name(plan.destination)
+    text = f"tightest from {where}: {quantity.energy(plan.energy_home_wh)} to get {goal}"
+    if plan.time_home_s is not None:
+        text += f" in {quantity.duration(plan.time_home_s)}"
+    if plan.margin_wh is None:
         return text
-    text = f"{text}, {against(way_home.margin_wh, 'the reserve')}"
-    chance = way_home.below_reserve_probability
+    text = f"{text}, {against(plan.margin_wh, 'the reserve')}"
+    chance = plan.below_reserve_probability
     return text if chance is None else f"{text}; {_chance(chance)} to get home below it"
 
 
