@@ -72,12 +72,12 @@ class Finding:
     """Why it is not reported, though it was found; empty where it is reported."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule of the catalogue: what is checked, why, and how to live with it."""
+    """What is checked, why, and how to live with it."""
 
-    code: str
-    name: str
+    title: str
+    """Code and name: ``E101 reserve-below-minimum``; stable, never renumbered, never reused."""
     severity: Severity
     summary: str
     """One line: what the rule says."""
@@ -85,11 +85,20 @@ class Rule:
     """Why it is bad to ignore, with the incident or source."""
     how: str
     """How it is computed: formula and inputs."""
-    example: str
     fix: str
     """How to make it go away honestly."""
     is_default: bool = True
-    """Whether it is asked without being selected by its code."""
+    """Whether it is evaluated without being selected by its code."""
+
+    @property
+    def code(self) -> str:
+        """The first letter tells the family."""
+        return self.title.partition(" ")[0]
+
+    @property
+    def name(self) -> str:
+        """In kebab-case."""
+        return self.title.partition(" ")[2]
 
     def finding(
         self,

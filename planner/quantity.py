@@ -109,6 +109,15 @@ def duration(duration_s: float | None) -> str:
     return f"{sign}{seconds} s"
 
 
+def clock(duration_s: float | None) -> str:
+    """Return a time since the start: ``14:21``, ``1:02:05``."""
+    if duration_s is None or not math.isfinite(duration_s) or abs(duration_s) >= _MOST_IN_FULL:
+        return ABSENT
+    minutes, seconds = divmod(round(duration_s), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"
+
+
 def decimals(value: float | None, digits: int) -> str:
     """Return a bare number with so many decimals, for columns whose head names the unit."""
     if value is None or not math.isfinite(value):

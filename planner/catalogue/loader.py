@@ -5,278 +5,193 @@ from __future__ import annotations
 from planner.findings import Rule, Severity
 
 REQUIRED_KEY = Rule(
-    code="L101",
-    name="plan-key-missing",
-    severity=Severity.WARNING,
+    "L101 plan-key-missing",
+    Severity.WARNING,
     summary="A key that QGroundControl requires is missing from the plan.",
-    why=(
-        "QGroundControl refuses the whole file at the first key it misses, MAVSDK too where a "
-        "section is missing; nothing in the missing part is checked, a fence for instance."
-    ),
+    why="QGroundControl refuses the whole file at the first key it misses, MAVSDK too where a section "
+    "is missing; nothing in the missing part is checked, a fence for instance.",
     how="Looks for the keys that QGroundControl's loader requires and that can be done without.",
-    example="geoFence missing: QGroundControl refuses the file, MAVSDK too, and no fence can be checked",
     fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
 )
 
 MISSION_VERSION = Rule(
-    code="L102",
-    name="mission-version",
-    severity=Severity.WARNING,
+    "L102 mission-version",
+    Severity.WARNING,
     summary="The mission section is not version 2.",
     why="MAVSDK refuses it; QGroundControl does not look at it, and may misread the file.",
     how="Compares mission.version with 2.",
-    example="the mission is of version 7, read as version 2: MAVSDK refuses it",
     fix="save the plan anew from QGroundControl",
 )
 
 ALTITUDE_COPY = Rule(
-    code="L103",
-    name="altitude-copy",
-    severity=Severity.WARNING,
+    "L103 altitude-copy",
+    Severity.WARNING,
     summary="QGroundControl shows another altitude than the vehicle flies.",
-    why=(
-        "The vehicle gets 'frame' and the seventh parameter; 'Altitude' is a copy for display.  "
-        "Where a script changed one of them, the pilot sees an altitude that is not flown, and "
-        "editing the item overwrites the one that was meant."
-    ),
-    how=(
-        "Compares 'Altitude' (or 'AMSLAltAboveTerrain', where the altitude was computed from "
-        "terrain) with the seventh parameter, to 0.01 m.  The seventh parameter is flown."
-    ),
-    example="item 7 is shown at 2 m and flown at 14 m",
+    why="The vehicle gets 'frame' and the seventh parameter; 'Altitude' is a copy for display.  Where "
+    "a script changed one of them, the pilot sees an altitude that is not flown, and editing the item "
+    "overwrites the one that was meant.",
+    how="Compares 'Altitude' (or 'AMSLAltAboveTerrain', where the altitude was computed from terrain) "
+    "with the seventh parameter, to 0.01 m.  The seventh parameter is flown.",
     fix="edit the altitude in QGroundControl and save, or write both numbers",
 )
 
 ALTITUDE_MODE = Rule(
-    code="L104",
-    name="altitude-mode",
-    severity=Severity.WARNING,
+    "L104 altitude-mode",
+    Severity.WARNING,
     summary="QGroundControl shows another altitude reference than the vehicle flies.",
-    why=(
-        "The numbers of 'AltitudeMode' were changed three times without a new file version (2018, "
-        "2019, 2021): a file of one era shows as AMSL in another what is flown above home.  The "
-        "vehicle goes by 'frame' alone."
-    ),
-    how=(
-        "Compares 'AltitudeMode', as QGroundControl reads it since 4.2, with 'frame'; mode 0 with "
-        "a frame above home, as in 2018, is no more than a note."
-    ),
-    example="item 3 is shown as AMSL (mode 2) and flown above home (frame 3)",
+    why="The numbers of 'AltitudeMode' were changed three times without a new file version (2018, "
+    "2019, 2021): a file of one era shows as AMSL in another what is flown above home.  The vehicle "
+    "goes by 'frame' alone.",
+    how="Compares 'AltitudeMode', as QGroundControl reads it since 4.2, with 'frame'; mode 0 with a "
+    "frame above home, as in 2018, is no more than a note.",
     fix="open the plan in a current QGroundControl, set the altitude reference and save",
 )
 
 JUMP_IDS = Rule(
-    code="L106",
-    name="jump-ids",
-    severity=Severity.WARNING,
+    "L106 jump-ids",
+    Severity.WARNING,
     summary="Items share a doJumpId, or have none, in a mission with a DO_JUMP.",
-    why=(
-        "DO_JUMP names its target by doJumpId.  QGroundControl takes the first item with it, other "
-        "programs count items: the vehicle may repeat another part of the mission than was meant."
-    ),
+    why="DO_JUMP names its target by doJumpId.  QGroundControl takes the first item with it, other "
+    "programs count items: the vehicle may repeat another part of the mission than was meant.",
     how="Looks for repeated and missing ids; told only where a DO_JUMP makes them matter.",
-    example="items 4 and 7 both have doJumpId 3, in a mission with a DO_JUMP",
     fix="save the plan anew from QGroundControl, and look where the jump goes",
 )
 
 FENCE_VERSION = Rule(
-    code="L107",
-    name="fence-version",
-    severity=Severity.WARNING,
+    "L107 fence-version",
+    Severity.WARNING,
     summary="The fence or the rally points are of version 1, which every loader passes over.",
     why="The file looks fenced and the vehicle flies without a fence; no program says so.",
     how="Section version 1 or none, and something in it besides empty lists.",
-    example="the fence is of version 1: every loader ignores what is in it, and so does this check",
     fix="draw the fence anew in QGroundControl and save",
 )
 
 AUTOCONTINUE_TYPE = Rule(
-    code="L109",
-    name="autocontinue-type",
-    severity=Severity.WARNING,
+    "L109 autocontinue-type",
+    Severity.WARNING,
     summary="'autoContinue' is missing or no truth value.",
     why="QGroundControl refuses the file for it.",
     how="true, false, 0 and 1 are understood; missing is taken as true.",
-    example="'autoContinue' of item 1 is 1, read as true: QGroundControl refuses the file",
     fix="write true or false",
 )
 
 OLDER_ITEM = Rule(
-    code="L110",
-    name="older-item",
-    severity=Severity.INFO,
+    "L110 older-item",
+    Severity.INFO,
     summary="An item is written in the form that older plans had.",
     why="QGroundControl converts it, MAVSDK and scripts that read 'params' do not.",
     how="param1 to param4, or four params, and 'coordinate'; or the type 'missionItem'.",
-    example="item 1 has its place in 'coordinate', as before plans",
     fix="open the file in QGroundControl and save it as a plan",
 )
 
 COORDINATE_KEY = Rule(
-    code="L111",
-    name="coordinate-and-params",
-    severity=Severity.WARNING,
+    "L111 coordinate-and-params",
+    Severity.WARNING,
     summary="An item has seven params and a 'coordinate' as well.",
     why="QGroundControl joins them to ten values and refuses the file.",
-    how=(
-        "They must say the same, or params 5 to 7 must be zero or null; then 'coordinate' is the "
-        "place flown to.  Otherwise the file is refused here, too."
-    ),
-    example=(
-        "item 2 has 7 params and a coordinate: its place is taken from 'coordinate', "
-        "QGroundControl refuses the file"
-    ),
+    how="They must say the same, or params 5 to 7 must be zero or null; then 'coordinate' is the "
+    "place flown to.  Otherwise the file is refused here, too.",
     fix="write the place into params 5 to 7 and delete 'coordinate'",
 )
 
 COMPLEX_ITEM_UNKNOWN = Rule(
-    code="L112",
-    name="complex-item-unknown",
-    severity=Severity.ERROR,
+    "L112 complex-item-unknown",
+    Severity.ERROR,
     summary="A complex item cannot be expanded: it is not in the prediction.",
     why="QGroundControl goes on loading without it: part of the mission is silently not flown.",
     how="complexItemType and version are compared with those that QGroundControl has written.",
-    example="item 3 (spiral) cannot be expanded, version 1 is not known: it is not in this prediction",
     fix="upload the plan and fetch it back from the vehicle: then it holds plain items",
 )
 
 COMPLEX_ITEM_VERSION = Rule(
-    code="L113",
-    name="complex-item-version",
-    severity=Severity.WARNING,
+    "L113 complex-item-version",
+    Severity.WARNING,
     summary="A complex item is of a version that loaders refuse, but holds the items to fly.",
     why="QGroundControl refuses the whole plan, and MAVSDK any survey but version 5.",
     how="The version is compared with those QGroundControl accepts; the embedded items are used.",
-    example=(
-        "item 2 (survey) is of version 9: its embedded items are used, QGroundControl refuses the "
-        "file"
-    ),
     fix="save the plan anew from QGroundControl",
 )
 
 SURVEY_REBUILT = Rule(
-    code="L114",
-    name="survey-rebuilt",
-    severity=Severity.WARNING,
+    "L114 survey-rebuilt",
+    Severity.WARNING,
     summary="A survey holds no items: they are computed from its area as QGroundControl does.",
-    why=(
-        "What is uploaded is computed anew by QGroundControl, and its versions differ in where "
-        "they begin and turn; MAVSDK refuses the file."
-    ),
-    how=(
-        "The path it is drawn with is used where there is one; otherwise parallel lines at the "
-        "grid's angle and spacing are cut with the area, entered at the chosen corner and "
-        "lengthened to turn around.  Surveys that do hold their items come out within 0.3 %."
-    ),
-    example="item 2 (survey) holds no items: 24 items computed from its area, 11 lines 25 m apart",
+    why="What is uploaded is computed anew by QGroundControl, and its versions differ in where they "
+    "begin and turn; MAVSDK refuses the file.",
+    how="The path it is drawn with is used where there is one; otherwise parallel lines at the grid's "
+    "angle and spacing are cut with the area, entered at the chosen corner and lengthened to turn "
+    "around.  Surveys that do hold their items come out within 0.3 %.",
     fix="open the plan in a current QGroundControl and save it: then it holds the items",
 )
 
 STRUCTURE_SCAN_EXPANDED = Rule(
-    code="L115",
-    name="structure-scan-expanded",
-    severity=Severity.INFO,
+    "L115 structure-scan-expanded",
+    Severity.INFO,
     summary="A structure scan is expanded as QGroundControl does on upload.",
-    why=(
-        "The file holds the structure, not the items: the vertex where the scan begins is not "
-        "saved, and QGroundControl counts the layers anew when it loads the file.  Some of its "
-        "versions also read the entrance altitude wrongly, as 0 m."
-    ),
-    how=(
-        "The outline is moved outward by the distance to the surface; one lap per layer, from the "
-        "first vertex, the first half a layer from the top or bottom: 4 + layers (n + 3) items.  "
-        "A warning where the layers in the file are not those QGroundControl will count."
-    ),
-    example=(
-        "item 2 (StructureScan): 42 items computed, 2 laps of 16 vertices from the first vertex, "
-        "which QGroundControl does not save"
-    ),
+    why="The file holds the structure, not the items: the vertex where the scan begins is not saved, "
+    "and QGroundControl counts the layers anew when it loads the file.  Some of its versions also read "
+    "the entrance altitude wrongly, as 0 m.",
+    how="The outline is moved outward by the distance to the surface; one lap per layer, from the "
+    "first vertex, the first half a layer from the top or bottom: 4 + layers (n + 3) items.  A warning "
+    "where the layers in the file are not those QGroundControl will count.",
     fix="look at the altitudes after loading the plan in QGroundControl, before the upload",
 )
 
 LANDING_PATTERN_EXPANDED = Rule(
-    code="L116",
-    name="landing-pattern-expanded",
-    severity=Severity.INFO,
+    "L116 landing-pattern-expanded",
+    Severity.INFO,
     summary="A landing pattern is expanded as QGroundControl does on upload.",
     why="The file holds where to approach and land, not the items; MAVSDK refuses the file.",
-    how=(
-        "DO_LAND_START, what stops the camera, the approach and the landing.  A warning where one of "
-        "its altitudes counts from home and the other does not."
-    ),
-    example="item 9 (fwLandingPattern): 6 items computed, the file holds none of them",
+    how="DO_LAND_START, what stops the camera, the approach and the landing.  A warning where one of "
+    "its altitudes counts from home and the other does not.",
     fix="check the landing in QGroundControl before the upload",
 )
 
 LEGACY_FORMAT = Rule(
-    code="L117",
-    name="legacy-format",
-    severity=Severity.WARNING,
+    "L117 legacy-format",
+    Severity.WARNING,
     summary="The file is written in a JSON format from before plans.",
     why="QGroundControl since 3.3 opens plans only; other programs never read it.",
     how="The file has items at its top, or the file type 'Mission'.",
-    example=(
-        "a mission file of version 1.0, from before plans: QGroundControl no longer opens it, and "
-        "it holds no fence"
-    ),
     fix="open it in an old QGroundControl and save it as a plan",
 )
 
 ITEM_TYPE = Rule(
-    code="L118",
-    name="item-type",
-    severity=Severity.WARNING,
+    "L118 item-type",
+    Severity.WARNING,
     summary="An item does not say that it is a SimpleItem, but reads like one.",
     why="QGroundControl refuses the file.",
     how="The item has a command; 'type' is missing, null or another text.",
-    example="'type' of item 1 is null, read as SimpleItem: QGroundControl refuses the file",
     fix='write "type": "SimpleItem"',
 )
 
 PLAN_VALUE = Rule(
-    code="L119",
-    name="plan-value",
-    severity=Severity.WARNING,
+    "L119 plan-value",
+    Severity.WARNING,
     summary="A value is missing or of another type than QGroundControl wants.",
-    why=(
-        "QGroundControl refuses the whole file at the first such value, also where it means "
-        "nothing to the vehicle."
-    ),
-    how=(
-        "What can be read all the same: the speeds and altitudes for display, 'doJumpId', "
-        "'groundStation', the versions and lists inside fence and complex items."
-    ),
-    example="'cruiseSpeed' is null, expected a number: QGroundControl refuses the file",
+    why="QGroundControl refuses the whole file at the first such value, also where it means nothing "
+    "to the vehicle.",
+    how="What can be read all the same: the speeds and altitudes for display, 'doJumpId', "
+    "'groundStation', the versions and lists inside fence and complex items.",
     fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
 )
 
 JUMP_INTO_COMPLEX_ITEM = Rule(
-    code="L120",
-    name="jump-into-complex-item",
-    severity=Severity.WARNING,
+    "L120 jump-into-complex-item",
+    Severity.WARNING,
     summary="A DO_JUMP leads into a complex item.",
-    why=(
-        "QGroundControl looks for the target among the simple items alone, and refuses the whole "
-        "file if it is not there."
-    ),
+    why="QGroundControl looks for the target among the simple items alone, and refuses the whole file "
+    "if it is not there.",
     how="The target has a doJumpId that only an item inside a survey or other complex item has.",
-    example=(
-        "the DO_JUMP of item 9 leads to item 4, inside a complex item: QGroundControl refuses the "
-        "file"
-    ),
     fix="let the jump lead to a simple item before or behind the complex one",
 )
 
 JUMP_SHIFTED = Rule(
-    code="L121",
-    name="jump-shifted-by-mavsdk",
-    severity=Severity.INFO,
+    "L121 jump-shifted-by-mavsdk",
+    Severity.INFO,
     summary="MAVSDK's import makes a DO_JUMP lead one item too far.",
-    why=(
-        "A plan numbers its items from 1, PX4 from 0.  QGroundControl converts the number at "
-        "upload, MAVSDK's import does not: the vehicle repeats another part of the mission."
-    ),
+    why="A plan numbers its items from 1, PX4 from 0.  QGroundControl converts the number at upload, "
+    "MAVSDK's import does not: the vehicle repeats another part of the mission.",
     how="A plan for PX4 that holds a DO_JUMP; for ArduPilot MAVSDK puts home first, as item 0.",
-    example="the DO_JUMP of item 9 names item 4: after MAVSDK's import it leads to item 5",
     fix="upload the plan with QGroundControl",
 )

@@ -5,91 +5,69 @@ from __future__ import annotations
 from planner.findings import Rule, Severity
 
 MISSION_LEFT = Rule(
-    code="R201",
-    name="mission-left",
-    severity=Severity.WARNING,
+    "R201 mission-left",
+    Severity.WARNING,
     summary="Part of a flight was not flown by its mission.",
-    why=(
-        "A pilot who takes over, or a failsafe in the middle of a mission, cannot be predicted from "
-        "the mission: the errors of such a flight say nothing about the model."
-    ),
-    how=(
-        "The vehicle was in the air for more than 2 s in a mode that flies no mission; a return is "
-        "part of a mission that asks for one."
-    ),
-    example="flight.BIN: LOITER was flown for 34.1 s from 112.0 s on: no mission predicts that",
+    why="A pilot who takes over, or a failsafe in the middle of a mission, cannot be predicted from "
+    "the mission: the errors of such a flight say nothing about the model.",
+    how="The vehicle was in the air for more than 2 s in a mode that flies no mission; a return is "
+    "part of a mission that asks for one.",
     fix="verify with flights that kept to their missions",
 )
 
 MISSION_UNTOLD = Rule(
-    code="R202",
-    name="mission-untold",
-    severity=Severity.WARNING,
+    "R202 mission-untold",
+    Severity.WARNING,
     summary="A log tells part of its mission only.",
     why="Items that are not logged may change speeds, wait or jump; the prediction lacks them.",
-    how=(
-        "PX4 logs the items with a place when it begins them; numbers left out in between are "
-        "others, of which changes of speed are read from the speeds it then flies by.  ArduPilot "
-        "before 4.0 logs no altitude frames; heights above home are assumed."
-    ),
-    example="flight.ulg: item 4 and 2 more are not in the log: taken to do nothing",
+    how="PX4 logs the items with a place when it begins them; numbers left out in between are others, "
+    "of which changes of speed are read from the speeds it then flies by.  ArduPilot before 4.0 logs "
+    "no altitude frames; heights above home are assumed.",
     fix="give the mission with --mission",
 )
 
 ENERGY_IN_PART = Rule(
-    code="R203",
-    name="energy-measured-in-part",
-    severity=Severity.WARNING,
+    "R203 energy-measured-in-part",
+    Severity.WARNING,
     summary="Power was not measured throughout a flight.",
     why="The energy over a gap is a straight line between its ends, whatever was flown there.",
     how="Power is known for less than 95 % of the flight.",
-    example="flight.BIN: power is known for 71 % of the flight",
     fix="compare energies of other flights",
 )
 
 CONDITIONS_ASSUMED = Rule(
-    code="R204",
-    name="conditions-assumed",
-    severity=Severity.INFO,
+    "R204 conditions-assumed",
+    Severity.INFO,
     summary="A log does not tell the conditions of its flight.",
     why="Wind and density of the air change the power; an error may be theirs, not the model's.",
     how="The log holds no wind, or no altitude of home, and none was given.",
-    example="flight.BIN: the log tells no wind: calm is assumed",
     fix="give --wind or --home-amsl",
 )
 
 FLIGHT_CUT = Rule(
-    code="R205",
-    name="flight-cut",
-    severity=Severity.INFO,
+    "R205 flight-cut",
+    Severity.INFO,
     summary="Only part of the time armed is compared with the prediction.",
     why="Waiting on the ground before a mission, and what follows one that ends in the air, is none.",
-    how=(
-        "The flight begins where the mission begins if that is on the ground, and ends with it if "
-        "the mission does not land; told from more than 2 s on."
-    ),
-    example="flight.BIN: 41.2 s before the mission are left out",
+    how="The flight begins where the mission begins if that is on the ground, and ends with it if the "
+    "mission does not land; told from more than 2 s on.",
     fix="nothing",
 )
 
 MISSION_CHANGED = Rule(
-    code="R206",
-    name="mission-changed",
-    severity=Severity.WARNING,
+    "R206 mission-changed",
+    Severity.WARNING,
     summary="The mission was changed in flight.",
     why="Only one mission is predicted, the last; what was flown before may be another.",
     how="A log holds a mission from within the flight that differs from the one before.",
-    example="flight.BIN: the mission was changed at 61.0 s of flight 1",
     fix="verify with flights whose mission stayed the same",
 )
 
 BEGUN_IN_AIR = Rule(
-    code="R207",
-    name="mission-begun-in-air",
-    severity=Severity.WARNING,
+    "R207 mission-begun-in-air",
+    Severity.WARNING,
     summary="A mission was begun in the air.",
     why="The prediction takes off from the ground: times and energies are not of the same flight.",
     how="The vehicle is in the air when the mode that flies missions is entered first.",
-    example="flight.BIN: the mission was begun in the air, after 31.0 s",
     fix="verify with flights whose mission takes off",
 )

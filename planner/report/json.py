@@ -7,6 +7,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from planner.catalogue import examples
 from planner.catalogue.px4_events import events_of
 from planner.report.rule_text import way_off
 from planner.report.statistics import count_codes
@@ -435,7 +436,7 @@ def _flight(one: Verification) -> Document:
 
 
 _MODEL_KEYS = ("name", "kind", "reference", "description", "mass_kg", "source")
-_RULE_KEYS = ("code", "name", "severity", "summary", "why", "how", "example", "fix")
+_RULE_KEYS = ("code", "name", "severity", "summary", "why", "how", "fix")
 
 
 def rules_json(rules: Sequence[Rule], *, version: str) -> str:
@@ -461,6 +462,7 @@ def models_json(vehicles: Sequence[VehicleModel], *, version: str) -> str:
 def _rule(rule: Rule) -> Document:
     return values(rule, _RULE_KEYS) | {
         "severity": rule.severity.label,
+        "example": examples()[rule.code],
         "turn_off": way_off(rule),
         "default": rule.is_default,
         "px4_events": list(events_of(rule.code)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from planner.catalogue import FAMILIES
+from planner.catalogue import FAMILIES, examples
 from planner.catalogue.px4_events import events_of
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Severity
@@ -58,7 +58,7 @@ def explanation(rule: Rule) -> tuple[tuple[str, str], ...]:
     parts = [
         ("Why", rule.why),
         ("How", rule.how),
-        ("Example", rule.example),
+        ("Example", examples().get(rule.code, "")),
         ("Fix", rule.fix),
     ]
     if events := events_of(rule.code):

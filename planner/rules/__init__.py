@@ -1,1 +1,1 @@
-"""The judgement: one module per rule family, each a function from the prediction to findings."""
+"""The rules that judge a predicted flight: each with its text and its function, by subject."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.catalogue.altitude import AMSL_SUSPECT, HOME_MISMATCH, MIXED_FRAMES
-from planner.catalogue.terrain import BELOW_TERRAIN
-from planner.findings import Remarks, Severity
+from planner.catalogue.altitude import AMSL_SUSPECT
+from planner.findings import Remarks, Rule, Severity
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -16,6 +15,7 @@ from planner.mission.commands import (
     is_destination,
 )
 from planner.mission.route.stage import StageKind
+from planner.rules.declaration import judges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.mission.items import MissionItem
     from planner.rules.assessment import Assessment
 
-_SEA = "the sea"
+_SEA = "sea level"
 _REFERENCES: Mapping[int, str] = {
     **dict.fromkeys(RELATIVE_FRAMES, "home"),
     **dict.fromkeys(AMSL_FRAMES, _SEA),
@@ -33,18 +33,6 @@ _REFERENCES: Mapping[int, str] = {
 _ON_THE_GROUND = frozenset(
     {Command.NAV_TAKEOFF, Command.NAV_LAND, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND}
 )
-
-HIGH_M = 500.0
-"""No mission above home is meant to be so high without it being looked at. [m]"""
-_UNUSUAL_M = 150.0
-"""Above what the law allows nearly everywhere. [m]"""
-_ABOVE_GROUND_M = 300.0
-"""An altitude up to so much above that of home may have been meant AMSL. [m]"""
-_TELLING_HOME_M = 30.0
-"""Where home is lower, both references are nearly one. [m AMSL]"""
-_GIVEN_APART_M = 3.0
-_LEVEL_WITHIN_M = 1.0
-"""Nearer to home's height, rounding may be meant. [m]"""
 _IN_THE_AIR = frozenset(
     {
         StageKind.GO,
@@ -54,32 +42,67 @@ _IN_THE_AIR = frozenset(
         StageKind.CHANGE_HEIGHT,
     }
 )
+_HIGH_M = 500.0
+"""No mission above home is meant to be so high without it being looked at. [m]"""
+_UNUSUAL_M = 150.0
+"""Above what the law allows nearly everywhere. [m]"""
+_ABOVE_GROUND_M = 300.0
+"""An altitude up to so much above that of home may have been meant AMSL. [m]"""
+_TELLING_HOME_M = 30.0
+"""Where home is lower, both references are nearly one. [m AMSL]"""
+_GIVEN_APART_M = 3.0
 _GRID_APART_M = 10.0
+_LEVEL_WITHIN_M = 1.0
+"""Nearer to home's height, rounding may be meant. [m]"""
+
+BELOW_TERRAIN = Rule(
+    "A102 below-terrain",
+    Severity.ERROR,
+    summary="The flight meets the ground, or passes nearer to it than --clearance.",
+    why="Waypoints above the ground do not keep the leg between them above a ridge; height above "
+    "ground is requested again and again (MissionPlanner #706, QGroundControl #4007).",
+    how="Height of the predicted flight minus the ground of --terrain, in steps of half a cell along "
+    "the whole flight without take-off and landing; fires below --clearance, which is 0 m by default.  "
+    "Without --terrain the ground is level with home, and places more than 1 m below it fire.  Legs "
+    "that follow terrain on ArduPilot are not judged.",
+    fix="fly higher there, or add a waypoint before the ridge",
+)
 
 
-def check_level_ground(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where a place is under the ground that is taken to be level with home."""
-    if a.terrain is not None:
-        return
+@judges(BELOW_TERRAIN)
+def _below_level_ground(a: Assessment) -> Iterator[Finding]:
+    """Without a terrain grid the ground is level with home."""
     low = [
         stage
         for stage in a.route.stages
         if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
     ]
-    if low:
+    if a.terrain is None and low:
         lowest = min(low, key=lambda stage: stage.height_m)
-        more = "" if len(low) == 1 else f"; {len(low)} places are"
-        yield BELOW_TERRAIN.finding(
-            f"{quantity.height(-lowest.height_m)} below the ground, which is taken to be level with "
-            f"home{more}",
+        more = "" if len(low) == 1 else f"; {len(low)} places are below it"
+        yield a.finding(
+            BELOW_TERRAIN,
+            f"{quantity.height(-lowest.height_m)} below the ground, assumed level with home{more}",
             item=lowest.item,
-            place=a.mission.items[lowest.item - 1].place,
-            fix="mend the altitude, or where the ground falls away give it with --terrain",
+            fix="correct the altitude, or give --terrain where the ground falls away",
         )
 
 
-def check_frames(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where places of a mission count their altitudes from several references."""
+MIXED_FRAMES = Rule(
+    "A101 mixed-frames",
+    Severity.WARNING,
+    summary="The items of one mission count their altitudes from different references.",
+    why="Ground stations have lost the reference of single items on import and export (QGroundControl "
+    "#10596, #9409, #7125: 'getting this wrong can lead to crashes').",
+    how="Frames of the items flown to, take-offs and landings not counted: above home (3, 6), AMSL "
+    "(0, 5), above terrain (10, 11).  Items at altitude 0 are not counted.  Home and terrain alone are "
+    "only noted.",
+    fix="write all altitudes in one reference, or ignore the code where the mix is meant",
+)
+
+
+@judges(MIXED_FRAMES)
+def _mixed_frames(a: Assessment) -> Iterator[Finding]:
     if len({item.frame for item in a.mission.items} & _REFERENCES.keys()) < 2:
         return  # nearly every mission: its items need no second look
     first: dict[str, int] = {}
@@ -93,14 +116,13 @@ def check_frames(a: Assessment) -> Iterator[Finding]:
     if len(count) < 2:
         return
     most, *others = sorted(count, key=lambda reference: (-count[reference], first[reference]))
-    odd = min(first[other] for other in others)
     rest = " and ".join(
         f"from {other} ({count[other]}, first at item {first[other]})" for other in others
     )
-    yield MIXED_FRAMES.finding(
+    yield a.finding(
+        MIXED_FRAMES,
         f"altitudes count from {most} ({count[most]}) and {rest}",
-        item=odd,
-        place=a.mission.items[odd - 1].place,
+        item=min(first[other] for other in others),
         # Terrain is followed by intent; a slip is between home and the sea.
         severity=None if _SEA in count else Severity.INFO,
     )
@@ -110,8 +132,9 @@ def _is_place_in_the_air(item: MissionItem) -> bool:
     return item.command not in _ON_THE_GROUND and is_destination(item.command)
 
 
-def check_relative_altitudes(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding for altitudes above home that look as if they were AMSL."""
+@judges(AMSL_SUSPECT)
+def _amsl_suspect(a: Assessment) -> Iterator[Finding]:
+    # AMSL altitudes at or below home are found while the mission is walked.
     home_amsl_m = a.route.home_amsl_m
     remarks = Remarks()
     for number, item in enumerate(a.mission.items, start=1):
@@ -123,16 +146,16 @@ def check_relative_altitudes(a: Assessment) -> Iterator[Finding]:
         over_m = altitude_m - home_amsl_m
         if home_amsl_m > _TELLING_HOME_M and 0.0 <= over_m <= _ABOVE_GROUND_M:
             why = (
-                f"home is at {quantity.height(home_amsl_m)} AMSL; {quantity.height(over_m)} above it "
-                "may be meant"
+                f"probably meant AMSL: {quantity.height(over_m)} above home, which is at "
+                f"{quantity.height(home_amsl_m)} AMSL"
             )
-        elif altitude_m > HIGH_M:
-            why = "an altitude AMSL may be meant"
+        elif altitude_m > _HIGH_M:
+            why = "possibly meant AMSL"
         else:
             continue
         remarks.add(
             AMSL_SUSPECT,
-            f"is at {quantity.height(altitude_m)} above home: {why}",
+            f"{quantity.height(altitude_m)} above home, {why}",
             item=number,
             place=item.place,
             severity=Severity.WARNING,
@@ -140,26 +163,37 @@ def check_relative_altitudes(a: Assessment) -> Iterator[Finding]:
     yield from remarks.findings()
 
 
-def check_home(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where home was planned at another altitude than it has."""
+HOME_MISMATCH = Rule(
+    "A115 home-mismatch",
+    Severity.WARNING,
+    summary="The mission was planned from another altitude of home than it is flown from.",
+    why="Heights above home move with the place of take-off, AMSL altitudes do not: the planned home "
+    "is not the home the vehicle uses (QGroundControl #5446, #7773; Skybrush live #185 requests a "
+    "warning from 3 m on).",
+    how="Planned home against --home-amsl, more than 3 m; else against --terrain at home, more than "
+    "10 m, which grids err by in hills.  A planned home at exactly 0 m is ignored.",
+    fix="set the planned home to the place of take-off, and check the heights again",
+)
+
+
+@judges(HOME_MISMATCH)
+def _home_mismatch(a: Assessment) -> Iterator[Finding]:
     home = a.mission.home
-    if home is None or home.altitude_amsl_m is None:
+    if home is None or not home.altitude_amsl_m:  # programs that do not know write 0
         return
     planned_m = home.altitude_amsl_m
-    if planned_m == 0.0:  # what programs write who do not know
-        return
     if a.given_home_amsl_m is not None:
-        if abs(a.given_home_amsl_m - planned_m) <= _GIVEN_APART_M:
-            return
-        real_m, said = a.given_home_amsl_m, "the flight starts at"
+        real_m, apart_m, by = a.given_home_amsl_m, _GIVEN_APART_M, "--home-amsl"
     elif a.terrain is not None:
         ground = a.terrain.height_amsl_m(home.latitude_deg, home.longitude_deg)
-        if ground.mask.any() or abs(float(ground) - planned_m) <= _GRID_APART_M:
+        if ground.mask.any():
             return
-        real_m, said = float(ground), "the terrain grid has the place at"
+        real_m, apart_m, by = float(ground), _GRID_APART_M, "the terrain grid"
     else:
         return
-    yield HOME_MISMATCH.finding(
-        f"the mission was planned from {quantity.height(planned_m)} AMSL, {said} "
-        f"{quantity.height(real_m)}: {quantity.height(abs(real_m - planned_m))} apart"
-    )
+    if abs(real_m - planned_m) > apart_m:
+        yield a.finding(
+            HOME_MISMATCH,
+            f"home planned at {quantity.height(planned_m)} AMSL, {quantity.height(real_m)} by {by}: "
+            f"{quantity.height(abs(real_m - planned_m))} apart",
+        )

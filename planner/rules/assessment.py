@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from planner.autopilot import Autopilot, Target
+<<<<<<< HEAD
     from planner.flight.budget import BatteryBudget, Discharge, Totals
+=======
+    from planner.findings import Finding, Place, Rule
+    from planner.flight.budget import BatteryBudget, Discharge, ReturnBudget, Totals
+>>>>>>> df0b370 (Declare each rule beside its function, and record its example from its own case)
     from planner.flight.conditions import Conditions
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import Returns
@@ -66,3 +73,21 @@ class Assessment:
     """Chance of landing below the reserve above which it is told. [-]"""
     charge_sd: float = 0.0
     """Standard deviation of the state of charge at the start. [-]"""
+
+    def finding(
+        self,
+        rule: Rule,
+        message: str,
+        *,
+        item: int | None = None,
+        place: Place | None = None,
+        **given: Any,  # noqa: ANN401 - as `Rule.finding` takes them
+    ) -> Finding:
+        """Return a finding of a rule, at the place of its item in the mission file."""
+        if item is not None:
+            place = self.mission.items[item - 1].place
+        return rule.finding(message, item=item, place=place, **given)
+
+    def item_of(self, segment: int | np.intp) -> int:
+        """Return the mission item that a segment of the flight belongs to, from 1."""
+        return int(self.flight.motion.segments.item[segment])

@@ -1,4 +1,4 @@
-"""Rules on what the vehicle decides itself: failsafes, arming, the returns it has."""
+"""Rules on what the vehicle decides itself: failsafes, arming, returns to rally points."""
 
 from __future__ import annotations
 
@@ -7,13 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.energy import (
-    ARMING_REFUSED,
-    FAILSAFE_BEFORE_END,
-    HOVER_THROTTLE_HIGH,
-    RALLY_UNREACHABLE,
-)
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.flight.failsafe import (
     RETURNS,
     WARNS,
@@ -26,108 +20,155 @@ from planner.flight.motion.kinematics import (
     FlightState,
 )
 from planner.mission.route.stage import StageKind
+from planner.rules.declaration import ARDUPILOT, BUDGET, DISCHARGE, PACK, PARAMETERS, judges
 from planner.rules.energy import place_along
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import OriginKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from planner.findings import Finding
+    from planner.flight.budget import BatteryBudget, Discharge
     from planner.flight.failsafe import BatteryCourse, FailsafeEvent
     from planner.rules.assessment import Assessment
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _MOST_RALLY_PLACES = 200
 _MOST_HOVER_THRUST = 0.7
-"""Share of the thrust above which a hover leaves too little for control. [-]"""
+"""Fraction of the thrust above which a hover leaves too little for control. [-]"""
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
-def _course(a: Assessment) -> BatteryCourse | None:
-    if a.pack is None:
-        return None
-    return battery_course(a.returns, a.pack, a.discharge, charge=a.charge)
+def _course(a: Assessment, pack: Battery) -> BatteryCourse:
+    return battery_course(a.returns, pack, a.discharge, charge=a.charge)
 
 
-def check_failsafes(a: Assessment) -> Iterator[Finding]:
-    """Yield where the vehicle's own battery failsafe would act before the mission lands."""
-    course, parameters = _course(a), a.parameters
-    if course is None or a.pack is None or parameters is None:
-        return
+FAILSAFE_BEFORE_END = Rule(
+    "E103 onboard-failsafe-before-end",
+    Severity.ERROR,
+    summary="The vehicle's own battery failsafe would end the mission early.",
+    why="A failsafe is decided on board, by thresholds no ground station compares with the plan: "
+    "returns that come far too early are reported again and again (PX4 #17007: at 32 % while set to 15 "
+    "%), and one set to land sets the vehicle down wherever it is (ArduPilot #7333).",
+    how="The charge, voltage and time of the predicted flight against the parameters.  PX4: charge "
+    "below BAT_LOW_THR, BAT_CRIT_THR, BAT_EMERGEN_THR with COM_LOW_BAT_ACT, counted from BAT1_CAPACITY "
+    "and estimated from the open-circuit voltage between BAT1_V_EMPTY and BAT1_V_CHARGED, whichever is "
+    "less; RTL_TIME_FACTOR × time to return + RTL_TIME_MARGIN against charge over mean current (50 s, "
+    "from BAT_AVRG_CURRENT) with COM_FLTT_LOW_ACT, PX4's own estimate: no wind, no braking; "
+    "COM_FLT_TIME_MAX.  ArduPilot: BATT_CAPACITY less the charge used below BATT_LOW_MAH and "
+    "BATT_CRT_MAH, voltage under load (at rest with BATT_FS_VOLTSRC 1) below BATT_LOW_VOLT and "
+    "BATT_CRT_VOLT for BATT_LOW_TIMER, with BATT_FS_LOW_ACT and BATT_FS_CRT_ACT.  An error where the "
+    "vehicle returns or lands, information where it only warns; not checked in the last landing.",
+    fix="shorten the mission, start with a fuller battery, or set the failsafe to what the battery "
+    "can give",
+)
+
+
+@judges(FAILSAFE_BEFORE_END, needs=(PACK, PARAMETERS))
+def _failsafe_before_end(
+    a: Assessment, pack: Battery, parameters: FlightParameters
+) -> Iterator[Finding]:
+    course = _course(a, pack)
     if isinstance(parameters, Px4Parameters):
-        events = list(px4_events(a.returns, course, a.pack, parameters))
+        events = list(px4_events(a.returns, course, pack, parameters))
     else:
         events = list(ardupilot_events(course, parameters))
     events = [event for event in events if not _comes_too_late(a, event)]
     events.sort(key=lambda event: (event.segment, event.share))
-    acting = [event for event in events if event.action != WARNS]
-    warning = [event for event in events if event.action == WARNS]
-    if acting:
-        yield _told(a, acting[0], Severity.ERROR)
-        warning = [
-            event
-            for event in warning
-            if (event.segment, event.share) < (acting[0].segment, acting[0].share)
-        ]
-    if warning:
-        yield _told(a, warning[0], Severity.INFO)
+    acting = next((event for event in events if event.action != WARNS), None)
+    warning = next((event for event in events if event.action == WARNS), None)
+    if acting is not None:
+        yield _reported(a, acting, Severity.ERROR)
+    if warning is not None and (
+        acting is None or (warning.segment, warning.share) < (acting.segment, acting.share)
+    ):
+        yield _reported(a, warning, Severity.INFO)
 
 
 def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
     """Return whether the vehicle does by then what the failsafe would make it do."""
-    returns = a.returns
-    kind = a.route.stages[returns.segment_stage[event.segment]].kind
+    kind = a.route.stages[a.returns.segment_stage[event.segment]].kind
     if kind is StageKind.RETURN and event.action in {RETURNS, WARNS}:
         return True
     state = a.flight.motion.segments.state[event.segment]
     return kind in {StageKind.LAND, StageKind.RETURN} and state in _GOES_DOWN
 
 
-def _told(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
+def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
     point = a.returns.flight_point(event.segment, event.share)
-    return FAILSAFE_BEFORE_END.finding(
+    return a.finding(
+        FAILSAFE_BEFORE_END,
         f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",
         severity=severity,
         item=point.item,
-        place=a.mission.items[point.item - 1].place,
     )
 
 
-def check_arming(a: Assessment) -> Iterator[Finding]:
-    """Yield what the battery at the start keeps the vehicle from arming by."""
-    course, parameters = _course(a), a.parameters
-    if course is None or parameters is None:
-        return
+ARMING_REFUSED = Rule(
+    "E114 battery-refused-at-arming",
+    Severity.ERROR,
+    summary="The vehicle would not arm with this battery.",
+    why="A vehicle that refuses to arm on the field costs the day.",
+    how="Charge at the start below COM_ARM_BAT_MIN, or BAT_CRIT_THR where that is negative (PX4); "
+    "open-circuit voltage at the start below BATT_ARM_VOLT, BATT_CAPACITY below BATT_ARM_MAH "
+    "(ArduPilot).",
+    fix="charge the battery, or correct the parameter",
+)
+
+
+@judges(ARMING_REFUSED, needs=(PACK, PARAMETERS))
+def _arming_refused(
+    a: Assessment, pack: Battery, parameters: FlightParameters
+) -> Iterator[Finding]:
+    course = _course(a, pack)
     if isinstance(parameters, Px4Parameters):
         least, name = parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
         if least < 0.0:
             least, name = parameters.battery_critical_fraction, "BAT_CRIT_THR"
         charge = float(course.fraction[0])
         if charge < least:
-            yield ARMING_REFUSED.finding(
-                f"PX4 does not arm with {quantity.beside(charge, least, quantity.percent)} of the charge: "
-                f"{name} is {quantity.percent(least)}"
+            yield a.finding(
+                ARMING_REFUSED,
+                f"PX4 does not arm at {quantity.beside(charge, least, quantity.percent)} charge: {name} is "
+                f"{quantity.percent(least)}",
             )
         return
     if course.rest_v is not None and course.rest_v[0] < parameters.arm_battery_min_v:
-        yield ARMING_REFUSED.finding(
-            f"ArduPilot does not arm with {quantity.decimals(float(course.rest_v[0]), 1)} V: "
-            f"BATT_ARM_VOLT is {quantity.decimals(parameters.arm_battery_min_v, 1)} V"
+        yield a.finding(
+            ARMING_REFUSED,
+            f"ArduPilot does not arm at {quantity.decimals(float(course.rest_v[0]), 1)} V: BATT_ARM_VOLT "
+            f"is {quantity.decimals(parameters.arm_battery_min_v, 1)} V",
         )
     if parameters.battery_capacity_ah < parameters.arm_battery_min_ah:
-        yield ARMING_REFUSED.finding(
+        yield a.finding(
+            ARMING_REFUSED,
             f"ArduPilot never arms: BATT_ARM_MAH is "
             f"{quantity.charge(1000.0 * parameters.arm_battery_min_ah)}, BATT_CAPACITY "
-            f"{quantity.charge(1000.0 * parameters.battery_capacity_ah)}"
+            f"{quantity.charge(1000.0 * parameters.battery_capacity_ah)}",
         )
 
 
-def check_rally(a: Assessment) -> Iterator[Finding]:
-    """Yield rally points that are never chosen, or cannot be reached above the reserve."""
-    rally = a.mission.rally
-    if not rally or a.battery is None:
+RALLY_UNREACHABLE = Rule(
+    "E106 rally-unreachable",
+    Severity.WARNING,
+    summary="A rally point is useless: never chosen, or not reachable above the reserve.",
+    why="A rally point is drawn as the place of safety; a vehicle that never goes there, or cannot, "
+    "needs the return home after all (ArduPilot #4701: rally in range of the whole path, #30575).",
+    how="From the ends of the mission's stages, or 200 of them: a warning where the energy left above "
+    "the reserve does not reach the rally point from any of them; a note where the vehicle's own rules "
+    "(RTL_TYPE; RALLY_LIMIT_KM, RALLY_INCL_HOME) never choose it.",
+    fix="move the rally point to where the mission is far from home, or remove it",
+)
+
+
+@judges(RALLY_UNREACHABLE, needs=(BUDGET,))
+def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
+    rally, returns = a.mission.rally, a.returns
+    if not rally:
         return
-    returns = a.returns
     ends = returns.stage_ends
     ends = ends[
         [
@@ -141,7 +182,7 @@ def check_rally(a: Assessment) -> Iterator[Finding]:
         ends = ends[np.linspace(0, len(ends) - 1, _MOST_RALLY_PLACES).astype(np.intp)]
     points = returns.points(ends, np.ones(len(ends)))
     chosen = np.unique(returns.chosen(points))
-    above_wh = a.battery.usable_wh - a.battery.reserve_wh - points.used_wh - points.stop_wh
+    above_wh = budget.usable_wh - budget.reserve_wh - points.used_wh - points.stop_wh
     never: list[int] = []
     out_of_reach: list[int] = []
     missed_by_wh: list[float] = []
@@ -154,51 +195,55 @@ def check_rally(a: Assessment) -> Iterator[Finding]:
         elif number not in chosen:
             never.append(number)
     short = quantity.energy(missed_by_wh[0]) if missed_by_wh else ""
-    for numbers_of, why in (
-        (out_of_reach, f"cannot be reached above the reserve from any item: short by {short}"),
-        (never, "is chosen from no item: the vehicle goes home or to another rally point"),
+    for points_found, why, severity in (
+        (
+            out_of_reach,
+            f"cannot be reached above the reserve from any item ({short} short)",
+            Severity.WARNING,
+        ),
+        (never, "is never chosen: returns lead home or to another rally point", Severity.INFO),
     ):
-        if numbers_of:
-            more = len(numbers_of) - 1
-            rest = f" (and {more} more)" if more else ""
-            yield RALLY_UNREACHABLE.finding(
-                f"rally point {numbers_of[0]} {why}{rest}",
-                severity=Severity.WARNING if numbers_of is out_of_reach else Severity.INFO,
-                place=rally[numbers_of[0] - 1].place,
+        if points_found:
+            rest = f" (and {len(points_found) - 1} more)" if len(points_found) > 1 else ""
+            yield a.finding(
+                RALLY_UNREACHABLE,
+                f"rally point {points_found[0]} {why}{rest}",
+                severity=severity,
+                place=rally[points_found[0] - 1].place,
             )
 
 
-def check_hover_throttle(a: Assessment) -> Iterator[Finding]:
-    """Yield where hovering takes more of the thrust than leaves room for control."""
-    parameters, pack, discharge = a.parameters, a.pack, a.discharge
-    if parameters is None or isinstance(parameters, Px4Parameters):
-        return
+HOVER_THROTTLE_HIGH = Rule(
+    "E116 hover-throttle-high",
+    Severity.WARNING,
+    summary="Late in the flight the vehicle needs most of its thrust to hover.",
+    why="A vehicle that hovers at three quarters of its throttle has little left to climb or to stay "
+    "upright with, less still as the battery sags: 77 % at the take-off nearly lost one (ArduPilot "
+    "#5244).",
+    how="MOT_THST_HOVER, where the parameter file or the model gives it, times the mass with payload "
+    "over that without, times (V_full / V)² for the lowest voltage under load at the end of a segment; "
+    "fires above 0.7.  Needs the battery's curve; PX4 has no hover throttle that is known beforehand.",
+    fix="carry less, fly a shorter mission, or use a battery that sags less",
+)
+
+
+@judges(HOVER_THROTTLE_HIGH, needs=(ARDUPILOT, PACK, DISCHARGE))
+def _hover_throttle_high(
+    a: Assessment, parameters: ArduPilotParameters, pack: Battery, discharge: Discharge
+) -> Iterator[Finding]:
     origin = parameters.origins.get("hover_throttle")
-    if origin is None or origin.kind is OriginKind.DEFAULT:
-        return  # the default says nothing about this vehicle
-    if discharge is None or pack is None or pack.ocv_v is None:
-        return
+    if origin is None or origin.kind is OriginKind.DEFAULT or pack.ocv_v is None:
+        return  # the default is of no vehicle in particular
     heavier = 1.0
     if a.vehicle.mass_kg and a.flight.power.mass_kg:
         heavier = a.flight.power.mass_kg / a.vehicle.mass_kg
     lowest = int(np.argmin(discharge.voltage_v))
     voltage_v = float(discharge.voltage_v[lowest])
-    share = parameters.hover_throttle * heavier * (pack.ocv_v[-1] / voltage_v) ** 2
-    if share <= _MOST_HOVER_THRUST:
-        return
-    item = int(a.flight.motion.segments.item[lowest])
-    yield HOVER_THROTTLE_HIGH.finding(
-        f"hovering takes {quantity.percent(share)} of the thrust that is there at "
-        f"{quantity.decimals(voltage_v, 1)} V, {quantity.percent(parameters.hover_throttle)} when full",
-        item=item,
-        place=a.mission.items[item - 1].place,
-    )
-
-
-FAILSAFE_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (
-    check_failsafes,
-    check_arming,
-    check_rally,
-    check_hover_throttle,
-)
-"""What is asked of flights with an autopilot's parameters and a battery."""
+    thrust = parameters.hover_throttle * heavier * (pack.ocv_v[-1] / voltage_v) ** 2
+    if thrust > _MOST_HOVER_THRUST:
+        yield a.finding(
+            HOVER_THROTTLE_HIGH,
+            f"hovering takes {quantity.percent(thrust)} of the thrust at "
+            f"{quantity.decimals(voltage_v, 1)} V, {quantity.percent(parameters.hover_throttle)} when full",
+            item=a.item_of(lowest),
+        )

@@ -1,67 +1,239 @@
-"""Rules on the fence: what is wrong with it, and where a flight leaves it."""
+"""Rules on the fence: what is wrong with it, and where a flight or a return leaves it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner import quantity
-from planner.catalogue.fence import LOITER_CROSSES, PATH_CROSSES
+from planner.autopilot import Autopilot
+from planner.catalogue.fence import INCLUSION_SEMANTICS, INVALID_POLYGON
+from planner.findings import FlightStretch, Rule, Severity
+from planner.geo.fence import make_fence_area
+from planner.geo.path import make_fence_frame, swept_areas
+from planner.mission.route.stage import StageKind
+from planner.rules.declaration import FENCE, judges
+from planner.rules.energy import destination_name
+from planner.rules.fence_settings import inclusions_unite, why_not_enforced
+from planner.rules.fenced_flight import make_fenced_flight, straight_legs
+from planner.rules.stop_buffer import STOP_BUFFER, stop_buffer
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
-    from planner.findings import Finding
-    from planner.geo.path import Barrier
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.findings import Finding, Place
+    from planner.geo.fence import Fence, RallyPoint
+    from planner.geo.geodesy import LocalFrame
+    from planner.geo.path import Barrier, SweptAreas
+    from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
+    from planner.rules.fence_settings import FenceLimits
     from planner.rules.fenced_flight import FencedFlight
+    from planner.vehicle.parameters.resolve import FlightParameters
 
 _ONE_PLACE_M = 1e-3
-"""Parts of the path no farther from each other go on: rounding of sums. [m]"""
+"""Parts of the path no farther from each other continue each other: rounding of sums. [m]"""
+_PX4_POINTS = 64
+"""Points PX4 stores (``DM_KEY_FENCE_POINTS_MAX``); 16 on small boards."""
+_ARDUPILOT_VERTICES = 255
+"""ArduPilot counts the vertices of a polygon in one byte."""
+_SLACK_M = 0.01
+"""Rounding of files. [m]"""
+_MOST_RETURNS = 200
+"""Places looked at, spread over the flight."""
+_ON_THE_GROUND = {StageKind.LAND, StageKind.RETURN, StageKind.DELAY}
+
+FENCE_HEIGHT = Rule(
+    "F110 fence-height",
+    Severity.ERROR,
+    summary="The flight leaves the heights the fence allows.",
+    why="A ceiling is a fence: passing it ends the mission in the air; a return altitude above it "
+    "breaches the fence on every return.",
+    how="The highest place of the flight above home, and the height returns climb to from the items, "
+    "against GF_MAX_VER_DIST (PX4) or FENCE_ALT_MAX (ArduPilot, FENCE_TYPE bit 1; its returns stay "
+    "below it); the lowest waypoint against FENCE_ALT_MIN (bit 8), to 1 cm.  An error for the mission, "
+    "a warning for a return the mission does not fly.",
+    fix="fly lower, or raise the limit",
+)
 
 
-def is_fenced(a: Assessment) -> bool:
-    """Return whether there is a fence: areas of the mission, or limits of the parameters."""
-    if a.mission.fence:
-        return True
-    if a.fence_parameters is None:
-        return False
-    from planner.rules.fence_settings import limits_from_parameters
-
-    return bool(limits_from_parameters(a.fence_parameters))
-
-
-def check_fence(a: Assessment) -> Iterator[Finding]:
-    """Yield what is wrong with the fence, and with the flight inside it."""
-    if not is_fenced(a):
+@judges(FENCE_HEIGHT, needs=(FENCE,))
+def _fence_height(a: Assessment, limits: FenceLimits) -> Iterator[Finding]:
+    stages = a.route.stages
+    if not stages:
         return
-    fence = a.mission.fence
-    if a.fence_parameters is not None:
-        from planner.rules.fence_heights import check_fence_heights
+    if limits.ceiling_m is not None:
+        ceiling = f"{limits.ceiling_name} is {quantity.height(limits.ceiling_m)}"
+        highest = max(stages, key=lambda stage: stage.height_m)
+        if highest.height_m > limits.ceiling_m + _SLACK_M:
+            height = quantity.beside(highest.height_m, limits.ceiling_m, quantity.height)
+            yield a.finding(FENCE_HEIGHT, f"{height} above home; {ceiling}", item=highest.item)
+        elif (return_m := _highest_return_m(a)) > limits.ceiling_m + _SLACK_M:
+            returns = [s.item for s in stages if s.kind is StageKind.RETURN]
+            yield a.finding(
+                FENCE_HEIGHT,
+                f"a return climbs to {quantity.beside(return_m, limits.ceiling_m, quantity.height)} above "
+                f"home; {ceiling}",
+                severity=Severity.ERROR if returns else Severity.WARNING,
+                item=returns[0] if returns else None,
+                fix="lower the return altitude, or raise the limit",
+            )
+    flying = [stage for stage in stages if stage.kind not in _ON_THE_GROUND]
+    if limits.floor_m is not None and flying:
+        lowest = min(flying, key=lambda stage: stage.height_m)
+        if lowest.height_m < limits.floor_m - _SLACK_M:
+            yield a.finding(
+                FENCE_HEIGHT,
+                f"{quantity.beside(lowest.height_m, limits.floor_m, quantity.height)} above home; "
+                f"{limits.floor_name} is {quantity.height(limits.floor_m)}",
+                item=lowest.item,
+                fix="fly higher, or lower the limit",
+            )
 
-        yield from check_fence_heights(a)
-    if fence:
-        from planner.rules.fence_alone import check_enforcement, check_size
 
-        yield from check_size(a.autopilot, fence)
-        yield from check_enforcement(a.fence_parameters)
-    yield from _check_flight(a)
+def _highest_return_m(a: Assessment) -> float:
+    """Return the greatest height above home that the vehicle's own returns climb to, as it flies them.
+
+    ArduPilot's stay below its fence; PX4's count from the place they lead to.
+    """
+    returns = a.returns
+    ends = returns.stage_ends
+    if len(ends) > _MOST_RETURNS:
+        ends = ends[np.linspace(0, len(ends) - 1, _MOST_RETURNS).astype(np.intp)]
+    paths = returns.corners_m(returns.points(ends, np.ones(len(ends))))
+    return max(float(corners[:, 2].max()) for corners in paths)
 
 
-def _check_flight(a: Assessment) -> Iterator[Finding]:
-    """Yield what is wrong with the areas of the fence, with home, rally points and the flight."""
-    from planner.rules.fence_alone import check_places
-    from planner.rules.fence_returns import check_returns, unchecked_returns
-    from planner.rules.fenced_flight import make_fenced_flight
-    from planner.rules.stop_buffer import check_stop_buffer
+FENCE_TOO_LARGE = Rule(
+    "F112 fence-too-large",
+    Severity.WARNING,
+    summary="The fence has more points than the autopilot can hold.",
+    why="A fence that does not fit is refused or cut, and the vehicle flies without one.",
+    how="PX4 stores 64 points (16 on small boards): the vertices of all polygons and one for each "
+    "circle.  ArduPilot counts the vertices of a polygon in one byte: 255 at most.",
+    fix="draw the fence with fewer vertices",
+)
 
+
+FENCE_OFF = Rule(
+    "F111 fence-not-enforced",
+    Severity.WARNING,
+    summary="The vehicle's parameters disable the fence.",
+    why="A fence that is uploaded but switched off looks like one that protects.",
+    how="ArduPilot: FENCE_ENABLE and FENCE_AUTOENABLE are 0, FENCE_TYPE has no bit 4 (polygons and "
+    "circles), or FENCE_ACTION is 0 (report only).  PX4: GF_ACTION is 0 or 1 (warning only).  Only for "
+    "values in a parameter file.",
+    fix="enable the fence before the flight",
+)
+
+
+RALLY_OUTSIDE = Rule(
+    "F103 rally-outside",
+    Severity.ERROR,
+    summary="A rally point is outside the fence.",
+    why="A return to a rally point outside the fence is a breach: it ended in LAND and a crash "
+    "(ArduPilot #7333).",
+    how="Each rally point against every area of the fence.",
+    fix="move the rally point, or the fence",
+)
+
+
+HOME_OUTSIDE = Rule(
+    "F104 home-outside",
+    Severity.ERROR,
+    summary="Home is outside the fence.",
+    why="ArduPilot does not arm outside its fence, PX4 discards a fence that does not contain home "
+    "(PX4 #27099), and a return ends in a breach.",
+    how="The home of the mission against every area of the fence.",
+    fix="move the fence, or the planned home to the place of take-off",
+)
+
+
+PATH_CROSSES = Rule(
+    "F101 path-crosses",
+    Severity.ERROR,
+    summary="The flight leaves the fence.",
+    why="PX4 checks waypoints only: the leg between two of them may cross an exclusion (PX4 #22255); "
+    "a breach ends the mission in the air.",
+    how="The whole path as it is flown, corners cut or flown through, splines, take-off and landing, "
+    "against every area of the fence and the circle that GF_MAX_HOR_DIST or FENCE_RADIUS draws around "
+    "home.  Curves are divided until straight pieces are within 5 cm of them; whole pieces are cut "
+    "with whole edges, so that no crossing falls between two samples.  Legs and edges are drawn as the "
+    "autopilot takes them: PX4's edges are straight in degrees and its legs in metres, ArduPilot's are "
+    "both straight in its own metres.",
+    fix="move the waypoint, or the fence",
+)
+
+
+LOITER_CROSSES = Rule(
+    "F107 loiter-crosses",
+    Severity.ERROR,
+    summary="A loiter circle leaves the fence.",
+    why="A circle of 200 m with its centre in the clear was flown 28.9 m into an exclusion (PX4 "
+    "#28527): only centres are checked on board.",
+    how="The circle as it is flown, its arcs divided until chords are within 5 cm of them.",
+    fix="move the centre, or make the circle smaller",
+)
+
+
+RTL_PATH_CROSSES = Rule(
+    "F108 rtl-path-crosses",
+    Severity.WARNING,
+    summary="A straight return crosses the fence.",
+    why="A return flies straight: from a bay of the fence, or past an exclusion, it breaches the "
+    "fence in the middle of another emergency.",
+    how="The straight line from every place of the flight to where the vehicle itself would return "
+    "(home, a rally point or the mission's landing): the triangle between each piece of the path and "
+    "the target, so that no place is left out.  The return a mission flies itself is part of its path: "
+    "F101.",
+    fix="add a rally point with a clear return, or move the waypoint",
+)
+
+
+FENCE_IN_PART = Rule(
+    "F109 fence-checked-in-part",
+    Severity.INFO,
+    summary="Part of the fence check rests on an assumed home.",
+    why="A check that is silent about what it leaves out is read as a check of everything.",
+    how="Without a planned home, returns lead to the start of the flight.",
+    fix="save the mission with its planned home",
+)
+
+
+@judges(FENCE_TOO_LARGE, FENCE_OFF, needs=(FENCE,))
+def _fence_itself(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
+    if a.mission.fence:
+        yield from _size(a.autopilot, a.mission.fence)
+        yield from _enforcement(a.fence_parameters)
+
+
+@judges(
+    INVALID_POLYGON,
+    INCLUSION_SEMANTICS,
+    RALLY_OUTSIDE,
+    HOME_OUTSIDE,
+    PATH_CROSSES,
+    LOITER_CROSSES,
+    STOP_BUFFER,
+    RTL_PATH_CROSSES,
+    FENCE_IN_PART,
+    needs=(FENCE,),
+)
+def _fenced_flight(a: Assessment, _limits: FenceLimits) -> Iterator[Finding]:
     flown = make_fenced_flight(a)
     yield from flown.area.findings
-    yield from unchecked_returns(a)
+    if a.mission.home is None:
+        yield a.finding(
+            FENCE_IN_PART,
+            "no home in the file: returns and distances are taken from the start of flight",
+        )
     barriers = [barrier for barrier in flown.area.barriers if not flown.is_clear_of(barrier)]
     if not barriers:
         return
     home = a.route.frame
-    yield from check_places(
+    yield from _places(
         flown.frame,
         barriers,
         home_deg=(home.latitude_deg, home.longitude_deg),
@@ -69,14 +241,79 @@ def _check_flight(a: Assessment) -> Iterator[Finding]:
     )
     crossing, findings = _crossings(flown, barriers)
     yield from findings
-    yield from check_stop_buffer(flown, barriers, crossing)
-    yield from check_returns(flown, barriers, crossing)
+    yield from stop_buffer(flown, barriers, crossing)
+    yield from _returns(flown, barriers, crossing)
+
+
+def fence_alone(
+    mission: Mission, autopilot: Autopilot, parameters: FlightParameters | None
+) -> Iterator[Finding]:
+    """Yield what is wrong with the fence and the rally points of a mission that flies nowhere."""
+    fence, home = mission.fence, mission.home
+    if not fence:
+        return
+    home_deg = None if home is None else (home.latitude_deg, home.longitude_deg)
+    frame = make_fence_frame(fence, home_deg)
+    area = make_fence_area(fence, frame, inclusions_unite=inclusions_unite(parameters))
+    yield from _size(autopilot, fence)
+    yield from _enforcement(parameters)
+    yield from area.findings
+    yield from _places(frame, area.barriers, home_deg=home_deg, rally=mission.rally)
+
+
+def _size(autopilot: Autopilot, fence: Fence) -> Iterator[Finding]:
+    if autopilot is Autopilot.PX4:
+        points = sum(len(p.vertices_deg) for p in fence.polygons) + len(fence.circles)
+        if points > _PX4_POINTS:
+            yield FENCE_TOO_LARGE.finding(f"{points} points in the fence; PX4 holds {_PX4_POINTS}")
+    elif autopilot is Autopilot.ARDUPILOT:
+        for polygon in fence.polygons:
+            if len(polygon.vertices_deg) > _ARDUPILOT_VERTICES:
+                yield FENCE_TOO_LARGE.finding(
+                    f"fence polygon with {len(polygon.vertices_deg)} vertices; ArduPilot takes "
+                    f"{_ARDUPILOT_VERTICES}",
+                    place=polygon.place,
+                )
+                return
+
+
+def _enforcement(parameters: FlightParameters | None) -> Iterator[Finding]:
+    if (reason := why_not_enforced(parameters)) is not None:
+        yield FENCE_OFF.finding(reason)
+
+
+def _places(
+    frame: LocalFrame,
+    barriers: Sequence[Barrier],
+    *,
+    home_deg: tuple[float, float] | None,
+    rally: Sequence[RallyPoint],
+) -> Iterator[Finding]:
+    """Yield findings where home or a rally point is outside."""
+    places: list[tuple[str, tuple[float, float], Place | None]] = []
+    if home_deg is not None:
+        places.append(("home", home_deg, None))
+    places += [
+        (f"rally point {number}", (point.latitude_deg, point.longitude_deg), point.place)
+        for number, point in enumerate(rally, start=1)
+    ]
+    for name, degrees, place in places if barriers else ():
+        point_m = np.column_stack(frame.east_north_m([degrees[0]], [degrees[1]]))
+        inside_m = [float(barrier.signed_distance_m(point_m)[0]) for barrier in barriers]
+        away_m = -min(inside_m)
+        if away_m <= 0.0:
+            continue
+        there = (round(degrees[0], 7), round(degrees[1], 7))
+        yield (HOME_OUTSIDE if name == "home" else RALLY_OUTSIDE).finding(
+            f"{name} is {quantity.distance(away_m)} outside {barriers[inside_m.index(-away_m)].label}",
+            place=place,
+            stretch=FlightStretch(start_deg=there, end_deg=there, distance_m=away_m),
+        )
 
 
 def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], list[Finding]]:
     """Return the groups of legs that are outside somewhere, and the findings on the flight."""
-    from planner.rules.fence_returns import own_return
-
+    a = flown.assessment
     crossing: set[int] = set()
     found: list[tuple[int, float, float, int]] = []
     for number, barrier in enumerate(barriers):
@@ -90,8 +327,8 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         found += zip(legs, starts_m, ends_m, [number] * len(legs), strict=True)
     findings = []
     for rule, what, of_circle in (
-        (PATH_CROSSES, "the flight to here", False),
-        (LOITER_CROSSES, "the loiter circle", True),
+        (PATH_CROSSES, "flight", False),
+        (LOITER_CROSSES, "loiter circle", True),
     ):
         pieces_of_rule = [one for one in found if flown.path.is_circle[one[0]] == of_circle]
         if not pieces_of_rule:
@@ -108,22 +345,26 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         items = {int(flown.path.item[one[0]]) for one in pieces_of_rule}
         others = len({one[3] for one in pieces_of_rule}) - 1
         findings.append(
-            rule.finding(
-                f"{'the way home' if own_return(flown.assessment, item) else what} is beyond "
-                f"{barriers[number].label}"
-                + (f", and later beyond {quantity.count(others, 'other area')}" if others else "")
-                + f"; {quantity.distance(stretch.distance_m)} lie outside the fence"
+            a.finding(
+                rule,
+                f"{'return' if item in _own_returns(a) else what} leaves {barriers[number].label}"
+                + (f" and later {quantity.count(others, 'other area')}" if others else "")
+                + f": {quantity.distance(stretch.distance_m)} outside the fence"
                 + (f", at {quantity.count(len(items), 'item')}" if len(items) > 1 else ""),
                 item=item,
-                place=flown.place(item),
                 stretch=stretch,
             )
         )
     return crossing, findings
 
 
+def _own_returns(a: Assessment) -> list[int]:
+    """Return the items that are the mission's own return."""
+    return [stage.item for stage in a.route.stages if stage.kind is StageKind.RETURN]
+
+
 def _joined(pieces_m: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return parts of a path in order, those joined that go on over a corner or overlap. [m]"""
+    """Return parts of a path in order, those joined that continue over a corner or overlap. [m]"""
     parts: list[tuple[float, float]] = []
     for start_m, end_m in sorted(pieces_m):
         if parts and start_m <= parts[-1][1] + _ONE_PLACE_M:
@@ -131,3 +372,66 @@ def _joined(pieces_m: Iterable[tuple[float, float]]) -> list[tuple[float, float]
         else:
             parts.append((start_m, end_m))
     return parts
+
+
+def _returns(flown: FencedFlight, barriers: list[Barrier], crossing: set[int]) -> Iterator[Finding]:
+    """Yield a finding where the straight return crosses the fence.
+
+    Groups of legs that are outside themselves are left out: they have findings already.
+    """
+    target = flown.return_ends_m
+    judged = ~np.isin(flown.group, list(crossing))
+    # That home or a rally point itself is outside is reported once, not for each return there.
+    outside = flown.is_end_judged & ~flown.area.is_inside(*target.T)
+    judged &= ~(outside[:-1] | outside[1:])
+    # The mission's own return is checked as its path already.
+    judged &= ~np.isin(flown.path.item, _own_returns(flown.assessment))
+    for barrier in barriers:
+        legs = _legs_cut_off(flown, barrier, target, judged)
+        if len(legs):
+            yield _cut_off(flown, barrier, target, legs)
+            return
+
+
+def _legs_cut_off(
+    flown: FencedFlight, barrier: Barrier, target_m: FloatArray, judged: BoolArray
+) -> IntArray:
+    """Return the legs from somewhere on which the return crosses a barrier."""
+    chosen = np.flatnonzero(judged)
+    if not len(chosen):
+        return chosen
+    _, group = np.unique(flown.group[chosen], return_inverse=True)
+    chosen = chosen[_triangles(flown, target_m, chosen, group).near(barrier, 0.0)[group]]
+    if not len(chosen):
+        return chosen
+    return chosen[_triangles(flown, target_m, chosen, np.arange(len(chosen))).near(barrier, 0.0)]
+
+
+def _triangles(
+    flown: FencedFlight, target_m: FloatArray, legs: IntArray, owner: IntArray
+) -> SweptAreas:
+    """Return what returns from legs pass over, by owner."""
+    return swept_areas(
+        np.concatenate([p[rows] for p in (flown.points_m, target_m) for rows in (legs, legs + 1)]),
+        np.tile(owner, 4),
+    )
+
+
+def _cut_off(
+    flown: FencedFlight, barrier: Barrier, target_m: FloatArray, legs: IntArray
+) -> Finding:
+    """Return the finding on the first item from whose legs a barrier is in the way, at its worst."""
+    first = legs[flown.group[legs] == flown.group[legs[0]]]
+    ends = np.unique(np.concatenate((first, first + 1)))
+    ways = straight_legs(flown.points_m[ends], target_m[ends])
+    point = ends[int(np.argmin(barrier.leg_clearance(ways).clearance_m))]
+    items = len(np.unique(flown.path.item[legs]))
+    start, end = flown.points_m[point], target_m[point]
+    others = f", and from {quantity.count(items - 1, 'more item')}" if items > 1 else ""
+    goal = destination_name(int(flown.destination[point]))
+    return flown.assessment.finding(
+        RTL_PATH_CROSSES,
+        f"straight return {goal} from here crosses {barrier.label}{others}",
+        item=int(flown.path.item[first[0]]),
+        stretch=flown.stretch(start, end, float(np.hypot(*(end - start)))),
+    )

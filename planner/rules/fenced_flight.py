@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.findings import Place
     from planner.flight.path import FlownPath
     from planner.geo.fence import FenceArea
     from planner.geo.geodesy import LocalFrame
@@ -243,10 +242,6 @@ class FencedFlight:
                 kept.append(corner)
                 ahead = course[corner]
         return tuple(self.position_deg(line[row]) for row in (*kept, len(line) - 1))
-
-    def place(self, item: int) -> Place | None:
-        """Return where an item stands in the file."""
-        return self.assessment.mission.items[item - 1].place
 
 
 def straight_legs(start_m: FloatArray, end_m: FloatArray) -> PathLegs:

@@ -7,45 +7,58 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.site import (
-    ITEM_REQUIRED_BY_SITE,
-    PARAMETER_NOT_AS_EXPECTED,
-    TOO_FAR_FOR_SITE,
-    TOO_HIGH_FOR_SITE,
-)
 from planner.errors import nearest_hint
+from planner.findings import Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import command_name
+from planner.rules.declaration import EXTREMES, PROFILE, judges
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.findings import Finding
+    from planner.flight.prediction import Extremes
     from planner.rules.assessment import Assessment
-    from planner.site_profile import ExpectedValue
+    from planner.site_profile import ExpectedValue, SiteProfile
     from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.table import Spelling
 
+_ROUNDING_M = 0.05
+"""Rounding of files is no breach. [m]"""
 
-def check_expected_values(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding for each parameter that is not as the profile asks."""
-    profile, given = a.profile, a.given_parameters
-    if profile is None or not profile.expected:
-        return
+PARAMETER_NOT_AS_EXPECTED = Rule(
+    "P103 expected-value",
+    Severity.ERROR,
+    summary="A parameter of the vehicle differs from the site profile.",
+    why="Clubs write such checkers by hand for every site (MAVProxy #629, its cmac_check): failsafes "
+    "and return heights are set on the vehicle, and forgotten there.",
+    how="[expect.params] of --profile against the parameters of --params, under the old or the new "
+    "name, compared in SI; a parameter missing from the file differs too.",
+    fix="set the parameter on the vehicle, or correct the profile",
+)
+
+
+@judges(PARAMETER_NOT_AS_EXPECTED, needs=(PROFILE,))
+def _parameter_not_as_expected(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
+    given = a.given_parameters
     if given is None:
-        yield PARAMETER_NOT_AS_EXPECTED.finding(
-            f"{profile.source} asks for {quantity.count(len(profile.expected), 'parameter')}, none is "
-            "known",
-            fix="give the vehicle's parameters with --params",
-        )
+        if profile.expected:
+            yield a.finding(
+                PARAMETER_NOT_AS_EXPECTED,
+                f"no parameters given; {profile.source} expects "
+                f"{quantity.count(len(profile.expected), 'value')}",
+                fix="give the vehicle's parameters with --params",
+            )
         return
     spellings = _spellings(given)
     for expected in profile.expected:
-        said = _not_as_expected(expected, given, spellings)
-        if said is not None:
-            yield PARAMETER_NOT_AS_EXPECTED.finding(f"{said}, {profile.source} asks for {expected}")
+        actual = _not_as_expected(expected, given, spellings)
+        if actual is not None:
+            yield a.finding(
+                PARAMETER_NOT_AS_EXPECTED, f"{actual}; {profile.source} expects {expected}"
+            )
 
 
 def _spellings(given: ParameterSet) -> Mapping[str, tuple[Spelling, ...]]:
@@ -70,9 +83,7 @@ def _not_as_expected(
         None,
     )
     if present is None:
-        return (
-            f"{expected.name} is not in {given.source}{nearest_hint(expected.name, given.values)}"
-        )
+        return f"{expected.name} is missing from {given.source}{nearest_hint(expected.name, given.values)}"
     entry = given.values[present]
     if entry.value is None:
         return f"{present} holds no number"
@@ -87,30 +98,47 @@ def _not_as_expected(
     return f"{present} = {entry.value:.6g}{line}{as_named}"
 
 
-def check_height(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where the flight is higher than the profile allows."""
-    profile, extremes = a.profile, a.flight.extremes
-    limit_m = None if profile is None else profile.max_height_above_home_m
-    if profile is None or limit_m is None or extremes is None:
-        return
+TOO_HIGH_FOR_SITE = Rule(
+    "A114 too-high-for-site",
+    Severity.ERROR,
+    summary="The flight is higher above home than the site profile allows.",
+    why="The limit of a permit is in neither the vehicle nor the mission.",
+    how="The greatest height of the predicted flight, more than 5 cm above max_height_above_home_m.",
+    fix="fly lower",
+)
+
+
+@judges(TOO_HIGH_FOR_SITE, needs=(PROFILE, EXTREMES))
+def _too_high_for_site(
+    a: Assessment, profile: SiteProfile, extremes: Extremes
+) -> Iterator[Finding]:
+    limit_m = profile.max_height_above_home_m
     heights_m = [stage.height_m for stage in a.route.stages]
-    # A return may climb higher than every place; rounding of files is no breach.
+    # A return may climb higher than every place.
     highest_m = max(*heights_m, extremes.highest_m)
-    if highest_m <= limit_m + 0.05:
-        return
-    item = a.route.stages[int(np.argmax(heights_m))].item
-    yield TOO_HIGH_FOR_SITE.finding(
-        f"{quantity.beside(highest_m, limit_m, quantity.height)} above home, {profile.source} allows "
-        f"{quantity.height(limit_m)}",
-        item=item,
-        place=a.mission.items[item - 1].place,
-    )
+    if limit_m is not None and highest_m > limit_m + _ROUNDING_M:
+        yield a.finding(
+            TOO_HIGH_FOR_SITE,
+            f"{quantity.beside(highest_m, limit_m, quantity.height)} above home; {profile.source} allows "
+            f"{quantity.height(limit_m)}",
+            item=a.route.stages[int(np.argmax(heights_m))].item,
+        )
 
 
-def check_distance(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where the mission or what belongs to it is farther away than allowed."""
-    profile = a.profile
-    if profile is None or profile.max_distance_m is None:
+TOO_FAR_FOR_SITE = Rule(
+    "M122 too-far-for-site",
+    Severity.ERROR,
+    summary="The mission, its fence or a rally point is farther away than the site profile allows.",
+    why="The mission of another site is the usual slip (MAVProxy #629: mission, rally, fence near).",
+    how="Distance from the place of the site, else from home, of home, every stage, rally point and "
+    "corner of the fence, beyond max_distance_m.",
+    fix="check that this is the mission of this site",
+)
+
+
+@judges(TOO_FAR_FOR_SITE, needs=(PROFILE,))
+def _too_far_for_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
+    if profile.max_distance_m is None:
         return
     route, mission, limit_m = a.route, a.mission, profile.max_distance_m
     start = (route.frame.latitude_deg, route.frame.longitude_deg)
@@ -155,31 +183,30 @@ def check_distance(a: Assessment) -> Iterator[Finding]:
     what, item = places[farthest][:2]
     away = quantity.beside(float(away_m[farthest]), limit_m, quantity.distance)
     beyond = int((away_m > limit_m).sum())
-    more = f", and {quantity.count(beyond - 1, 'more place')}" if beyond > 1 else ""
-    yield TOO_FAR_FOR_SITE.finding(
-        f"{what} is {away} from {origin_name}{more}; "
-        f"{profile.source} allows {quantity.distance(limit_m)}",
+    more = f" ({quantity.count(beyond - 1, 'more place')} too far)" if beyond > 1 else ""
+    yield a.finding(
+        TOO_FAR_FOR_SITE,
+        f"{what} is {away} from {origin_name}; {profile.source} allows {quantity.distance(limit_m)}{more}",
         item=item,
-        place=None if item is None else mission.items[item - 1].place,
     )
 
 
-def check_required_items(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where the mission lacks an item that the profile asks for."""
-    profile = a.profile
-    if profile is None:
-        return
+ITEM_REQUIRED_BY_SITE = Rule(
+    "M123 item-required-by-site",
+    Severity.ERROR,
+    summary="The mission lacks an item that the site profile requires.",
+    why="A file keeps the habits of a club or an operation better than heads do.",
+    how="required_items of --profile by name against the commands of the mission.",
+    fix="add the item, or correct the profile",
+)
+
+
+@judges(ITEM_REQUIRED_BY_SITE, needs=(PROFILE,))
+def _item_required_by_site(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
     held = {command_name(item.command) for item in a.mission.items}
     missing = [name for name in profile.required_items if name not in held]
     if missing:
-        yield ITEM_REQUIRED_BY_SITE.finding(
-            f"{profile.source} asks for {', '.join(missing)}, the mission has none"
+        yield a.finding(
+            ITEM_REQUIRED_BY_SITE,
+            f"no {' and no '.join(missing)} in the mission; {profile.source} requires it",
         )
-
-
-SITE_CHECKS: tuple[Callable[[Assessment], Iterator[Finding]], ...] = (
-    check_expected_values,
-    check_height,
-    check_distance,
-    check_required_items,
-)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.fence import STOP_BUFFER
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.geo.path import (
     SweptAreas,
     swept_areas,
@@ -31,8 +30,25 @@ _ALIKE_M = 0.1
 _TRIES, _ROUNDS = 64, 3
 """Tries at once, and how often, in looking for the free way ahead: 4e-6 of it."""
 
+STOP_BUFFER = Rule(
+    "F102 stop-buffer",
+    Severity.WARNING,
+    summary="There is no room to stop before the fence.",
+    why="Fences act after they are passed: PX4 removed its predictive fence as dangerous and its "
+    "maintainers ask for a buffer in which the vehicle can stop (PX4 #27465); braking at 14 m/s over a "
+    "fence ended in a crash (ArduPilot #1971).",
+    how="At every place of the flight, straight on in the direction of motion: speed × reaction time "
+    "+ the model's stopping distance from that speed + reaction time × tailwind; and within the "
+    "position error (or ArduPilot's FENCE_MARGIN) of all of that.  A warning where this is not free; "
+    "an error where a stop begun at once ends beyond the fence.  --reaction-time is 1 s by default (an "
+    "autopilot's own check takes some tenths of it, a hand on the switch all of it), --position-error "
+    "2.5 m (half of the fixes of a common single-frequency receiver are nearer).  Places where the "
+    "vehicle is braking already count at the beginning and the end of the braking.",
+    fix="fly slower there, or turn earlier",
+)
 
-def check_stop_buffer(
+
+def stop_buffer(
     flown: FencedFlight, barriers: list[Barrier], crossing: set[int]
 ) -> Iterator[Finding]:
     """Yield a finding where a vehicle that goes straight on could not stop before the fence.
@@ -131,19 +147,16 @@ def _areas(flown: FencedFlight, legs: IntArray, ahead_m: FloatArray) -> SweptAre
 
 def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Severity) -> Finding:
     barrier, start, margin_m = narrow.barrier, narrow.place_m, flown.margin_m
-    short_m = math.ceil((margin_m - narrow.clearance_m) * 10.0) / 10.0
     if narrow.point is None:
         end, about_m = start, margin_m
         message = (
-            f"the flight passes {barrier.label} at {quantity.beside(narrow.path_m, margin_m, _metres)}, "
-            f"nearer than the {_metres(margin_m)} its position may be wrong"
+            f"passes {barrier.label} at {quantity.beside(narrow.path_m, margin_m, _metres)}; the position "
+            f"may be wrong by {_metres(margin_m)}"
         )
         if narrow.clearance_m < narrow.path_m - _ALIKE_M:
-            message += (
-                ", and where it goes straight on instead of turning it stands still "
-                f"{_metres(abs(narrow.clearance_m))} "
-                f"{'beyond' if narrow.clearance_m < 0.0 else 'from'} it"
-            )
+            side = "beyond" if narrow.clearance_m < 0.0 else "before"
+            message += f"; straight on it stops {_metres(abs(narrow.clearance_m))} {side} it"
+        short_m = math.ceil((margin_m - narrow.clearance_m) * 10.0) / 10.0
         fix = f"keep {_metres(short_m)} farther from the fence, or move it"
     else:
         end = flown.stopped_m[narrow.point]
@@ -153,10 +166,9 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         speed = float(flown.path.speed_m_s[narrow.point])
         stop_m = float(flown.room.stopping_distance_m(speed))
         message = (
-            f"to stand still from {quantity.speed(speed)} takes {_metres(about_m)} "
-            f"({_metres(needed_m - stop_m)} to react, {_metres(stop_m)} to stop, "
-            f"{_metres(margin_m)} of position error), {barrier.label} is "
-            f"{_metres(free_m + margin_m)} ahead"
+            f"stopping from {quantity.speed(speed)} takes {_metres(about_m)} "
+            f"({_metres(needed_m - stop_m)} reaction, {_metres(stop_m)} braking, {_metres(margin_m)} "
+            f"position error); {barrier.label} is {_metres(free_m + margin_m)} ahead"
         )
         fix = f"turn or stop {_metres(needed_m - free_m)} earlier"
         fits = flown.room.fitting_speed_m_s(
@@ -168,16 +180,14 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
             message += f": {quantity.speed(fits)} or less would fit"
             fix = f"fly {quantity.speed(fits)} or less there, or {fix}"
         if narrow.path_m < margin_m:
-            fix += f"; the flight itself comes to {_metres(narrow.path_m)} from the fence, keep "
-            fix += f"{_metres(margin_m)}"
+            fix += f"; the path itself is {_metres(narrow.path_m)} from the fence: keep {_metres(margin_m)}"
     if len(items) > 1:
         message += f"; at {quantity.count(len(items), 'item')} in all"
-    item = int(flown.path.item[narrow.leg])
-    return STOP_BUFFER.finding(
+    return flown.assessment.finding(
+        STOP_BUFFER,
         message,
         fix=fix,
-        item=item,
-        place=flown.place(item),
+        item=int(flown.path.item[narrow.leg]),
         severity=severity,
         stretch=flown.stretch(start, end, about_m),
     )
@@ -192,10 +202,10 @@ def _free_way_m(barrier: Barrier, start_m: FloatArray, end_m: FloatArray, margin
     low, high = 0.0, 1.0
     owner = np.tile(np.arange(_TRIES), 2)
     for _ in range(_ROUNDS):
-        shares = np.linspace(low, high, _TRIES)
-        ahead = start_m + shares[:, None] * (end_m - start_m)
+        fractions = np.linspace(low, high, _TRIES)
+        ahead = start_m + fractions[:, None] * (end_m - start_m)
         starts = np.broadcast_to(start_m, ahead.shape)
         near = swept_areas(np.concatenate((starts, ahead)), owner).near(barrier, margin_m)
         first = int(np.argmax(near)) if near.any() else _TRIES - 1
-        low, high = float(shares[max(first - 1, 0)]), float(shares[first])
+        low, high = float(fractions[max(first - 1, 0)]), float(fractions[first])
     return low * float(np.hypot(*(end_m - start_m)))

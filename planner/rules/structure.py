@@ -1,4 +1,4 @@
-"""Rules on the mission's structure: endless loops, items an autopilot refuses or skips."""
+"""Rules on the structure of a mission: endless loops, unsupported items, home."""
 
 from __future__ import annotations
 
@@ -9,15 +9,8 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.mission import (
-    COMMAND_UNSUPPORTED,
-    HOME_FAR,
-    JUMP_WITHOUT_FLIGHT,
-    LANDING_ALTITUDE,
-    VALUE_NOT_SET,
-)
 from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
-from planner.findings import Remarks, Severity
+from planner.findings import Remarks, Rule, Severity
 from planner.mission.commands import (
     RELATIVE_FRAMES,
     Command,
@@ -27,15 +20,15 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.route.stage import StageKind
-from planner.rules.fence import is_fenced
+from planner.rules.declaration import ARDUPILOT_TARGET, FENCE, TARGET, judges
 from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
+    from planner.autopilot import Target
     from planner.findings import Finding
     from planner.mission.items import MissionItem
-    from planner.mission.route.stage import Lap
     from planner.rules.assessment import Assessment
 
 _FAR_M = 10_000.0
@@ -43,7 +36,6 @@ _FAR_M = 10_000.0
 _ELSEWHERE_M = 100_000.0
 _PLACELESS = frozenset({StageKind.TAKEOFF, StageKind.RETURN, StageKind.DELAY})
 """Stages that lead to no place of the mission."""
-
 _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
     Command.NAV_WAYPOINT: frozenset({4}),
     Command.NAV_LOITER_UNLIM: frozenset({4}),
@@ -55,42 +47,53 @@ _MAY_BE_UNSET: Mapping[int, frozenset[int]] = {
 }
 """Parameters that ArduPilot takes as NaN (AP_Mission.cpp, ``sanity_check_params``)."""
 
+JUMP_WITHOUT_FLIGHT = Rule(
+    "M121 jump-without-flight",
+    Severity.ERROR,
+    summary="An endless loop has no item to fly.",
+    why="The autopilot follows such a loop and never finds what to fly next (ArduPilot #4701).",
+    how="No item between the target of an endless jump and the jump is a flight or a wait.",
+    fix="add a waypoint or a wait to the loop, or give the jump a count",
+)
 
-def check_endless(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where the mission repeats itself for ever, with what one lap takes."""
-    lap = a.route.lap
-    if lap is None or not _flies(a, lap):
+
+@judges(ENDLESS, JUMP_WITHOUT_FLIGHT)
+def _endless(a: Assessment) -> Iterator[Finding]:
+    lap, motion = a.route.lap, a.flight.motion
+    if lap is None:
         return
-    motion = a.flight.motion
+    if lap.first_stage >= len(a.route.stages):
+        yield a.finding(
+            JUMP_WITHOUT_FLIGHT,
+            "endless loop without flight: the mission never continues",
+            item=lap.item,
+        )
+        return
     begin = int(motion.done_segment[lap.first_stage - 1]) + 1 if lap.first_stage else 0
     time_s = float(motion.segments.duration_s[begin:].sum())
     energy_wh = wh_from_j(float(a.flight.segment_energy_j[begin:].sum()))
-    yield ENDLESS.finding(
-        f"jumps back for ever: one lap takes {quantity.duration(time_s)} and {quantity.energy(energy_wh)}; "
-        "the totals hold the way to it and one more lap",
+    yield a.finding(
+        ENDLESS,
+        f"endless loop: one lap takes {quantity.duration(time_s)} and {quantity.energy(energy_wh)}; totals "
+        "include one lap",
         item=lap.item,
-        place=a.mission.items[lap.item - 1].place,
     )
 
 
-def check_loops(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where an endless jump leads round and nothing on the way is flown."""
-    lap = a.route.lap
-    if lap is not None and not _flies(a, lap):
-        yield JUMP_WITHOUT_FLIGHT.finding(
-            "jumps back for ever, and nothing on the way round is flown: the mission never goes on",
-            item=lap.item,
-            place=a.mission.items[lap.item - 1].place,
-        )
+HOME_FAR = Rule(
+    "M124 home-far",
+    Severity.WARNING,
+    summary="Home is nowhere near the mission.",
+    why="The planned home was left from another site, and the flight from there is included without a "
+    "word: surveys of hundreds of kilometres result (MissionPlanner #1947).",
+    how="Distance from home to the nearest place of the mission, take-off and return not counted: 10 "
+    "km or more, an error from 100 km on.  On PX4, M104 reports less.",
+    fix="set the planned home to the place of take-off",
+)
 
 
-def _flies(a: Assessment, lap: Lap) -> bool:
-    """Return whether anything is flown in the lap of an endless jump."""
-    return lap.first_stage < len(a.route.stages)
-
-
-def check_home_place(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where home is nowhere near the mission."""
+@judges(HOME_FAR)
+def _home_far(a: Assessment) -> Iterator[Finding]:
     if a.mission.home is None:
         return
     places = [
@@ -102,32 +105,53 @@ def check_home_place(a: Assessment) -> Iterator[Finding]:
         return
     away_m, item = min(places)
     is_px4 = a.target is not None and a.target.autopilot is Autopilot.PX4
-    if away_m < (_ELSEWHERE_M if is_px4 else _FAR_M):
-        return
-    yield HOME_FAR.finding(
-        f"home is {quantity.distance(away_m)} from the nearest place of the mission: the way there is "
-        "counted",
-        severity=Severity.ERROR if away_m >= _ELSEWHERE_M else None,
-        item=item,
-        place=a.mission.items[item - 1].place,
-    )
+    if away_m >= (_ELSEWHERE_M if is_px4 else _FAR_M):
+        yield a.finding(
+            HOME_FAR,
+            f"home is {quantity.distance(away_m)} from the nearest place of the mission; the flight there "
+            "is included",
+            severity=Severity.ERROR if away_m >= _ELSEWHERE_M else None,
+            item=item,
+        )
 
 
-def check_landing_altitude(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding for landings that name an altitude other than that of home."""
+LANDING_ALTITUDE = Rule(
+    "M120 landing-altitude",
+    Severity.WARNING,
+    summary="A landing has an altitude other than home's.",
+    why="Multicopters land on the ground and ignore it; other vehicles and other programs do not.  "
+    "ArduPilot's users ask for this check and for a way to turn it off (#4701).",
+    how="NAV_LAND in a frame above home with an altitude that is not 0.",
+    fix="write 0, where the ground is level with home",
+    is_default=False,
+)
+
+
+@judges(LANDING_ALTITUDE)
+def _landing_altitude(a: Assessment) -> Iterator[Finding]:
     remarks = Remarks()
     for number, item in enumerate(a.mission.items, start=1):
         if item.command == Command.NAV_LAND and item.altitude_m and item.frame in RELATIVE_FRAMES:
-            message = f"lands at an altitude of {quantity.height(item.altitude_m)} above home"
+            message = f"landing altitude {quantity.height(item.altitude_m)} above home"
             remarks.add(LANDING_ALTITUDE, message, item=number, place=item.place)
     yield from remarks.findings()
 
 
-def check_support(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding for each command the autopilot refuses or skips, and how often it stands."""
-    if a.target is None:
-        return
-    autopilot, version = a.target.autopilot, a.target.version
+COMMAND_UNSUPPORTED = Rule(
+    "M105 unsupported-command",
+    Severity.ERROR,
+    summary="The autopilot refuses or skips an item.",
+    why="PX4 refuses the whole mission for one item it does not support; ArduPilot skips such items "
+    "in flight.  Upload tools report success all the same (MAVSDK #2103).",
+    how="The command, and for PX4 its frame (0, 3, 5 and 6 for places, 2 for others), against what "
+    "the autopilot's source accepts, in the version of --target.",
+    fix="use commands the autopilot flies",
+)
+
+
+@judges(COMMAND_UNSUPPORTED, needs=(TARGET,))
+def _command_unsupported(a: Assessment, target: Target) -> Iterator[Finding]:
+    autopilot, version = target.autopilot, target.version
     by_command: dict[tuple[int, int], Remarks] = {}
     answers = {
         (command, frame): support(command, autopilot, frame=frame, version=version)
@@ -143,7 +167,7 @@ def check_support(a: Assessment) -> Iterator[Finding]:
         if taken is Support.SKIPPED:
             message, severity = f"{autopilot.label} skips {name} in flight", Severity.WARNING
         elif taken is Support.BLOCKS_ARMING:
-            message = f"{autopilot.label} will not arm with {name}"
+            message = f"{autopilot.label} does not arm with {name}"
         elif support(item.command, autopilot, version=version) is Support.ACCEPTED:
             frame = f"frame {item.frame} ({frame_name(item.frame)})"
             message = f"{refusal} in {frame}, and the whole mission with it"
@@ -156,16 +180,27 @@ def check_support(a: Assessment) -> Iterator[Finding]:
         yield from remarks.findings()
 
 
-def check_unset_values(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where a value is not set that ArduPilot wants."""
-    if a.target is None or a.target.autopilot is not Autopilot.ARDUPILOT:
-        return
+VALUE_NOT_SET = Rule(
+    "M112 value-not-set",
+    Severity.WARNING,
+    summary="ArduPilot refuses an item with a parameter that is not a number.",
+    why="QGroundControl sends null as NaN.  PX4 reads it as 'not specified', ArduPilot refuses the "
+    "item and with it the upload.",
+    how="Parameters 1 to 4 and the altitude of every item; only a heading may be unset, in "
+    "NAV_WAYPOINT, LOITER_UNLIM, LAND, TAKEOFF, ARC_WAYPOINT, VTOL_TAKEOFF and VTOL_LAND.",
+    fix="write 0 for it",
+)
+
+
+@judges(VALUE_NOT_SET, needs=(ARDUPILOT_TARGET,))
+def _value_not_set(a: Assessment, _target: Target) -> Iterator[Finding]:
     remarks = Remarks()
     for number, item in enumerate(a.mission.items, start=1):
         values = _wanted_values(item.command)(item)
         if None in values:
-            what = _wanted_names(item.command)[values.index(None)]
-            message = f"ArduPilot refuses {command_name(item.command)} with {what} not set"
+            names = [*(f"parameter {n}" for n in _wanted(item.command)), "the altitude"]
+            unset = names[values.index(None)]
+            message = f"ArduPilot refuses {command_name(item.command)} with {unset} not set"
             remarks.add(VALUE_NOT_SET, message, item=number, place=item.place)
     yield from remarks.findings()
 
@@ -175,35 +210,31 @@ def _wanted(command: int) -> list[int]:
     return [n for n in range(1, 5) if n not in _MAY_BE_UNSET.get(command, ())]
 
 
-def _wanted_names(command: int) -> list[str]:
-    return [*(f"parameter {n}" for n in _wanted(command)), "the altitude"]
-
-
 @cache
 def _wanted_values(command: int) -> Callable[[MissionItem], tuple[float | None, ...]]:
     """Return what takes those parameters and the altitude from an item."""
     return attrgetter(*(f"param{n}" for n in _wanted(command)), "altitude_m")
 
 
-def check_curves(a: Assessment) -> Iterator[Finding]:
-    """Yield a finding where a curve is flown straight: reference steps know no curves."""
+@judges(ITEM_NOT_MODELLED)
+def _splines(a: Assessment) -> Iterator[Finding]:
     if a.autopilot is not Autopilot.STEP:
         return
-    splines = [stage for stage in a.route.stages if stage.kind is StageKind.SPLINE]
-    if splines:
+    curves = [stage for stage in a.route.stages if stage.kind is StageKind.SPLINE]
+    if curves:
         unjudged = [
             name
             for name, given in (
-                ("the fence", is_fenced(a)),
+                ("the fence", FENCE.of(a) is not None),
                 ("the ground", a.terrain is not None),
             )
             if given
         ]
-        where = f"; {' and '.join(unjudged)} cannot be judged on the curve" if unjudged else ""
-        yield ITEM_NOT_MODELLED.finding(
-            f"{quantity.count(len(splines), 'spline')} flown straight, with a stop at each: the model "
-            f"answers steps of its reference{where}",
+        where = f"; {' and '.join(unjudged)} cannot be checked on the curve" if unjudged else ""
+        yield a.finding(
+            ITEM_NOT_MODELLED,
+            f"{quantity.count(len(curves), 'spline')} predicted as straight legs with a stop at each "
+            f"(step-response model){where}",
             severity=Severity.ERROR if unjudged else None,
-            item=splines[0].item,
-            place=a.mission.items[splines[0].item - 1].place,
+            item=curves[0].item,
         )

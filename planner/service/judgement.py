@@ -28,7 +28,7 @@ from planner.mission.route.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
 from planner.rules.assessment import Assessment
-from planner.rules.registry import check_case, check_unflown
+from planner.rules.registry import judge, judge_unflown
 from planner.selection import Selection
 from planner.service.arguments import refuse_out_of_range, refuse_wrong_types, reserve_of
 from planner.service.result import CheckResult
@@ -270,9 +270,9 @@ def check(
             charge_sd=charge_sd,
         )
     findings += (
-        check_unflown(mission, flown_by, fence_parameters)
+        judge_unflown(mission, flown_by, fence_parameters)
         if assessment is None
-        else check_case(assessment, selection)
+        else judge(assessment, selection)
     )
     reported, suppressed = selection.divide(findings, file=mission.source)
     return CheckResult(

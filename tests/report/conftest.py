@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import pytest
 from page_browser import CHROMIUM, DRIVER, FLAGS
 
-from planner.catalogue.energy import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Place
 from planner.flight.budget import BatteryBudget, Totals
@@ -19,6 +18,7 @@ from planner.flight.segments import (
     Segment,
 )
 from planner.physics.wind import Wind
+from planner.rules.model import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.service import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:

@@ -40,13 +40,11 @@ FOLDER = Path("/repository")
 
 def _rule(code: str, name: str, severity: Severity) -> Rule:
     return Rule(
-        code=code,
-        name=name,
-        severity=severity,
+        f"{code} {name}",
+        severity,
         summary=f"What {name} says.",
         why=f"Why {name} matters.",
         how="a = b + c",
-        example="3 = 1 + 2",
         fix=f"Mend {name}.",
     )
 

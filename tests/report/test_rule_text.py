@@ -10,13 +10,11 @@ from planner.report.medium import Medium
 from planner.report.rule_text import rule_text, rules_text, way_off
 
 RULE = Rule(
-    code="Z101",
-    name="made-up",
-    severity=Severity.WARNING,
+    "Z101 made-up",
+    Severity.WARNING,
     summary="It says something.",
     why="Because.",
     how="By hand.",
-    example="one is two",
     fix="do it right",
 )
 
@@ -29,8 +27,6 @@ def test_a_rule_is_explained_in_full_with_the_way_to_turn_it_off() -> None:
         "Why:      Because.",
         "",
         "How:      By hand.",
-        "",
-        "Example:  one is two",
         "",
         "Fix:      do it right",
         "",
@@ -47,7 +43,7 @@ def test_the_ways_to_turn_a_rule_off_are_made_from_its_code() -> None:
 
 
 def test_an_error_of_energy_is_said_to_be_in_no_baseline() -> None:
-    grave = replace(RULE, code="E999", severity=Severity.ERROR)
+    grave = replace(RULE, title="E999 made-up", severity=Severity.ERROR)
     assert "no --baseline takes it. It stays counted" in way_off(grave)
     assert "for what is there already, --baseline" in way_off(
         replace(grave, severity=Severity.WARNING)
@@ -59,7 +55,7 @@ def test_that_a_file_cannot_be_read_cannot_be_turned_off() -> None:
 
 
 def test_the_list_of_rules_has_a_line_each_under_its_family() -> None:
-    off = replace(RULE, code="M105", name="other", is_default=False)
+    off = replace(RULE, title="M105 other", is_default=False)
     assert rules_text([off, RULE]).splitlines() == [
         "M: mission structure",
         "  M105  warning, off  other    It says something.",

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner import quantity
-from planner.catalogue.energy import RESERVE_BELOW_MINIMUM
 from planner.physics.wind import Wind
 from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally
+from planner.rules.energy import RESERVE_BELOW_MINIMUM
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

@@ -1,4 +1,4 @@
-"""What a rule is tried on: a case it tells of, a near one it does not, and one on its limit."""
+"""What a rule is tried on: a case where it fires, a near one where it does not, one on its limit."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ class RuleCases:
     boundary: Callable[[], Iterable[Finding]]
     """Exactly on the limit; of a rule without a number the nearest case that is allowed."""
     fires_at_boundary: bool = False
-    """Whether the limit itself is told of, as the rule's text says."""
+    """Whether the rule fires on the limit itself, as its text says."""
+    shown: Callable[[], Iterable[Finding]] | None = None
+    """A case whose message is a better example than that of ``fires``, just beyond the limit."""
 
 
 @cache

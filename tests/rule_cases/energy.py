@@ -159,11 +159,13 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "E101": RuleCases(
         fires=lambda: of_capacity(1.0 - 1e-6),
+        shown=lambda: found(OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH)),
         boundary=lambda: of_capacity(1.0),
         silent=lambda: of_capacity(1.0 + 1e-6),
     ),
     "E102": RuleCases(
         fires=lambda: one_way(-0.001),
+        shown=lambda: one_way(-1.0),
         boundary=lambda: one_way(1e-9),
         silent=lambda: one_way(0.001),
     ),
@@ -238,7 +240,10 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: hover_throttle(0.699),
     ),
     "E119": RuleCases(
-        fires=lambda: at_risk(-1e-9), boundary=lambda: at_risk(0.0), silent=lambda: at_risk(0.01)
+        fires=lambda: at_risk(-1e-9),
+        shown=lambda: at_risk(0.05 - below_reserve()),
+        boundary=lambda: at_risk(0.0),
+        silent=lambda: at_risk(0.01),
     ),
     "E120": RuleCases(
         # Half as heavy again as the 3.5 kg of the model, in air as thin as it knows.

@@ -1,0 +1,120 @@
+"""How a rule's function declares what it judges and what it cannot judge without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+from planner.autopilot import Autopilot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from planner.autopilot import Target
+    from planner.findings import Finding, Rule
+    from planner.flight.budget import BatteryBudget, Discharge
+    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Extremes
+    from planner.geo.terrain import TerrainGrid
+    from planner.rules.assessment import Assessment
+    from planner.rules.fence_settings import FenceLimits
+    from planner.site_profile import SiteProfile
+    from planner.vehicle.battery import Battery
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+T = TypeVar("T")
+T1 = TypeVar("T1")
+T2 = TypeVar("T2")
+T3 = TypeVar("T3")
+
+
+@dataclass(frozen=True, slots=True)
+class Need(Generic[T]):
+    """Something without which a rule is not evaluated."""
+
+    what: str
+    """What it is and what gives it."""
+    of: Callable[[Assessment], T | None]
+    """Returns it; ``None`` where it is missing."""
+
+
+def _target(a: Assessment, autopilot: Autopilot) -> Target | None:
+    return a.target if a.target is not None and a.target.autopilot is autopilot else None
+
+
+def _fence_limits(a: Assessment) -> FenceLimits | None:
+    if not a.mission.fence and a.fence_parameters is None:
+        return None
+    from planner.rules.fence_settings import limits_from_parameters
+
+    limits = limits_from_parameters(a.fence_parameters)
+    return limits if a.mission.fence or limits else None
+
+
+POWER: Need[SteadyPower] = Need(
+    "the vehicle's power: a model with [hover]",
+    lambda a: a.flight.power if a.vehicle.is_power_known else None,
+)
+PACK: Need[Battery] = Need("a battery: --battery", lambda a: a.pack)
+BUDGET: Need[BatteryBudget] = Need("the vehicle's power and a battery", lambda a: a.battery)
+DISCHARGE: Need[Discharge] = Need(
+    "the battery's resistance and open-circuit voltage", lambda a: a.discharge
+)
+EXTREMES: Need[Extremes] = Need("a flight that takes time", lambda a: a.flight.extremes)
+PARAMETERS: Need[FlightParameters] = Need(
+    "a vehicle that an autopilot flies", lambda a: a.parameters
+)
+PX4: Need[Px4Parameters] = Need(
+    "a vehicle that PX4 flies",
+    lambda a: a.parameters if a.autopilot is Autopilot.PX4 else None,  # type: ignore[arg-type,return-value] # PX4's then
+)
+ARDUPILOT: Need[ArduPilotParameters] = Need(
+    "a vehicle that ArduPilot flies",
+    lambda a: a.parameters if a.autopilot is Autopilot.ARDUPILOT else None,  # type: ignore[arg-type,return-value] # ArduPilot's then
+)
+TARGET: Need[Target] = Need("the autopilot the mission is for: --target", lambda a: a.target)
+TERRAIN: Need[TerrainGrid] = Need("terrain: --terrain", lambda a: a.terrain)
+PX4_TARGET: Need[Target] = Need("a mission for PX4: --target", lambda a: _target(a, Autopilot.PX4))
+ARDUPILOT_TARGET: Need[Target] = Need(
+    "a mission for ArduPilot: --target", lambda a: _target(a, Autopilot.ARDUPILOT)
+)
+FENCE: Need[FenceLimits] = Need("a fence in the mission or the parameters", _fence_limits)
+PROFILE: Need[SiteProfile] = Need("a profile of the site: --profile", lambda a: a.profile)
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A function of the rules it judges."""
+
+    rules: tuple[Rule, ...]
+    needs: tuple[Need[Any], ...]
+    function: Callable[..., Iterator[Finding]]
+
+    def __call__(self, a: Assessment) -> Iterator[Finding]:
+        """Yield what the rules find; nothing where something they need is missing."""
+        given = [need.of(a) for need in self.needs]
+        if all(value is not None for value in given):
+            yield from self.function(a, *given)
+
+
+@overload
+def judges(*rules: Rule) -> Callable[[Callable[[Assessment], Iterator[Finding]]], Check]: ...
+@overload
+def judges(
+    *rules: Rule, needs: tuple[Need[T1]]
+) -> Callable[[Callable[[Assessment, T1], Iterator[Finding]]], Check]: ...
+@overload
+def judges(
+    *rules: Rule, needs: tuple[Need[T1], Need[T2]]
+) -> Callable[[Callable[[Assessment, T1, T2], Iterator[Finding]]], Check]: ...
+@overload
+def judges(
+    *rules: Rule, needs: tuple[Need[T1], Need[T2], Need[T3]]
+) -> Callable[[Callable[[Assessment, T1, T2, T3], Iterator[Finding]]], Check]: ...
+def judges(
+    *rules: Rule, needs: tuple[Need[Any], ...] = ()
+) -> Callable[[Callable[..., Iterator[Finding]]], Check]:
+    """Make a function the check of some rules; it is passed the assessment and what it needs."""
+    return lambda function: Check(rules, needs, function)

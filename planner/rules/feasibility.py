@@ -1,0 +1,361 @@
+"""What PX4's feasibility check and ArduPilot's arming check refuse, and limits they apply.
+
+After ``FeasibilityChecker.cpp`` and ``mission_block.cpp`` of PX4 1.14 to early 2026, and ArduPilot's
+``AP_Arming.cpp``, ``AP_Mission.cpp`` and ``AP_Rally.cpp``.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from planner import quantity
+from planner.findings import Remarks, Rule, Severity
+from planner.geo.geodesy import distance_m
+from planner.mission.commands import Command
+from planner.mission.route.jumps import is_counted
+from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, judges
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from planner.autopilot import Target
+    from planner.findings import Finding
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_CLOSEST_GATE_M = 0.05
+_WARNS_ONLY = (1, 16)
+"""The version from which a first place far away is a warning (PX4 #23568)."""
+_FIRST_PLACE_M = 10_000.0
+"""Default of MIS_DIST_1WP. [m]"""
+_PLACES = frozenset(
+    {
+        Command.NAV_WAYPOINT,
+        Command.NAV_LOITER_UNLIM,
+        Command.NAV_LOITER_TIME,
+        Command.NAV_LAND,
+        Command.NAV_TAKEOFF,
+        Command.NAV_LOITER_TO_ALT,
+        Command.NAV_VTOL_TAKEOFF,
+        Command.NAV_VTOL_LAND,
+        Command.CONDITION_GATE,
+    }
+)
+"""``MissionBlock::item_contains_position``."""
+_TAKEOFF, _LANDING, _BOTH, _BOTH_OR_NONE = {1}, {2}, {3}, {4, 5}
+"""MIS_TKO_LAND_REQ; 5 asks for more in the air only."""
+_REQUIRED: Mapping[int, Command] = {
+    0: Command.NAV_LAND,
+    1: Command.NAV_VTOL_LAND,
+    2: Command.DO_LAND_START,
+    3: Command.NAV_TAKEOFF,
+    4: Command.NAV_VTOL_TAKEOFF,
+    6: Command.NAV_RETURN_TO_LAUNCH,
+}
+"""Item by bit of ARMING_MIS_ITEMS (AP_Arming.cpp, ``mission_checks``)."""
+_JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG})
+_FEWEST_COUNTED, _MOST_COUNTED = 15, 100
+"""AP_MISSION_MAX_NUM_DO_JUMP_COMMANDS, by the memory of the board (AP_Mission.h)."""
+_RALLY_BIT = 5
+_RALLY_LIMIT_M = 300.0
+"""Copter's default of RALLY_LIMIT_KM. [m]"""
+_LANDINGS = frozenset(
+    {Command.NAV_LAND, Command.NAV_VTOL_LAND, Command.NAV_RETURN_TO_LAUNCH, Command.DO_LAND_START}
+)
+
+REQUIRED_ITEM_MISSING = Rule(
+    "M116 required-item-missing",
+    Severity.ERROR,
+    summary="The mission lacks an item without which the vehicle refuses it.",
+    why="The upload succeeds, and the vehicle refuses in the field (QGroundControl #7836: 'one of the "
+    "most common user complaints'; MAVSDK #2103).",
+    how="PX4 MIS_TKO_LAND_REQ: 1 take-off, 2 landing, 3 both, 4 and 5 both or neither; a return does "
+    "not count as a landing.  ArduPilot ARMING_MIS_ITEMS, bits 0 NAV_LAND, 1 VTOL_LAND, 2 "
+    "DO_LAND_START, 3 NAV_TAKEOFF, 4 VTOL_TAKEOFF, 5 a rally point within RALLY_LIMIT_KM of home, 6 "
+    "RETURN_TO_LAUNCH.",
+    fix="add the item, or change the parameter on the vehicle",
+)
+
+
+@judges(REQUIRED_ITEM_MISSING, needs=(PX4,))
+def _required_by_px4(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    required = parameters.takeoff_land_required
+    commands = {item.command for item in a.mission.items}
+    takes_off = not commands.isdisjoint({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
+    lands = Command.NAV_LAND in commands
+    missing = []
+    if not takes_off and (required in _TAKEOFF | _BOTH or (required in _BOTH_OR_NONE and lands)):
+        missing.append("NAV_TAKEOFF")
+    if not lands and (required in _LANDING | _BOTH or (required in _BOTH_OR_NONE and takes_off)):
+        missing.append("NAV_LAND")
+    if missing:
+        home = " (a return does not count as a landing)" if "NAV_LAND" in missing else ""
+        yield a.finding(
+            REQUIRED_ITEM_MISSING,
+            f"PX4 refuses the mission without {' and '.join(missing)}{home}: MIS_TKO_LAND_REQ is "
+            f"{required}",
+        )
+
+
+@judges(REQUIRED_ITEM_MISSING, needs=(ARDUPILOT,))
+def _required_by_ardupilot(a: Assessment, parameters: ArduPilotParameters) -> Iterator[Finding]:
+    bits = parameters.mission_items_required
+    if bits <= 0:
+        return
+    commands = {item.command for item in a.mission.items}
+    missing = [
+        command.name
+        for bit, command in _REQUIRED.items()
+        if bits & 1 << bit and command not in commands
+    ]
+    limit_m = _rally_limit_m(a)
+    if bits & 1 << _RALLY_BIT and not any(
+        math.hypot(*point_m) <= limit_m for point_m in _rally_m(a)
+    ):
+        within = "" if math.isinf(limit_m) else f" within {quantity.distance(limit_m)} of home"
+        missing.append(f"a rally point{within}")
+    if missing:
+        yield a.finding(
+            REQUIRED_ITEM_MISSING,
+            f"ArduPilot does not arm without {', '.join(missing)}: ARMING_MIS_ITEMS is {bits}",
+        )
+
+
+FIRST_WAYPOINT_FAR = Rule(
+    "M104 first-wp-far",
+    Severity.WARNING,
+    summary="The first waypoint is farther from home than PX4's MIS_DIST_1WP.",
+    why="Probably a mission of another site: PX4 refused it up to 1.15 and warns since 1.16 (PX4 "
+    "#8146, #21262, #23568).",
+    how="Distance from home to the first item with a place: MIS_DIST_1WP or more, where that is "
+    "positive.  An error for --target px4-1.15.",
+    fix="check home and mission, or raise MIS_DIST_1WP",
+)
+
+
+@judges(FIRST_WAYPOINT_FAR, needs=(PX4_TARGET,))
+def _first_waypoint_far(a: Assessment, target: Target) -> Iterator[Finding]:
+    parameters, home = PX4.of(a), a.mission.home
+    limit_m = _FIRST_PLACE_M if parameters is None else parameters.first_waypoint_distance_m
+    number, *first = next(_places(a), (0, 0.0, 0.0))
+    if home is None or limit_m <= 0.0 or not number:
+        return
+    away_m = float(distance_m(home.latitude_deg, home.longitude_deg, *first))
+    if away_m >= limit_m:
+        refuses = target.version is not None and target.version < _WARNS_ONLY
+        yield a.finding(
+            FIRST_WAYPOINT_FAR,
+            f"first waypoint {quantity.beside(away_m, limit_m, quantity.distance)} from home; "
+            f"MIS_DIST_1WP is {quantity.distance(limit_m)}: PX4 "
+            f"{'refuses the mission' if refuses else 'warns'}",
+            item=number,
+            severity=Severity.ERROR if refuses else None,
+        )
+
+
+GATE_AT_WAYPOINT = Rule(
+    "M119 gate-at-waypoint",
+    Severity.ERROR,
+    summary="A gate is at the same place as the waypoint before or after it.",
+    why="PX4 finds no direction through the gate and refuses the mission.",
+    how="CONDITION_GATE less than 5 cm from its neighbour among the items with a place.",
+    fix="move the gate between two waypoints",
+)
+
+
+@judges(GATE_AT_WAYPOINT, needs=(PX4_TARGET,))
+def _gate_at_waypoint(a: Assessment, _target: Target) -> Iterator[Finding]:
+    items = a.mission.items
+    if all(item.command != Command.CONDITION_GATE for item in items):
+        return
+    for (before, *there), (number, *here) in pairwise(_places(a)):
+        commands = {items[before - 1].command, items[number - 1].command}
+        apart_m = float(distance_m(*there, *here))
+        if Command.CONDITION_GATE in commands and apart_m < _CLOSEST_GATE_M:
+            yield a.finding(
+                GATE_AT_WAYPOINT,
+                f"gate and waypoint only {apart_m:.2f} m apart (items {before} and {number}): PX4 "
+                "refuses the mission",
+                item=number,
+            )
+
+
+def _places(a: Assessment) -> Iterator[tuple[int, float, float]]:
+    """Yield number, latitude and longitude of the items with a place. [°]"""
+    for number, item in enumerate(a.mission.items, start=1):
+        latitude_deg, longitude_deg = item.latitude_deg, item.longitude_deg
+        if item.command in _PLACES and latitude_deg is not None and longitude_deg is not None:
+            yield number, latitude_deg, longitude_deg
+
+
+SPEED_CLAMPED = Rule(
+    "T103 speed-clamped",
+    Severity.WARNING,
+    summary="A commanded speed is above the vehicle's limit and is not flown.",
+    why="The autopilot flies slower without a message and takes longer than planned (PX4 #11764, "
+    "#18598, ArduPilot #7741).",
+    how="DO_CHANGE_SPEED against MPC_XY_VEL_MAX on PX4.  ArduPilot flies the commanded speed down to "
+    "0.1 m/s, and as fast as its lean angle allows (W102).",
+    fix="command a speed within the limit, or raise the limit on the vehicle",
+)
+
+
+@judges(SPEED_CLAMPED, needs=(PX4,))
+def _speed_clamped(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    limit_m_s = parameters.speed_max_m_s
+    remarks = Remarks()
+    for number, item in enumerate(a.mission.items, start=1):
+        if item.command == Command.DO_CHANGE_SPEED and (item.param2 or 0.0) > limit_m_s:
+            remarks.add(
+                SPEED_CLAMPED,
+                f"{quantity.beside(item.param2 or 0.0, limit_m_s, quantity.speed)} commanded; PX4 flies "
+                f"{quantity.speed(limit_m_s)} (MPC_XY_VEL_MAX)",
+                item=number,
+                place=item.place,
+            )
+    yield from remarks.findings()
+
+
+WIND_LIMIT = Rule(
+    "W104 wind-limit",
+    Severity.WARNING,
+    summary="The wind is above the limit set on the vehicle.",
+    why="PX4 warns or returns in flight where its wind estimate exceeds COM_WIND_MAX (PX4 #19578).",
+    how="--wind against COM_WIND_MAX, where that is positive.",
+    fix="wait for less wind, or raise the limit if the vehicle can take it",
+)
+
+
+@judges(WIND_LIMIT, needs=(PX4,))
+def _wind_limit(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
+    limit_m_s, wind_m_s = parameters.wind_max_m_s, a.conditions.wind.speed_m_s
+    if 0.0 < limit_m_s < wind_m_s:
+        yield a.finding(
+            WIND_LIMIT,
+            f"wind of {quantity.beside(wind_m_s, limit_m_s, quantity.speed)}; COM_WIND_MAX is "
+            f"{quantity.speed(limit_m_s)}",
+        )
+
+
+LAND_START_WITHOUT_LANDING = Rule(
+    "M106 land-start-without-land",
+    Severity.WARNING,
+    summary="No landing follows a DO_LAND_START.",
+    why="A failsafe that jumps there finds no landing, and the vehicle flies on or hovers (ArduPilot "
+    "#4701).",
+    how="No NAV_LAND, RETURN_TO_LAUNCH or next DO_LAND_START follows it in the file.",
+    fix="move the landing after it, or delete it",
+)
+
+
+@judges(LAND_START_WITHOUT_LANDING, needs=(ARDUPILOT_TARGET,))
+def _land_start_without_landing(a: Assessment, _target: Target) -> Iterator[Finding]:
+    items = a.mission.items
+    remarks = Remarks()
+    for number, item in enumerate(items, start=1):
+        if item.command == Command.DO_LAND_START and not any(
+            later.command in _LANDINGS for later in items[number:]
+        ):
+            message = "DO_LAND_START: no landing follows"
+            remarks.add(LAND_START_WITHOUT_LANDING, message, item=number, place=item.place)
+    yield from remarks.findings()
+
+
+TOO_MANY_JUMPS = Rule(
+    "M125 too-many-jumps",
+    Severity.WARNING,
+    summary="The mission has more counted jumps than ArduPilot supports.",
+    why="ArduPilot ignores the jumps beyond that number: the vehicle flies fewer rounds than planned, "
+    "without a message.",
+    how="Items DO_JUMP with a count that the flight passes, against "
+    "AP_MISSION_MAX_NUM_DO_JUMP_COMMANDS: 15 on boards with less than 500 kB of memory, 100 on others; "
+    "an error above 100.  Endless jumps are not counted.  All jumps are predicted as taken.",
+    fix="write the rounds out, or nest fewer jumps",
+)
+
+
+@judges(TOO_MANY_JUMPS, needs=(ARDUPILOT_TARGET,))
+def _too_many_jumps(a: Assessment, _target: Target) -> Iterator[Finding]:
+    reached = set(a.route.reached)
+    counted = [
+        number
+        for number, item in enumerate(a.mission.items, start=1)
+        if item.command in _JUMPS and number in reached and is_counted(item)
+    ]
+    if len(counted) <= _FEWEST_COUNTED:
+        return
+    too_many = len(counted) > _MOST_COUNTED
+    most = f"{_MOST_COUNTED}" if too_many else f"{_FEWEST_COUNTED} on small boards"
+    yield a.finding(
+        TOO_MANY_JUMPS,
+        f"{len(counted)} jumps with a count; ArduPilot takes at most {most}",
+        item=counted[_FEWEST_COUNTED],
+        severity=Severity.ERROR if too_many else None,
+    )
+
+
+RALLY_FAR = Rule(
+    "M118 rally-far",
+    Severity.WARNING,
+    summary="A rally point is farther from the whole mission than ArduPilot looks, and home is nearer.",
+    why="ArduPilot returns home instead of to a rally point beyond RALLY_LIMIT_KM, 300 m on Copter: "
+    "the point is never used (ArduPilot #4701, #30575).",
+    how="Distance from each rally point to the nearest straight leg, above RALLY_LIMIT_KM where that "
+    "is not 0, and no end of a leg is nearer to it than to home (AP_Rally::find_nearest_rally_point).",
+    fix="move the rally point, or raise RALLY_LIMIT_KM",
+)
+
+
+@judges(RALLY_FAR, needs=(ARDUPILOT_TARGET,))
+def _rally_far(a: Assessment, _target: Target) -> Iterator[Finding]:
+    """``AP_Rally::find_nearest_rally_point``: beyond the limit home is taken where it is nearer.
+
+    Where it is not, one end of a leg is nearer to the rally point than to home.
+    """
+    rally, limit_m = a.mission.rally, _rally_limit_m(a)
+    if not rally:
+        return
+    path_m = np.array([(0.0, 0.0), *((s.east_m, s.north_m) for s in a.route.stages)])
+    remarks = Remarks()
+    for number, (point, point_m) in enumerate(zip(rally, _rally_m(a), strict=True), start=1):
+        away_m = _distance_to_path_m(point_m, path_m)
+        is_nearer = np.hypot(*(path_m - point_m).T) <= np.hypot(*path_m.T)
+        if away_m > limit_m and not is_nearer.any():
+            remarks.add(
+                RALLY_FAR,
+                f"rally point {number} is {quantity.beside(away_m, limit_m, quantity.distance)} from the "
+                f"mission; RALLY_LIMIT_KM is {limit_m / 1000.0:g}: ArduPilot never uses it",
+                place=point.place,
+            )
+    yield from remarks.findings()
+
+
+def _rally_limit_m(a: Assessment) -> float:
+    """Return how far ArduPilot looks for a rally point; infinite where it takes any. [m]"""
+    parameters = ARDUPILOT.of(a)
+    return _RALLY_LIMIT_M if parameters is None else parameters.rally_limit_m or math.inf
+
+
+def _rally_m(a: Assessment) -> npt.NDArray[np.float64]:
+    """Return the rally points, east and north of home. (n, 2) [m]"""
+    rally = a.mission.rally
+    return np.column_stack(
+        a.route.frame.east_north_m(
+            [point.latitude_deg for point in rally], [point.longitude_deg for point in rally]
+        )
+    )
+
+
+def _distance_to_path_m(point_m: npt.NDArray[np.float64], path_m: npt.NDArray[np.float64]) -> float:
+    """Return the distance of a point (2,) from straight legs through points (n, 2). [m]"""
+    start, way = path_m[:-1], np.diff(path_m, axis=0)
+    length2 = (way**2).sum(axis=1)
+    fraction = ((point_m - start) * way).sum(axis=1) / np.where(length2 > 0.0, length2, 1.0)
+    nearest = start + np.clip(fraction, 0.0, 1.0)[:, None] * way
+    return float(np.hypot(*(point_m - nearest).T).min())

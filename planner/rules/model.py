@@ -1,0 +1,504 @@
+"""Rules on the vehicle model: flight it was not identified on, conditions it does not model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner import quantity
+from planner.autopilot import Autopilot
+from planner.catalogue.energy import CONDITION_NOT_MODELLED
+from planner.catalogue.time import ITEM_NOT_MODELLED
+from planner.findings import Rule, Severity
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+)
+from planner.mission.route.stage import StageKind
+from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.rules.declaration import EXTREMES, POWER, PX4, judges
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.findings import Finding
+    from planner.flight.power import SteadyPower
+    from planner.flight.prediction import Extremes
+    from planner.mission.route.stage import Stage
+    from planner.rules.assessment import Assessment
+    from planner.vehicle.parameters.px4 import Px4Parameters
+
+_HEIGHT_SLACK_M = 0.5
+"""A height this little outside the identified ones is inside: rounding of files. [m]"""
+_OVERSHOOT = 0.03
+"""A rate this much over the highest is inside: recorded flights overshoot their commands by it. [-]"""
+_STRONG_WIND = 0.6
+"""Wind over the highest identified speed from which on not to count it is an error: out and back at
+10 m/s took 7 % more energy in 5 m/s of wind and 22 % more in 8 m/s. [-]"""
+_FAR = 2.0
+"""A climb or descent so many times as fast as any identified is an error. [-]"""
+_DENSITY_SLACK = 0.02
+"""A density this much outside the identified ones is inside: 2 % of density is 1 % of power. [-]"""
+_MOST_LIFT = 1.5
+"""More thrust, in times of that of the model's flights, is not taken for granted: vehicles are built to
+hover at half of what they have or somewhat more."""
+_THINNER, _MUCH_THINNER = 1.1, 1.2
+"""Thinness of air that is not counted: 5 % and 10 % of the power of a hover."""
+_LANDS = frozenset({StageKind.LAND, StageKind.RETURN})
+"""Stages whose vertical speeds are set in the vehicle, not by the mission."""
+
+MODEL_OUTSIDE_ENVELOPE = Rule(
+    "E105 model-outside-envelope",
+    Severity.WARNING,
+    summary="The flight leaves the range in which the model was identified.",
+    why="A model is no evidence of flight it was not identified on.  A longer climb consists of "
+    "manoeuvres inside the range and is only marked; a speed beyond the range does not and is an "
+    "error, as is a climb or descent twice as fast as any.  In a model without an airspeed term, wind "
+    "makes the airspeed an error from 1.6 times the identified speed on.",
+    how="Commanded speeds, altitude steps and heights, and the airspeeds, climb rates, mass and air "
+    "density of the predicted flight against [valid_for] and the identified steps of the vehicle "
+    "model; tolerances: 0.5 m of height, 3 % of a flown speed, 2 % of density.  Power measured higher "
+    "up, or in other air, is only noted.",
+    fix="keep the mission inside the identified range, or record a flight beyond it and run mavjoule "
+    "identify",
+)
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE)
+def _commanded_speeds(a: Assessment) -> Iterator[Finding]:
+    limit = a.vehicle.valid_for.speed_m_s
+    if limit is None:
+        return
+    beyond = [
+        (speed, stage)
+        for stage in a.route.stages
+        if (speed := _commanded_m_s(a, stage)) is not None and speed not in limit
+    ]
+    if not beyond:
+        return
+    highest = quantity.speed(limit.high)
+    yield a.finding(
+        MODEL_OUTSIDE_ENVELOPE,
+        f"{quantity.speed(max(speed for speed, _ in beyond))} commanded; the model was identified from "
+        f"{quantity.decimals(limit.low, 1)} to {highest}: time and energy of "
+        f"{quantity.count(len(beyond), 'leg')} are unreliable",
+        severity=Severity.ERROR,
+        item=beyond[0][1].item,
+        fix=f"command {highest} or less, or record a faster flight and run mavjoule identify",
+    )
+
+
+def _commanded_m_s(a: Assessment, stage: Stage) -> float | None:
+    """Return the speed commanded on a stage, not above what PX4 flies (T103). [m s⁻¹]"""
+    px4 = PX4.of(a)
+    if stage.speed_m_s is None or px4 is None:
+        return stage.speed_m_s
+    return min(stage.speed_m_s, px4.speed_max_m_s)
+
+
+@judges(ITEM_NOT_MODELLED)
+def _vertical_speeds(a: Assessment) -> Iterator[Finding]:
+    stages = a.route.stages
+    if a.autopilot is not Autopilot.STEP or not any(
+        stage.climb_speed_m_s or stage.descent_speed_m_s for stage in stages
+    ):
+        return
+    columns = a.flight.motion.segments
+    stage_of = a.returns.segment_stage
+    for name, commanded, climbs in (
+        ("climb", [stage.climb_speed_m_s for stage in stages], columns.climb_m),
+        ("descent", [stage.descent_speed_m_s for stage in stages], -columns.climb_m),
+    ):
+        asked_m_s = np.array([np.nan if v is None else v for v in commanded])[stage_of]
+        asked_m_s[[stages[row].kind in _LANDS for row in stage_of]] = np.nan
+        begun = np.flatnonzero((climbs > 0.0) & ~np.isnan(asked_m_s))
+        if not len(begun):
+            continue
+        flown_m_s = climbs[begun] / columns.duration_s[begun]
+        row = int(np.argmin(asked_m_s[begun] / flown_m_s))
+        segment = int(begun[row])
+        asked, flown = float(asked_m_s[segment]), float(flown_m_s[row])
+        slower = asked < flown
+        yield a.finding(
+            ITEM_NOT_MODELLED,
+            f"{name} speed of {quantity.beside(asked, flown, quantity.speed)} not modelled: "
+            f"{quantity.count(len(begun), name)} predicted by the step response, here "
+            f"{quantity.height(climbs[segment])} at {quantity.speed(flown)} on average"
+            + ("; the flight takes more time and energy than predicted" if slower else ""),
+            severity=Severity.ERROR if slower else None,
+            item=a.item_of(segment),
+            fix=f"remove the {name} speed from the mission, or use a model that an autopilot flies",
+        )
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE)
+def _climb_heights(a: Assessment) -> Iterator[Finding]:
+    response = a.vehicle.responses.altitude
+    if response is None or response.identified_step_m is None:
+        return
+    climb_m = np.abs(a.flight.motion.segments.climb_m)
+    beyond = np.flatnonzero(climb_m > response.identified_step_m + _HEIGHT_SLACK_M)
+    if len(beyond):
+        yield a.finding(
+            MODEL_OUTSIDE_ENVELOPE,
+            f"{quantity.count(len(beyond), 'climb or descent', 'climbs or descents')} of up to "
+            f"{quantity.height(float(climb_m[beyond].max()))}, longer than the identified step of "
+            f"{quantity.height(response.identified_step_m)}: predicted at the step's peak rate",
+            item=a.item_of(beyond[0]),
+        )
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE)
+def _heights(a: Assessment) -> Iterator[Finding]:
+    heights_m = np.array([stage.height_m for stage in a.route.stages])
+    box = a.vehicle.valid_for
+    limit, measured = box.height_above_home_m, box.hover_height_above_home_m
+    if limit is not None:
+        outside = (heights_m > limit.high + _HEIGHT_SLACK_M) | (
+            heights_m < limit.low - _HEIGHT_SLACK_M
+        )
+        if outside.any():
+            worst = int(np.argmax(np.where(outside, np.abs(heights_m), -1.0)))
+            yield a.finding(
+                MODEL_OUTSIDE_ENVELOPE,
+                f"{quantity.count(int(outside.sum()), 'leg')} up to {quantity.height(heights_m[worst])} "
+                f"above home; the model was identified from {quantity.height(limit.low)} to "
+                f"{quantity.height(limit.high)}",
+                item=a.route.stages[worst].item,
+            )
+            return
+    highest_m = float(heights_m.max())
+    if measured is not None and highest_m < measured.low:
+        yield a.finding(
+            MODEL_OUTSIDE_ENVELOPE,
+            f"hover power is extrapolated: measured at {quantity.height(measured.low)} and above, this "
+            f"flight reaches {quantity.height(highest_m)}",
+            severity=Severity.INFO,
+            fix="",
+        )
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE, needs=(EXTREMES,))
+def _flown_speeds(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
+    # Speeds that the mission itself commands are those of ``_commanded_speeds``.
+    limit = a.vehicle.valid_for.speed_m_s
+    if limit is None:
+        return
+    identified = f"the model was identified up to {quantity.speed(limit.high)}"
+    over = (1.0 + _OVERSHOOT) * limit.high
+    ground, air = extremes.ground_speed_m_s, extremes.airspeed_m_s
+    # A response of reference steps overshoots within the flights it was identified on.
+    if ground.value > over and a.autopilot is not Autopilot.STEP:
+        if not any((_commanded_m_s(a, stage) or 0.0) > limit.high for stage in a.route.stages):
+            yield a.finding(
+                MODEL_OUTSIDE_ENVELOPE,
+                f"{quantity.speed(ground.value)} flown; {identified}: time and energy are unreliable",
+                severity=Severity.ERROR,
+                item=a.item_of(ground.segment),
+            )
+    elif air.value > max(over, ground.value):
+        # Where the airspeed makes no difference nothing is extrapolated: the wind is not counted.
+        is_strong = air.value > (1.0 + _STRONG_WIND) * limit.high
+        yield a.finding(
+            MODEL_OUTSIDE_ENVELOPE,
+            f"airspeed of up to {quantity.speed(air.value)} against the wind; {identified}",
+            severity=Severity.ERROR if a.vehicle.knows_airspeed or is_strong else None,
+            item=a.item_of(air.segment),
+        )
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE, needs=(EXTREMES,))
+def _climb_rates(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
+    limit = a.vehicle.valid_for.climb_rate_m_s
+    if limit is None:
+        return
+    widest = max(abs(limit.low), abs(limit.high))
+    for extreme, beyond, edge in (
+        (extremes.climb_m_s, extremes.climb_m_s.value - limit.high, limit.high),
+        (extremes.descent_m_s, limit.low - extremes.descent_m_s.value, min(limit.low, 0.0)),
+    ):
+        if beyond > _OVERSHOOT * widest:
+            is_far = abs(extreme.value) > _FAR * (abs(edge) or widest)
+            yield a.finding(
+                MODEL_OUTSIDE_ENVELOPE,
+                f"climb rate of {quantity.speed(extreme.value)} flown; the model was identified from "
+                f"{quantity.decimals(limit.low, 1)} to {quantity.speed(limit.high)}",
+                severity=Severity.ERROR if is_far else None,
+                item=a.item_of(extreme.segment),
+            )
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE)
+def _mass(a: Assessment) -> Iterator[Finding]:
+    vehicle, mass_kg = a.vehicle, a.flight.power.mass_kg
+    limit = vehicle.valid_for.mass_kg
+    if limit is None or not vehicle.knows_mass or mass_kg in {None, vehicle.mass_kg}:
+        return
+    mass_kg = mass_kg or 0.0
+    if mass_kg not in limit:
+        yield a.finding(
+            MODEL_OUTSIDE_ENVELOPE,
+            f"{quantity.mass(mass_kg)} with payload; the model was identified from "
+            f"{quantity.mass(limit.low)} to {quantity.mass(limit.high)}",
+        )
+
+
+@judges(MODEL_OUTSIDE_ENVELOPE, needs=(EXTREMES,))
+def _air_density(a: Assessment, extremes: Extremes) -> Iterator[Finding]:
+    limit = a.vehicle.valid_for.air_density_kg_m3
+    if limit is None or not a.vehicle.knows_air_density:
+        return
+    thin, dense = (
+        float(a.flight.power.air_density_kg_m3(height_m))
+        for height_m in (extremes.highest_m, extremes.lowest_m)
+    )
+    if thin < (1.0 - _DENSITY_SLACK) * limit.low or dense > (1.0 + _DENSITY_SLACK) * limit.high:
+        yield a.finding(
+            MODEL_OUTSIDE_ENVELOPE,
+            f"air of {quantity.decimals(thin, 2)} to {quantity.decimals(dense, 2)} kg/m³; the model was "
+            f"identified from {quantity.decimals(limit.low, 2)} to {quantity.decimals(limit.high, 2)} kg/m³",
+            severity=Severity.INFO,
+            fix="",
+        )
+
+
+POWER_UNKNOWN = Rule(
+    "E109 power-not-identified",
+    Severity.ERROR,
+    summary="The model has no power: time is predicted, energy is not.",
+    why="Without energy a mission cannot be judged against a battery; it is never a 'go'.",
+    how='law = "not-given" under [hover] and [cruise] of the vehicle model.',
+    fix="identify the vehicle from logs with voltage and current, or use another model",
+)
+
+
+@judges(POWER_UNKNOWN)
+def _power_unknown(a: Assessment) -> Iterator[Finding]:
+    if not a.vehicle.is_power_known:
+        yield a.finding(
+            POWER_UNKNOWN, f"{a.vehicle.name} has no power model: time and distance only, no energy"
+        )
+
+
+CRUISE_POWER_ASSUMED = Rule(
+    "E107 cruise-power-assumed",
+    Severity.INFO,
+    summary="The model has no cruise power: hover power at the same height is used.",
+    why="Cruise power is not hover power: recorded vehicles use from 16 % less at 8 m/s to 37 % more "
+    "at 15 m/s.  The article on which the shipped model is based gives no figure, and none is invented.",
+    how="Cruise power = hover power at the actual height, wherever the model has no [cruise] table.",
+    fix="identify the vehicle from its own logs, or add a cruise table to the model file",
+)
+
+
+@judges(CRUISE_POWER_ASSUMED, needs=(POWER,))
+def _cruise_power_assumed(a: Assessment, _power: SteadyPower) -> Iterator[Finding]:
+    columns = a.flight.motion.segments
+    cruising = columns.state == STATE_INDEX[FlightState.CRUISE]
+    if a.vehicle.cruise is None and cruising.any():
+        cruise_m = float(columns.distance_m[cruising].sum())
+        yield a.finding(
+            CRUISE_POWER_ASSUMED,
+            f"no cruise power in the model: hover power used for {quantity.distance(cruise_m)}",
+        )
+
+
+LIFT_UNKNOWN = Rule(
+    "E120 lift-unknown",
+    Severity.ERROR,
+    summary="The flight takes far more thrust than the flights the model was identified on.",
+    why="A model's power keeps growing where the vehicle no longer leaves the ground: it has no limit "
+    "of thrust (ArduPilot #5244: nearly lost at 77 % of the throttle).",
+    how="Mass with payload over the heaviest of [valid_for] (else the model's own), times the "
+    "thinnest air of [valid_for] (else 1.225 kg/m³) over the air at the highest point of the flight: "
+    "more than 1.5.  Thrust falls with air density as weight grows.",
+    fix="carry less, fly lower, or record such a flight and run mavjoule identify",
+)
+
+
+@judges(LIFT_UNKNOWN, CONDITION_NOT_MODELLED, needs=(EXTREMES, POWER))
+def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Finding]:
+    vehicle, limit = a.vehicle, a.vehicle.valid_for.air_density_kg_m3
+    thin = float(power.air_density_kg_m3(extremes.highest_m))
+    thinner = (SEA_LEVEL_DENSITY_KG_M3 if limit is None else limit.low) / thin
+    air = f"air of {quantity.decimals(thin, 2)} kg/m³"
+    lifted = thinner * _times_heavier(a)
+    if lifted > _MOST_LIFT:
+        load = "the flight" if power.mass_kg is None else quantity.mass(power.mass_kg)
+        yield a.finding(
+            LIFT_UNKNOWN,
+            f"{load} in {air} needs {quantity.beside(lifted, _MOST_LIFT, _times)} the thrust of the "
+            "flights the model was identified on: whether the vehicle has it is unknown",
+        )
+        return
+    # A temperature that is not counted is reported already.
+    limit_thinner = _THINNER if a.conditions.temperature_c is None else _MUCH_THINNER
+    if not vehicle.knows_air_density and thinner > limit_thinner:
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"{air}, {_times(thinner)} thinner than at sea level, not counted: the model has no air "
+            "density term",
+            severity=Severity.ERROR if thinner > _MUCH_THINNER else None,
+        )
+
+
+def _times_heavier(a: Assessment) -> float:
+    """Return the mass that flies over the heaviest the model was identified with."""
+    vehicle, mass_kg = a.vehicle, a.flight.power.mass_kg
+    limit = vehicle.valid_for.mass_kg
+    known_kg = vehicle.mass_kg if limit is None else limit.high
+    if not vehicle.knows_mass or mass_kg is None or known_kg is None:
+        return 1.0  # a payload that is not counted is E108's
+    return mass_kg / known_kg
+
+
+def _times(ratio: float) -> str:
+    return f"{quantity.decimals(ratio, 1)} times"
+
+
+@judges(CONDITION_NOT_MODELLED)
+def _conditions(a: Assessment) -> Iterator[Finding]:
+    given, vehicle = a.conditions, a.vehicle
+    wind = given.wind
+    if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
+        limit = vehicle.valid_for.speed_m_s
+        is_strong = limit is not None and wind.speed_m_s > _STRONG_WIND * limit.high
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"wind of {quantity.speed(wind.speed_m_s)} not counted: this model has no airspeed term",
+            severity=Severity.ERROR if is_strong else None,
+        )
+    if (given.payload_kg > 0.0 or given.payload_sd_kg > 0.0) and not vehicle.knows_mass:
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"payload of {quantity.mass(given.payload_kg)} not counted: this model has no mass term",
+            severity=Severity.ERROR,
+            fix="use a model with a mass, or allow for the payload in --reserve and ignore E108",
+        )
+    if given.temperature_c is not None and not vehicle.knows_air_density:
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"temperature of {quantity.temperature(given.temperature_c)} not counted: this model has no "
+            "air density term",
+        )
+    spread = [
+        name
+        for name, sd in (
+            ("wind", wind.speed_sd_m_s or wind.from_sd_deg),
+            ("payload", given.payload_sd_kg),
+            ("temperature", given.temperature_sd_c),
+            ("charge", a.charge_sd),
+        )
+        if sd
+    ]
+    if spread and vehicle.spread is None:
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            f"± of {' and '.join(spread)} not used: {vehicle.name} has no [spread]",
+            fix="use a vehicle model with a [spread], as mavjoule identify writes it",
+        )
+
+
+@judges(CONDITION_NOT_MODELLED)
+def _battery_conditions(a: Assessment) -> Iterator[Finding]:
+    health, resistance, temperature_c = (
+        a.conditions.battery_health,
+        a.conditions.battery_resistance_factor,
+        a.conditions.battery_temperature_c,
+    )
+    if a.pack is None:
+        named = {"health": health, "resistance": resistance, "temperature": temperature_c}
+        given = [name for name, value in named.items() if value is not None]
+        if given:
+            yield a.finding(
+                CONDITION_NOT_MODELLED,
+                f"battery {' and '.join(given)} not counted: no battery given",
+                fix="give --battery, or use a vehicle model with a [battery]",
+            )
+        return
+    if a.discharge is None and resistance is not None:
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            "battery resistance not counted: the battery has no open-circuit voltage or no resistance",
+            fix="use a vehicle model whose battery has both",
+        )
+    has_curve = a.pack.resistance_temperature_c is not None and a.discharge is not None
+    if temperature_c is not None and not has_curve:
+        yield a.finding(
+            CONDITION_NOT_MODELLED,
+            "battery temperature not counted: the battery has no resistance over temperature",
+            fix="use a vehicle model whose battery has one",
+        )
+
+
+RESPONSE_NOT_APPLIED = Rule(
+    "E111 response-not-applied",
+    Severity.INFO,
+    summary="The model has responses of the vehicle to its setpoints, which are not used.",
+    why="Stops take a little longer, and waypoints are reached a little later, than their setpoints.",
+    how="[responses] of speed or altitude in a model flown by PX4, which is predicted to fly exactly "
+    "its setpoints, but for the time its trajectory waits for a noisy position (T109); on ArduPilot "
+    "stops and waits at waypoints follow the responses.",
+    fix="allow for the mean residence time of the responses where a stop matters",
+)
+
+
+@judges(RESPONSE_NOT_APPLIED, needs=(PX4,))
+def _response_not_applied(a: Assessment, _parameters: Px4Parameters) -> Iterator[Finding]:
+    responses = a.vehicle.responses
+    if responses.speed is not None or responses.altitude is not None:
+        yield a.finding(
+            RESPONSE_NOT_APPLIED,
+            "the model's responses are not applied: PX4 is predicted to fly its setpoints without lag",
+        )
+
+
+AUTOPILOT_DIFFERS = Rule(
+    "M109 autopilot-differs",
+    Severity.INFO,
+    summary="The mission was written for another autopilot than the model's.",
+    why="PX4 and ArduPilot fly the same items differently; so does a step-response model.",
+    how="The file's firmware type against the autopilot of the prediction.",
+    fix="choose with --vehicle the model of the vehicle that will fly",
+)
+
+
+@judges(AUTOPILOT_DIFFERS)
+def _autopilot_differs(a: Assessment) -> Iterator[Finding]:
+    written_for = a.mission.autopilot
+    if written_for is None or written_for is a.autopilot:
+        return
+    if a.autopilot is Autopilot.STEP:
+        message = (
+            "predicted with a stop at each waypoint (step-response model); "
+            f"{written_for.label}, which the file was written for, flies through them"
+        )
+    else:
+        message = (
+            f"predicted as {a.autopilot.label} flies; the file was written for {written_for.label}"
+        )
+    yield a.finding(AUTOPILOT_DIFFERS, message)
+
+
+WIND_BEYOND_MODEL = Rule(
+    "W103 wind-beyond-model",
+    Severity.ERROR,
+    summary="The wind is at least as fast as the vehicle's highest recorded speed.",
+    why="A vehicle blown along faster than it can fly does not come back (ArduPilot #859).  A "
+    "step-response model flies every leg as commanded, whatever the wind.",
+    how="Wind speed at or above the highest speed of the model's [valid_for], in a step-response "
+    "model; with an autopilot the lean angle decides (W101).",
+    fix="wait for less wind, or identify the vehicle at higher speeds",
+)
+
+
+@judges(WIND_BEYOND_MODEL)
+def _wind_beyond_model(a: Assessment) -> Iterator[Finding]:
+    limit, wind_m_s = a.vehicle.valid_for.speed_m_s, a.conditions.wind.speed_m_s
+    if a.autopilot is Autopilot.STEP and limit is not None and wind_m_s >= limit.high:
+        yield a.finding(
+            WIND_BEYOND_MODEL,
+            f"wind of {quantity.speed(wind_m_s)}; the model was identified up to "
+            f"{quantity.speed(limit.high)}: no headway is certain",
+        )
