@@ -135,7 +135,7 @@ def _vertical_speeds(a: Assessment) -> Iterator[Finding]:
 @judges(MODEL_OUTSIDE_ENVELOPE)
 def _climb_heights(a: Assessment) -> Iterator[Finding]:
     response = a.vehicle.responses.altitude
-    if response is None or response.identified_step_m is None:
+    if response is None:
         return
     climb_m = np.abs(a.flight.motion.segments.climb_m)
     beyond = np.flatnonzero(climb_m > response.identified_step_m + _HEIGHT_SLACK_M)

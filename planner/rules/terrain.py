@@ -105,8 +105,9 @@ def _ground(a: Assessment, terrain: TerrainGrid) -> Iterator[Finding]:
     item = int(way.item[lowest])
     yield a.finding(
         GROUND_CLEARANCE,
-        f"{_above(float(way.clearance_m[lowest]))} at item {item} to "
-        f"{_above(float(way.clearance_m[highest]))} at item {int(way.item[highest])}",
+        f"{quantity.height(float(way.clearance_m[lowest]))} (item {item}) to "
+        f"{quantity.height(float(way.clearance_m[highest]))} (item {int(way.item[highest])}) above the "
+        "ground",
         item=item,
     )
     yield from _returns(a, way, terrain)
@@ -176,8 +177,8 @@ def _too_low(a: Assessment, way: _Way) -> Iterator[Finding]:
     asked = "" if lowest_m < 0.0 else f" (--clearance {quantity.height(a.clearance_m)})"
     yield a.finding(
         BELOW_TERRAIN,
-        f"{_above(lowest_m)}{asked}{before}; {quantity.distance(float(way.step_m[low].sum()))} too low in "
-        "all",
+        f"{_above(lowest_m)}{asked}{before}; {quantity.distance(float(way.step_m[low].sum()))} of the "
+        "path too low",
         item=item,
     )
 

@@ -89,7 +89,7 @@ def test_a_clearance_is_asked_for_from_the_command_line(
         [checked] = json.loads(capsys.readouterr().out)["missions"]
         found = [f for f in checked["findings"] if f["code"] == "A102"]
         assert bool(found) is fires
-    assert "asked for" in found[0]["message"]
+    assert "--clearance" in found[0]["message"]
     assert main([*options, "--clearance", "-3"]) == 2
 
 

@@ -88,7 +88,8 @@ def test_px4_returns_where_its_charge_is_critical() -> None:
     )
     [event] = [one for one in told(result, "E103") if one.severity is Severity.ERROR]
     assert event.item == 3
-    assert "the vehicle itself returns at item 3" in event.message
+    assert "the vehicle itself returns at" in event.message
+    assert "m into the leg to item 3" in event.message
     assert "BAT_CRIT_THR" in event.message
     assert result.verdict == "no-go"
 

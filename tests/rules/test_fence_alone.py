@@ -40,7 +40,7 @@ def test_home_rally_points_and_areas_are_judged_without_a_flight(
 
 def test_how_far_a_rally_point_is_outside_is_told() -> None:
     finding = findings_of((), AROUND, rally_points=(rally(120.0, 0.0),))["F103"]
-    assert finding.message == "rally point 1 is 20 m beyond inclusion polygon 1"
+    assert finding.message == "rally point 1 is 20 m outside inclusion polygon 1"
     assert finding.stretch is not None
     assert finding.stretch.start_deg == pytest.approx(degrees(120.0, 0.0), abs=1e-7)
     assert finding.stretch.distance_m == pytest.approx(20.0, abs=0.01)

@@ -62,7 +62,7 @@ def test_a_sliver_of_one_metre_across_a_long_leg_is_found(autopilot: Autopilot) 
     finding = findings_of((takeoff(20), at(0, 3000), rtl()), sliver, autopilot=autopilot)["F101"]
     assert (finding.severity, finding.item) == (Severity.ERROR, 2)
     # One metre on the way out, one on the way back.
-    assert "2.0 m lie outside the fence, at 2 items" in finding.message
+    assert "2.0 m outside the fence, at 2 items" in finding.message
     assert finding.stretch is not None
     assert finding.stretch.distance_m == pytest.approx(2.0, abs=0.01)
     assert finding.stretch.start_deg == pytest.approx(degrees(0.0, 1500.0), abs=1e-6)
@@ -130,7 +130,7 @@ def test_rally_points_outside_are_errors_and_those_inside_are_none() -> None:
     found = findings_of(items, AROUND, rally_points=(rally(0.0, 50.0), rally(0.0, 435.0)))
     assert set(found) == {"F103"}
     assert found["F103"].severity is Severity.ERROR
-    assert "rally point 2 is 35 m beyond inclusion polygon 1" in found["F103"].message
+    assert "rally point 2 is 35 m outside inclusion polygon 1" in found["F103"].message
     assert findings_of(items, AROUND, rally_points=(rally(0.0, 399.9),)) == {}
     assert set(findings_of(items, AROUND, rally_points=(rally(0.0, 400.1),))) == {"F103"}
 
@@ -210,7 +210,7 @@ def test_the_rally_point_that_is_judged_is_the_one_the_vehicle_takes() -> None:
     assert findings_of(items, wall, parameters="RALLY_INCL_HOME,1\n", **behind) == {}
     given = "RALLY_INCL_HOME,0\nRALLY_LIMIT_KM,0\n"
     finding = findings_of(items, wall, parameters=given, **behind)["F108"]
-    assert "the straight way to rally point 1 from here" in finding.message
+    assert "straight return to rally point 1 from here" in finding.message
 
 
 def test_a_home_that_the_mission_moves_is_where_returns_lead() -> None:

@@ -30,15 +30,15 @@ def told(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[Sever
     [
         # 1.175 kg/m³ at 430 m AMSL, denser than the 1.1127 the model knows: 0.947 times.
         ({"payload_kg": 2.0}, None),  # 5.5 kg: 1.571 times, 1.49 together
-        ({"payload_kg": 2.3}, "5.80 kg in air of 1.18 kg/m³ takes 1.6 times the thrust"),
-        ({"payload_kg": 50.0}, "53.5 kg in air of 1.18 kg/m³ takes 14.5 times the thrust"),
+        ({"payload_kg": 2.3}, "5.80 kg in air of 1.18 kg/m³ needs 1.6 times the thrust"),
+        ({"payload_kg": 50.0}, "53.5 kg in air of 1.18 kg/m³ needs 14.5 times the thrust"),
         # 1.1127 over the standard atmosphere: 1.46 at 4730 m, 1.51 at 5030 m.
         ({"home_amsl_m": 4700.0}, None),
-        ({"home_amsl_m": 5000.0}, "3.50 kg in air of 0.73 kg/m³ takes"),
+        ({"home_amsl_m": 5000.0}, "3.50 kg in air of 0.73 kg/m³ needs"),
         # 4.5 kg are 1.286 times, 0.906 kg/m³ at 3030 m 1.225 times.
         ({"payload_kg": 1.0}, None),
         ({"home_amsl_m": 3000.0}, None),
-        ({"payload_kg": 1.0, "home_amsl_m": 3000.0}, "takes 1.6 times the thrust"),
+        ({"payload_kg": 1.0, "home_amsl_m": 3000.0}, "needs 1.6 times the thrust"),
     ],
 )
 def test_far_more_thrust_than_was_ever_seen_is_no_go(

@@ -53,7 +53,7 @@ def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_is_an_e
     )
     [told] = of("T102", found(one))
     assert (told.severity, told.item) == (severity, 4)
-    assert f"{asked_m_s:.1f} m/s is commanded" in told.message
+    assert f"speed of {asked_m_s:.1f} m/s not modelled" in told.message
     assert of("T102", found(one, ARDUPILOT)) == []
 
 
@@ -102,12 +102,12 @@ def test_a_spline_flown_straight_is_an_error_where_a_fence_or_the_ground_is_judg
     fence = Fence(circles=(circle(0.0, 0.0, 5000.0),))
     [fenced] = of("T102", found(replace(CURVED, fence=fence)))
     assert fenced.severity is Severity.ERROR
-    assert "the fence cannot be judged" in fenced.message
+    assert "the fence cannot be checked on the curve" in fenced.message
     [limited] = of("T102", found(CURVED, STEP, "GF_MAX_HOR_DIST,5000\nGF_ACTION,3\n"))
     assert limited.severity is Severity.ERROR
     [low] = of("T102", found(CURVED, terrain=ground(0.0)))
     assert low.severity is Severity.ERROR
-    assert "the ground cannot be judged" in low.message
+    assert "the ground cannot be checked on the curve" in low.message
 
 
 # Identified up to 10 m/s; home is flown at 10 m/s southward, the wind from the south against it.
@@ -121,7 +121,7 @@ def test_an_airspeed_beyond_the_identified_ones_is_told_with_steps_too(
 ) -> None:
     one = mission(takeoff(100), speed(10.0), waypoint(900, 100), rtl())
     told = of("E105", found(one, wind=Wind(speed_m_s=wind_m_s, from_deg=180.0)))
-    assert [one.severity for one in told if "through the air" in one.message] == severities
+    assert [one.severity for one in told if "airspeed of" in one.message] == severities
 
 
 def test_a_battery_that_starts_below_the_reserve_is_told_in_numbers_that_add_up() -> None:
@@ -129,8 +129,8 @@ def test_a_battery_that_starts_below_the_reserve_is_told_in_numbers_that_add_up(
     [told] = of("E101", flat.findings)
     needed_wh = flat.totals.energy_wh
     # 5 Wh of 20 Wh are there: 15 Wh below.
-    assert "starts 15.0 Wh below the reserve of 20 %" in told.message
-    assert f"short by {15.0 + needed_wh:.1f} Wh" in told.message
+    assert "starts 15.0 Wh below the 20 % reserve" in told.message
+    assert f"({15.0 + needed_wh:.1f} Wh short)" in told.message
 
 
 def test_an_item_that_the_autopilot_skips_is_not_flown_to() -> None:

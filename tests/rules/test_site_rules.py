@@ -71,12 +71,12 @@ def test_parameters_are_held_to_what_a_profile_asks(
     found = of("P103", tmp_path, f"[expect.params]\n{expected}\n", parameters=given)
     assert [finding.severity for finding in found] == [Severity.ERROR] * fires
     if fires:
-        assert f"{tmp_path / 'site.toml'} asks for " in found[0].message
+        assert f"{tmp_path / 'site.toml'} expects " in found[0].message
 
 
 def test_expected_parameters_without_a_file_of_parameters_are_an_error(tmp_path: Path) -> None:
     [finding] = of("P103", tmp_path, "[expect.params]\nRTL_ALT = 1500\nFENCE_ENABLE = 1\n")
-    assert "asks for 2 parameters, none is known" in finding.message
+    assert "expects 2 values" in finding.message
 
 
 @pytest.mark.parametrize(("limit_m", "fires"), [(61, False), (60, False), (59.9, True)])
@@ -110,7 +110,8 @@ def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(
     rally = RallyPoint(latitude_deg=north(900), longitude_deg=8.0, height_above_home_m=20.0)
     # It is where the mission's own return leads, from item 2 on nearer than home.
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, rally=(rally,)))
-    assert "item 3 is 650 m from the site, and 1 more place" in finding.message
+    assert "item 3 is 650 m from the site; " in finding.message
+    assert finding.message.endswith("allows 300 m (1 more place too far)")
     corners = ((north(-100), 7.999), (north(2250), 8.0), (north(-100), 8.001))
     fence = Fence(polygons=(FencePolygon(inclusion=True, vertices_deg=corners),))
     [finding] = of("M122", tmp_path, place, one=replace(GOOD, fence=fence))
@@ -120,7 +121,7 @@ def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(
 def test_items_that_a_site_requires_are_missed(tmp_path: Path) -> None:
     profile = '[site]\nrequired_items = ["NAV_TAKEOFF", "MAV_CMD_NAV_LAND"]\n'
     [finding] = of("M123", tmp_path, profile)
-    assert "asks for NAV_LAND, the mission has none" in finding.message
+    assert "no NAV_LAND in the mission" in finding.message
     lands = mission(takeoff(20), waypoint(500, 60), item(21, north(0), 0.0))
     assert of("M123", tmp_path, profile, one=lands) == []
 

@@ -82,7 +82,7 @@ def test_px4_needs_the_way_its_hold_takes_and_names_the_speed_that_fits() -> Non
     message = ahead(1.0, speed_m_s=12.0, autopilot=Autopilot.PX4)["F102"].message
     # With the model's noise of 0.31 m, 12 m/s are 12 (1 − 0.0775/(1 + 12/1.21)) = 11.915 m/s:
     # v · 1 s + v (v/6 + 0.6 s) + 2.5 m; braking begins 42 m before the waypoint.
-    for part in ("takes 45.2 m", "11.9 m to react", "30.8 m to stop", "2.5 m of position error"):
+    for part in ("takes 45.2 m", "11.9 m reaction", "30.8 m braking", "2.5 m position error"):
         assert part in message
     [room_m] = re.findall(r"is ([\d.]+) m ahead", message)
     assert float(room_m) == pytest.approx(43.0, abs=0.5)
@@ -94,7 +94,7 @@ def test_px4_needs_the_way_its_hold_takes_and_names_the_speed_that_fits() -> Non
 def test_ardupilot_has_its_own_way_to_stop() -> None:
     message = ahead(1.0, autopilot=Autopilot.ARDUPILOT)["F102"].message
     # 25 m from 10 m/s were measured on recorded flights.
-    [stop_m] = re.findall(r"([\d.]+) m to stop", message)
+    [stop_m] = re.findall(r"([\d.]+) m braking", message)
     assert float(stop_m) == pytest.approx(25.0, abs=0.5)
 
 
@@ -110,7 +110,7 @@ def test_a_leg_along_the_fence_keeps_the_position_error_off_it(
     found = findings_of(items, area, autopilot=autopilot)
     assert set(found) == ({"F102"} if fires else set())
     if fires:
-        assert "at 2.3 m, nearer than the 2.5 m" in found["F102"].message
+        assert "at 2.3 m; the position may be wrong by 2.5 m" in found["F102"].message
         assert found["F102"].severity is Severity.WARNING
 
 
@@ -122,7 +122,9 @@ def test_a_corner_of_an_exclusion_beside_the_middle_of_a_leg_is_told_with_its_pl
     beside = box(1.5, 990.0, 40.0, 1010.0, inclusion=False)
     finding = findings_of(items, beside, autopilot=autopilot)["F102"]
     assert finding.item == 2
-    assert "passes exclusion polygon 1 at 1.5 m, nearer than the 2.5 m" in finding.message
+    assert (
+        "passes exclusion polygon 1 at 1.5 m; the position may be wrong by 2.5 m" in finding.message
+    )
     # Rounded up, so that it helps: the legs of autopilots are bent by a part of a millimetre.
     assert re.match(r"keep 1\.[01] m farther", finding.fix)
     assert finding.stretch is not None
@@ -173,7 +175,9 @@ def test_a_flight_around_a_fence_is_told_its_nearest_place_and_how_far_to_keep_o
         return findings_of(items, area, autopilot=Autopilot.ARDUPILOT)
 
     finding = around(1.0)["F102"]
-    assert "passes inclusion polygon 1 at 1.0 m, nearer than the 2.5 m" in finding.message
+    assert (
+        "passes inclusion polygon 1 at 1.0 m; the position may be wrong by 2.5 m" in finding.message
+    )
     [farther_m] = re.findall(r"keep ([\d.]+) m farther", finding.fix)
     assert around(1.0 + float(farther_m)) == {}
     # No more than needed: half a metre less is too little.

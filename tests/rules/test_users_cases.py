@@ -79,7 +79,7 @@ def test_case_3_text_with_three_altitude_references_is_warned_of(tmp_path: Path)
     [
         (3, 1.0, "M103", "jumps to itself"),
         (9, 1.0, "M103", "there is no item 9"),
-        (2, -1.0, "T101", "jumps back for ever"),
+        (2, -1.0, "T101", "endless loop"),
     ],
 )
 def test_case_4_a_jump_to_itself_to_nowhere_or_for_ever_is_an_error(
