@@ -10,12 +10,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from planner.autopilot import Autopilot, Target
-<<<<<<< HEAD
-    from planner.flight.budget import BatteryBudget, Discharge, Totals
-=======
     from planner.findings import Finding, Place, Rule
-    from planner.flight.budget import BatteryBudget, Discharge, ReturnBudget, Totals
->>>>>>> df0b370 (Declare each rule beside its function, and record its example from its own case)
+    from planner.flight.budget import BatteryBudget, Discharge, Totals
     from planner.flight.conditions import Conditions
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import Returns

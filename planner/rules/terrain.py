@@ -10,11 +10,11 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.findings import Rule, Severity
-from planner.flight.returns.destination import HOME
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
 )
+from planner.flight.returns.destination import HOME
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.stage import StageKind
 from planner.rules.altitude import BELOW_TERRAIN
