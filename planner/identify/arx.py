@@ -20,12 +20,10 @@ them back.
 from __future__ import annotations
 
 import math
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.identification import ARX_BIASED
 from planner.errors import IdentificationError
 from planner.frozen import frozen
 from planner.identify.manoeuvres import ReferenceForm
@@ -34,21 +32,11 @@ from planner.physics.response import MAX_ORDER, TransferFunction
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.findings import Finding
     from planner.identify.manoeuvres import Manoeuvre
 
 
 _REAL = 1e-9
 """Distance from the real axis, and from zero, of a pole in z that lies there. [-]"""
-
-
-class Criterion(StrEnum):
-    """What an order has to earn."""
-
-    AIC = "aic"
-    """Akaike's: two per coefficient."""
-    BIC = "bic"
-    """Schwarz's: ln(samples) per coefficient."""
 
 
 @frozen
@@ -69,15 +57,10 @@ class ArxModel:
     """Number of equations of the regression."""
 
     @property
-    def findings(self) -> tuple[Finding, ...]:
-        """The warning that goes with every such model."""
-        message = f"fitted by ARX({len(self.a)}, {len(self.b)}) alone: noise biases its poles"
-        return (ARX_BIASED.finding(message),)
-
-    def criterion(self, criterion: Criterion) -> float:
-        """Return the information criterion, the less the better [-]."""
+    def criterion(self) -> float:
+        """Schwarz's information criterion, the less the better [-]."""
         coefficients = len(self.a) + len(self.b)
-        each = 2.0 if criterion is Criterion.AIC else math.log(self.samples)
+        each = math.log(self.samples)
         fit = 2.0 * self.samples * math.log(max(self.noise_deviation, 1e-300))
         return fit + each * coefficients
 
@@ -168,9 +151,8 @@ def select_arx(
     longest_delay_s: float,
     poles: Sequence[int] = range(1, MAX_ORDER + 1),
     zeros: Sequence[int] | None = None,
-    criterion: Criterion = Criterion.BIC,
 ) -> ArxModel:
-    """Search the delay and the orders, each by an information criterion on the same samples.
+    """Search the delay and the orders, each by Schwarz's criterion on the same samples.
 
     Parameters
     ----------
@@ -182,8 +164,6 @@ def select_arx(
         Orders n to try.
     zeros : sequence of int, optional
         Numbers of zeros to try; left out, all below n.
-    criterion : Criterion
-        What an additional coefficient has to earn.
 
     Returns
     -------
@@ -208,7 +188,7 @@ def select_arx(
                     )
                 except IdentificationError:
                     continue
-                if best is None or model.criterion(criterion) < best.criterion(criterion):
+                if best is None or model.criterion < best.criterion:
                     best = model
     if best is None:
         msg = "the manoeuvres are too short for an ARX model with such a delay"

@@ -59,7 +59,6 @@ def fit_battery(
     charge_used_ah: npt.ArrayLike,
     *,
     capacity_ah: float,
-    first_state_of_charge: float = 1.0,
     knots: int = KNOTS,
 ) -> BatteryFit:
     """Fit open-circuit voltage and internal resistance to one discharge.
@@ -67,12 +66,10 @@ def fit_battery(
     Parameters
     ----------
     voltage_v, current_a, charge_used_ah : array_like
-        Voltage under load, current, and charge taken since the state of charge was
-        ``first_state_of_charge``, evenly sampled. (n,) [V, A, Ah]
+        Voltage under load, current, and charge taken since the battery was full, evenly sampled.
+        (n,) [V, A, Ah]
     capacity_ah : float
         Charge of the full battery. [Ah]
-    first_state_of_charge : float
-        State of charge at which no charge had been used. [-]
     knots : int
         Number of points of the curve.
 
@@ -90,7 +87,7 @@ def fit_battery(
 
     voltage = np.asarray(voltage_v, dtype=np.float64)
     current = np.asarray(current_a, dtype=np.float64)
-    soc = first_state_of_charge - np.asarray(charge_used_ah, dtype=np.float64) / capacity_ah
+    soc = 1.0 - np.asarray(charge_used_ah, dtype=np.float64) / capacity_ah
     low, high = float(soc.min()), float(soc.max())
     if low < 0.0:
         msg = f"more charge was used than {capacity_ah:g} Ah hold: the capacity or the current is wrong"

@@ -32,6 +32,8 @@ _LARGEST_EXPONENT_ERROR = 0.15
 """Standard error above which an exponent of the density form is taken from theory. [-]"""
 _LEAST_RELATIVE_ERROR = 1e-6
 """Of a mean power: keeps the weights finite where there is no noise. [-]"""
+LOWEST_HEIGHT_M = 1.0
+"""Height below which a law over height is held constant. [m]"""
 
 
 @frozen(eq=False)
@@ -65,9 +67,7 @@ class DensityLawFit:
     """Names of the exponents the hovers do not tell."""
 
 
-def fit_altitude_law(
-    hovers: Sequence[SteadyPower], *, lowest_height_m: float = 1.0
-) -> AltitudeLawFit:
+def fit_altitude_law(hovers: Sequence[SteadyPower]) -> AltitudeLawFit:
     """Fit P(H) = K H^z to hovers; equation 4 of the article.
 
     Weighted nonlinear least squares.  Where the levels scatter more than their own errors explain,
@@ -76,9 +76,7 @@ def fit_altitude_law(
     Parameters
     ----------
     hovers : sequence of SteadyPower
-        Hovers at two heights at least.
-    lowest_height_m : float
-        Height below which the law is held constant; hovers below it are counted there. [m]
+        Hovers at two heights at least; those below a metre are counted there.
 
     Returns
     -------
@@ -92,7 +90,7 @@ def fit_altitude_law(
     """
     from scipy.optimize import least_squares
 
-    heights = np.maximum([h.height_above_home_m for h in hovers], lowest_height_m)
+    heights = np.maximum([h.height_above_home_m for h in hovers], LOWEST_HEIGHT_M)
     if not heights.size or np.ptp(np.log(heights)) < 0.01:
         msg = "hovers at two heights at least are needed for a law over height"
         raise IdentificationError(msg)
@@ -119,7 +117,7 @@ def fit_altitude_law(
     chain = np.array([[coefficient / level, -coefficient * middle], [0.0, 1.0]])
     return AltitudeLawFit(
         law=AltitudeLaw(
-            coefficient_w=coefficient, exponent=exponent, lowest_height_m=lowest_height_m
+            coefficient_w=coefficient, exponent=exponent, lowest_height_m=LOWEST_HEIGHT_M
         ),
         covariance=chain @ covariance @ chain.T,
         rms_w=float(np.sqrt(np.mean((found.fun * errors) ** 2))),

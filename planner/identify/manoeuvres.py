@@ -222,6 +222,7 @@ def simulated_answers(
     return [m.answer_from(edges[m.step_s, m.edge_order]) for m in manoeuvres]
 
 
+_HELD_OUT_EVERY = 4
 _REST_S = 10.0
 """Rest that is kept before a command: more tells the offset no better."""
 _LEAST_REST_S = 2.0
@@ -333,15 +334,13 @@ def cut_manoeuvres(
     return tuple(sorted(cuts, key=lambda cut: cut.start_s))
 
 
-def hold_out(cuts: Sequence[Cut], *, every: int = 4) -> tuple[Cut, ...]:
-    """Keep some of the manoeuvres of each answer from the fit.
+def hold_out(cuts: Sequence[Cut]) -> tuple[Cut, ...]:
+    """Keep the last of every four manoeuvres of each answer and direction from the fit.
 
     Parameters
     ----------
     cuts : sequence of Cut
         Of any number of flights.
-    every : int
-        Of as many manoeuvres of one answer and direction the last is held out.
 
     Returns
     -------
@@ -356,7 +355,7 @@ def hold_out(cuts: Sequence[Cut], *, every: int = 4) -> tuple[Cut, ...]:
             continue
         kind = (cut.answer, cut.change > 0.0)
         seen[kind] = seen.get(kind, 0) + 1
-        is_held_out = seen[kind] % every == 0
+        is_held_out = seen[kind] % _HELD_OUT_EVERY == 0
         manoeuvre = replace(cut.manoeuvre, is_held_out=is_held_out)
         marked.append(replace(cut, manoeuvre=manoeuvre))
     return tuple(marked)

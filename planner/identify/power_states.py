@@ -9,7 +9,12 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.hover import fit_altitude_law, fit_cruise_curve, fit_density_law
+from planner.identify.hover import (
+    LOWEST_HEIGHT_M,
+    fit_altitude_law,
+    fit_cruise_curve,
+    fit_density_law,
+)
 from planner.identify.noise import mean_with_error
 from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
 from planner.identify.quality import fit_percent
@@ -236,7 +241,7 @@ def identify_hover(
             power_w = float(np.average(powers, weights=weights))
             error_w = float(np.sqrt(np.sum((weights * [h.error_w for h in hovers]) ** 2)))
             law = AltitudeLaw(
-                coefficient_w=float(f"{power_w:.6g}"), exponent=0.0, lowest_height_m=1.0
+                coefficient_w=float(f"{power_w:.6g}"), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
             )
             error_w /= float(weights.sum())
             estimates = (Estimate(name="coefficient_w", value=power_w, error=error_w),)
@@ -268,9 +273,7 @@ def identify_hover(
 
 
 def identify_cruise(
-    cruises: Sequence[SteadyPower],
-    hover_powers_w: Sequence[float],
-    refusals: tuple[SegmentUse, ...] = (),
+    cruises: Sequence[SteadyPower], hover_powers_w: Sequence[float]
 ) -> tuple[CruisePower | None, StateOutcome]:
     """Fit a table of cruise power above hover over airspeed.
 
@@ -280,8 +283,6 @@ def identify_cruise(
         Steady level flights.
     hover_powers_w : sequence of float
         Hover power at the height, mass and density of each. [W]
-    refusals : tuple of SegmentUse
-        Cruises that were not used.
 
     Returns
     -------
@@ -290,7 +291,7 @@ def identify_cruise(
     outcome : StateOutcome
         How it was found, or why not.
     """
-    segments = (*refusals, *_segments(cruises, [False] * len(cruises)))
+    segments = _segments(cruises, [False] * len(cruises))
     try:
         curve = fit_cruise_curve(cruises, hover_powers_w)
     except IdentificationError as error:
@@ -569,7 +570,7 @@ def identify_manoeuvre_power(
     )
     return PowerIdentification(
         hover=AltitudeLaw(
-            coefficient_w=_rounded(float(hover_w)), exponent=0.0, lowest_height_m=1.0
+            coefficient_w=_rounded(float(hover_w)), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
         ),
         cruise=CruisePower(
             speed_m_s=tuple(_rounded(v) for v in knots.tolist()),

@@ -59,19 +59,18 @@ def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
     return 100.0 * (1.0 - error / spread) if spread > 0.0 else -np.inf
 
 
-def whiteness(residuals: FloatArray, *, lags: int = _LAGS) -> float:
+def whiteness(residuals: FloatArray) -> float:
     r"""Chance that white noise has residuals of such a memory: the test of Ljung and Box.
 
     .. math:: Q = n (n + 2) \sum_{k=1}^{h} \frac{r_k^2}{n - k} \sim \chi^2_h
 
-    G. Ljung, G. Box, Biometrika 65 (1978) 297.
+    G. Ljung, G. Box, Biometrika 65 (1978) 297; with h = 20 lags, fewer where there are fewer than four
+    samples for each.
 
     Parameters
     ----------
     residuals : ndarray, shape (n,)
         Residuals about any mean. [output]
-    lags : int
-        Number h of lags; fewer where there are fewer than four samples for each.
 
     Returns
     -------
@@ -82,7 +81,7 @@ def whiteness(residuals: FloatArray, *, lags: int = _LAGS) -> float:
 
     centred = residuals - residuals.mean()
     power = float(centred @ centred)
-    used = min(lags, residuals.size // 4)
+    used = min(_LAGS, residuals.size // 4)
     if power == 0.0 or used < 1:
         return 1.0
     statistic = sum(

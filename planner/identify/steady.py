@@ -118,8 +118,6 @@ def steady_stretches(
     record: FlightRecord,
     segments: Sequence[StateSegment],
     *,
-    air_density_kg_m3: FloatArray | None = None,
-    mass_kg: float | None = None,
     settling_s: float = _SETTLING_S,
 ) -> tuple[SteadyStretch, ...]:
     """Mean powers of the hovers and cruises of a record.
@@ -130,10 +128,6 @@ def steady_stretches(
         One flight.
     segments : sequence of StateSegment
         Its flight states.
-    air_density_kg_m3 : ndarray, shape (n,), optional
-        Air density at each sample. [kg m⁻³]
-    mass_kg : float, optional
-        Mass that flew. [kg]
     settling_s : float
         Time left out at the beginning of each. [s]
 
@@ -157,10 +151,6 @@ def steady_stretches(
                 step_s=step_s,
                 height_above_home_m=float(record.height_above_home_m[part].mean()),
                 airspeed_m_s=0.0 if is_hover else float(speed_through_air_m_s(record)[part].mean()),
-                air_density_kg_m3=(
-                    None if air_density_kg_m3 is None else float(air_density_kg_m3[part].mean())
-                ),
-                mass_kg=mass_kg,
                 source=f"{record.source}#{record.number}",
             )
         found.append(SteadyStretch(segment=segment, power=power, refusal=refusal))

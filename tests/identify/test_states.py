@@ -219,9 +219,11 @@ def test_commands_at_the_same_time_and_without_rest_are_refused() -> None:
 
 
 def test_every_fourth_manoeuvre_of_a_kind_is_held_out() -> None:
-    cuts = hold_out(cut_manoeuvres(vertical()), every=3)
+    cuts = hold_out(2 * cut_manoeuvres(vertical()))
     marked = [cut.manoeuvre.is_held_out for cut in cuts if cut.manoeuvre is not None]
-    assert marked == [False, False, True, False, False, True]  # three climbs, three descents
+    # three climbs and three descents, and again
+    assert np.flatnonzero(marked).tolist() == [6, 9]
+    assert len(marked) == 12
 
 
 def test_from_record_to_models() -> None:

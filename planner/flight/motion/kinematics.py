@@ -264,7 +264,6 @@ def make_manoeuvres(
     position_m: FloatArray,
     velocity_m_s: FloatArray,
     duration_s: FloatArray,
-    speed_m_s: FloatArray | None = None,
     stopping_distance_m: FloatArray | None = None,
     grounded: tuple[int, ...] = (),
 ) -> Manoeuvres:
@@ -280,10 +279,8 @@ def make_manoeuvres(
         East, north, height above home at the ends of the pieces. (n, k + 1, 3) [m, m s⁻¹]
     duration_s : ndarray
         Of the pieces; those of no duration are left out. (n, k) [s]
-    speed_m_s : ndarray, optional
-        Highest speed; default that at the ends of the pieces. (n,) [m s⁻¹]
     stopping_distance_m : ndarray, optional
-        Way to stand still from there; default none. (n,) [m]
+        Way to stand still; default none. (n,) [m]
     grounded : tuple of int
         Pieces that stand on the ground at no power.
 
@@ -307,14 +304,12 @@ def make_manoeuvres(
     )
     is_grounded = np.zeros(duration_s.shape[1], np.bool_)
     is_grounded[list(grounded)] = True
-    if speed_m_s is None:
-        speed_m_s = np.sqrt((velocity_m_s**2).sum(axis=-1)).max(axis=1, initial=0.0)
     if stopping_distance_m is None:
         stopping_distance_m = np.full(len(key), np.nan)
     return Manoeuvres(
         key=key,
         state=state,
-        speed_m_s=speed_m_s,
+        speed_m_s=np.sqrt((velocity_m_s**2).sum(axis=-1)).max(axis=1, initial=0.0),
         stopping_distance_m=stopping_distance_m,
         duration_s=duration_s,
         coefficients=coefficients,

@@ -409,9 +409,9 @@ class JsonFields:
             return default
         return self.real(self.required(key), key)
 
-    def length(self, key: str, default: float | None = None) -> float:
+    def length(self, key: str) -> float:
         """Return a length no longer than anybody flies; it may be negative. [m]."""
-        length_m = self.number(key, default)
+        length_m = self.number(key)
         if abs(length_m) > LARGEST_LENGTH_M:
             self._refuse_value("a length in metres", key)
         return length_m
