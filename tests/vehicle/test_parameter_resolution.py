@@ -89,7 +89,7 @@ def test_assumed_defaults_are_one_finding_that_counts_them() -> None:
     assert f"WP_SPD, WP_SPD_UP, WP_SPD_DN and {count - 3} more parameters" in message
 
 
-def test_defaults_about_rally_points_are_told_where_there_are_some() -> None:
+def test_defaults_about_rally_points_are_reported_where_there_are_some() -> None:
     rows = parameter_table(ArduPilotParameters).values()
     text = "\n".join(
         f"{row.now.name},{row.default}" for row in rows if not row.now.name.startswith("RALLY_")
@@ -160,7 +160,7 @@ def test_an_impossible_value_is_an_error_and_the_default_is_assumed(line: str, s
     assert result.values.origins["cruise_speed_m_s"].kind is OriginKind.DEFAULT
     [(severity, message)] = messages(result, "P105")
     assert severity is Severity.ERROR
-    assert message == f"{shown} cannot be meant: 10 m/s, the default, is assumed"
+    assert message == f"{shown} is not possible: default 10 m/s used"
 
 
 def test_several_impossible_values_are_one_finding() -> None:
@@ -192,7 +192,9 @@ def test_an_overruled_value_is_a_warning_with_both_values() -> None:
     assert result.values.origins["cruise_speed_m_s"].name == "MPC_XY_VEL_MAX"
     [(severity, message)] = messages(result, "P107")
     assert severity is Severity.WARNING
-    assert "MPC_XY_CRUISE = 15 m/s is overruled, 12 m/s is flown" in message
+    assert message == (
+        "MPC_XY_CRUISE, vehicle.param line 1: 15 m/s is overruled by MPC_XY_VEL_MAX, 12 m/s is flown"
+    )
 
 
 def test_values_as_px4_itself_overwrote_them_are_not_called_overruled() -> None:
@@ -239,7 +241,7 @@ def test_a_value_that_looks_like_the_other_unit_is_an_error(
     found = messages(resolved(text), "P108")
     assert [severity for severity, _ in found] == [Severity.ERROR] * fires
     if fires:
-        assert "is flown as given; in the unit of " in found[0][1]
+        assert "is used as given; in the unit of " in found[0][1]
 
 
 def test_no_default_of_either_name_is_suspected() -> None:
@@ -265,9 +267,9 @@ def test_a_factor_of_a_hundred_never_slips_through(row: Parameter) -> None:
     [
         ("WPNAV_SPEED,500\n", None, ""),
         ("WPNAV_SPEED,500\n", (4, 6), ""),
-        ("WPNAV_SPEED,500\n", (4, 7), "does not know WPNAV_SPEED (line 1), it is WP_SPD there"),
+        ("WPNAV_SPEED,500\n", (4, 7), "does not know WPNAV_SPEED (line 1): it is WP_SPD there"),
         ("WP_SPD,5\n", (4, 7), ""),
-        ("WP_SPD,5\n", (4, 6), "does not know WP_SPD (line 1), it is WPNAV_SPEED there"),
+        ("WP_SPD,5\n", (4, 6), "does not know WP_SPD (line 1): it is WPNAV_SPEED there"),
         ("RTL_LOIT_TIME,5000\n", (4, 7), ""),
     ],
 )
@@ -311,7 +313,7 @@ def test_a_name_a_letter_away_from_one_that_counts_is_an_error(
     result = resolve_parameters(
         Autopilot.ARDUPILOT, file=dataclasses.replace(file_of(f"{name},500\n"), stack=None)
     )
-    said = [f"{name} = 500 (line 1) is no parameter: is it {meant}?"] if meant else []
+    said = [f"{name} = 500 (line 1) is unknown: did you mean {meant}?"] if meant else []
     assert messages(result, "P110") == [(Severity.ERROR, one) for one in said]
 
 
@@ -319,7 +321,7 @@ def test_a_name_near_one_that_is_in_the_file_as_well_is_left_alone() -> None:
     assert not messages(resolved("WPNAV_SPEED,500\nWPNAV_SPEEED,500\n"), "P110")
     both = messages(resolved("WPNAV_SPEEED,500\nRTL_ATL,500\n"), "P110")
     assert [message for _, message in both] == [
-        "WPNAV_SPEEED = 500 (line 1) is no parameter: is it WPNAV_SPEED?, and 1 more parameter"
+        "WPNAV_SPEEED = 500 (line 1) is unknown: did you mean WPNAV_SPEED?, and 1 more parameter"
     ]
 
 

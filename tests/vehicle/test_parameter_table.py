@@ -26,7 +26,6 @@ RENAMED_IN_4_7 = [
     ("WPNAV_ACCEL_Z", 80, "WP_ACC_Z", 0.8, "vertical_acceleration_m_s2", 0.8),
     ("WPNAV_RADIUS", 500, "WP_RADIUS_M", 5, "waypoint_radius_m", 5.0),
     ("WPNAV_JERK", 3, "WP_JERK", 3, "jerk_m_s3", 3.0),
-    ("WPNAV_RFND_USE", 0, "WP_RFND_USE", 0, "uses_range_finder", 0),
     ("WPNAV_TER_MARGIN", 5, "WP_TER_MARGIN", 5, "terrain_margin_m", 5.0),
     ("ATC_SLEW_YAW", 9000, "ATC_RATE_WPY_MAX", 90, "yaw_rate_rad_s", math.pi / 2),
     ("ANGLE_MAX", 4500, "ATC_ANGLE_MAX", 45, "lean_angle_max_rad", math.pi / 4),
@@ -38,14 +37,6 @@ RENAMED_IN_4_7 = [
     ("RTL_ALT_FINAL", 200, "RTL_ALT_FINAL_M", 2, "return_final_altitude_m", 2.0),
     ("RTL_CLIMB_MIN", 500, "RTL_CLIMB_MIN_M", 5, "return_climb_min_m", 5.0),
     ("RTL_SPEED", 700, "RTL_SPEED_MS", 7, "return_speed_m_s", 7.0),
-    ("PILOT_SPEED_UP", 400, "PILOT_SPD_UP", 4, "pilot_climb_speed_m_s", 4.0),
-    ("PILOT_SPEED_DN", 150, "PILOT_SPD_DN", 1.5, "pilot_descent_speed_m_s", 1.5),
-    ("PILOT_ACCEL_Z", 300, "PILOT_ACC_Z", 3, "pilot_vertical_acceleration_m_s2", 3.0),
-    ("PILOT_TKOFF_ALT", 200, "PILOT_TKO_ALT_M", 2, "pilot_takeoff_altitude_m", 2.0),
-    ("LOIT_SPEED", 800, "LOIT_SPEED_MS", 8, "loiter_speed_m_s", 8.0),
-    ("LOIT_ACC_MAX", 300, "LOIT_ACC_MAX_M", 3, "loiter_acceleration_m_s2", 3.0),
-    ("LOIT_BRK_ACCEL", 200, "LOIT_BRK_ACC_M", 2, "loiter_brake_acceleration_m_s2", 2.0),
-    ("LOIT_BRK_JERK", 400, "LOIT_BRK_JRK_M", 4, "loiter_brake_jerk_m_s3", 4.0),
 ]
 
 PX4_DEFAULTS = {
@@ -62,7 +53,6 @@ PX4_DEFAULTS = {
     "jerk_m_s3": 4.0,
     "trajectory_gain_per_s": 0.5,
     "position_error_max_m": 2.0,
-    "tilt_max_rad": math.pi / 4,
     "takeoff_speed_m_s": 1.5,
     "takeoff_ramp_s": 3.0,
     "spool_up_s": 1.0,
@@ -73,7 +63,6 @@ PX4_DEFAULTS = {
     "land_crawl_speed_m_s": 0.3,
     "acceptance_radius_m": 2.0,  # 10 m in general, 2 m on multicopters
     "altitude_acceptance_m": 0.8,
-    "takeoff_altitude_m": 2.5,
     "return_altitude_m": 30.0,  # 60 m in general, 30 m on multicopters
     "return_descend_altitude_m": 10.0,  # 30 m in general, 10 m on multicopters
     "return_land_delay_s": 0.0,
@@ -122,7 +111,6 @@ ARDUPILOT_DEFAULTS = {
     "circle_radius_m": 10.0,
     "circle_rate_rad_s": math.pi / 9,
     "yaw_rate_rad_s": math.pi / 3,
-    "disarm_delay_s": 10.0,
     "spool_up_s": 0.5,
     "takeoff_slew_s": 2.0,
     "terrain_margin_m": 10.0,
@@ -229,8 +217,6 @@ def test_px4_responsiveness_sets_accelerations_and_jerk() -> None:
     assert parameters.acceleration_m_s2 == pytest.approx(1.0 + 14.0 / 4.0)
     assert parameters.acceleration_down_m_s2 == pytest.approx(0.8 + 14.2 / 4.0)
     assert parameters.jerk_m_s3 == pytest.approx(1.0 + 24.0 / 4.0)
-    assert parameters.tilt_max_rad == pytest.approx(math.pi / 4)
-    assert Px4Parameters(responsiveness=1.0).tilt_max_rad == pytest.approx(math.radians(70.0))
 
 
 def test_px4_keeps_design_speeds_inside_the_absolute_ones() -> None:

@@ -15,16 +15,16 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.catalogue.parameter import PARAMETER_REPEATED
 from planner.errors import ParameterFileError
 from planner.findings import Place
-from planner.frozen import frozen
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
@@ -49,8 +49,7 @@ _NUMBER = re.compile(
 _FORMS = "a line is NAME,value or NAME value, or QGroundControl's five columns"
 
 
-@dataclass(frozen=True, slots=True)
-class ParameterValue:
+class ParameterValue(Struct, frozen=True):
     """A value as a vehicle holds it, in the unit of its parameter."""
 
     value: float | None
@@ -59,8 +58,7 @@ class ParameterValue:
     """Line of the file; ``None`` where there is no file."""
 
 
-@frozen
-class ParameterSet:
+class ParameterSet(Struct, frozen=True, kw_only=True):
     """The parameters of one vehicle, by their own names."""
 
     source: str

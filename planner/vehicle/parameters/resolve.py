@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from msgspec import Struct
+
 from planner import quantity
 from planner.autopilot import Autopilot, Target
 from planner.catalogue.parameter import (
@@ -17,20 +19,18 @@ from planner.catalogue.parameter import (
     PARAMETERS_ASSUMED,
     PARAMETERS_OF_ANOTHER_AUTOPILOT,
 )
-from planner.errors import nearest_hint
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.table import Origin, OriginKind, parameter_table
+from planner.vehicle.parameters.table import Origin, OriginKind, Spelling, parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     from planner.findings import Finding, Rule
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameters.table import Parameter, Spelling, Version
+    from planner.vehicle.parameters.table import Parameter, Version
 
 
 FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
@@ -41,33 +41,28 @@ PARAMETERS_OF: Mapping[Autopilot, type[Px4Parameters] | type[ArduPilotParameters
 }
 """The parameters each autopilot flies missions with."""
 
+_OTHER = {Autopilot.PX4: Autopilot.ARDUPILOT, Autopilot.ARDUPILOT: Autopilot.PX4}
+_NOTED = (
+    PARAMETER_RENAMED,
+    PARAMETER_IMPOSSIBLE,
+    PARAMETER_UNIT_SUSPECT,
+    PARAMETER_UNKNOWN_TO_TARGET,
+    PARAMETER_MISSPELT,
+    PARAMETER_OVERRULED,
+)
+"""What is noted of single parameters, in the order of the findings."""
 _UNUSUAL = 30.0
 """A value so many times larger or smaller than usual may be in another unit."""
-_USUAL_SI: Mapping[str, float] = {
-    "corner_acceleration_m_s2": 5.0,
-    "land_high_speed_m_s": 1.5,
-    "return_final_altitude_m": 5.0,
-    "return_climb_min_m": 5.0,
-    "return_speed_m_s": 5.0,
-    "pilot_descent_speed_m_s": 2.5,
-    "pilot_takeoff_altitude_m": 2.5,
-}
-"""What is usual for quantities whose default is 0."""
-
 _NAMED = 3
 """Parameters named in one finding; the others are counted."""
 
 
-@frozen
-class ResolvedParameters:
+class ResolvedParameters(Struct, frozen=True, kw_only=True):
     """The parameters a flight is predicted with, and what has to be known about them."""
 
     values: FlightParameters
     """In SI, each with its origin."""
     findings: tuple[Finding, ...]
-
-
-_OF_RALLY_POINTS = frozenset({"rally_limit_m", "rally_includes_home"})
 
 
 def resolve_parameters(
@@ -91,7 +86,7 @@ def resolve_parameters(
     version : tuple of int, optional
         Version of the firmware the parameters are for; default what the file says.
     has_rally : bool
-        Whether there are rally points; without any, defaults of parameters about them are not told.
+        Whether there are rally points; without any, assumed parameters about them are not reported.
 
     Returns
     -------
@@ -107,33 +102,55 @@ def resolve_parameters(
         msg = f"{autopilot} has no parameters"
         raise ValueError(msg)
     resolution = _Resolution(autopilot, version)
+    findings: list[Finding] = []
     if file is not None:
+        findings += file.findings
         if file.stack is None or file.stack is autopilot:
             resolution.take(file, OriginKind.FILE)
             resolution.note_misspelt(file)
         else:
-            resolution.refuse(file, file.stack)
+            message = (
+                f"{file.source} holds parameters of {file.stack.label}, the flight is predicted for "
+                f"{autopilot.label}"
+            )
+            findings.append(PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(message))
     if model is not None and model.reference is autopilot:
         values = {name: ParameterValue(value) for name, value in model.parameters}
         resolution.take(
             ParameterSet(source=model.source, values=values, stack=autopilot), OriginKind.MODEL
         )
-    untold = frozenset() if has_rally else _OF_RALLY_POINTS
-    return resolution.resolved(() if file is None else file.findings, untold)
+    flown = resolution.values()
+    findings += resolution.findings()
+    assumed = [
+        row.now.name
+        for name, row in resolution.table.items()
+        if name not in resolution.origins and (has_rally or not name.startswith("rally_"))
+    ]
+    if assumed:
+        more = len(assumed) - _NAMED
+        rest = f" and {quantity.count(more, 'more parameter')}" if more > 0 else ""
+        names = ", ".join(assumed[:_NAMED])
+        message = f"{autopilot.label}'s defaults are assumed for {names}{rest}"
+        findings.append(PARAMETERS_ASSUMED.finding(message))
+    return ResolvedParameters(values=flown, findings=tuple(findings))
 
 
 def parameter_problems(
     autopilot: Autopilot, values: Mapping[str, float]
 ) -> Iterator[tuple[str, str]]:
-    """Yield (name, problem) for parameters of a model that an autopilot cannot fly with."""
-    rows = {
-        spelling.name: (row, spelling)
-        for row in parameter_table(PARAMETERS_OF[autopilot]).values()
-        for spelling in row.spellings
-    }
+    """Yield (name, problem) for parameters of a model that an autopilot cannot fly with.
+
+    Parameters that no prediction depends on are left alone, as in a parameter file.
+    """
+    rows = _rows_by_name(autopilot)
+    unknown = [name for name in values if name not in rows]
+    for name, meant in misspelt_names(unknown, [name for name in rows if name not in values]):
+        yield name, f"is unknown; did you mean {meant}?"
+    others = _rows_by_name(_OTHER[autopilot])
     for name, value in values.items():
+        if name in others:
+            yield name, f"is a parameter of {_OTHER[autopilot].label}"
         if name not in rows:
-            yield name, f"is no parameter of a mission flight{nearest_hint(name, rows)}"
             continue
         row, spelling = rows[name]
         if not row.is_possible(spelling.si(value)):
@@ -142,8 +159,16 @@ def parameter_problems(
             yield name, f"is the old name of {row.now.name}: give one of them"
 
 
+def _rows_by_name(autopilot: Autopilot) -> dict[str, tuple[Parameter, Spelling]]:
+    return {
+        spelling.name: (row, spelling)
+        for row in parameter_table(PARAMETERS_OF[autopilot]).values()
+        for spelling in row.spellings
+    }
+
+
 class _Resolution:
-    """Values found so far, and the sentences about them by rule."""
+    """Values found so far, and what has to be known about them, as sentences by rule."""
 
     def __init__(self, autopilot: Autopilot, version: Version | None) -> None:
         self.autopilot = autopilot
@@ -151,28 +176,18 @@ class _Resolution:
         self.table = parameter_table(PARAMETERS_OF[autopilot])
         self.values_si: dict[str, float] = {}
         self.origins: dict[str, Origin] = {}
-        self.impossible: list[str] = []
-        self.suspect: list[str] = []
-        self.unknown: list[str] = []
-        self.misspelt: list[str] = []
-        self.disagreeing: list[str] = []
-        self.agreeing: list[str] = []
-        self.findings: list[Finding] = []
+        self.notes: dict[str, list[str]] = {rule.code: [] for rule in _NOTED}
+        self.disagree = False
+        """Whether two names of one quantity have different values."""
 
-    def refuse(self, given: ParameterSet, stack: Autopilot) -> None:
-        """Note that a file belongs to another autopilot."""
-        self.findings.append(
-            PARAMETERS_OF_ANOTHER_AUTOPILOT.finding(
-                f"{given.source} holds parameters of {stack.label}, the flight is predicted for "
-                f"{self.autopilot.label}"
-            )
-        )
+    def _note(self, rule: Rule, sentence: str) -> None:
+        self.notes[rule.code].append(sentence)
 
     def take(self, given: ParameterSet, kind: OriginKind) -> None:
         """Take every quantity that is not known yet from one set."""
-        for field, row in self.table.items():
+        for name, row in self.table.items():
             present = [spelling for spelling in row.spellings if spelling.name in given.values]
-            if field in self.origins or not present:
+            if name in self.origins or not present:
                 continue
             spelling = present[0]
             if len(present) > 1:
@@ -182,39 +197,30 @@ class _Resolution:
             entry = given.values[spelling.name]
             value_si = math.nan if entry.value is None else spelling.si(entry.value)
             if row.is_possible(value_si):
-                value_si = round(value_si) if row.is_choice else value_si
-                self.values_si[field] = value_si
-                self.origins[field] = Origin(
+                self.values_si[name] = round(value_si) if row.is_choice else value_si
+                self.origins[name] = Origin(
                     kind=kind, name=spelling.name, source=given.source, line=entry.line
                 )
-                self._note_suspect(field, row, given, spelling)
+                self._note_suspect(row, given, spelling)
             else:
-                self.origins[field] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
-                self.impossible.append(
-                    f"{_described(given, spelling)} cannot be meant: "
-                    f"{_with_unit(row.default, row.now)}, the default, is assumed"
-                )
+                self.origins[name] = Origin(kind=OriginKind.DEFAULT, name=row.now.name)
+                default = _with_unit(row.default, row.now)
+                sentence = f"{_described(given, spelling)} is not possible: default {default} used"
+                self._note(PARAMETER_IMPOSSIBLE, sentence)
 
     def note_misspelt(self, given: ParameterSet) -> None:
-        """Note names of a file that are nobody's, and a letter away from one that is missing."""
-        known = {
-            spelling.name
-            for kind in PARAMETERS_OF.values()
-            for row in parameter_table(kind).values()
-            for spelling in row.spellings
-        }
+        """Note names of a file that are unknown, and a letter away from one that is missing."""
+        known = set().union(*(_rows_by_name(autopilot) for autopilot in PARAMETERS_OF))
         missing = [
             spelling.name
-            for field, row in self.table.items()
-            if field not in self.origins
+            for name, row in self.table.items()
+            if name not in self.origins
             for spelling in row.spellings
         ]
-        nobodys = [name for name in given.values if name not in known]
-        for name, meant in misspelt_names(nobodys, missing):
-            entry = given.values[name]
-            value = "" if entry.value is None else f" = {entry.value:g}"
-            line = "" if entry.line is None else f" (line {entry.line})"
-            self.misspelt.append(f"{name}{value}{line} is no parameter: is it {meant}?")
+        unknown = [name for name in given.values if name not in known]
+        for name, meant in misspelt_names(unknown, missing):
+            sentence = f"{_described(given, Spelling(name=name))} is unknown: did you mean {meant}?"
+            self._note(PARAMETER_MISSPELT, sentence)
 
     def _note_unknown(self, row: Parameter, given: ParameterSet, spelling: Spelling) -> None:
         """Note a name that the version asked for does not know."""
@@ -224,18 +230,16 @@ class _Resolution:
         known = row.now if self.version >= since else row.formerly
         if spelling is not known:
             firmware = Target(self.autopilot, self.version).label
-            entry = given.values[spelling.name]
-            line = "" if entry.line is None else f" (line {entry.line})"
-            self.unknown.append(
-                f"{firmware} does not know {spelling.name}{line}, it is {known.name} there"
+            line = _line(given.values[spelling.name])
+            self._note(
+                PARAMETER_UNKNOWN_TO_TARGET,
+                f"{firmware} does not know {spelling.name}{line}: it is {known.name} there",
             )
 
-    def _note_suspect(
-        self, field: str, row: Parameter, given: ParameterSet, spelling: Spelling
-    ) -> None:
+    def _note_suspect(self, row: Parameter, given: ParameterSet, spelling: Spelling) -> None:
         """Note a value that would be usual in the unit of the quantity's other name."""
         value = given.values[spelling.name].value
-        usual_si = _USUAL_SI.get(field, row.now.si(row.default))
+        usual_si = row.now.si(row.usual)
         other = next((one for one in row.spellings if one is not spelling), None)
         if not value or other is None or other.unit == spelling.unit or usual_si <= 0.0:
             return
@@ -244,9 +248,11 @@ class _Resolution:
             return not usual_si / _UNUSUAL <= abs(value_si) <= usual_si * _UNUSUAL
 
         if is_unusual(spelling.si(value)) and not is_unusual(other.si(value)):
-            self.suspect.append(
-                f"{_described(given, spelling)} is flown as given; in the unit of {other.name} it "
-                f"were {_with_unit(other.si(value) / row.now.si(1.0), row.now)}"
+            meant = _with_unit(other.si(value) / row.now.si(1.0), row.now)
+            self._note(
+                PARAMETER_UNIT_SUSPECT,
+                f"{_described(given, spelling)} is used as given; in the unit of {other.name} it "
+                f"would be {meant}",
             )
 
     def _chosen(self, row: Parameter, given: ParameterSet) -> Spelling:
@@ -261,81 +267,60 @@ class _Resolution:
             for value in (given.values[spelling.name].value,)
         ]
         agree = math.isclose(*values_si, rel_tol=1e-6)  # files hold 7 digits
-        (self.agreeing if agree else self.disagreeing).append(
+        sentence = (
             f"{_described(given, formerly)} and {_described(given, now)} "
             f"{'mean the same' if agree else 'disagree'}: {chosen.name} is used"
         )
+        if agree:
+            self._note(PARAMETER_RENAMED, sentence)
+        else:  # before those that agree
+            self.notes[PARAMETER_RENAMED.code].insert(0, sentence)
+            self.disagree = True
         return chosen
 
-    def resolved(
-        self, file_findings: tuple[Finding, ...], untold: frozenset[str]
-    ) -> ResolvedParameters:
-        """Return the parameters, with the defaults of what was found nowhere, told but for some."""
-        assumed = [
-            row.now.name
-            for field, row in self.table.items()
-            if field not in self.origins and field not in untold
-        ]
-        origins = dict(self.origins)
-        for field, row in self.table.items():
-            origins.setdefault(field, Origin(kind=OriginKind.DEFAULT, name=row.now.name))
+    def values(self) -> FlightParameters:
+        """Return the parameters, with the defaults of what was found nowhere."""
+        origins = {
+            name: self.origins.get(name, Origin(kind=OriginKind.DEFAULT, name=row.now.name))
+            for name, row in self.table.items()
+        }
         fields: dict[str, Any] = {**self.values_si, "origins": origins}
-        values: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
-        findings = [
-            *file_findings,
-            *self.findings,
-            *_joined(PARAMETER_RENAMED, self.disagreeing + self.agreeing, self._renamed_severity),
-            *_joined(PARAMETER_IMPOSSIBLE, self.impossible),
-            *_joined(PARAMETER_UNIT_SUSPECT, self.suspect),
-            *_joined(PARAMETER_UNKNOWN_TO_TARGET, self.unknown),
-            *_joined(PARAMETER_MISSPELT, self.misspelt),
-            *_joined(PARAMETER_OVERRULED, list(self._overruled(values))),
-        ]
-        if assumed:
-            findings.append(PARAMETERS_ASSUMED.finding(self._assumed_sentence(assumed)))
-        return ResolvedParameters(values=values, findings=tuple(findings))
-
-    @property
-    def _renamed_severity(self) -> Severity:
-        return Severity.ERROR if self.disagreeing else Severity.WARNING
-
-    def _overruled(self, values: FlightParameters) -> Iterator[str]:
-        """Yield a sentence for every given value the vehicle will not fly at."""
-        for field, given_si in self.values_si.items():
-            row, flown_si = self.table[field], getattr(values, field)
+        flown: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
+        for name, given_si in self.values_si.items():
+            row, flown_si = self.table[name], getattr(flown, name)
             stands_for_another = row.zero_means is not None and given_si == 0.0
             # files hold single precision, PX4 writes what it overwrites with into them
             if not stands_for_another and not math.isclose(given_si, flown_si, rel_tol=1e-5):
-                given, flown = given_si / row.now.si(1.0), flown_si / row.now.si(1.0)
-                yield (
-                    f"{self.origins[field]}: {row.now.name} = {_with_unit(given, row.now)} is "
-                    f"overruled, {_with_unit(flown, row.now)} is flown"
+                shown, used = (
+                    _with_unit(one / row.now.si(1.0), row.now) for one in (given_si, flown_si)
+                )
+                self._note(
+                    PARAMETER_OVERRULED,
+                    f"{self.origins[name]}: {shown} is overruled by {flown.origins[name].name}, "
+                    f"{used} is flown",
+                )
+        return flown
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield one finding for all sentences of a rule, none where there is none."""
+        for rule in _NOTED:
+            if sentences := self.notes[rule.code]:
+                more = quantity.count(len(sentences) - 1, "more parameter")
+                agree = rule is PARAMETER_RENAMED and not self.disagree
+                yield rule.finding(
+                    sentences[0] + (f", and {more}" if len(sentences) > 1 else ""),
+                    severity=Severity.WARNING if agree else None,
                 )
 
-    def _assumed_sentence(self, assumed: list[str]) -> str:
-        names = ", ".join(assumed[:_NAMED])
-        more = len(assumed) - _NAMED
-        rest = f" and {quantity.count(more, 'more parameter')}" if more > 0 else ""
-        return f"{self.autopilot.label}'s defaults are assumed for {names}{rest}"
 
-
-def _joined(
-    rule: Rule, sentences: list[str], severity: Severity | None = None
-) -> Iterator[Finding]:
-    """Yield one finding for all sentences of a rule, none where there is none."""
-    if sentences:
-        more = (
-            f", and {quantity.count(len(sentences) - 1, 'more parameter')}"
-            if len(sentences) > 1
-            else ""
-        )
-        yield rule.finding(sentences[0] + more, severity=severity)
+def _line(entry: ParameterValue) -> str:
+    return "" if entry.line is None else f" (line {entry.line})"
 
 
 def _described(given: ParameterSet, spelling: Spelling) -> str:
     entry = given.values[spelling.name]
     value = "no number" if entry.value is None else _with_unit(entry.value, spelling)
-    return f"{spelling.name} = {value}" + ("" if entry.line is None else f" (line {entry.line})")
+    return f"{spelling.name} = {value}{_line(entry)}"
 
 
 def _with_unit(value: float, spelling: Spelling) -> str:
@@ -360,12 +345,12 @@ def misspelt_names(given: Collection[str], wanted: Collection[str]) -> Iterator[
     """
     for name in given:
         for other in wanted:
-            if abs(len(name) - len(other)) <= 1 and _is_a_slip(name, other):
+            if abs(len(name) - len(other)) <= 1 and _is_typo(name, other):
                 yield name, other
                 break
 
 
-def _is_a_slip(given: str, wanted: str) -> bool:
+def _is_typo(given: str, wanted: str) -> bool:
     first = next(
         (at for at, (a, b) in enumerate(zip(given, wanted, strict=False)) if a != b),
         min(len(given), len(wanted)),

@@ -1,21 +1,23 @@
-"""Rows of the tables of autopilot parameters: names, units, versions, defaults, limits.
+"""Autopilot parameters as values: a field is a quantity in SI, its default the row that declares it.
 
-A table is the dataclass of an autopilot's parameters itself: each of its fields is a quantity in
-SI, and carries the row that says under which names and units the autopilot knows it.
+A row says under which names and units the autopilot knows the quantity, by version of the firmware,
+its default and the range in which it can be meant.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import field, fields
 from enum import StrEnum
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planner.frozen import frozen
+from msgspec import Struct
+from msgspec.structs import force_setattr
+
+from planner.vehicle.declared import ANY, Range
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
 
 Version: TypeAlias = tuple[int, int]
 """Major and minor version of a firmware."""
@@ -30,7 +32,6 @@ SI_PER_UNIT: Mapping[str, float] = {
     "m/s²": 1.0,
     "cm/s²": 1e-2,
     "m/s³": 1.0,
-    "cm/s³": 1e-2,
     "1/s": 1.0,
     "s": 1.0,
     "ms": 1e-3,
@@ -46,12 +47,11 @@ SI_PER_UNIT: Mapping[str, float] = {
 """SI per unit of a parameter; charge stays in ampere-hours, as on every battery."""
 
 
-@frozen
-class Spelling:
+class Spelling(Struct, frozen=True, kw_only=True):
     """A name under which an autopilot knows a quantity, and the unit it counts it in."""
 
     name: str
-    unit: str
+    unit: str = ""
     since: Version | None = None
     """First version with this name; ``None`` where it is the oldest known or unknown."""
 
@@ -60,8 +60,7 @@ class Spelling:
         return value * SI_PER_UNIT[self.unit]
 
 
-@frozen
-class Parameter:
+class Parameter(Struct, frozen=True, kw_only=True):
     """One row: everything the planner knows about one parameter."""
 
     now: Spelling
@@ -70,14 +69,14 @@ class Parameter:
     default: float
     """The autopilot's default on a multicopter, in the unit of ``now``."""
     meaning: str
-    above: float | None
-    """The value in SI must be greater than this."""
-    at_least: float | None
-    at_most: float | None
+    range: Range
+    """In which a value in SI can be meant."""
     never: float | None
-    """A value inside the limits that cannot be meant either."""
+    """A value inside the range that cannot be meant either."""
     zero_means: tuple[str, float] | None
     """(quantity, factor) that a value of 0 stands for."""
+    usual: float
+    """A usual value in the unit of ``now``: the default, where that is not 0."""
 
     @property
     def spellings(self) -> tuple[Spelling, ...]:
@@ -89,13 +88,16 @@ class Parameter:
         """Whether the value is a whole number: a choice, a set of bits, a count."""
         return isinstance(self.default, int)
 
+    @property
+    def default_si(self) -> float:
+        """The default in SI."""
+        return self.default if self.is_choice else self.now.si(self.default)
+
     def is_possible(self, value_si: float) -> bool:
         """Return whether a value in SI can be meant."""
         return (
             math.isfinite(value_si)
-            and (self.above is None or value_si > self.above)
-            and (self.at_least is None or value_si >= self.at_least)
-            and (self.at_most is None or value_si <= self.at_most)
+            and self.range.problem(value_si) is None
             and value_si != self.never
             and (not self.is_choice or value_si == round(value_si))
         )
@@ -103,59 +105,90 @@ class Parameter:
 
 def parameter(
     name: str,
-    unit: str,
     default: float,
     meaning: str,
+    range: Range = ANY,  # noqa: A002 - as the field
     *,
+    formerly: str = "",
     since: Version | None = None,
-    formerly: tuple[str, str] | None = None,
-    above: float | None = None,
-    at_least: float | None = None,
-    at_most: float | None = None,
     never: float | None = None,
     zero_means: tuple[str, float] | None = None,
-) -> Any:  # noqa: ANN401 -- dataclasses type what makes a field as Any too
-    """Make a field of a parameters' dataclass together with its row of the table.
+    usual: float | None = None,
+) -> Any:  # noqa: ANN401 -- stands for the value of the field
+    """Make the row of a field.
 
     Parameters
     ----------
-    name, unit : str
-        Newest name, and the unit the autopilot counts it in.
+    name : str
+        Newest name and the unit the autopilot counts it in: ``WP_SPD m/s``.
     default : float
         Default on a multicopter, in that unit; an ``int`` makes the parameter a choice.
     meaning : str
         What it is, in a few words.
+    range : Range
+        Of a value in SI, beyond which it cannot be meant.
+    formerly : str
+        Older name and unit, before ``since``.
     since : tuple of int, optional
-        First version with this name.
-    formerly : tuple of str, optional
-        Older name and unit.
-    above, at_least, at_most, never : float, optional
-        Limits of a value in SI beyond which it cannot be meant, and one it cannot be.
+        First version with the newest name.
+    never : float, optional
+        A value in SI inside the range that cannot be meant.
     zero_means : tuple, optional
         (quantity, factor) that a value of 0 stands for.
+    usual : float, optional
+        A usual value in the newest unit, where the default is 0.
     """
-    now = Spelling(name=name, unit=unit, since=since)
-    row = Parameter(
-        now=now,
-        formerly=None if formerly is None else Spelling(name=formerly[0], unit=formerly[1]),
+    spelt, unit, *_ = f"{name} ".split(" ")
+    old, old_unit, *_ = f"{formerly} ".split(" ")
+    return Parameter(
+        now=Spelling(name=spelt, unit=unit, since=since),
+        formerly=Spelling(name=old, unit=old_unit) if formerly else None,
         default=default,
         meaning=meaning,
-        above=above,
-        at_least=at_least,
-        at_most=at_most,
+        range=range,
         never=never,
         zero_means=zero_means,
+        usual=default if usual is None else usual,
     )
-    default_si = default if row.is_choice else now.si(default)
-    return field(default=default_si, metadata={"parameter": row})
 
 
-def parameter_table(parameters: type) -> dict[str, Parameter]:
-    """Return the rows of a parameters' dataclass by quantity, the name of the field."""
+class AutopilotParameters(Struct, frozen=True, kw_only=True, eq=False):
+    """The parameters of an autopilot in SI; without arguments its defaults.
+
+    Where a 0 stands for another parameter, the value that flies is filled in.
+    """
+
+    origins: Mapping[str, Origin] = {}
+    """Where the value of each quantity comes from; a quantity not in it has its default."""
+
+    def __post_init__(self) -> None:
+        table = parameter_table(type(self))
+        for quantity, row in table.items():
+            if getattr(self, quantity) is row:
+                force_setattr(self, quantity, row.default_si)
+        for quantity, row in table.items():
+            if row.zero_means is not None and getattr(self, quantity) == 0.0:
+                other, factor = row.zero_means
+                force_setattr(self, quantity, factor * getattr(self, other))
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the same values are flown, wherever they come from."""
+        return type(other) is type(self) and all(
+            getattr(self, quantity) == getattr(other, quantity)
+            for quantity in parameter_table(type(self))
+        )
+
+    def __hash__(self) -> int:
+        """Return the hash of the values."""
+        return hash(tuple([getattr(self, quantity) for quantity in parameter_table(type(self))]))
+
+
+@lru_cache(maxsize=8)
+def parameter_table(parameters: type[AutopilotParameters]) -> Mapping[str, Parameter]:
+    """Return the rows of an autopilot's parameters by quantity, the name of the field."""
+    names, defaults = parameters.__struct_fields__, parameters.__struct_defaults__
     return {
-        entry.name: entry.metadata["parameter"]
-        for entry in fields(parameters)
-        if "parameter" in entry.metadata
+        name: row for name, row in zip(names, defaults, strict=True) if isinstance(row, Parameter)
     }
 
 
@@ -167,8 +200,7 @@ class OriginKind(StrEnum):
     DEFAULT = "autopilot default"
 
 
-@frozen
-class Origin:
+class Origin(Struct, frozen=True, kw_only=True):
     """Where one value was taken from, so that a result can say it."""
 
     kind: OriginKind
