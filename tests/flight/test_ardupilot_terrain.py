@@ -15,6 +15,7 @@ from ardupilot_missions import DEFAULTS, fly, go, states, takeoff, took_s
 from made_missions import item, mission, north, rtl
 from made_missions import takeoff as takeoff_item
 from made_terrain import ground
+from msgspec import structs
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
 from planner.service import check
@@ -64,9 +65,9 @@ def test_a_long_fall_is_descended_at_the_descent_speed() -> None:
 @pytest.mark.parametrize(
     ("parameters", "expected_s"),
     [
-        (replace(DEFAULTS, climb_speed_m_s=2.0), steadily_s(800.0, 2.0, 0.4)),
-        (replace(DEFAULTS, terrain_margin_m=20.0), steadily_s(800.0, 2.5, 0.4, 20.0)),
-        (replace(DEFAULTS, terrain_margin_m=0.0), 200.0),  # it does not wait at all
+        (structs.replace(DEFAULTS, climb_speed_m_s=2.0), steadily_s(800.0, 2.0, 0.4)),
+        (structs.replace(DEFAULTS, terrain_margin_m=20.0), steadily_s(800.0, 2.5, 0.4, 20.0)),
+        (structs.replace(DEFAULTS, terrain_margin_m=0.0), 200.0),  # it does not wait at all
     ],
     ids=["WP_SPD_UP", "WP_TER_MARGIN", "WP_TER_MARGIN 0"],
 )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from ardupilot_missions import go, takeoff
 from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
+from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
 from planner.flight.conditions import Conditions

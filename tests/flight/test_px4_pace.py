@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
+from msgspec.structs import replace
 from scipy.stats import norm
 
 from planner.autopilot import Autopilot

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
+from msgspec.structs import replace
 
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATES

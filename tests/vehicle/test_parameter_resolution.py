@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import pytest
+from msgspec import structs
 from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
@@ -311,7 +310,7 @@ def test_a_name_a_letter_away_from_one_that_counts_is_an_error(
     name: str, meant: str | None
 ) -> None:
     result = resolve_parameters(
-        Autopilot.ARDUPILOT, file=dataclasses.replace(file_of(f"{name},500\n"), stack=None)
+        Autopilot.ARDUPILOT, file=structs.replace(file_of(f"{name},500\n"), stack=None)
     )
     said = [f"{name} = 500 (line 1) is unknown: did you mean {meant}?"] if meant else []
     assert messages(result, "P110") == [(Severity.ERROR, one) for one in said]
