@@ -61,7 +61,7 @@ def grounded_s(motion: Motion) -> float:
 def test_each_parameter_of_a_takeoff_moves_it_as_its_law_says(
     change: dict[str, float], longer_s: float | None
 ) -> None:
-    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = replace(PX4, **change)
     difference = done_s(takeoff(100.0), parameters=changed)[0] - done_s(takeoff(100.0))[0]
     if longer_s is None:
         # 75 to 85 m of the climb at 2 m/s instead of 3 m/s.
@@ -124,7 +124,7 @@ def test_each_parameter_of_a_landing_moves_it_as_its_law_says(
     change: dict[str, float], longer_s: float | None
 ) -> None:
     stages = (takeoff(40.0), land())
-    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = replace(PX4, **change)
     before, after = (np.diff(done_s(*stages, parameters=p))[0] for p in (PX4, changed))
     if longer_s is None:
         # 29 m to 34 m at 1.0 m/s instead of 1.5 m/s.

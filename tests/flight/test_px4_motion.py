@@ -206,7 +206,7 @@ def test_each_parameter_moves_its_part_the_right_way(
 ) -> None:
     stages = (takeoff(50), go(200.0, hold=1.0), stage(StageKind.LAND, 200.0, height_m=0.0))
     before = times_s(*stages)
-    after = times_s(*stages, parameters=structs.replace(PX4, **change))  # type: ignore[arg-type]  # names of numbers only
+    after = times_s(*stages, parameters=structs.replace(PX4, **change))
     assert bool(after[index] > before[index]) is slower
 
 

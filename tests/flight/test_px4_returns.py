@@ -56,7 +56,7 @@ def test_returns_are_flown_at_the_height_of_the_source(
 def test_each_parameter_of_the_cone_moves_the_height_10_m_from_home(
     change: dict[str, float], flown_m: float
 ) -> None:
-    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = replace(PX4, **change)
     found = return_heights_m(np.array([10.0]), np.array([2.0]), changed)
     assert found == pytest.approx(flown_m)
 
@@ -108,7 +108,7 @@ def test_a_return_that_does_not_land_ends_in_the_air() -> None:
 def test_what_a_return_does_otherwise_is_said(
     change: dict[str, float], end: Stage, said: str
 ) -> None:
-    changed = replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = replace(PX4, **change)
     findings = fly_px4((takeoff(20.0), go(0.0, 100.0), end), changed).findings
     assert [finding.code for finding in findings] == (["T110"] if said else [])
     assert all(finding.message.startswith(said) for finding in findings)

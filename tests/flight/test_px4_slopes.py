@@ -89,7 +89,7 @@ def test_two_thirds_of_a_vertical_speed_take_up_to_half_as_long_again(
 ) -> None:
     slope = replace(go(0.0, 60.0, 50.0 + climb_m, hold=1.0), speed_m_s=10.0)
     before = legs_s(slope)[0]
-    changed = structs.replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = structs.replace(PX4, **change)
     after = legs_s(slope, parameters=changed)[0]
     # The ends of the leg stay as they are.
     assert 0.3 < (after - before) / before < 0.5
@@ -134,7 +134,7 @@ def height_change_s(way_m: float, v: float, *, a: float, j: float, r: float = 0.
 def test_each_parameter_moves_climbs_and_descents_as_the_law_says(
     change: dict[str, float], up_s: float | None, down_s: float | None
 ) -> None:
-    changed = structs.replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = structs.replace(PX4, **change)
     high = go(0.0, 0.0, 150.0, hold=40.0)
     took = legs_s(high, replace(high, height_m=50.0, hold_s=1.0), parameters=changed)
     usual = legs_s(high, replace(high, height_m=50.0, hold_s=1.0))

@@ -90,7 +90,7 @@ def test_half_a_turn_takes_six_seconds() -> None:
 def test_each_parameter_of_yaw_moves_half_a_turn(
     change: dict[str, float], expected_s: float
 ) -> None:
-    changed = structs.replace(PX4, **change)  # type: ignore[arg-type]  # names of numbers only
+    changed = structs.replace(PX4, **change)
     assert yaw_time_s(np.array([math.pi]), changed) == pytest.approx(expected_s, abs=1e-9)
 
 

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
+import planner.vehicle
 from planner.autopilot import Autopilot
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.resolve import (
+    PARAMETERS_OF,
     FlightParameters,
     resolve_parameters,
 )
 from planner.vehicle.parameters.table import parameter_table
+
+ROOM = Path(planner.vehicle.__file__).parent
 
 RENAMED_IN_4_7 = [
     # ArduPilot #31562, #31970, #32147, #32184, and its page "Parameter Name Changes"
@@ -229,3 +235,18 @@ def test_px4_keeps_design_speeds_inside_the_absolute_ones() -> None:
     assert parameters.cruise_speed_m_s == 10.0
     assert (parameters.climb_speed_m_s, parameters.takeoff_speed_m_s) == (1.0, 1.0)
     assert (parameters.descent_speed_m_s, parameters.land_speed_m_s) == (0.5, 0.5)
+
+
+@pytest.mark.parametrize("autopilot", [Autopilot.PX4, Autopilot.ARDUPILOT])
+def test_every_parameter_is_read_by_what_flies_or_judges(autopilot: Autopilot) -> None:
+    # A row that nothing reads still refuses values: PILOT_ACC_Z,250 was a no-go once.
+    [other] = {"px4", "ardupilot"} - {autopilot.value}
+    tables = ROOM / "parameters"
+    files = [tables / f"{autopilot.value}.py"] + [  # where one parameter governs another
+        path
+        for path in ROOM.parent.rglob("*.py")
+        if path.parent != tables and other not in str(path.relative_to(ROOM.parent))
+    ]
+    text = "".join(path.read_text(encoding="utf-8") for path in files)
+    for quantity in parameter_table(PARAMETERS_OF[autopilot]):
+        assert re.search(rf"""[."']{quantity}\b""", text), f"nothing reads {quantity}"

@@ -317,6 +317,7 @@ def test_a_wrong_file_is_refused_by_file_and_key(
         ("mass_exponent = 1.5", "", "hover.mass_exponent", "is missing"),
         ("density_exponent = -0.5", "density_exponent = 0.5", "hover.density_exponent", "above 0"),
         ("WPNAV_SPEED", "WPNAV_SPED", "parameters.WPNAV_SPED", "did you mean WPNAV_SPEED?"),
+        ("WPNAV_SPEED = 1000", "MPC_XY_CRUISE = 5", "parameters.MPC_XY_CRUISE", "of PX4"),
         ("WPNAV_SPEED = 1000", "WPNAV_SPEED = 5", "parameters.WPNAV_SPEED", "cannot be 5 cm/s"),
         ("WPNAV_SPEED = 1000", "WP_SPD = 500", "parameters.WP_SPD", "cannot be 500 m/s"),
         ("WPNAV_SPEED = 1000", 'WP_SPD = "5"', "parameters.WP_SPD", "a number"),
@@ -336,6 +337,11 @@ def test_a_wrong_model_of_an_autopilot_is_refused_by_file_and_key(
     assert any(
         problem.startswith(f"hangar/quad.toml: {key}: ") and says in problem for problem in problems
     ), problems
+
+
+def test_a_model_may_hold_parameters_no_prediction_depends_on() -> None:
+    model = read(ARDUPILOT_MODEL.replace("WPNAV_SPEED = 1000", "PILOT_ACCEL_Z = 250"))
+    assert model.parameters == (("PILOT_ACCEL_Z", 250.0),)
 
 
 def test_every_problem_of_a_file_is_reported_at_once() -> None:

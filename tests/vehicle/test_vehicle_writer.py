@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import given, settings
@@ -10,13 +10,16 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from planner.errors import OutputError, UsageError
-from planner.vehicle.declared import Interval
+from planner.vehicle.declared import Interval, InvalidValueError, Kind, declared
 from planner.vehicle.library import load_vehicle, model_names
+from planner.vehicle.model import Responses, VehicleModel
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml
 from planner.vehicle.writer import vehicle_text, write_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from planner.vehicle.declared import Field, Part
 
 
 @pytest.mark.parametrize("name", model_names())
@@ -45,6 +48,63 @@ def test_any_text_and_any_number_survive(text: str, low: float, value: float) ->
     )
     data = vehicle_text(changed).encode()
     assert vehicle_from_toml(data, name=model.name, source=model.source) == changed
+
+
+def values(field: Field) -> st.SearchStrategy[Any]:
+    """Values that a field alone allows; those of several together may still be refused."""
+    key = field.key
+    low, high = max(key.range.low, -1e6), min(key.range.high, 1e6)
+    figures = st.floats(low, high, exclude_min=key.range.excludes_low)
+    texts = st.text(min_size=1, max_size=9).filter(str.strip)
+    lists = st.lists(figures, min_size=max(key.count[0], 1), max_size=4, unique=key.rises)
+    kinds: dict[Kind, st.SearchStrategy[Any]] = {
+        Kind.TEXT: st.sampled_from(key.choices) if key.choices else texts,
+        Kind.TEXTS: st.lists(texts, max_size=3).map(tuple),
+        Kind.INTEGER: st.integers(int(low), int(high)),
+        Kind.NUMBER: figures,
+        Kind.NUMBERS: lists.map(lambda one: tuple(sorted(one) if key.rises else one)),
+        Kind.INTERVAL: st.tuples(figures, figures).map(
+            lambda two: Interval(low=min(two), high=max(two))
+        ),
+        Kind.DATE: st.dates(),
+        Kind.NAMED: st.dictionaries(
+            st.sampled_from(key.choices) if key.choices else texts, figures, max_size=3
+        ).map(lambda one: tuple(one.items())),
+    }
+    if field.kind is not None:
+        return kinds[field.kind]
+    return st.one_of([parts(part) for part in field.parts])
+
+
+def parts(part: type[Part]) -> st.SearchStrategy[Part | None]:
+    """Parts with any of their fields; ``None`` for those that do not fit together."""
+    wanted: dict[str, st.SearchStrategy[Any]] = {}
+    free: dict[str, st.SearchStrategy[Any]] = {}
+    for name, field in declared(part).items():
+        (wanted if field.is_required else free)[name] = values(field)
+
+    def made(held: dict[str, Any]) -> Part | None:
+        try:
+            return part(**held)
+        except InvalidValueError:
+            return None
+
+    return st.fixed_dictionaries(wanted, optional=free).map(made)
+
+
+@settings(max_examples=80, deadline=None)
+@given(data=st.data())
+def test_any_parts_that_fit_together_are_read_back_as_they_were_written(
+    data: st.DataObject,
+) -> None:
+    names = ("ramps", "vertical", "loads", "battery", "valid_for", "spread", "provenance")
+    fields = declared(VehicleModel)
+    drawn = {name: data.draw(values(fields[name])) for name in names}
+    model = load_vehicle("falkowski-2023-quadrotor")
+    kept = {name: part for name, part in drawn.items() if part is not None}
+    changed = replace(model, **({"responses": Responses()} if "ramps" in kept else {}), **kept)
+    text = vehicle_text(changed)
+    assert vehicle_from_toml(text.encode(), name=model.name, source=model.source) == changed
 
 
 def test_a_file_that_is_not_called_like_its_model_is_refused(tmp_path: Path) -> None:
