@@ -14,7 +14,7 @@ from planner.identify.noise import mean_with_error
 from planner.identify.outcome import Estimate
 from planner.identify.states import run_bounds, slope_per_s
 from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
-from planner.physics.rotor import momentum_power_w
+from planner.physics.rotor import Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
 from planner.vehicle.power import MomentumLaw
 
@@ -307,14 +307,6 @@ def _is_clear_of_ground(is_landed: BoolArray, step_s: float) -> BoolArray:
     return np.convolve(is_landed, kernel, mode="same")[: is_landed.size] < 0.5
 
 
-NAMES = (
-    "disk_area_m2",
-    "drag_area_m2",
-    "induced_factor",
-    "axial_factor",
-    "profile_factor",
-    "profile_speed_factor",
-)
 _DISK_LOADING_N_M2 = 70.0
 """Of multirotors from 30 to 160: centre of the prior of the disk area. [N m⁻²]"""
 _DRAG_AREA_AT_1_KG_M2 = 0.015
@@ -347,7 +339,7 @@ class SteadyMap:
 
     def residuals_w(self, flights: Sequence[SteadyPower]) -> FloatArray:
         """Return predicted less measured power of steady flights, (n,) [W]."""
-        values = np.array([getattr(self.law, name) for name in NAMES])
+        values = np.array([getattr(self.law, name) for name in Rotor._fields])
         measured: FloatArray = np.array([f.power_w for f in flights])
         beyond_kg = np.array([self.beyond_kg.get(f.source, 0.0) for f in flights])
         return _powers_w(values, flights, beyond_kg) - measured
@@ -410,7 +402,7 @@ def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float =
     flight_of = [sources.index(f.source) for f in flights] if sources else []
 
     def residuals(x: FloatArray) -> FloatArray:
-        own, beyond = x[: len(NAMES)], x[len(NAMES) :]
+        own, beyond = x[: len(Rotor._fields)], x[len(Rotor._fields) :]
         beyond_kg = mass_deviation_kg * beyond[flight_of] if sources else 0.0
         data = (_powers_w(np.exp(own), flights, beyond_kg) - powers) / scale
         return np.concatenate([data, (own - centre) / spreads, beyond])
@@ -422,29 +414,33 @@ def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float =
         msg = "the fit of momentum theory to the steady flights did not end"
         raise IdentificationError(msg)
     data = found.fun[: powers.size]
-    surplus = len(set(cells)) - len(NAMES)
+    surplus = len(set(cells)) - len(Rotor._fields)
     scatter = max(1.0, float(data @ data) / surplus) if surplus > 0 else 1.0
     of_data = found.jac[: powers.size]
     information = of_data.T @ of_data / scatter + np.diag(size**-2.0)
     deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))
-    values = np.exp(found.x[: len(NAMES)])
-    law = MomentumLaw(**{name: _rounded(v) for name, v in zip(NAMES, values, strict=True)})
+    values = np.exp(found.x[: len(Rotor._fields)])
+    law = MomentumLaw(**{name: _rounded(v) for name, v in zip(Rotor._fields, values, strict=True)})
     return SteadyMap(
         law=law,
         estimates=tuple(
             Estimate(name=name, value=getattr(law, name), error=_rounded(float(v * d)))
-            for name, v, d in zip(NAMES, values, deviations[: len(NAMES)], strict=True)
+            for name, v, d in zip(
+                Rotor._fields, values, deviations[: len(Rotor._fields)], strict=True
+            )
         ),
         from_prior=tuple(
             name
-            for name, d, spread in zip(NAMES, deviations[: len(NAMES)], spreads, strict=True)
+            for name, d, spread in zip(
+                Rotor._fields, deviations[: len(Rotor._fields)], spreads, strict=True
+            )
             if d > 0.8 * spread
         ),
         rms_w=float(np.sqrt(np.average((data * scale) ** 2, weights=1.0 / counts))),
         cells=len(set(cells)),
         beyond_kg={
             source: mass_deviation_kg * float(x)
-            for source, x in zip(sources, found.x[len(NAMES) :], strict=True)
+            for source, x in zip(sources, found.x[len(Rotor._fields) :], strict=True)
         },
     )
 
@@ -463,9 +459,9 @@ def _powers_w(
         powers[own] = momentum_power_w(
             speed[own],
             climb[own],
+            Rotor(*values.tolist()),
             mass_kg=float(mass_kg),
             air_density_kg_m3=density[own],
-            **dict(zip(NAMES, values.tolist(), strict=True)),
         )
     return powers
 

@@ -600,8 +600,7 @@ class StepResponse:
         turns = delay_s + _sign_changes(modes, window_s - delay_s)
         # just before the delay has passed and at it: a feedthrough jumps
         times = [0.0, *np.nextafter([delay_s], -1.0), delay_s, *turns, window_s]
-        rising = np.sort([time for time in times if 0.0 <= time <= window_s])
-        return rising[np.concatenate(([True], rising[1:] > rising[:-1]))]
+        return np.sort([time for time in times if 0.0 <= time <= window_s])
 
     def _near_end_s(self, distance: float) -> float:
         """Return a time from which the answer is nearer to its final value than a distance."""

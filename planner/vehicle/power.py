@@ -5,13 +5,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import numpy as np
 from msgspec.structs import asdict
 
-from planner.physics.rotor import (
-    altitude_law_hover_power_w,
-    density_law_hover_power_w,
-    di_franco_buttazzo_power_w,
-    liu_power_w,
-    momentum_power_w,
-)
+from planner.physics.rotor import Rotor, momentum_power_w
+from planner.units import GRAVITY_M_S2
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -44,6 +39,15 @@ class AltitudeLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="altitud
         float, Key("height below which the power is held constant", "m", POSITIVE)
     ]
 
+    def power_w(self, height_above_home_m: "npt.ArrayLike") -> "FloatArray":
+        """Return the power at heights. [W]
+
+        The bare law gives no power at all at the ground and falls steeply below 1 m, where nothing
+        was measured.
+        """
+        height = np.maximum(np.asarray(height_above_home_m, np.float64), self.lowest_height_m)
+        return np.asarray(self.coefficient_w * height**self.exponent)
+
 
 class DensityLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="density"):
     """Hover power over mass and air density, scaled from one hover that was measured.
@@ -62,6 +66,18 @@ class DensityLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="density"
     density_exponent: Annotated[
         float, Key("exponent of the density ratio, not positive", range=Range(-2.0, 0.0))
     ]
+
+    def power_w(self, mass_kg: "npt.ArrayLike", air_density_kg_m3: "npt.ArrayLike") -> "FloatArray":
+        """Return the power at masses and densities, which broadcast. [W]
+
+        Momentum theory of the actuator disk, P = T^1.5 / sqrt(2 rho A) (equation 3 of the article
+        means this, its exponent 2/3 is a misprint); profile power makes measured exponents differ.
+        """
+        mass = np.asarray(mass_kg, np.float64) / self.reference_mass_kg
+        density = np.asarray(air_density_kg_m3, np.float64) / self.reference_density_kg_m3
+        return np.asarray(
+            self.hover_power_w * mass**self.mass_exponent * density**self.density_exponent
+        )
 
 
 HoverLaw: TypeAlias = AltitudeLaw | DensityLaw
@@ -98,11 +114,11 @@ def hover_power_w(
         If a density law is asked without a mass.
     """
     if isinstance(law, AltitudeLaw):
-        return altitude_law_hover_power_w(height_above_home_m, **asdict(law))
+        return law.power_w(height_above_home_m)
     if mass_kg is None:
         msg = "a density law needs the mass"
         raise ValueError(msg)
-    return density_law_hover_power_w(mass_kg, air_density_kg_m3, **asdict(law))
+    return law.power_w(mass_kg, air_density_kg_m3)
 
 
 class CruisePower(Part, frozen=True, kw_only=True, tag_field="power", tag="table"):
@@ -190,6 +206,36 @@ class LiuLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="liu"):
     c4_kg_m: Annotated[float, Key("c₄, drag", "kg/m", NOT_NEGATIVE)]
     c5_kg_m: Annotated[float, Key("c₅, lift", "kg/m", NOT_NEGATIVE)]
 
+    def power_w(
+        self, airspeed_m_s: "npt.ArrayLike", climb_rate_m_s: "npt.ArrayLike", mass_kg: float
+    ) -> "FloatArray":
+        r"""Return the power at airspeeds V and climb rates w. [W]
+
+        .. math::
+           P &= k_1 T \left[\frac{w}{2} + \sqrt{\left(\frac{w}{2}\right)^2 + \frac{T}{k_2^2}}\right]
+                + c_2 T^{3/2} + c_4 V^3, \\
+           T &= \sqrt{\left(m g - c_5 (V \cos\alpha)^2\right)^2 + \left(c_4 V^2\right)^2},
+
+        without the two parameters the authors found to be zero.  For a planned flight the angle of
+        attack α is that of steady flight, where drag tilts the thrust:
+        :math:`\cos^2\alpha = 1 / (1 + (c_4 V^2 / m g)^2)`.  The form and the numbers are as two
+        independent public implementations give them; the paper was not at hand in full.
+        """
+        speed_squared = np.square(np.asarray(airspeed_m_s, np.float64))
+        half_climb = 0.5 * np.asarray(climb_rate_m_s, np.float64)
+        weight_n = mass_kg * GRAVITY_M_S2
+        drag_n = self.c4_kg_m * speed_squared
+        level_speed_squared = speed_squared / (1.0 + np.square(drag_n / weight_n))
+        thrust_n = np.hypot(weight_n - self.c5_kg_m * level_speed_squared, drag_n)
+        through_m_s = half_climb + np.sqrt(
+            half_climb * half_climb + thrust_n / self.k2_sqrt_kg_m**2
+        )
+        return np.asarray(
+            self.k1 * thrust_n * through_m_s
+            + self.c2_sqrt_m_kg * thrust_n**1.5
+            + drag_n * np.sqrt(speed_squared)  # c4 V³
+        )
+
 
 class DiFrancoButtazzoLaw(
     Part, frozen=True, kw_only=True, tag_field="power", tag="di-franco-buttazzo"
@@ -217,6 +263,26 @@ class DiFrancoButtazzoLaw(
         """Yield the problem of a polynomial that gives no hover power."""
         if not self.coefficients[-1] > 0.0:
             yield "coefficients", "must end with hover power, greater than 0"
+
+    def power_w(
+        self, airspeed_m_s: "npt.ArrayLike", climb_rate_m_s: "npt.ArrayLike"
+    ) -> "FloatArray":
+        """Return the power at airspeeds and climb rates. [W]
+
+        The authors' vehicle climbs and descends straight up and down at one rate each; that the part
+        above hover grows in proportion to the rate, so that a metre of height costs the same at any
+        rate, is read into it here.  The form is that of github.com/carmelodfr/iris3DR_energy_model;
+        the paper's own numbers were not found in readable form.
+        """
+        climb = np.asarray(climb_rate_m_s, np.float64)
+        level = np.polyval(np.asarray(self.coefficients), np.asarray(airspeed_m_s, np.float64))
+        hover_w = self.coefficients[-1]
+        per_rate = np.where(
+            climb >= 0.0,
+            (self.climb_power_w - hover_w) / self.climb_speed_m_s,
+            (hover_w - self.descent_power_w) / self.descent_speed_m_s,
+        )
+        return np.asarray(level + per_rate * climb)
 
 
 WholeLaw: TypeAlias = MomentumLaw | LiuLaw | DiFrancoButtazzoLaw
@@ -260,18 +326,18 @@ def whole_power_w(
         If a law that knows the mass is asked without one.
     """
     if isinstance(law, DiFrancoButtazzoLaw):
-        return di_franco_buttazzo_power_w(airspeed_m_s, climb_rate_m_s, **asdict(law))
+        return law.power_w(airspeed_m_s, climb_rate_m_s)
     if mass_kg is None:
         msg = "this law of power needs the mass"
         raise ValueError(msg)
     if isinstance(law, LiuLaw):
-        return liu_power_w(airspeed_m_s, climb_rate_m_s, mass_kg=mass_kg, **asdict(law))
+        return law.power_w(airspeed_m_s, climb_rate_m_s, mass_kg)
     return momentum_power_w(
         airspeed_m_s,
         climb_rate_m_s,
+        Rotor(**asdict(law)),
         mass_kg=mass_kg,
         air_density_kg_m3=air_density_kg_m3,
-        **asdict(law),
     )
 
 

@@ -16,21 +16,21 @@ from planner.identify.steady import (
     record_air_density_kg_m3,
     steady_flight,
 )
-from planner.physics.rotor import momentum_power_w
+from planner.physics.rotor import Rotor, momentum_power_w
 from planner.vehicle.power import (
     AltitudeLaw,
     CruisePower,
     MomentumLaw,
 )
 
-LAW = {
-    "disk_area_m2": 0.4,
-    "drag_area_m2": 0.05,
-    "induced_factor": 1.5,
-    "axial_factor": 1.3,
-    "profile_factor": 0.3,
-    "profile_speed_factor": 0.15,
-}
+LAW = Rotor(
+    disk_area_m2=0.4,
+    drag_area_m2=0.05,
+    induced_factor=1.5,
+    axial_factor=1.3,
+    profile_factor=0.3,
+    profile_speed_factor=0.15,
+)
 CELLS = [(v, 0.0) for v in (0.0, 3.0, 6.0, 9.0, 12.0, 15.0)] + [(0.0, 2.0), (0.0, -1.5)]
 
 
@@ -41,7 +41,7 @@ def flights(
     return [
         SteadyPower(
             power_w=float(
-                momentum_power_w(speed, climb, mass_kg=mass_kg, air_density_kg_m3=1.18, **LAW)
+                momentum_power_w(speed, climb, LAW, mass_kg=mass_kg, air_density_kg_m3=1.18)
             )
             + noise_w * float(generator.standard_normal()),
             error_w=max(noise_w, 0.1),
@@ -70,7 +70,7 @@ def test_the_power_comes_back_within_the_share_the_priors_may_move_it() -> None:
 def test_the_numbers_come_back_within_their_errors() -> None:
     found = fit_steady_map(flights(noise_w=1.0))
     for estimate in found.estimates:
-        assert abs(estimate.value - LAW[estimate.name]) < 3.0 * estimate.error
+        assert abs(estimate.value - getattr(LAW, estimate.name)) < 3.0 * estimate.error
 
 
 def test_hovers_in_number_do_not_drown_one_cruise() -> None:
@@ -108,14 +108,14 @@ def test_too_few_airspeeds_or_no_mass_are_refused() -> None:
 def test_without_a_mass_the_power_is_tabled_state_by_state() -> None:
     found = identify_power([replace(f, mass_kg=None) for f in flights()])
     assert isinstance(found.hover, AltitudeLaw)
-    hover_w = float(momentum_power_w(0.0, 0.0, mass_kg=2.5, air_density_kg_m3=1.18, **LAW))
+    hover_w = float(momentum_power_w(0.0, 0.0, LAW, mass_kg=2.5, air_density_kg_m3=1.18))
     assert found.hover.coefficient_w == pytest.approx(hover_w, rel=1e-5)
     assert found.hover.exponent == 0.0  # all hovers are at one height
     assert isinstance(found.cruise, CruisePower)
     assert found.cruise.speed_m_s == (0.0, 3.0, 6.0, 9.0, 12.0, 15.0)
     assert found.vertical is not None
     assert found.vertical.climb_rate_m_s == (-1.5, 0.0, 2.0)
-    climb_w = float(momentum_power_w(0.0, 2.0, mass_kg=2.5, air_density_kg_m3=1.18, **LAW))
+    climb_w = float(momentum_power_w(0.0, 2.0, LAW, mass_kg=2.5, air_density_kg_m3=1.18))
     assert found.vertical.power_above_hover_w[2] == pytest.approx(climb_w - hover_w, abs=0.01)
 
 

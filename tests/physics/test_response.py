@@ -330,6 +330,30 @@ def test_a_swing_turns_every_half_period() -> None:
     assert response.extremum(0.4, highest=False).value == 0.0
 
 
+@pytest.mark.parametrize(
+    ("numerator", "of"),
+    [
+        ([1.0], [-0.05 + 1j, -0.05 - 1j, -0.4]),
+        ([1.0, 0.4, 2.0], [-0.1 + 2j, -0.1 - 2j, -3.0]),
+        ([1.0, 0.0, 1.0], [-0.02 + 0.5j, -0.02 - 0.5j, -0.02]),
+        ([3.0, -2.0, 1.0], [-0.2, -0.5, -1.5]),
+        ([1.0, -1.0, 0.3], [-0.5, -0.5, -0.5]),
+    ],
+)
+def test_a_third_order_response_is_cut_at_every_turn(
+    numerator: list[float], of: list[complex]
+) -> None:
+    # the last time outside of each of many bands, by samples a millisecond apart
+    system = TransferFunction(numerator=tuple(numerator), denominator=denominator(of))
+    response = StepResponse(system=system)
+    dense = np.arange(0.0, 300.0, 1e-3)
+    away = np.abs(response.value(dense) - response.final_value)
+    tolerances = np.geomspace(0.02, 0.98, 60) * away.max()
+    settled = response.settling_times_s(tolerances)
+    last = [dense[np.flatnonzero(away > tolerance)[-1]] for tolerance in tolerances]
+    assert settled == pytest.approx(np.array(last), abs=1.1e-3)
+
+
 def test_steepest_slope_of_a_critical_answer() -> None:
     # dy/dt = t exp(-t) is largest at 1 s
     for amplitude in (1.0, -3.0):
