@@ -10,8 +10,7 @@ import numpy as np
 
 from planner import quantity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
-from planner.flight.prediction import QUADRATURE_WEIGHTS
-from planner.flight.segments import ItemArrival
+from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
 from planner.frozen import frozen
 from planner.mission.commands import command_name
 from planner.mission.slots import make_many
@@ -56,7 +55,7 @@ class Totals:
     charge_mah_p10: float | None = None
     charge_mah_p90: float | None = None
     wander_m: float = 0.0
-    """Share of the distance that no segment has: PX4 wanders with a noisy position. [m]"""
+    """Part of the distance that no segment has: PX4 wanders with a noisy position. [m]"""
 
 
 @frozen
@@ -75,7 +74,7 @@ class BatteryBudget:
     margin_wh: float
     """Usable energy less the reserve less the energy of the flight. [Wh]"""
     reserve: Reserve | None = None
-    """The reserve as it was asked for; ``None``: as a share."""
+    """The reserve as it was asked for; ``None``: as a fraction."""
     hover_left_s: float | None = None
     """Time of hover that the energy left at landing would last. [s]"""
     charge_left_fraction: float | None = None
@@ -181,7 +180,7 @@ def battery_budget(
     battery : Battery
         Its energy.
     charge : float
-        Share of the capacity at the start. [-]
+        Fraction of the capacity at the start. [-]
     reserve : Reserve
         What is to stay.
     hover_power_w : float

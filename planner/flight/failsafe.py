@@ -54,12 +54,12 @@ class FailsafeEvent:
     reading: str
     """What it sees, and the threshold: ``7 % of the charge is left, BAT_CRIT_THR is 7 %``."""
     segment: int
-    share: float
+    fraction: float
     """Of the time of the segment that has passed. [-]"""
 
 
 @frozen(eq=False)
-class BatteryCourse:
+class BatteryProfile:
     """The battery along a flight, at its start and at the end of each of s segments."""
 
     time_s: FloatArray
@@ -67,28 +67,28 @@ class BatteryCourse:
     used_ah: FloatArray | None
     """Charge taken since the start; ``None`` where only energies are known. (s + 1,) [Ah]"""
     fraction: FloatArray
-    """Share of the full charge that is left. (s + 1,) [-]"""
+    """Of the full charge that is left. (s + 1,) [-]"""
     rest_v: FloatArray | None
     """Open-circuit voltage; ``None`` where the curve is not known. (s + 1,) [V]"""
     loaded_v: FloatArray | None
     """Under load. (s + 1,) [V]"""
 
 
-def battery_course(
+def battery_profile(
     returns: Returns, battery: Battery, discharge: Discharge | None, *, charge: float
-) -> BatteryCourse:
-    """Return the course of a battery: by its curve where that is known, else by its energy."""
+) -> BatteryProfile:
+    """Return the battery along a flight: by its curve where that is known, else by its energy."""
     time_s = np.append(returns.start_s, returns.flight.time_s)
     full_ah = battery.charge_ah
     if discharge is None or battery.ocv_soc is None or battery.ocv_v is None:
         fraction = charge - returns.used_wh / battery.energy_wh
         used_ah = None if full_ah is None else (charge - fraction) * full_ah
-        return BatteryCourse(
+        return BatteryProfile(
             time_s=time_s, used_ah=used_ah, fraction=fraction, rest_v=None, loaded_v=None
         )
     fraction = np.concatenate(([charge], discharge.state_of_charge))
     rest_v = open_circuit_voltage_v(fraction, ocv_soc=battery.ocv_soc, ocv_v=battery.ocv_v)
-    return BatteryCourse(
+    return BatteryProfile(
         time_s=time_s,
         used_ah=None if full_ah is None else (charge - fraction) * full_ah,
         fraction=fraction,
@@ -98,7 +98,7 @@ def battery_course(
 
 
 def px4_events(
-    returns: Returns, course: BatteryCourse, battery: Battery, parameters: Px4Parameters
+    returns: Returns, profile: BatteryProfile, battery: Battery, parameters: Px4Parameters
 ) -> Iterator[FailsafeEvent]:
     """Yield what PX4 decides along a flight, in no order.
 
@@ -108,7 +108,7 @@ def px4_events(
     the voltage says between BAT1_V_EMPTY and BAT1_V_CHARGED; one that neither knows is taken as it is.
     ``failsafe.cpp``: low warns; critical and emergency do as COM_LOW_BAT_ACT says.
     """
-    seen = _px4_charge(course, battery, parameters)
+    seen = _px4_charge(profile, battery, parameters)
     act = parameters.battery_action
     for name, threshold, action in (
         ("BAT_LOW_THR", parameters.battery_low_fraction, WARNS),
@@ -121,35 +121,35 @@ def px4_events(
     ):
         found = _first_below(seen, threshold)
         if found is not None:
-            share = quantity.percent(threshold)
-            reading = f"{share} of the charge is left as PX4 counts it, {name} is {share}"
+            percent = quantity.percent(threshold)
+            reading = f"{percent} of the charge is left as PX4 counts it, {name} is {percent}"
             yield _event(name, action or WARNS, reading, found)
     if parameters.flight_time_max_s >= 0.0:
-        found = _first_below(-course.time_s, -parameters.flight_time_max_s)
+        found = _first_below(-profile.time_s, -parameters.flight_time_max_s)
         if found is not None:
             limit = quantity.duration(parameters.flight_time_max_s)
             reading = f"COM_FLT_TIME_MAX ends a flight after {limit}"
             yield _event("COM_FLT_TIME_MAX", RETURNS, reading, found)
-    yield from _px4_time_events(returns, seen, course, battery, parameters)
+    yield from _px4_time_events(returns, seen, profile, battery, parameters)
 
 
-def _px4_charge(course: BatteryCourse, battery: Battery, parameters: Px4Parameters) -> FloatArray:
-    """Return the share of the charge that PX4 sees. (s + 1,) [-]"""
-    seen = course.fraction
-    if parameters.battery_capacity_ah > 0.0 and course.used_ah is not None:
-        seen = course.fraction[0] - course.used_ah / parameters.battery_capacity_ah
+def _px4_charge(profile: BatteryProfile, battery: Battery, parameters: Px4Parameters) -> FloatArray:
+    """Return the fraction of the charge that PX4 sees. (s + 1,) [-]"""
+    seen = profile.fraction
+    if parameters.battery_capacity_ah > 0.0 and profile.used_ah is not None:
+        seen = profile.fraction[0] - profile.used_ah / parameters.battery_capacity_ah
     cells = parameters.battery_cells or battery.cells_in_series
-    if course.rest_v is None or not cells:
+    if profile.rest_v is None or not cells:
         return seen
     empty_v, full_v = parameters.battery_empty_cell_v, parameters.battery_full_cell_v
-    by_voltage = np.clip((course.rest_v / cells - empty_v) / (full_v - empty_v), 0.0, 1.0)
+    by_voltage = np.clip((profile.rest_v / cells - empty_v) / (full_v - empty_v), 0.0, 1.0)
     return np.minimum(seen, by_voltage)
 
 
 def _px4_time_events(
     returns: Returns,
     seen: FloatArray,
-    course: BatteryCourse,
+    profile: BatteryProfile,
     battery: Battery,
     parameters: Px4Parameters,
 ) -> Iterator[FailsafeEvent]:
@@ -162,11 +162,13 @@ def _px4_time_events(
     step_s = max(_ESTIMATE_STEP_S, flight.time_s / _MOST_ESTIMATES)
     time_s = np.arange(0.0, flight.time_s, step_s)
     under_load_v = (
-        voltage_v if course.loaded_v is None else np.interp(time_s, course.time_s, course.loaded_v)
+        voltage_v
+        if profile.loaded_v is None
+        else np.interp(time_s, profile.time_s, profile.loaded_v)
     )
     current_a = flight.power_w(time_s) / under_load_v
     left_s = (
-        np.interp(time_s, course.time_s, seen)
+        np.interp(time_s, profile.time_s, seen)
         * parameters.battery_capacity_ah
         * _SECONDS_PER_HOUR
         / _mean_current_a(current_a, step_s, parameters.battery_mean_current_a)
@@ -178,7 +180,7 @@ def _px4_time_events(
     at = int(short[0])
     segment = int(np.searchsorted(returns.start_s, time_s[at], side="right")) - 1
     duration_s = float(flight.motion.segments.duration_s[segment])
-    share = float(time_s[at] - returns.start_s[segment]) / max(duration_s, 1e-9)
+    fraction = float(time_s[at] - returns.start_s[segment]) / max(duration_s, 1e-9)
     reading = (
         f"{quantity.duration(float(left_s[at]))} of charge by PX4's own estimate, "
         f"{quantity.duration(float(needed_s[at]))} to return, RTL_TIME_FACTOR and RTL_TIME_MARGIN "
@@ -189,14 +191,14 @@ def _px4_time_events(
         action=action,
         reading=reading,
         segment=segment,
-        share=min(share, 1.0),
+        fraction=min(fraction, 1.0),
     )
 
 
 def px4_safe_return_s(
     returns: Returns, time_s: FloatArray, parameters: Px4Parameters
 ) -> FloatArray:
-    """Return the time PX4 itself reckons for a return at times of a flight. (n,) [s]
+    """Return the time PX4 itself estimates for a return at times of a flight. (n,) [s]
 
     Notes
     -----
@@ -219,7 +221,7 @@ def px4_safe_return_s(
         + max(parameters.return_land_delay_s, 0.0)
     )
     safe_s: FloatArray = parameters.return_time_factor * return_s + parameters.return_time_margin_s
-    # Of returns that follow items of the mission PX4 reckons no time (``calc_rtl_time_estimate``).
+    # Of returns that follow items of the mission PX4 estimates no time (``calc_rtl_time_estimate``).
     return np.where((destination == LANDING) | (destination == ALONG), 0.0, safe_s)
 
 
@@ -235,7 +237,7 @@ def _mean_current_a(current_a: FloatArray, step_s: float, start_a: float) -> Flo
 
 
 def ardupilot_events(
-    course: BatteryCourse, parameters: ArduPilotParameters
+    profile: BatteryProfile, parameters: ArduPilotParameters
 ) -> Iterator[FailsafeEvent]:
     """Yield what ArduPilot decides along a flight, in no order.
 
@@ -245,7 +247,7 @@ def ardupilot_events(
     the vehicle is switched on, whatever the charge; a voltage must be low for BATT_LOW_TIMER.
     """
     at_rest = parameters.battery_voltage_source == 1
-    voltage_v = course.rest_v if at_rest else course.loaded_v
+    voltage_v = profile.rest_v if at_rest else profile.loaded_v
     for which, charge_ah, low_v, action in (
         (
             "LOW",
@@ -261,8 +263,8 @@ def ardupilot_events(
         ),
     ):
         does = _ARDUPILOT_ACTIONS.get(action, WARNS)
-        if charge_ah > 0.0 and course.used_ah is not None:
-            found = _first_below(parameters.battery_capacity_ah - course.used_ah, charge_ah)
+        if charge_ah > 0.0 and profile.used_ah is not None:
+            found = _first_below(parameters.battery_capacity_ah - profile.used_ah, charge_ah)
             name = f"BATT_{which}_MAH"
             if found is not None:
                 limit = quantity.charge(1000.0 * charge_ah)
@@ -270,7 +272,7 @@ def ardupilot_events(
                 yield _event(name, does, reading, found)
         if low_v > 0.0 and parameters.battery_low_timer_s > 0.0 and voltage_v is not None:
             found = _first_below_for(
-                course.time_s, voltage_v, low_v, parameters.battery_low_timer_s
+                profile.time_s, voltage_v, low_v, parameters.battery_low_timer_s
             )
             name = f"BATT_{which}_VOLT"
             if found is not None:
@@ -284,14 +286,14 @@ def ardupilot_events(
 
 def _event(name: str, action: str, reading: str, found: tuple[int, float]) -> FailsafeEvent:
     return FailsafeEvent(
-        parameter=name, action=action, reading=reading, segment=found[0], share=found[1]
+        parameter=name, action=action, reading=reading, segment=found[0], fraction=found[1]
     )
 
 
 def _first_below(values: FloatArray, threshold: float) -> tuple[int, float] | None:
-    """Return segment and share of its time at which values first are below a threshold.
+    """Return segment and fraction of its time at which values first are below a threshold.
 
-    ``values`` stand at the start and at the end of each segment, straight in between.
+    ``values`` are those at the start and at the end of each segment, straight in between.
     """
     below = np.flatnonzero(values < threshold)
     if not len(below):
@@ -320,8 +322,8 @@ def _first_below_for(
             if after >= threshold:
                 until_s = begin_s + (threshold - before) / (after - before) * (end_s - begin_s)
             if until_s - since >= hold_s:
-                share = (since + hold_s - begin_s) / max(end_s - begin_s, 1e-9)
-                return segment, min(max(share, 0.0), 1.0)
+                fraction = (since + hold_s - begin_s) / max(end_s - begin_s, 1e-9)
+                return segment, min(max(fraction, 0.0), 1.0)
             if after >= threshold:
                 since = None
     return None

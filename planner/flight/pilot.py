@@ -1,4 +1,4 @@
-"""Pilots: who flies a route, and home from any point of it.
+"""Pilots: who flies a route, returns from any point of it, and stops.
 
 A pilot knows how a vehicle moves; what that costs is for the power.  There is one for each way of
 commanding: steps of the reference (the article), PX4, ArduPilot.
@@ -22,6 +22,8 @@ from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from planner.arrays import FloatArray
     from planner.autopilot import Target
     from planner.findings import Finding
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.resolve import FlightParameters
     from planner.vehicle.parameters.table import Version
 
+_BISECTIONS = 60
 _FENCE_NAMES = ("FENCE_", "GF_")
 """How ArduPilot's and PX4's parameters of a fence begin."""
 
@@ -55,12 +58,12 @@ class Pilot(Protocol):
     def fly_returns(
         self, points_m: FloatArray, targets: ReturnTargets, route: Route
     ) -> tuple[Motion, Transients]:
-        """Return the ways home from many points, one after the other.
+        """Return the returns from many points, one after the other.
 
         Parameters
         ----------
         points_m : ndarray
-            East, north, height above home; the vehicle stands there. (n, 3) [m]
+            East, north, height above home, where the vehicle stands still. (n, 3) [m]
         targets : ReturnTargets
             Where each leads. (n,)
         route : Route
@@ -76,11 +79,11 @@ class Pilot(Protocol):
         ...
 
     def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
-        """Return the heights above the first home at which ways home are flown. (n,) [m]"""
+        """Return the heights above the first home at which returns are flown. (n,) [m]"""
         ...
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return way and time a vehicle told to return takes to stand still, from ground speeds.
+        """Return the distance and time to stand still once a return begins, from ground speeds.
 
         (n,) [m], (n,) [s]
         """
@@ -97,8 +100,8 @@ def flight_parameters(
 ) -> tuple[FlightParameters | None, list[Finding]]:
     """Return the parameters an autopilot flies with, none for reference steps, and their findings.
 
-    ``version`` is that of the firmware they are for; by default what they say themselves.  Without
-    rally points nothing is told of parameters about them.
+    ``version`` is that of the firmware they are for; by default the one they name.  Without
+    rally points parameters about them have no finding.
 
     Raises
     ------
@@ -121,9 +124,8 @@ def flight_parameters(
     if given is None:
         return None, []
     unused = CONDITION_NOT_MODELLED.finding(
-        f"of the parameters of {given.source} no speed, return or failsafe is used: {vehicle.name} "
-        "answers step references, which they do not shape; their fence is judged, and what a site "
-        "profile asks of them",
+        f"{given.source}: speeds, returns and failsafes are not used: {vehicle.name} answers step "
+        "references, which parameters do not shape; the fence and what a site profile asks are judged",
         fix="use a vehicle model that is flown by that autopilot",
     )
     return None, [unused]
@@ -144,15 +146,15 @@ def fence_parameters_of(
         if not any(name.startswith(_FENCE_NAMES) for name in given.values):
             return None, []
         unknown = CONDITION_NOT_MODELLED.finding(
-            f"whose parameters {given.source} holds is not known: the fence in them is not judged",
+            f"{given.source} may be of PX4 or of ArduPilot: its fence is not judged",
             severity=Severity.ERROR,
-            fix="give the parameters of one autopilot",
+            fix="give a parameter file of one autopilot",
         )
         return None, [unknown]
     resolved = resolve_parameters(autopilot, file=given, version=given.version, has_rally=False)
     # What is assumed of flight is not flown.
-    told = [one for one in resolved.findings if one.severity > Severity.INFO]
-    return resolved.values, told
+    reported = [one for one in resolved.findings if one.severity > Severity.INFO]
+    return resolved.values, reported
 
 
 def make_pilot(
@@ -170,8 +172,8 @@ def make_pilot(
             noise_m = vehicle.position_noise_m
         if noise_m >= parameters.position_error_max_m:
             msg = (
-                f"with a position noise of {noise_m:g} m PX4 stands still: "
-                f"MPC_XY_ERR_MAX is {parameters.position_error_max_m:g} m"
+                f"position noise must be below MPC_XY_ERR_MAX "
+                f"({parameters.position_error_max_m:g} m), got {noise_m:g} m: PX4 would stand still"
             )
             raise UsageError(msg)
         return Px4Pilot(
@@ -223,7 +225,7 @@ class StepPilot:
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how the identified response of the speed goes on after a step to zero.
 
-        Its area is the way; the time is taken to grow with the speed, up to twice the residence time.
+        Its area is the distance; the time is taken to grow with the speed, up to twice the residence time.
         Ramps brake at their own rate.
         """
         if (ramps := self.vehicle.ramps) is not None:
@@ -233,8 +235,8 @@ class StepPilot:
         if response is None:  # such a model flies no level legs
             return np.zeros_like(speed_m_s), np.zeros_like(speed_m_s)
         residence_s = response.transfer_function.mean_residence_time_s
-        share = np.minimum(speed_m_s / self._speed_m_s, 1.0)
-        return speed_m_s * residence_s, 2.0 * residence_s * share
+        fraction = np.minimum(speed_m_s / self._speed_m_s, 1.0)
+        return speed_m_s * residence_s, 2.0 * residence_s * fraction
 
     @property
     def _speed_m_s(self) -> float:
@@ -301,7 +303,7 @@ class Px4Pilot:
         return height_m
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the way and the time until a vehicle told to return in mid-leg turns back."""
+        """Return the distance and the time until a vehicle in mid-leg turns back."""
         from planner.flight.motion.px4.speeds import turning_back
 
         return turning_back(speed_m_s, self.parameters)
@@ -358,7 +360,7 @@ class ArduPilotPilot:
         return return_height_m(points_m, ground_m, self.parameters, rally_m)
 
     def stop(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the way an S-curve brakes by, and its time."""
+        """Return the distance an S-curve brakes by, and its time."""
         from planner.flight.motion.ardupilot.legs import stopping_distance_m
 
         speed_response = None if self.responses is None else self.responses.speed
@@ -375,8 +377,7 @@ def _return_height_finding(route: Route) -> Finding | None:
 
             height = quantity.height(0.0 if before is None else before.height_m)
             return RETURN_HEIGHT_ASSUMED.finding(
-                f"the return is flown level, {height} above home: the vehicle has no return height "
-                "of its own",
+                f"return altitude unknown: flown level, {height} above home",
                 item=stage.item,
             )
         before = stage
@@ -386,3 +387,90 @@ def _return_height_finding(route: Route) -> Finding | None:
 def _even_braking_s(way_m: FloatArray, speed_m_s: FloatArray) -> FloatArray:
     """Return the time of braking at half the speed on average. (n,) [s]"""
     return np.divide(2.0 * way_m, speed_m_s, out=np.zeros_like(way_m), where=speed_m_s > 0.0)
+
+
+@frozen
+class StopRoom:
+    """The room a vehicle needs straight ahead to react, and to stop.
+
+    Notes
+    -----
+    v t_r + s(v) + max(w, 0) t_r: the distance until somebody or something reacts, the distance from then
+    to standing still, and what the part w of the wind that blows ahead carries it meanwhile.
+    """
+
+    vehicle: VehicleModel
+    parameters: FlightParameters | None
+    """``None``: the vehicle answers reference steps."""
+    reaction_time_s: float
+
+    def stopping_distance_m(self, speed_m_s: npt.ArrayLike) -> FloatArray:
+        """Return the distance from speeds to standing still: s(v). [m]
+
+        Parameters
+        ----------
+        speed_m_s : array_like
+            Ground speeds, zero or more. [m s⁻¹]
+        """
+        speed = np.asarray(speed_m_s, np.float64)
+        if self.parameters is None:
+            response = self.vehicle.responses.speed
+            # A model of step references has one: __post_init__ of the model sees to it.
+            residence_s = (
+                0.0 if response is None else response.transfer_function.mean_residence_time_s
+            )
+            way: FloatArray = speed * residence_s
+            return way
+        from planner.vehicle.parameters.px4 import Px4Parameters
+
+        if isinstance(self.parameters, Px4Parameters):
+            from planner.flight.motion.px4.speeds import stopping_distance_m as px4_way_m
+
+            return px4_way_m(speed, self.parameters)
+        from planner.flight.motion.ardupilot.legs import stopping_distance_m as ardupilot_way_m
+
+        return ardupilot_way_m(speed, self.parameters, self.vehicle.responses.speed)
+
+    def needed_m(self, speed_m_s: npt.ArrayLike, tail_wind_m_s: npt.ArrayLike = 0.0) -> FloatArray:
+        """Return the room needed straight ahead. [m]
+
+        Parameters
+        ----------
+        speed_m_s : array_like
+            Ground speeds, zero or more. [m s⁻¹]
+        tail_wind_m_s : array_like
+            Part of the wind that blows ahead; against the flight it helps nothing. [m s⁻¹]
+        """
+        speed = np.asarray(speed_m_s, np.float64)
+        drift = np.maximum(np.asarray(tail_wind_m_s, np.float64), 0.0)
+        return (speed + drift) * self.reaction_time_s + self.stopping_distance_m(speed)
+
+    def fitting_speed_m_s(
+        self, room_m: float, *, at_most_m_s: float, tail_wind_m_s: float = 0.0
+    ) -> float | None:
+        """Return the highest speed whose needed room is there, by bisection.
+
+        Parameters
+        ----------
+        room_m : float
+            Room ahead. [m]
+        at_most_m_s : float
+            A speed that needs more room. [m s⁻¹]
+        tail_wind_m_s : float
+            Part of the wind that blows ahead. [m s⁻¹]
+
+        Returns
+        -------
+        float or None
+            ``None`` where there is not even room for the drift. [m s⁻¹]
+        """
+        if self.needed_m(0.0, tail_wind_m_s) > room_m:
+            return None
+        low, high = 0.0, at_most_m_s
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            if self.needed_m(middle, tail_wind_m_s) <= room_m:
+                low = middle
+            else:
+                high = middle
+        return low

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _LEVEL = (STATE_INDEX[FlightState.ACCELERATE], STATE_INDEX[FlightState.CRUISE])
 _LEAST_SPEED_M_S = 1e-9
-"""Keeps a ratio of speeds finite where a vehicle stands."""
+"""Keeps a ratio of speeds finite where a vehicle stands still."""
 
 
 @frozen
@@ -122,8 +122,8 @@ class SteadyPower:
         of the cruise the leg leads to (article, section 3.1.2).
         """
         speed = state.ground_speed_m_s
-        share = speed / np.maximum(commanded_speed_m_s, _LEAST_SPEED_M_S)
-        scale = 1.0 / np.maximum(share, _LEAST_SPEED_M_S)
+        fraction = speed / np.maximum(commanded_speed_m_s, _LEAST_SPEED_M_S)
+        scale = 1.0 / np.maximum(fraction, _LEAST_SPEED_M_S)
         standing, cruising = (
             cruise.above_hover_w(
                 self.airspeed_m_s(
@@ -134,7 +134,7 @@ class SteadyPower:
             )
             for factor in (0.0, scale)
         )
-        return standing + (cruising - standing) * share
+        return standing + (cruising - standing) * fraction
 
     def _whole_w(
         self,

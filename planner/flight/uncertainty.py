@@ -1,26 +1,26 @@
-r"""The spread of a prediction: many flights of one mission, as draws of what is not known.
+r"""The uncertainty of a prediction: many flights of one mission, as samples of what is not known.
 
-Drawn are the conditions (wind, payload, temperature, charge) and the errors of the model as the
+Sampled are the conditions (wind, payload, temperature, charge) and the errors of the model as the
 ``[spread]`` of its file has them.  With the energy :math:`E_s` of each state,
 
 .. math:: E = (1 + \varepsilon) \sum_s (1 + \eta_s)\, E_s(w, m, T), \qquad t = (1 + \tau)\, t_0,
 
 ε common to a flight, η of each state, τ of the time.  They come from n flights, so each is its
-standard deviation times a draw of Student's t with n degrees of freedom: with few flights the
+standard deviation times a sample of Student's t with n degrees of freedom: with few flights the
 standard deviation is itself little known (Student, Biometrika 6 (1908) 1).
 
 Approximations:
 
-* The motion is that of the mean wind and is not flown again: a draw changes the power along it.
-* Over the box of the drawn conditions the energy is interpolated by Chebyshev polynomials in each
+* The motion is that of the mean wind and is not flown again: a sample changes the power along it.
+* Over the box of the sampled conditions the energy is interpolated by Chebyshev polynomials in each
   of them (L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2 and 3),
   from exact evaluations at a fixed number of points.
-* Ways home are judged from the points where they are tightest in mean and in extreme conditions, to
-  where the vehicle goes in mean ones; the stop before the way home is that of mean conditions.
+* Returns are judged from the points where they are tightest in mean and in extreme conditions, to
+  where the vehicle goes in mean ones; the stop before the return is that of mean conditions.
 * Charge follows energy, at the mean voltage of the prediction; the energy a battery holds is taken
   at the mean power and temperature.
 
-The draws are always the same: what differs between two predictions is never chance.
+The samples are always the same: what differs between two predictions is never chance.
 """
 
 from __future__ import annotations
@@ -56,13 +56,25 @@ if TYPE_CHECKING:
     from planner.vehicle.model import ModelSpread
 
 
-DRAWS = 10_000
+SAMPLES = 10_000
 _SEED = 1908
+_LEAST_WIND_POINTS, _MOST_WIND_POINTS = 5, 17
+"""On each component of the wind: one for each m/s of half its range, and the most for a table of
+powers, which has corners.  Against direct evaluation of samples of surveys in winds of up to 10 ± 3 m/s
+from anywhere: within 0.1 % for momentum theory, 1.2 % (standard deviation 0.5 %) for a table."""
+_AIR_AND_MASS_POINTS = 3
+"""On payload and temperature, over which the power bends little."""
+_ROWS_AT_ONCE = 1000
+_CHARGE_POINTS = 5
+_TIGHTEST = 8
+"""Points whose return is looked at besides those tightest at the corners of the conditions."""
+_LOW, _HIGH = 0.1, 0.9
+_BRAKE = STATE_INDEX[FlightState.BRAKE]
 
 
 @frozen(eq=False)
-class Draws:
-    """What is drawn for each scenario; all (draws,), but the errors of the states."""
+class UnknownSamples:
+    """What is not known, for each scenario; all (samples,), but the errors of the states."""
 
     wind_east_m_s: FloatArray
     wind_north_m_s: FloatArray
@@ -72,14 +84,14 @@ class Draws:
     time_error: FloatArray
     energy_error: FloatArray
     state_error: FloatArray
-    """(draws, states)"""
+    """(samples, states)"""
     stopping_error: FloatArray
 
 
-def make_draws(
+def sample_unknowns(
     spread: ModelSpread, conditions: Conditions, power: SteadyPower, *, charge: tuple[float, float]
-) -> Draws:
-    """Draw conditions and errors of the model, always the same ones.
+) -> UnknownSamples:
+    """Return samples of the conditions and of the errors of the model, always the same ones.
 
     Parameters
     ----------
@@ -94,17 +106,17 @@ def make_draws(
 
     Returns
     -------
-    Draws
-        A wind drawn below zero blows the other way; a payload is not below zero, a charge not above
-        all.  The draws of one quantity do not depend on the spread of another.
+    UnknownSamples
+        A wind sampled below zero blows the other way; a payload is not below zero, a charge not above
+        all.  The samples of one quantity do not depend on the spread of another.
     """
-    normal, student = _standard_draws(spread.n_flights)
+    normal, student = _standard_samples(spread.n_flights)
     wind = conditions.wind
     speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
     from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
     charge_mean, charge_sd = charge
     of_states = dict(spread.energy_state_fraction)
-    return Draws(
+    return UnknownSamples(
         wind_east_m_s=-speed_m_s * np.sin(from_rad),
         wind_north_m_s=-speed_m_s * np.cos(from_rad),
         payload_kg=np.maximum(conditions.payload_kg + conditions.payload_sd_kg * normal[2], 0.0),
@@ -118,42 +130,35 @@ def make_draws(
 
 
 @lru_cache(maxsize=2)
-def _standard_draws(n_flights: int) -> tuple[FloatArray, FloatArray]:
-    """Return draws of the normal and of Student's distribution, made once: they are always the same."""
+def _standard_samples(n_flights: int) -> tuple[FloatArray, FloatArray]:
+    """Return samples of the normal and of Student's distribution, made once."""
     random = np.random.default_rng(_SEED)
-    normal = random.standard_normal((5, DRAWS))
-    student = random.standard_t(n_flights, (3 + len(STATES), DRAWS))
+    normal = random.standard_normal((5, SAMPLES))
+    student = random.standard_t(n_flights, (3 + len(STATES), SAMPLES))
     normal.setflags(write=False)
     student.setflags(write=False)
     return normal, student
 
 
-_LEAST_WIND_POINTS, _MOST_WIND_POINTS = 5, 17
-"""On each component of the wind: one for each m/s of half its range, and the most for a table of
-powers, which has corners.  Against direct evaluation of draws of surveys in winds of up to 10 ± 3 m/s
-from anywhere: within 0.1 % for momentum theory, 1.2 % (standard deviation 0.5 %) for a table."""
-_AIR_AND_MASS_POINTS = 3
-"""On payload and temperature, over which the power bends little."""
-_ROWS_AT_ONCE = 1000
-
-
 class Weather:
-    """The drawn conditions that the power depends on, and the points it is evaluated at."""
+    """The sampled conditions that the power depends on, and the points it is evaluated at."""
 
-    def __init__(self, draws: Draws, power: SteadyPower) -> None:
+    def __init__(self, samples: UnknownSamples, power: SteadyPower) -> None:
         vehicle, mass_kg = power.vehicle, power.vehicle.mass_kg
         self._power = power
         self._axes: dict[str, ChebyshevAxis] = {}
         if vehicle.knows_airspeed:
             bent = isinstance(vehicle.cruise, CruisePower)
             least = _MOST_WIND_POINTS if bent else _LEAST_WIND_POINTS
-            self._axes["east_m_s"] = _wind_axis(draws.wind_east_m_s, least)
-            self._axes["north_m_s"] = _wind_axis(draws.wind_north_m_s, least)
+            self._axes["east_m_s"] = _wind_axis(samples.wind_east_m_s, least)
+            self._axes["north_m_s"] = _wind_axis(samples.wind_north_m_s, least)
         if vehicle.knows_mass and mass_kg is not None:
-            self._axes["mass_kg"] = ChebyshevAxis(mass_kg + draws.payload_kg, _AIR_AND_MASS_POINTS)
+            self._axes["mass_kg"] = ChebyshevAxis(
+                mass_kg + samples.payload_kg, _AIR_AND_MASS_POINTS
+            )
         if vehicle.knows_air_density:
             self._axes["home_temperature_c"] = ChebyshevAxis(
-                draws.temperature_c, _AIR_AND_MASS_POINTS
+                samples.temperature_c, _AIR_AND_MASS_POINTS
             )
 
     def powers(self) -> Iterator[SteadyPower]:
@@ -161,45 +166,45 @@ class Weather:
         return self._powers({name: axis.points for name, axis in self._axes.items()})
 
     def corners(self) -> Iterator[SteadyPower]:
-        """Yield the power in the most different conditions drawn; nothing where all are the same."""
+        """Yield the power in the most different conditions sampled; nothing where all are the same."""
         if all(len(axis.ends) == 1 for axis in self._axes.values()):
             return iter(())
         return self._powers({name: axis.ends for name, axis in self._axes.items()})
 
-    def with_errors(self, at_points_j: FloatArray, draws: Draws) -> FloatArray:
-        """Return the energies of all draws, errors of the model included.
+    def with_errors(self, at_points_j: FloatArray, samples: UnknownSamples) -> FloatArray:
+        """Return the energies of all samples, errors of the model included.
 
         Parameters
         ----------
         at_points_j : ndarray
             Energies by state of k flights at the points of the interpolation.
             (points, k, states) [J]
-        draws : Draws
+        samples : UnknownSamples
             Errors of the model.
 
         Returns
         -------
         ndarray
-            Not negative. (draws, k) [J]
+            Not negative. (samples, k) [J]
         """
-        if len(at_points_j) == 1:  # all draws have the conditions of the prediction
+        if len(at_points_j) == 1:  # all samples have the conditions of the prediction
             mean_j = at_points_j[0]
-            drawn_j = mean_j.sum(axis=1) + draws.state_error @ mean_j.T
-            return np.asarray(np.maximum(drawn_j * (1.0 + draws.energy_error[:, None]), 0.0))
+            sampled_j = mean_j.sum(axis=1) + samples.state_error @ mean_j.T
+            return np.asarray(np.maximum(sampled_j * (1.0 + samples.energy_error[:, None]), 0.0))
         count, states = at_points_j.shape[1:]
         flat_j = at_points_j.reshape(len(at_points_j), -1)
-        energy_j = np.empty((DRAWS, count))
-        for first in range(0, DRAWS, _ROWS_AT_ONCE):
+        energy_j = np.empty((SAMPLES, count))
+        for first in range(0, SAMPLES, _ROWS_AT_ONCE):
             rows = slice(first, first + _ROWS_AT_ONCE)
-            factor = 1.0 + draws.state_error[rows]
+            factor = 1.0 + samples.state_error[rows]
             by_state_j = (self._weights(rows) @ flat_j).reshape(-1, count, states)
             energy_j[rows] = np.einsum("nks,ns->nk", by_state_j, factor)
-            energy_j[rows] *= 1.0 + draws.energy_error[rows, None]
+            energy_j[rows] *= 1.0 + samples.energy_error[rows, None]
         return np.maximum(energy_j, 0.0)
 
     def _weights(self, rows: slice) -> FloatArray:
-        """Return the weight of each point for some draws. (rows, points)"""
-        weights = np.ones((len(range(DRAWS)[rows]), 1))
+        """Return the weight of each point for some samples. (rows, points)"""
+        weights = np.ones((len(range(SAMPLES)[rows]), 1))
         for axis in self._axes.values():
             weights = (weights[:, :, None] * axis.weights[rows, None, :]).reshape(len(weights), -1)
         return weights
@@ -217,26 +222,26 @@ class Weather:
 
 
 class ChebyshevAxis:
-    """One drawn quantity: Chebyshev points over its range, and their weights for each draw."""
+    """One sampled quantity: Chebyshev points over its range, and their weights for each sample."""
 
-    def __init__(self, drawn: FloatArray, count: int) -> None:
-        low, high = float(drawn.min()), float(drawn.max())
+    def __init__(self, sampled: FloatArray, count: int) -> None:
+        low, high = float(sampled.min()), float(sampled.max())
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         if half <= 1e-12 * max(abs(middle), 1.0):  # known exactly, but for rounding
             self.points = self.ends = np.array([middle])
-            self.weights = np.ones((drawn.size, 1))
+            self.weights = np.ones((sampled.size, 1))
             return
         unit = chebpts1(count)
         self.points = middle + half * unit
         self.ends = np.array([low, high])
-        self.weights = chebvander((drawn - middle) / half, count - 1) @ np.linalg.inv(
+        self.weights = chebvander((sampled - middle) / half, count - 1) @ np.linalg.inv(
             chebvander(unit, count - 1)
         )
 
 
-def _wind_axis(drawn_m_s: FloatArray, least: int) -> ChebyshevAxis:
-    wanted = 2 * int(0.25 * np.ptp(drawn_m_s)) + 3
-    return ChebyshevAxis(drawn_m_s, min(max(wanted, least), _MOST_WIND_POINTS))
+def _wind_axis(sampled_m_s: FloatArray, least: int) -> ChebyshevAxis:
+    wanted = 2 * int(0.25 * np.ptp(sampled_m_s)) + 3
+    return ChebyshevAxis(sampled_m_s, min(max(wanted, least), _MOST_WIND_POINTS))
 
 
 def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
@@ -248,23 +253,16 @@ def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
     )
 
 
-_CHARGE_POINTS = 5
-_TIGHTEST = 8
-"""Points whose way home is looked at besides those tightest at the corners of the conditions."""
-_LOW, _HIGH = 0.1, 0.9
-_BRAKE = STATE_INDEX[FlightState.BRAKE]
-
-
 @frozen(eq=False)
 class Scenarios:
-    """What flights of one mission take, a row per draw; ``None`` where it is not known."""
+    """What flights of one mission take, a row per sample; ``None`` where it is not known."""
 
     time_s: FloatArray | None = None
     energy_wh: FloatArray | None = None
     margin_wh: FloatArray | None = None
     """Energy above the reserve after the landing. [Wh]"""
     return_margin_wh: FloatArray | None = None
-    """Least energy above the reserve after going home from any stage. [Wh]"""
+    """Least energy above the reserve after a return from any stage. [Wh]"""
     stopping_factor: FloatArray | None = None
     """Stopping distances over those predicted. [-]"""
 
@@ -305,12 +303,14 @@ class Scenarios:
         return totals
 
     def _battery(self, battery: BatteryBudget) -> BatteryBudget:
-        """Return a budget with the share of the flights that land below the reserve."""
-        return replace(battery, below_reserve_probability=_share_below(self.margin_wh))
+        """Return a budget with the fraction of the flights that land below the reserve."""
+        return replace(battery, below_reserve_probability=_fraction_below(self.margin_wh))
 
     def _return_plan(self, return_plan: ReturnPlan) -> ReturnPlan:
         """Return a plan with the fraction of the flights in which some return uses part of the reserve."""
-        return replace(return_plan, below_reserve_probability=_share_below(self.return_margin_wh))
+        return replace(
+            return_plan, below_reserve_probability=_fraction_below(self.return_margin_wh)
+        )
 
 
 def predict_scenarios(
@@ -350,32 +350,32 @@ def predict_scenarios(
     """
     flight = returns.flight
     power = flight.power
-    draws = make_draws(spread, conditions, power, charge=charge)
+    samples = sample_unknowns(spread, conditions, power, charge=charge)
     timed = Scenarios(
         time_s=(
             None
             if spread.time_fraction is None
-            else np.maximum(flight.time_s * (1.0 + draws.time_error), 0.0)
+            else np.maximum(flight.time_s * (1.0 + samples.time_error), 0.0)
         ),
         stopping_factor=(
             None
             if spread.stopping_distance_fraction is None
-            else np.maximum(1.0 + draws.stopping_error, 0.0)
+            else np.maximum(1.0 + samples.stopping_error, 0.0)
         ),
     )
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return timed
-    weather = Weather(draws, power)
+    weather = Weather(samples, power)
     sweep = sweep or sweep_returns(returns)
     points = None if sweep is None else _tightest_points(returns, sweep, weather)
     at_points = _energies_j(returns, points, weather.powers())
-    energy_wh = wh_from_j(weather.with_errors(at_points, draws))
-    drawn = replace(timed, energy_wh=energy_wh[:, 0])
+    energy_wh = wh_from_j(weather.with_errors(at_points, samples))
+    sampled = replace(timed, energy_wh=energy_wh[:, 0])
     if budget is None or battery is None:
-        return drawn
-    above_wh = _usable_wh(flight, battery, budget, draws.charge, conditions) - budget.reserve_wh
+        return sampled
+    above_wh = _usable_wh(flight, battery, budget, samples.charge, conditions) - budget.reserve_wh
     return replace(
-        drawn,
+        sampled,
         margin_wh=above_wh - energy_wh[:, 0],
         return_margin_wh=above_wh - energy_wh[:, 1:].max(axis=1) if points else None,
     )
@@ -407,7 +407,7 @@ def predict_energy_band(
     Returns
     -------
     tuple of ndarray or None
-        By the draws of `predict_scenarios`, so that at the end of the last segment it is the totals'.
+        By the samples of `predict_scenarios`, so that at the end of the last segment it is the totals'.
         ``None`` where the power of the vehicle or the spread of its energy is not known.
         Both (n,) [Wh]
     """
@@ -415,11 +415,11 @@ def predict_energy_band(
     power = flight.power
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return None
-    draws = make_draws(spread, conditions, power, charge=charge)
-    weather = Weather(draws, power)
+    samples = sample_unknowns(spread, conditions, power, charge=charge)
+    weather = Weather(samples, power)
     powers = tuple(weather.powers())
     used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
-    energy_wh = wh_from_j(weather.with_errors(used_j, draws))
+    energy_wh = wh_from_j(weather.with_errors(used_j, samples))
     low_wh, high_wh = np.quantile(energy_wh, (_LOW, _HIGH), axis=0)
     return low_wh, high_wh
 
@@ -471,7 +471,7 @@ def _used_by_state_j(flight: Flight, powers: tuple[SteadyPower, ...]) -> Iterato
     """
     states = flight.motion.segments.state
     flown: Iterable[FloatArray] = (flight.segment_energy_j,)
-    if len(powers) > 1:  # else all draws have the conditions of the prediction
+    if len(powers) > 1:  # else all samples have the conditions of the prediction
         flown = segment_energies_j(flight.motion, flight.transients, powers)
     for own_j in flown:
         used_j = np.zeros((len(states) + 1, len(STATES)))
@@ -484,11 +484,11 @@ def _usable_wh(
     flight: Flight,
     battery: Battery,
     budget: BatteryBudget,
-    drawn: FloatArray,
+    sampled: FloatArray,
     conditions: Conditions,
 ) -> FloatArray | float:
-    """Return the energy in the battery at the start for drawn states of charge. (draws,) [Wh]"""
-    axis = ChebyshevAxis(drawn, _CHARGE_POINTS)
+    """Return the energy in the battery at the start for sampled states of charge. (samples,) [Wh]"""
+    axis = ChebyshevAxis(sampled, _CHARGE_POINTS)
     if len(axis.points) == 1:
         return budget.usable_wh
     temperature_c = conditions.battery_temperature_c
@@ -502,8 +502,8 @@ def _usable_wh(
         usable_wh.append(
             budget.capacity_wh * float(point) if discharge is None else discharge.usable_wh
         )
-    drawn_wh: FloatArray = axis.weights @ np.array(usable_wh)
-    return drawn_wh
+    sampled_wh: FloatArray = axis.weights @ np.array(usable_wh)
+    return sampled_wh
 
 
 def _p10_p90(values: FloatArray) -> tuple[float, float]:
@@ -511,5 +511,5 @@ def _p10_p90(values: FloatArray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _share_below(margin_wh: FloatArray | None) -> float | None:
+def _fraction_below(margin_wh: FloatArray | None) -> float | None:
     return None if margin_wh is None else float(np.mean(margin_wh < 0.0))

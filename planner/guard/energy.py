@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.flight.progress import flight_progress
 from planner.flight.returns.tightest import sweep_returns
 from planner.frozen import frozen
+from planner.guard.progress import flight_progress
 from planner.physics.battery import delivered_energy_wh
 
 if TYPE_CHECKING:
-    from planner.flight.progress import MeasuredPlace, Progress
     from planner.flight.returns.path import Returns
+    from planner.guard.progress import MeasuredPlace, Progress
     from planner.vehicle.battery import Battery
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.flight.progress import MeasuredPlace
 from planner.guard.energy import BatteryReading, EnergyWatch
+from planner.guard.progress import MeasuredPlace
 
 if TYPE_CHECKING:
     from planner.guard.energy import EnergyState, EnergyWarning, Prediction

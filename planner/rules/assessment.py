@@ -13,10 +13,9 @@ if TYPE_CHECKING:
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, Totals
     from planner.flight.conditions import Conditions
-    from planner.flight.prediction import Flight
+    from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.returns.path import Returns
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.flight.segments import ItemArrival
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route

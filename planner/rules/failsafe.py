@@ -12,7 +12,7 @@ from planner.flight.failsafe import (
     RETURNS,
     WARNS,
     ardupilot_events,
-    battery_course,
+    battery_profile,
     px4_events,
 )
 from planner.flight.motion.kinematics import (
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, Discharge
-    from planner.flight.failsafe import BatteryCourse, FailsafeEvent
+    from planner.flight.failsafe import BatteryProfile, FailsafeEvent
     from planner.rules.assessment import Assessment
     from planner.vehicle.battery import Battery
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -42,8 +42,8 @@ _MOST_HOVER_THRUST = 0.7
 _GOES_DOWN = (STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND])
 
 
-def _course(a: Assessment, pack: Battery) -> BatteryCourse:
-    return battery_course(a.returns, pack, a.discharge, charge=a.charge)
+def _profile(a: Assessment, pack: Battery) -> BatteryProfile:
+    return battery_profile(a.returns, pack, a.discharge, charge=a.charge)
 
 
 FAILSAFE_BEFORE_END = Rule(
@@ -71,13 +71,13 @@ FAILSAFE_BEFORE_END = Rule(
 def _failsafe_before_end(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
-    course = _course(a, pack)
+    profile = _profile(a, pack)
     if isinstance(parameters, Px4Parameters):
-        events = list(px4_events(a.returns, course, pack, parameters))
+        events = list(px4_events(a.returns, profile, pack, parameters))
     else:
-        events = list(ardupilot_events(course, parameters))
+        events = list(ardupilot_events(profile, parameters))
     events = [event for event in events if not _comes_too_late(a, event)]
-    events.sort(key=lambda event: (event.segment, event.share))
+    events.sort(key=lambda event: (event.segment, event.fraction))
     acting = next((event for event in events if event.action != WARNS), None)
     warning = next((event for event in events if event.action == WARNS), None)
     if acting is not None:
@@ -98,7 +98,7 @@ def _comes_too_late(a: Assessment, event: FailsafeEvent) -> bool:
 
 
 def _reported(a: Assessment, event: FailsafeEvent, severity: Severity) -> Finding:
-    point = a.returns.flight_point(event.segment, event.share)
+    point = a.returns.flight_point(event.segment, event.fraction)
     return a.finding(
         FAILSAFE_BEFORE_END,
         f"the vehicle itself {event.action} at {place_along(point)}: {event.reading}",
@@ -123,12 +123,12 @@ ARMING_REFUSED = Rule(
 def _arming_refused(
     a: Assessment, pack: Battery, parameters: FlightParameters
 ) -> Iterator[Finding]:
-    course = _course(a, pack)
+    profile = _profile(a, pack)
     if isinstance(parameters, Px4Parameters):
         least, name = parameters.arm_battery_min_fraction, "COM_ARM_BAT_MIN"
         if least < 0.0:
             least, name = parameters.battery_critical_fraction, "BAT_CRIT_THR"
-        charge = float(course.fraction[0])
+        charge = float(profile.fraction[0])
         if charge < least:
             yield a.finding(
                 ARMING_REFUSED,
@@ -136,10 +136,10 @@ def _arming_refused(
                 f"{quantity.percent(least)}",
             )
         return
-    if course.rest_v is not None and course.rest_v[0] < parameters.arm_battery_min_v:
+    if profile.rest_v is not None and profile.rest_v[0] < parameters.arm_battery_min_v:
         yield a.finding(
             ARMING_REFUSED,
-            f"ArduPilot does not arm at {quantity.decimals(float(course.rest_v[0]), 1)} V: BATT_ARM_VOLT "
+            f"ArduPilot does not arm at {quantity.decimals(float(profile.rest_v[0]), 1)} V: BATT_ARM_VOLT "
             f"is {quantity.decimals(parameters.arm_battery_min_v, 1)} V",
         )
     if parameters.battery_capacity_ah < parameters.arm_battery_min_ah:

@@ -11,8 +11,8 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch
 from planner.flight.path import PATH_TOLERANCE_M, flown_path
+from planner.flight.pilot import StopRoom
 from planner.flight.returns.destination import HOME
-from planner.flight.segments import StopRoom
 from planner.geo.fence import Fence, make_fence_area
 from planner.geo.geodesy import (
     bow_m,

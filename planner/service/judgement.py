@@ -19,11 +19,10 @@ from planner.flight.budget import (
 )
 from planner.flight.conditions import Conditions, divided
 from planner.flight.pilot import fence_parameters_of, flight_parameters, make_pilot
-from planner.flight.prediction import predict_flight
+from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.returns.destination import make_destinations, with_own_return
 from planner.flight.returns.path import make_returns
 from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
-from planner.flight.trace import sample_trace
 from planner.mission.route.route import make_route
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.wind import Wind
@@ -36,10 +35,9 @@ from planner.service.result import CheckResult
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.conditions import Spread
-    from planner.flight.prediction import Flight
+    from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.returns.destination import Destinations
     from planner.flight.returns.tightest import ReturnSweep
-    from planner.flight.segments import ItemArrival
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route

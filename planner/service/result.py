@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.conditions import Conditions
-    from planner.flight.returns.tightest import ReturnPlan
-    from planner.flight.segments import (
+    from planner.flight.prediction import (
         ItemArrival,
         Segment,
+        Trace,
     )
-    from planner.flight.trace import Trace
+    from planner.flight.returns.tightest import ReturnPlan
     from planner.rules.assessment import Assessment
     from planner.vehicle.parameters.resolve import FlightParameters
 

@@ -12,8 +12,7 @@ from planner.physics.battery import loaded_voltage_v, open_circuit_voltage_v
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.flight.budget import Discharge
-    from planner.flight.prediction import Flight
-    from planner.flight.trace import Trace
+    from planner.flight.prediction import Flight, Trace
     from planner.mission.route.stage import Route
     from planner.vehicle.battery import Battery
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.flight.segments import (
+    from planner.flight.prediction import (
         ItemArrival,
         Segment,
     )

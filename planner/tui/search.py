@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding, Severity
-    from planner.flight.segments import ItemArrival
+    from planner.flight.prediction import ItemArrival
     from planner.service import UnreadableMission
 
 MOST_HITS = 200

@@ -128,7 +128,7 @@ def test_parameters_that_change_nothing_are_not_taken_in_silence(
 ) -> None:
     Path("mine.param").write_text("WPNAV_SPEED,500\n", encoding="utf-8")
     main(["check", mission, "--battery", "77Wh", "--params", "mine.param"])
-    assert "of mine.param no speed, return or failsafe is used" in capsys.readouterr().out
+    assert "mine.param: speeds, returns and failsafes are not used" in capsys.readouterr().out
     assert main(["check", mission, "--battery", "77Wh", "--params", "missing.param"]) == 2
     assert "missing.param: cannot be read" in capsys.readouterr().err
 

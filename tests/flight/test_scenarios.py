@@ -1,4 +1,4 @@
-"""The spread of a prediction: what is drawn, what is interpolated, and what comes out."""
+"""The spread of a prediction: what is sampled, what is interpolated, and what comes out."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from planner.flight.prediction import predict_flight, segment_energies_j
 from planner.flight.returns.destination import make_destinations
 from planner.flight.returns.path import Returns, make_returns
 from planner.flight.uncertainty import (
-    DRAWS,
-    Draws,
-    make_draws,
+    SAMPLES,
+    UnknownSamples,
     predict_energy_band,
     predict_scenarios,
+    sample_unknowns,
 )
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
@@ -68,10 +68,10 @@ def flown(vehicle: VehicleModel, conditions: Conditions) -> Returns:
     return make_returns(route, flight, pilot, destinations)
 
 
-def drawn_conditions(
-    conditions: Conditions, draws: Draws, index: int, vehicle: VehicleModel
+def sampled_conditions(
+    conditions: Conditions, samples: UnknownSamples, index: int, vehicle: VehicleModel
 ) -> Conditions:
-    east, north_m_s = float(draws.wind_east_m_s[index]), float(draws.wind_north_m_s[index])
+    east, north_m_s = float(samples.wind_east_m_s[index]), float(samples.wind_north_m_s[index])
     assert vehicle.mass_kg is not None
     return replace(
         conditions,
@@ -79,8 +79,8 @@ def drawn_conditions(
             speed_m_s=math.hypot(east, north_m_s),
             from_deg=math.degrees(math.atan2(-east, -north_m_s)),
         ),
-        payload_kg=float(draws.payload_kg[index]),
-        temperature_c=float(draws.temperature_c[index]),
+        payload_kg=float(samples.payload_kg[index]),
+        temperature_c=float(samples.temperature_c[index]),
     )
 
 
@@ -128,17 +128,19 @@ def test_interpolated_energies_are_those_of_flying_each_draw_again(
     returns = flown(SURVEYOR, conditions)
     flight = returns.flight
     found = predict_scenarios(returns, conditions, spread=EXACT).energy_wh
-    draws = make_draws(EXACT, conditions, flight.power, charge=(1.0, 0.0))
+    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(1.0, 0.0))
     assert found is not None
-    farthest = [int(draws.wind_east_m_s.argmax()), int(draws.wind_north_m_s.argmin())]
-    for index in [*range(0, DRAWS, 1000), *farthest]:
-        again = flown(SURVEYOR, drawn_conditions(conditions, draws, index, SURVEYOR)).flight
-        power = replace(again.power, wind=drawn_conditions(conditions, draws, index, SURVEYOR).wind)
+    farthest = [int(samples.wind_east_m_s.argmax()), int(samples.wind_north_m_s.argmin())]
+    for index in [*range(0, SAMPLES, 1000), *farthest]:
+        again = flown(SURVEYOR, sampled_conditions(conditions, samples, index, SURVEYOR)).flight
+        power = replace(
+            again.power, wind=sampled_conditions(conditions, samples, index, SURVEYOR).wind
+        )
         along_wh = (
             next(segment_energies_j(flight.motion, flight.transients, (power,))).sum() / 3600.0
         )
         assert found[index] == pytest.approx(along_wh, rel=within)
-        if float(np.hypot(draws.wind_east_m_s[index], draws.wind_north_m_s[index])) < 10.0:
+        if float(np.hypot(samples.wind_east_m_s[index], samples.wind_north_m_s[index])) < 10.0:
             # below its airspeed limit the vehicle flies the same motion in every wind
             assert found[index] == pytest.approx(again.energy_j / 3600.0, rel=within)
 
@@ -150,14 +152,14 @@ def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:
     returns = flown(quad, conditions)
     flight = returns.flight
     found = predict_scenarios(returns, conditions, spread=EXACT).energy_wh
-    draws = make_draws(EXACT, conditions, flight.power, charge=(1.0, 0.0))
+    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(1.0, 0.0))
     assert found is not None
     errors = []
-    for index in range(0, DRAWS, 100):
+    for index in range(0, SAMPLES, 100):
         wind = Wind(
-            speed_m_s=float(np.hypot(draws.wind_east_m_s[index], draws.wind_north_m_s[index])),
+            speed_m_s=float(np.hypot(samples.wind_east_m_s[index], samples.wind_north_m_s[index])),
             from_deg=math.degrees(
-                math.atan2(-draws.wind_east_m_s[index], -draws.wind_north_m_s[index])
+                math.atan2(-samples.wind_east_m_s[index], -samples.wind_north_m_s[index])
             ),
         )
         power = replace(flight.power, wind=wind)
@@ -192,7 +194,7 @@ def test_time_energy_charge_and_stops_spread_as_the_model_says() -> None:
         ROWS, vehicle, battery=Battery(capacity_ah=10.0, nominal_voltage_v=20.0), reserve=0.1
     )
     totals = result.totals
-    # the 90th percentile of 10 000 draws is good to 0.017 standard deviations; four times that
+    # the 90th percentile of 10 000 samples is good to 0.017 standard deviations; four times that
     within = 4.0 * 0.017
 
     def at(sigma: float, mean: float, sd: float) -> object:
@@ -244,9 +246,9 @@ def test_the_chance_below_the_reserve_is_that_of_the_normal_distribution() -> No
     result = checked(SURVEYOR, spread=spread, capacity_wh=need_wh * 1.1 / 0.8)
     assert result.battery is not None
     chance = result.battery.below_reserve_probability
-    low, high = binom.interval(0.9999, DRAWS, 0.02275)
+    low, high = binom.interval(0.9999, SAMPLES, 0.02275)
     assert chance is not None
-    assert low <= chance * DRAWS <= high
+    assert low <= chance * SAMPLES <= high
 
 
 def test_the_charge_at_the_start_counts_in_the_chance() -> None:
@@ -261,7 +263,7 @@ def test_the_charge_at_the_start_counts_in_the_chance() -> None:
     )
     assert half.battery is not None
     assert sure.battery is not None
-    # five standard deviations of the share of 10 000 draws
+    # five standard deviations of the share of 10 000 samples
     assert half.battery.below_reserve_probability == pytest.approx(0.5, abs=0.025)
     assert sure.battery.below_reserve_probability == 0.0
 
@@ -299,25 +301,25 @@ def test_more_spread_of_the_payload_widens_the_energy_and_none_leaves_it() -> No
     assert 0.0 < width(Spread(mean=0.5, sd=0.05)) < width(Spread(mean=0.5, sd=0.1))
 
 
-def test_a_payload_is_never_drawn_below_nothing() -> None:
+def test_a_payload_is_never_sampled_below_nothing() -> None:
     conditions = Conditions(payload_sd_kg=0.5, home_amsl_m=HOME.altitude_amsl_m)
     flight = flown(SURVEYOR, conditions).flight
-    draws = make_draws(EXACT, conditions, flight.power, charge=(0.99, 0.1))
-    assert draws.payload_kg.min() == 0.0
-    assert draws.charge.max() == 1.0
+    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(0.99, 0.1))
+    assert samples.payload_kg.min() == 0.0
+    assert samples.charge.max() == 1.0
 
 
-def test_a_wind_drawn_below_zero_blows_the_other_way() -> None:
+def test_a_wind_sampled_below_zero_blows_the_other_way() -> None:
     conditions = Conditions(
         wind=Wind(speed_m_s=0.0, from_deg=270.0, speed_sd_m_s=2.0),
         home_amsl_m=HOME.altitude_amsl_m,
     )
     flight = flown(SURVEYOR, conditions).flight
-    draws = make_draws(EXACT, conditions, flight.power, charge=(1.0, 0.0))
-    # mean and standard deviation of 10 000 draws of 0 ± 2 m/s, to four standard errors
-    assert draws.wind_east_m_s.mean() == pytest.approx(0.0, abs=0.08)
-    assert draws.wind_east_m_s.std() == pytest.approx(2.0, abs=0.06)
-    assert np.abs(draws.wind_north_m_s).max() < 1e-9
+    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(1.0, 0.0))
+    # mean and standard deviation of 10 000 samples of 0 ± 2 m/s, to four standard errors
+    assert samples.wind_east_m_s.mean() == pytest.approx(0.0, abs=0.08)
+    assert samples.wind_east_m_s.std() == pytest.approx(2.0, abs=0.06)
+    assert np.abs(samples.wind_north_m_s).max() < 1e-9
 
 
 def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
@@ -351,7 +353,7 @@ def test_a_way_home_can_be_too_long_though_the_landing_is_not() -> None:
 
 
 def test_energies_flown_as_the_model_says_lie_between_p10_and_p90_in_eight_of_ten_cases() -> None:
-    """Coverage: truth drawn from the model's own spread and from the wind's, by other means."""
+    """Coverage: truth sampled from the model's own spread and from the wind's, by other means."""
     spread = ModelSpread(
         n_flights=6,
         source="made",
@@ -437,7 +439,7 @@ def test_the_band_along_a_flight_widens_with_its_energy_and_ends_at_the_totals()
     band = predict_energy_band(returns, conditions, segments, spread=spread)
     assert band is not None
     used_wh = returns.used_wh[1:]
-    # as many draws place a percentile as in the tests of the totals
+    # as many samples place a percentile as in the tests of the totals
     assert band[1] / used_wh == pytest.approx(1.0 + 0.1 * NORMAL_P90, rel=5e-3)
     assert band[0] / used_wh == pytest.approx(1.0 - 0.1 * NORMAL_P90, rel=5e-3)
 

@@ -11,8 +11,7 @@ from sampled_flight import Manoeuvre, SampledVehicle
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
 from planner.flight.pilot import StepPilot
-from planner.flight.prediction import Flight, predict_flight
-from planner.flight.trace import sample_trace
+from planner.flight.prediction import Flight, predict_flight, sample_trace
 from planner.geo.geodesy import LocalFrame
 from planner.mission.route.stage import (
     Route,

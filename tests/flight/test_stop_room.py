@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.autopilot import Autopilot
-from planner.flight.segments import StopRoom
+from planner.flight.pilot import StopRoom
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 
-from planner.flight.progress import MeasuredPlace
 from planner.guard.energy import (
     BatteryMeter,
     BatteryReading,
@@ -19,6 +18,7 @@ from planner.guard.energy import (
     EnergyWatch,
     Prediction,
 )
+from planner.guard.progress import MeasuredPlace
 from planner.service import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

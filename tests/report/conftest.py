@@ -12,11 +12,11 @@ from planner.findings import Place
 from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
-from planner.flight.returns.tightest import ReturnPlan
-from planner.flight.segments import (
+from planner.flight.prediction import (
     ItemArrival,
     Segment,
 )
+from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.rules.model import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.service import CheckResult, UnreadableMission

@@ -16,11 +16,11 @@ from planner.findings import Finding, Place, Rule, Severity
 from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
-from planner.flight.returns.tightest import ReturnPlan
-from planner.flight.segments import (
+from planner.flight.prediction import (
     ItemArrival,
     Segment,
 )
+from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.report.github import check_github, github_summary
 from planner.report.gitlab import check_gitlab

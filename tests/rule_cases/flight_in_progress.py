@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, cast
 from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
 
-from planner.flight.progress import MeasuredPlace
 from planner.guard.energy import (
     BatteryReading,
     EnergyState,
     EnergyWatch,
     Prediction,
 )
+from planner.guard.progress import MeasuredPlace
 from planner.service import check
 from planner.tui.live_line import flight_findings
 from planner.vehicle.battery import Battery

@@ -12,7 +12,7 @@ from made_missions import METRES_PER_DEGREE_NORTH, mission, rtl, takeoff, waypoi
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
-from planner.flight.failsafe import ardupilot_events, battery_course, px4_safe_return_s
+from planner.flight.failsafe import ardupilot_events, battery_profile, px4_safe_return_s
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.returns.destination import make_destinations
@@ -140,7 +140,7 @@ def test_px4_ends_a_flight_at_its_longest_time() -> None:
     assert not told(checked(autopilot=Autopilot.PX4, COM_FLT_TIME_MAX=flight_s + 1.0), "E103")
 
 
-def _px4_homeward(flown: Mission = FLOWN) -> Returns:
+def _px4_returns(flown: Mission = FLOWN) -> Returns:
     parameters = Px4Parameters()
     pilot = make_pilot(SURVEY_QUAD, parameters, Conditions())
     route = make_route(flown)
@@ -152,7 +152,7 @@ def _px4_homeward(flown: Mission = FLOWN) -> Returns:
 def test_px4_reckons_a_return_by_its_own_formula() -> None:
     # RTL_TIME_FACTOR and RTL_TIME_MARGIN: 1.1 t + 100 s.  1000 m away at 50 m: home at 5 m/s, down at
     # 1.5 m/s.
-    returns = _px4_homeward()
+    returns = _px4_returns()
     far_s = returns.start_s[np.searchsorted(returns.segment_stage, 2)]
     found = px4_safe_return_s(returns, np.array([far_s]), Px4Parameters())
     assert found[0] == pytest.approx(1.1 * (1000.0 / 5.0 + 50.0 / 1.5) + 100.0, abs=2.0)
@@ -199,23 +199,23 @@ def test_ardupilot_counts_from_full_whatever_the_charge() -> None:
 
 
 def test_ardupilot_acts_on_a_voltage_only_after_its_timer() -> None:
-    returns = _px4_homeward()
+    returns = _px4_returns()
     curve = Battery(
         capacity_ah=8.0, ocv_soc=(0.0, 1.0), ocv_v=(18.0, 25.0), internal_resistance_ohm=0.0
     )
-    course = battery_course(returns, curve, None, charge=1.0)
-    count = len(course.time_s)
+    profile = battery_profile(returns, curve, None, charge=1.0)
+    count = len(profile.time_s)
     # 22 V at every end but one of 20 V, straight in between: below 21 V for half of two stretches.
     voltage = np.full(count, 22.0)
     voltage[count // 2] = 20.0
     time_s = np.arange(0.0, 10.0 * count, 10.0)
-    course = replace(course, time_s=time_s, loaded_v=voltage, rest_v=voltage)
+    profile = replace(profile, time_s=time_s, loaded_v=voltage, rest_v=voltage)
     for timer_s, events in ((9.9, 1), (10.1, 0)):
         parameters = ArduPilotParameters(
             battery_low_v=21.0, battery_low_timer_s=timer_s, battery_low_action=2
         )
-        assert len(list(ardupilot_events(course, parameters))) == events
-    assert not list(ardupilot_events(course, ArduPilotParameters(battery_low_v=19.9)))
+        assert len(list(ardupilot_events(profile, parameters))) == events
+    assert not list(ardupilot_events(profile, ArduPilotParameters(battery_low_v=19.9)))
 
 
 def test_a_battery_too_empty_to_arm_is_refused() -> None:

@@ -86,8 +86,8 @@ def test_a_fence_of_parameters_is_judged_whoever_flies(
 
 def test_what_is_not_used_of_parameters_is_said_and_that_their_fence_is() -> None:
     [told] = of("E108", found(OUT, STEP, "FENCE_ENABLE,0\nWPNAV_SPEED,500\n"))
-    assert "no speed, return or failsafe is used" in told.message
-    assert "their fence is judged" in told.message
+    assert "speeds, returns and failsafes are not used" in told.message
+    assert "the fence and what a site profile asks are judged" in told.message
     assert told.severity is Severity.WARNING
 
 

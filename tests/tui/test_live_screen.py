@@ -17,13 +17,13 @@ from textual.widgets import Input
 from planner import live_watch
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.flight.progress import Progress
 from planner.guard.energy import (
     Concern,
     EnergyLeft,
     EnergyState,
     EnergyWarning,
 )
+from planner.guard.progress import Progress
 from planner.link.address import LinkAddress, LinkKind, read_address
 from planner.link.exchange import LinkSettings
 from planner.link.mission_transfer import MissionKind

@@ -285,7 +285,7 @@ class Returns:
     def corners_m(
         self, points: ReturnPoints, destination: IntArray | None = None
     ) -> tuple[FloatArray, ...]:
-        """Return the corners of returns: where it decides, stands, sets out, arrives, lands.
+        """Return the corners of returns: where it decides, stops, sets out, arrives, lands.
 
         Parameters
         ----------

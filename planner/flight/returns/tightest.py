@@ -1,8 +1,8 @@
 """The point of a flight from which the return is tightest, and the points of no return.
 
 The energy used by a point of a flight and that of the return from there are summed over a sweep of points.
-The sum grows along a stretch by little more than the flight uses on it, so only a few stretches can hide
-a tighter point, or an earlier point of no return, than the sweep has found.  These are divided once.
+Between two points the sum grows by little more than the flight uses there, so a tighter point, or an earlier
+point of no return, than the sweep has found can hide in few places.  These are swept once more, finer.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class ReturnSweep:
     @property
     def tightest(self) -> int:
         """The row from which the return is tightest."""
-        # Braking to a stop is as tight all along: its end, where the vehicle stands, is reported.
+        # Braking to a stop is as tight all along: its end, where the vehicle stands still, is reported.
         sum_wh = self.sum_wh
         return int(np.flatnonzero(sum_wh >= sum_wh.max() * (1.0 - _ALIKE))[-1])
 
@@ -148,7 +148,7 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
 
     Notes
     -----
-    Segments of the take-off and of stages that land are left out: there the vehicle stands, or lands
+    Segments of the take-off and of stages that land are left out: there the vehicle stands still, or lands
     where it is going anyway, and the energy of the whole flight says whether it can.
     """
     columns, stage = returns.flight.motion.segments, returns.segment_stage

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from planner import quantity
-from planner.flight.trace import sample_trace
+from planner.flight.prediction import sample_trace
 from planner.report.plots.figures import (
     BLUE,
     GREEN,

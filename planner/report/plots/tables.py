@@ -14,8 +14,8 @@ import numpy as np
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATES
+from planner.flight.prediction import sample_trace
 from planner.flight.returns.path import return_profile
-from planner.flight.trace import sample_trace
 from planner.flight.uncertainty import predict_energy_band
 from planner.frozen import frozen
 from planner.geo.fence import FencePolygon
@@ -26,7 +26,7 @@ from planner.units import wh_from_j
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.trace import Trace
+    from planner.flight.prediction import Trace
     from planner.geo.fence import FenceCircle
     from planner.geo.geodesy import LocalFrame
     from planner.report.plots.figures import Chart

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _SAMPLES = 400
 """Points looked at along what is flown for one item. [-]"""
 _CLOCK_M_S = 0.1
-"""A second by the clock counts as much as this way: it tells only places apart that are alike. [m s⁻¹]"""
+"""A second by the clock counts as much as this distance: it only tells alike places apart. [m s⁻¹]"""
 _BACK_S = 3.0
 """A place may turn out to be so much earlier than the one before. [s]"""
 
@@ -63,7 +63,7 @@ def flight_progress(
     Parameters
     ----------
     returns : Returns
-        The predicted flight and the ways home.
+        The predicted flight and its returns.
     place : MeasuredPlace
         As the vehicle tells it.
     before : Progress, optional
@@ -88,9 +88,9 @@ def flight_progress(
     away_m = np.sqrt(np.square(along_m - place_m).sum(axis=1))
     fits_s = begin_s if before is None else before.time_s + elapsed_s
     at = int(np.argmin(np.square(away_m) + np.square(_CLOCK_M_S * (time_s - fits_s))))
-    segment, share = returns.at(time_s[at : at + 1])
-    points = returns.points(segment, share)
-    # The vehicle stops and turns home where it is, not where the prediction has it.
+    segment, fraction = returns.at(time_s[at : at + 1])
+    points = returns.points(segment, fraction)
+    # The vehicle stops and turns back where it is, not where the prediction has it.
     stand_m = points.stop_m - points.place_m + place_m
     chosen = returns.destinations.chosen(place_m[None, :], points.stage)
     return_s, return_wh = returns.fly(stand_m, points.stage, chosen)

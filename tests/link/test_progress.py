@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from made_missions import HOME, jump, mission, north, rtl, takeoff, waypoint
 
-from planner.flight.progress import (
+from planner.flight.prediction import sample_trace
+from planner.flight.returns.tightest import sweep_returns
+from planner.guard.progress import (
     MeasuredPlace,
     Progress,
     flight_progress,
 )
-from planner.flight.returns.tightest import sweep_returns
-from planner.flight.trace import sample_trace
 from planner.service import check
 from planner.vehicle.library import load_vehicle
 
