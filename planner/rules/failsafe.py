@@ -83,7 +83,7 @@ def _failsafe_before_end(
     if acting is not None:
         yield _reported(a, acting, Severity.ERROR)
     if warning is not None and (
-        acting is None or (warning.segment, warning.share) < (acting.segment, acting.share)
+        acting is None or (warning.segment, warning.fraction) < (acting.segment, acting.fraction)
     ):
         yield _reported(a, warning, Severity.INFO)
 
