@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
@@ -421,52 +422,44 @@ def fly_circles(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
     radius = np.abs(legs.circle_m[stage])
     speed = legs.speed_m_s[stage] * _pace(speed_response).steady
     length = legs.turns[stage] * 2.0 * np.pi * radius
-    count = len(stage)
-    zero = np.zeros(count)
-    rows = np.arange(count)
-    return Part(
-        law=CircleLaw(
-            start_m=legs.end_m[stage],
-            centre_m=legs.centre_m[stage],
-            rate_rad_s=-np.sign(legs.circle_m[stage]) * speed / radius,
-        ),
-        order=stage * SLOTS + _CIRCLE,
-        state=np.full(count, STATE_INDEX[FlightState.CRUISE]),
-        duration_s=length / speed,
+    law = CircleLaw(
+        start_m=legs.end_m[stage],
+        centre_m=legs.centre_m[stage],
+        rate_rad_s=-np.sign(legs.circle_m[stage]) * speed / radius,
+    )
+    return replace(
+        _steady(law, stage * SLOTS + _CIRCLE, FlightState.CRUISE, length / speed),
         distance_m=length,
-        climb_m=zero,
         speed_m_s=speed,
         stopping_distance_m=speed * speed_response.transfer_function.mean_residence_time_s,
-        piece_segment=rows,
-        piece_row=rows,
-        piece_offset_s=zero,
-        piece_duration_s=length / speed,
-        step=zero,
-        pause_s=zero,
     )
 
 
 def hold_in_place(legs: Legs) -> Part:
     """Return the holds of all stages."""
     stage = np.flatnonzero(legs.hold_s > 0.0)
-    count = len(stage)
-    coefficients = np.zeros((count, 3, 4))
+    coefficients = np.zeros((len(stage), 3, 4))
     coefficients[:, :, 0] = legs.end_m[stage]
-    rows = np.arange(count)
-    zero = np.zeros(count)
+    law = PolynomialLaw(coefficients=coefficients)
+    return _steady(law, stage * SLOTS + HOLD, FlightState.HOVER, legs.hold_s[stage])
+
+
+def _steady(law: MotionLaw, order: IntArray, state: FlightState, duration_s: FloatArray) -> Part:
+    """Return segments of one piece each that go nowhere and begin no window of power."""
+    rows, zero = np.arange(len(order)), np.zeros(len(order))
     return Part(
-        law=PolynomialLaw(coefficients=coefficients),
-        order=stage * SLOTS + HOLD,
-        state=np.full(count, STATE_INDEX[FlightState.HOVER]),
-        duration_s=legs.hold_s[stage],
+        law=law,
+        order=order,
+        state=np.full(len(order), STATE_INDEX[state]),
+        duration_s=duration_s,
         distance_m=zero,
         climb_m=zero,
         speed_m_s=zero,
-        stopping_distance_m=np.full(count, np.nan),
+        stopping_distance_m=np.full(len(order), np.nan),
         piece_segment=rows,
         piece_row=rows,
         piece_offset_s=zero,
-        piece_duration_s=legs.hold_s[stage],
+        piece_duration_s=duration_s,
         step=zero,
         pause_s=zero,
     )
