@@ -5,7 +5,7 @@ BIN := .venv/bin
 MADE := .venv/.made-from-pyproject
 SAMPLE := missions/survey-vineyard.plan
 
-.PHONY: help setup demo test lint types layers unit bench format golden readme models clean
+.PHONY: help setup demo test lint types layers unit bench format golden readme rules models clean
 
 help: ## say what can be made
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -56,6 +56,9 @@ golden: $(MADE) ## write the sample reports in tests/report/golden anew
 readme: $(MADE) ## write the help and sample output in README.md again, and the keys in models/README.md
 	$(BIN)/python tests/project/test_readme.py
 	$(BIN)/python tests/vehicle/test_models_readme.py
+
+rules: $(MADE) ## write planner/catalogue.json again: where each rule is declared, and its example
+	PYTHONPATH=tests $(BIN)/python tests/generate_catalogue.py
 
 # The flights each shipped model is identified from, in the folder FLIGHTS: no others were used.
 QUAD_LOGS := $(addsuffix /flight.BIN,ardupilot-S_A_vertical ardupilot-S_B_horizontal ardupilot-S_C_speedsweep)

@@ -7,13 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.catalogue.vehicle import (
-    CAPACITY_NOT_TAKEN,
-    CHARGE_NOT_TOLD,
-    CONDITIONS_FROM_VEHICLE,
-)
 from planner.errors import OutputError, UsageError
 from planner.files import write_output_files
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.link.connection import OWN_SYSTEM
 from planner.link.exchange import LinkSettings
@@ -129,6 +125,26 @@ def write_snapshot(snapshot: VehicleSnapshot, plan: Path, parameters: Path) -> N
     write_output_files({plan: conversion.text, parameters: parameter_text(snapshot)})
 
 
+CONDITIONS_FROM_VEHICLE = Rule(
+    "V101 conditions-from-vehicle",
+    Severity.INFO,
+    summary="Charge, home and parameters are the vehicle's own.",
+    why="The verdict holds for the vehicle as it is now: a changed battery or a new home requires "
+    "another check.",
+    how="Mission, fence, rally points, parameters, battery and home are read over MAVLink.",
+    fix="give --charge, --home-amsl or --params to check with other values",
+)
+
+CHARGE_NOT_TOLD = Rule(
+    "V102 charge-not-told",
+    Severity.WARNING,
+    summary="The vehicle does not report the charge of its battery.",
+    why="The check then assumes a full battery, which is not measured.",
+    how="Neither BATTERY_STATUS nor SYS_STATUS holds a battery_remaining from 0 to 100.",
+    fix="measure the battery and give --charge; set the battery's capacity in the autopilot",
+)
+
+
 def check_vehicle(
     snapshot: VehicleSnapshot,
     request: CheckRequest,
@@ -179,6 +195,17 @@ def check_vehicle(
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
     return check_read(lambda: judged, request, file=file, parameters=parameters)
+
+
+CAPACITY_NOT_TAKEN = Rule(
+    "V108 capacity-not-taken",
+    Severity.INFO,
+    summary="The vehicle's battery capacity setting is not used as the battery's.",
+    why="BAT1_CAPACITY and BATT_CAPACITY are settings: the firmware's 3.3 Ah as often as the "
+    "battery's, worn or not, and without a voltage no energy.",
+    how="No battery is given, the model has none, and the parameter is above 0.",
+    fix="give --battery with the label's figures, such as 5.2Ah@14.8V",
+)
 
 
 def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:

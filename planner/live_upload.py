@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.catalogue.vehicle import FENCE_REMOVED, RALLY_REMOVED
 from planner.errors import UsageError
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.link.mission_transfer import MissionKind
 from planner.link.parameters import Purpose
@@ -121,6 +121,26 @@ def send_mission(
             has_home=snapshot.state.home is not None,
         )
         return Upload(check=check, result=sent)
+
+
+FENCE_REMOVED = Rule(
+    "V106 fence-removed",
+    Severity.ERROR,
+    summary="The vehicle has a fence, and the mission to be sent has none.",
+    why="A mission is sent with its fence and rally points, as ground stations do: without one, the "
+    "vehicle flies without its fence from then on.  Text files hold no fence beside a mission.",
+    how="mavjoule upload compares what was read from the vehicle with the mission.",
+    fix="give --keep-fence to leave it there, or --ignore V106 to have it removed",
+)
+
+RALLY_REMOVED = Rule(
+    "V107 rally-removed",
+    Severity.WARNING,
+    summary="The vehicle has rally points, and the mission to be sent has none.",
+    why="It returns home from then on, and not to the nearest of them.",
+    how="mavjoule upload compares what was read from the vehicle with the mission.",
+    fix="give --keep-fence to leave them there, or add them to the mission",
+)
 
 
 def check_removal(mission: Mission, snapshot: VehicleSnapshot) -> tuple[Finding, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__, catalogue
-from planner.catalogue.px4_events import PX4_EVENTS
+from planner.catalogue import PX4_EVENTS
 from planner.cli.format_option import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
 
 def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
-    rules = catalogue.rules()
-    known = [*rules, *(rule.name for rule in rules.values()), *PX4_EVENTS]
-    return [text for text in known if text.lower().startswith(incomplete.lower())]
+    return [text for text in _known() if text.lower().startswith(incomplete.lower())]
 
 
 @click.command("explain", short_help="Explain a rule, and how to turn it off.")
@@ -42,12 +40,19 @@ def command(code: str, *, file_format: str) -> None:
 
 
 def _rule(code: str) -> Rule:
-    rules = catalogue.rules()
-    names = {rule.name: rule for rule in rules.values()}
-    of_event = PX4_EVENTS.get(code.lower(), code)
-    rule = rules.get(of_event.upper()) or names.get(code.lower())
-    if rule is None:
-        hint = nearest_hint(code, [*rules, *names, *PX4_EVENTS])
-        msg = f"there is no rule {code!r}{hint} (mavjoule rules)"
+    known = _known()
+    name = code.upper() if code.upper() in known else code.lower()
+    if name not in known:
+        msg = f"there is no rule {code!r}{nearest_hint(code, known)} (mavjoule rules)"
         raise UsageError(msg)
-    return rule
+    return catalogue.rule(known[name])
+
+
+def _known() -> dict[str, str]:
+    """Return the code of a rule by everything it is known by."""
+    entries = catalogue.entries()
+    return (
+        {code: code for code in entries}
+        | {entry.name: code for code, entry in entries.items()}
+        | dict(PX4_EVENTS)
+    )

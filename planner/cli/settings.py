@@ -45,7 +45,7 @@ def _one_of(text: str, choices: tuple[str, ...]) -> str:
 
 def _codes(text: str) -> tuple[str, ...]:
     codes = tuple(code.strip().upper() for code in text.split(",") if code.strip())
-    known = catalogue.examples()
+    known = catalogue.entries()
     for code in codes:
         if not any(rule.startswith(code) for rule in known):
             msg = f"{code!r} begins no code of a rule{nearest_hint(code, known)} (mavjoule rules)"
@@ -253,7 +253,7 @@ BUDGET_SETTINGS = (
         meaning="report only these codes, or codes that begin so; commas, repeatable",
         read=_codes,
         kind=Kind.TEXTS,
-        choices=catalogue.examples,
+        choices=catalogue.entries,
     ),
     Setting(
         key="extend_select",
@@ -262,7 +262,7 @@ BUDGET_SETTINGS = (
         meaning="report these codes too, whatever --select and --ignore say",
         read=_codes,
         kind=Kind.TEXTS,
-        choices=catalogue.examples,
+        choices=catalogue.entries,
     ),
     Setting(
         key="ignore",
@@ -271,7 +271,7 @@ BUDGET_SETTINGS = (
         meaning="do not report these codes, or codes that begin so; commas, repeatable",
         read=_codes,
         kind=Kind.TEXTS,
-        choices=catalogue.examples,
+        choices=catalogue.entries,
     ),
     Setting(
         key="baseline",

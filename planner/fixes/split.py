@@ -9,17 +9,12 @@ from planner import (
     quantity,
     service,
 )
-from planner.catalogue.loader_writer import (
-    LOOPS_WRITTEN_OUT,
-    OUTPUTS_SET_AGAIN,
-    PART_FLOWN_TWICE,
-    RETURN_ADDED,
-)
 from planner.errors import SplitError, UsageError
 from planner.files import (
     make_output_folder,
     write_output_files,
 )
+from planner.findings import Rule, Severity
 from planner.fixes.part_search import MENDED, PartSearch
 from planner.frozen import frozen
 from planner.mission.convert import convert_mission, mission_at_speed
@@ -264,6 +259,46 @@ def _way_m(steps: Steps, start: Cut | None, end: Cut | None) -> float:
     legs = [one for one in steps.flying if start.step <= one < end.step]
     way_m = sum(map(steps.length_m, legs)) - start.share * steps.length_m(start.step)
     return way_m + end.share * steps.length_m(end.step)
+
+
+LOOPS_WRITTEN_OUT = Rule(
+    "L209 loops-written-out",
+    Severity.INFO,
+    summary="The parts of a split mission hold the items of its loops one after the other.",
+    why="A part begins or ends inside a loop, where a jump would lead to what it does not hold.",
+    how="DO_JUMP and DO_JUMP_TAG are followed in flown order and left out.",
+    fix="nothing: the flight is the same",
+)
+
+PART_FLOWN_TWICE = Rule(
+    "L210 part-flown-twice",
+    Severity.INFO,
+    summary="Parts of a split mission begin before the previous one ended, so that no photo is "
+    "missing.",
+    why="A trigger by distance starts counting again where a flight resumes, and a waypoint counts as "
+    "reached some metres before it.",
+    how="The distance between two photos plus 10 m, wherever a camera is triggered at the cut.",
+    fix="nothing, or leave out the photos taken twice",
+)
+
+RETURN_ADDED = Rule(
+    "L211 return-added",
+    Severity.WARNING,
+    summary="The last part of a split mission ends with a return that the mission does not have.",
+    why="A part is a go only where its end on the ground is known.",
+    how="NAV_RETURN_TO_LAUNCH is added where the mission ends in the air.",
+    fix="end the mission with a return or a landing of your own",
+)
+
+OUTPUTS_SET_AGAIN = Rule(
+    "L212 outputs-set-again",
+    Severity.WARNING,
+    summary="Servos, relays and the like are set again where a part of a split mission begins.",
+    why="The file does not show what an output drives: a pump has to run again, but a hook that "
+    "released a load would release the next one too.",
+    how="The last setting of each output before the place where a part resumes is sent there again.",
+    fix="check the outputs of each part, and remove what must not be done again",
+)
 
 
 def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:

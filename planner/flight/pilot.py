@@ -13,9 +13,8 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.energy import CONDITION_NOT_MODELLED
 from planner.errors import UsageError
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.flight.motion.steps import Legs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.frozen import frozen
@@ -42,6 +41,20 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
     from planner.vehicle.parameters.resolve import FlightParameters
     from planner.vehicle.parameters.table import Version
+NOISE_ASSUMED = Rule(
+    "T109 position-noise-assumed",
+    Severity.INFO,
+    summary="The noise of the vehicle's position was taken from its model.",
+    why="PX4 slows its trajectory down while the vehicle is off it: flights of one vehicle took up to "
+    "6 % longer with a noisy position than with a quiet one, and wandered 0.2 m/s in a hover.",
+    how="With e the mean horizontal error in a hover, E = MPC_XY_ERR_MAX and P = MPC_XY_P time passes "
+    "by e/2E more slowly in climbs and descents, by (e/2E)/(1 + v/v0), v0 = 2PE/π, at a speed v, and "
+    "by e/E in a landing once it hovers over its place at home; speeding up after a turn takes up to "
+    "0.1 s ln((PE + v2)/(PE + v1)) longer.  The distance includes 0.7 P e a second of wandering "
+    "(totals.wander_m).",
+    fix="give the mean position error of a hover from a log of the vehicle with --position-noise",
+)
+
 
 _BISECTIONS = 60
 _FENCE_NAMES = ("FENCE_", "GF_")
@@ -88,6 +101,22 @@ class Pilot(Protocol):
         (n,) [m], (n,) [s]
         """
         ...
+
+
+CONDITION_NOT_MODELLED = Rule(
+    "E108 condition-not-modelled",
+    Severity.WARNING,
+    summary="A condition was given that this vehicle model does not model.",
+    why="Users test an estimator by changing payload or wind and watching the answer (bluerobotics "
+    "cockpit #2159).  Where the answer cannot change, the user has to know.",
+    how="Wind needs a model with an airspeed term, payload one with a mass, temperature a hover law "
+    "over air density; the age and temperature of a battery need its resistance and curves.  A payload "
+    "that is not counted is an error, as is a wind above 0.6 of the highest identified speed and air "
+    "1.2 times thinner than at sea level: the flight takes more energy than predicted.  A "
+    "step-response model uses only the fence of a parameter file; a file of an unknown autopilot is an "
+    "error where it holds a fence.",
+    fix="use a vehicle model that has the missing quantity",
+)
 
 
 def flight_parameters(
@@ -368,13 +397,23 @@ class ArduPilotPilot:
         return way_m, _even_braking_s(way_m, speed_m_s)
 
 
+RETURN_HEIGHT_ASSUMED = Rule(
+    "T112 return-height-assumed",
+    Severity.INFO,
+    summary="The return altitude is unknown: the return is predicted at the height it begins at.",
+    why="Autopilots climb to a height of their own before they return; a climb that is not counted "
+    "takes energy that is missing later.",
+    how="The mission ends in RETURN_TO_LAUNCH and the model is a step-response model: it has no "
+    "RTL_RETURN_ALT or RTL_ALT; returns from anywhere are predicted level as well.",
+    fix="add a waypoint at the height of the return before it, or use a model that an autopilot flies",
+)
+
+
 def _return_height_finding(route: Route) -> Finding | None:
     """Return that the return of a route is flown level, if it has one."""
     before: Stage | None = None
     for stage in route.stages:
         if stage.kind is StageKind.RETURN:
-            from planner.catalogue.time import RETURN_HEIGHT_ASSUMED
-
             height = quantity.height(0.0 if before is None else before.height_m)
             return RETURN_HEIGHT_ASSUMED.finding(
                 f"return altitude unknown: flown level, {height} above home",

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.catalogue.fence import INCLUSION_SEMANTICS, INVALID_POLYGON
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.geo.path import Barrier, CircleBarrier, path_legs, polygon_barrier
 
@@ -379,6 +378,19 @@ def _label(area: FencePolygon | FenceCircle, kind: str, number: int) -> str:
     return f"{'inclusion' if area.inclusion else 'exclusion'} {kind} {number}"
 
 
+INVALID_POLYGON = Rule(
+    "F105 invalid-polygon",
+    Severity.ERROR,
+    summary="A fence polygon or circle does not enclose an area.",
+    why="An invalid polygon can switch the whole fence off without a word (ArduPilot #7138, #7411); "
+    "PX4's test of a point is made for polygons that do not cross themselves.",
+    how="Fewer than 3 different vertices, a vertex that is no position, edges that cross or fold "
+    "back, an area thinner than 2 cm, a radius that is not positive.  Vertices given twice in a row "
+    "are a warning.  The direction of turning does not matter.",
+    fix="draw the fence area again",
+)
+
+
 def _polygon_barrier(
     polygon: FencePolygon,
     number: int,
@@ -471,6 +483,18 @@ def _united(inclusions: list[Barrier], regions: list[Any]) -> Barrier:
         label=f"union of {len(inclusions)} inclusion areas",
         place=inclusions[0].place,
     )
+
+
+INCLUSION_SEMANTICS = Rule(
+    "F106 inclusion-semantics",
+    Severity.ERROR,
+    summary="No place is inside all the inclusion areas of the fence.",
+    why="Inclusion areas look like alternatives, but PX4 (#27099) and ArduPilot require the vehicle "
+    "to be inside every one of them: with areas apart from each other every flight is a breach.",
+    how="The intersection of all inclusion polygons and circles is empty, or thinner than 2 cm.  "
+    "ArduPilot takes their union where FENCE_OPTIONS has bit 1; then the rule does not apply.",
+    fix="keep one inclusion area, make them overlap, or set bit 1 of FENCE_OPTIONS (ArduPilot)",
+)
 
 
 def _check_common_place(inclusions: list[Barrier], regions: list[Any]) -> list[Finding]:

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
+from planner.findings import Rule, Severity
 from planner.flight.returns.tightest import sweep_returns
 from planner.frozen import frozen
 from planner.guard.progress import flight_progress
 from planner.physics.battery import delivered_energy_wh
 
 if TYPE_CHECKING:
+    from planner.findings import Finding
     from planner.flight.returns.path import Returns
     from planner.guard.progress import MeasuredPlace, Progress
     from planner.vehicle.battery import Battery
@@ -230,6 +232,15 @@ class EnergyState:
         """Energy above the reserve after a return from here [Wh]."""
         return self.left.energy_wh - self.reserve_wh - self.return_wh
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What is wrong now, worst first."""
+        found = [
+            _RULES[warning.concern].finding(warning.text, item=self.progress.item)
+            for warning in self.warnings
+        ]
+        return tuple(sorted(found, key=lambda finding: -finding.severity))
+
 
 @frozen
 class EnergyWarning:
@@ -373,6 +384,54 @@ class EnergyWatch:
         return [concern for concern in Concern if present[concern]], new
 
 
+NO_RETURN_IN_FLIGHT = Rule(
+    "V111 no-return-in-flight",
+    Severity.ERROR,
+    summary="The vehicle in flight cannot return above the reserve.",
+    why="Every second on the mission uses more of the energy for the return.",
+    how="measured energy left − energy of the return by the model × measured over modelled energy "
+    "where that is above 1 − reserve < 0, and the rest of the mission is no shorter way to land.",
+    fix="turn back now, or land at a rally point that is nearer",
+)
+
+RETURN_SOON_IN_FLIGHT = Rule(
+    "V112 return-soon-in-flight",
+    Severity.WARNING,
+    summary="The point of no return is near, and the mission cannot be finished.",
+    why="Beyond it the return uses part of the reserve.",
+    how="The time until the margin of the return reaches zero along the mission is 60 s or less.",
+    fix="turn back before then",
+)
+
+SHORT_IN_FLIGHT = Rule(
+    "V113 short-in-flight",
+    Severity.ERROR,
+    summary="The mission in flight ends below the reserve.",
+    why="A go on the ground becomes a no-go when wind, load or battery are not as given.",
+    how="measured energy left − energy of the rest of the mission by the model × measured over "
+    "modelled energy where that is above 1 − reserve < 0.",
+    fix="end the mission earlier: skip items, or turn back",
+)
+
+MEASURES_DIFFER_IN_FLIGHT = Rule(
+    "V114 measures-differ-in-flight",
+    Severity.WARNING,
+    summary="The measurements of the battery contradict each other.",
+    why="Another battery flies than the one that was checked, or one of its measurements is wrong.",
+    how="The energies left by charge count, energy count and percentage differ by more than 10 % of "
+    "it.",
+    fix="check with --battery as it is, and calibrate the power module",
+)
+
+
+_RULES = {
+    Concern.NO_RETURN: NO_RETURN_IN_FLIGHT,
+    Concern.RETURN_SOON: RETURN_SOON_IN_FLIGHT,
+    Concern.NO_FINISH: SHORT_IN_FLIGHT,
+    Concern.MEASURES_DIFFER: MEASURES_DIFFER_IN_FLIGHT,
+}
+
+
 def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
     left = f"{quantity.energy(state.left.energy_wh)} left by {state.left.source}"
     keep = f"a reserve of {quantity.energy(state.reserve_wh)}"
@@ -380,7 +439,7 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
     match concern:
         case Concern.NO_RETURN:
             short = quantity.energy(-state.return_margin_wh)
-            text = f"the way home eats {short} of the reserve: {left}, {home} home, {keep}"
+            text = f"a return now lands {short} below the reserve: {left}, {home} to return, {keep}"
             return EnergyWarning(
                 concern=concern,
                 severity=2,
@@ -389,7 +448,7 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
             )
         case Concern.RETURN_SOON:
             lead = quantity.duration(state.lead_s)
-            text = f"the point of no return is {lead} ahead: {left}, {home} home now, {keep}"
+            text = f"point of no return in {lead}: {left}, {home} to return now, {keep}"
             return EnergyWarning(
                 concern=concern,
                 severity=3,
@@ -407,11 +466,11 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
                 text=text,
             )
         case Concern.MEASURES_DIFFER:
-            said = ", ".join(
+            by_source = ", ".join(
                 f"{quantity.energy(left_wh)} by {source}"
                 for source, left_wh in state.left.by_source
             )
-            text = f"the measurements of the battery differ, is it the one that was checked: {said}"
+            text = f"battery measurements differ (another battery than checked?): {by_source}"
             return EnergyWarning(
                 concern=concern,
                 severity=4,

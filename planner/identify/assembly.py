@@ -14,15 +14,9 @@ from msgspec import structs
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.identification import (
-    ARX_BIASED,
-    MASS_UNKNOWN,
-    STATE_LEFT_OUT,
-    STATE_OF_BASE,
-    VEHICLES_DIFFER,
-)
 from planner.errors import IdentificationError
-from planner.findings import Severity
+from planner.findings import Rule, Severity
+from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
 from planner.identify.manoeuvres import Answer
@@ -523,6 +517,36 @@ def _of_base(outcome: StateOutcome, base: VehicleModel) -> StateOutcome:
     )
 
 
+STATE_LEFT_OUT = Rule(
+    "I102 state-left-out",
+    Severity.WARNING,
+    summary="The flights do not cover a state of the model: it is left out.",
+    why="What no flight shows cannot be identified, and nothing is invented: predictions by the model "
+    "lack this state, or the model lacks its power altogether.",
+    how="Every segment of the state is looked at; those refused are counted with their reasons.  How "
+    "an autopilot is followed is only noted: predictions for it need no such response.",
+    fix="record a flight with the missing manoeuvre, or name a base model with --base",
+)
+
+STATE_OF_BASE = Rule(
+    "I103 state-of-base",
+    Severity.WARNING,
+    summary="A state that the flights do not cover is copied from the base model.",
+    why="The base model is another vehicle's: its power and its motion need not be this one's.",
+    how="With --base, states missing from the flights are copied from that model.",
+    fix="record a flight with the missing manoeuvre",
+)
+
+MASS_UNKNOWN = Rule(
+    "I105 mass-unknown",
+    Severity.WARNING,
+    summary="A model is made without the mass of the vehicle.",
+    why="Logs do not hold the mass.  Without it payload cannot be predicted, nor air density counted.",
+    how="Fires where neither --mass nor a base model gives one.",
+    fix="weigh the vehicle with its battery and give --mass",
+)
+
+
 def _said(
     outcomes: Sequence[StateOutcome], settings: IdentificationSettings, mass_kg: float | None
 ) -> list[Finding]:
@@ -551,6 +575,16 @@ def _said(
             )
         )
     return findings
+
+
+VEHICLES_DIFFER = Rule(
+    "I106 vehicles-differ",
+    Severity.WARNING,
+    summary="The logs name different vehicles.",
+    why="A model made of two vehicles is a model of neither.",
+    how="The frames that the logs name are compared; logs of two autopilots are refused.",
+    fix="identify each vehicle from its own logs",
+)
 
 
 def _vehicles(records: Sequence[FlightRecord]) -> list[Finding]:

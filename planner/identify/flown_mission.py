@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.catalogue.identification import PARAMETERS_DIFFER
-from planner.catalogue.mission import LANDING_MISSING
-from planner.catalogue.verification import BEGUN_IN_AIR, FLIGHT_CUT, MISSION_LEFT, MISSION_UNTOLD
 from planner.errors import LogFileError
+from planner.findings import Rule, Severity
 from planner.flight.conditions import MOST_NOISE_M
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.states import find_states
@@ -26,6 +24,7 @@ from planner.mission.items import (
     VehicleEvidence,
     VehicleKind,
 )
+from planner.mission.route.route import LANDING_MISSING
 from planner.physics.wind import Wind
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
@@ -123,6 +122,18 @@ def _item(item: LoggedItem | None) -> MissionItem:
     )
 
 
+MISSION_UNTOLD = Rule(
+    "R202 mission-untold",
+    Severity.WARNING,
+    summary="A log holds only part of its mission.",
+    why="Items that are not logged may change speeds, wait or jump; the prediction lacks them.",
+    how="PX4 logs the items with a place when it begins them; numbers left out in between are others, "
+    "of which changes of speed are read from the speeds it then flies by.  ArduPilot before 4.0 logs "
+    "no altitude frames; heights above home are assumed.",
+    fix="give the mission with --mission",
+)
+
+
 def _findings(record: FlightRecord, missing: list[int]) -> list[Finding]:
     found = []
     if missing:
@@ -192,6 +203,16 @@ def flown_position_noise_m(record: FlightRecord) -> float:
 _NAMED = 5
 
 
+PARAMETERS_DIFFER = Rule(
+    "I104 parameters-differ",
+    Severity.WARNING,
+    summary="Autopilot parameters differ between the flights a model is made of.",
+    why="The vehicle flew in two ways; a model with one of them would be wrong for the other.",
+    how="Parameters that predictions depend on are compared between the logs.",
+    fix="give --params with the parameters of the day to check, or identify from like flights",
+)
+
+
 def flown_parameters(
     records: Sequence[FlightRecord], autopilot: Autopilot
 ) -> tuple[tuple[tuple[str, float], ...], tuple[Finding, ...]]:
@@ -253,6 +274,38 @@ class FlownWindow:
     after_s: float
     """Left out behind. [s]"""
     findings: tuple[Finding, ...]
+
+
+MISSION_LEFT = Rule(
+    "R201 mission-left",
+    Severity.WARNING,
+    summary="Part of a flight was not flown by its mission.",
+    why="A flight by a pilot, or by a failsafe in the middle of a mission, cannot be predicted from "
+    "the mission: its errors are not the model's.",
+    how="The vehicle was in the air for more than 2 s in a mode that flies no mission; a return is "
+    "part of a mission that asks for one.",
+    fix="verify with flights that kept to their missions",
+)
+
+FLIGHT_CUT = Rule(
+    "R205 flight-cut",
+    Severity.INFO,
+    summary="Only part of the time armed is compared with the prediction.",
+    why="Waiting on the ground before a mission, and what follows one that ends in the air, is not "
+    "part of it.",
+    how="The flight begins where the mission begins if that is on the ground, and ends with it if the "
+    "mission does not land; reported from more than 2 s on.",
+    fix="nothing",
+)
+
+BEGUN_IN_AIR = Rule(
+    "R207 mission-begun-in-air",
+    Severity.WARNING,
+    summary="A mission was begun in the air.",
+    why="The prediction takes off from the ground: times and energies are not of the same flight.",
+    how="The vehicle is in the air when the mode that flies missions is entered first.",
+    fix="verify with flights whose mission takes off",
+)
 
 
 def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownWindow:

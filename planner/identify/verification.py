@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.catalogue.verification import CONDITIONS_ASSUMED, ENERGY_IN_PART
 from planner.errors import UsageError
+from planner.findings import Rule, Severity
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.pilot import flight_parameters, make_pilot
@@ -561,6 +561,16 @@ def _mission(record: FlightRecord, known: KnownConditions) -> Mission:
     return known.mission if home is None else replace(known.mission, home=home)
 
 
+CONDITIONS_ASSUMED = Rule(
+    "R204 conditions-assumed",
+    Severity.INFO,
+    summary="A log does not hold the conditions of its flight.",
+    why="Wind and density of the air change the power; an error may be theirs, not the model's.",
+    how="The log holds no wind, or no altitude of home, and none was given.",
+    fix="give --wind or --home-amsl",
+)
+
+
 def _conditions(record: FlightRecord, known: KnownConditions) -> tuple[Conditions, list[Finding]]:
     """Return what is known of the air, and what had to be assumed."""
     wind = known.wind or flown_wind(record)
@@ -593,6 +603,16 @@ def _predicted(flight: Flight, *, has_power: bool) -> Figures:
         energy_wh=wh_from_j(flight.energy_j) if has_power else None,
         distance_m=float(flight.motion.segments.distance_m.sum()) + flight.motion.wander_m,
     )
+
+
+ENERGY_IN_PART = Rule(
+    "R203 energy-measured-in-part",
+    Severity.WARNING,
+    summary="Power was not measured throughout a flight.",
+    why="The energy over a gap is a straight line between its ends, whatever was flown there.",
+    how="Power was measured for less than 95 % of the flight.",
+    fix="compare energies of other flights",
+)
 
 
 def _energy_findings(flown: FlightRecord) -> list[Finding]:

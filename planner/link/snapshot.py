@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.vehicle import HOME_NOT_TOLD, LIST_NOT_KEPT, PARAMETER_NAMELESS
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.link.mission_items import mission_of_lists, shortest
 from planner.link.mission_transfer import MissionKind
@@ -73,6 +73,35 @@ def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
         If a transfer stalls; the message says where.
     """
     return make_snapshot(link.identity, read_vehicle(link), address=address)
+
+
+HOME_NOT_TOLD = Rule(
+    "V103 home-not-told",
+    Severity.WARNING,
+    summary="The vehicle has no home yet.",
+    why="Heights above home and the way back are judged from the home of the mission's first place; "
+    "the vehicle sets its own when it has a position fix, or when it is armed.",
+    how="HOME_POSITION does not come, and ArduPilot's first mission item is at 0°, 0°.",
+    fix="wait for a position fix and fetch again",
+)
+
+LIST_NOT_KEPT = Rule(
+    "V104 list-not-kept",
+    Severity.INFO,
+    summary="The vehicle keeps no fence, or no rally points.",
+    why="A fence that is not on the vehicle does not hold it.",
+    how="The vehicle answers MISSION_REQUEST_LIST for this list with UNSUPPORTED.",
+    fix="use a firmware that was built with them",
+)
+
+PARAMETER_NAMELESS = Rule(
+    "V105 parameter-nameless",
+    Severity.WARNING,
+    summary="Parameters were received under invalid names.",
+    why="Their meaning is unknown, and no file can hold them.",
+    how="A name has 1 to 16 capital letters, digits and underscores, and begins with a letter.",
+    fix="fetch again; if it stays so, something other than an autopilot answers",
+)
 
 
 def make_snapshot(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from planner.autopilot import Autopilot
-from planner.catalogue.px4_events import PX4_EVENTS
+from planner.catalogue import PX4_EVENTS
 from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.exchange import Exchange

@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.flight_log import LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.frozen import frozen
 from planner.logs.positions import electrical_series, euler_angles_deg
-from planner.logs.record import Recording
+from planner.logs.record import LOG_DAMAGED, Recording
 from planner.logs.series import Clock, Series
 
 if TYPE_CHECKING:

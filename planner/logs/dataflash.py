@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.catalogue.flight_log import LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.frozen import frozen
 from planner.logs import dataflash_quantities as events
 from planner.logs.dataflash_quantities import other_batteries, quantity_series
-from planner.logs.record import Recording, carried_over
+from planner.logs.record import LOG_DAMAGED, Recording, carried_over
 from planner.logs.series import Clock
 
 if TYPE_CHECKING:

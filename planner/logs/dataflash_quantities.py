@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.flight_log import BATTERIES_LEFT_OUT
 from planner.logs.modes import AUTO, copter_mode
 from planner.logs.positions import NO_CURRENT_A, electrical_series
-from planner.logs.record import LoggedHome, LoggedItem, sources
+from planner.logs.record import BATTERIES_LEFT_OUT, LoggedHome, LoggedItem, sources
 from planner.logs.series import Series
 
 if TYPE_CHECKING:

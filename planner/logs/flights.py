@@ -8,15 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.flight_log import (
-    FLIGHT_INCOMPLETE,
-    FLIGHT_LEFT_OUT,
-    LOG_GAP,
-    POSITION_RESET,
-    VALUES_IMPOSSIBLE,
-)
-from planner.catalogue.verification import MISSION_CHANGED
 from planner.errors import LogFileError
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.logs.positions import height_columns, home_of, position_columns, speed_columns
 from planner.logs.record import ABSENCE_COSTS, STEP_S, Boundary, FlightRecord, Quantity
@@ -57,6 +50,16 @@ class FlightSpan:
     end_s: float
     begins_with: Boundary
     ends_with: Boundary
+
+
+FLIGHT_LEFT_OUT = Rule(
+    "R105 flight-left-out",
+    Severity.INFO,
+    summary="The vehicle was armed but did not take off.",
+    why="Standing on the ground counted as flying makes the vehicle look efficient.",
+    how="From arming to disarming it neither rose by more than 1 m nor was seen in the air.",
+    fix="nothing",
+)
 
 
 def flight_spans(recording: Recording) -> tuple[tuple[FlightSpan, ...], tuple[Finding, ...]]:
@@ -332,6 +335,17 @@ _PLACE = ("latitude_deg", "longitude_deg")
 _NONE = np.zeros(0, np.bool_)
 
 
+VALUES_IMPOSSIBLE = Rule(
+    "R108 values-impossible",
+    Severity.WARNING,
+    summary="A log holds values that no multirotor shows.",
+    why="Damaged messages pass for sound ones in logs without checksums; one of them ruins a fit.",
+    how="Latitudes beyond 90°, heights beyond 20 km, speeds beyond 300 m/s, more than 2 kV, 5 kA or 1 "
+    "MW, and angles beyond two turns are left out.",
+    fix="mistrust the log",
+)
+
+
 def plausible(recording: Recording) -> Recording:
     """Return a recording without impossible values, and with a finding where there were some.
 
@@ -492,6 +506,16 @@ def _mission_at(recording: Recording, span: FlightSpan) -> tuple[LoggedItem, ...
     return held[-1] if held else ()
 
 
+MISSION_CHANGED = Rule(
+    "R206 mission-changed",
+    Severity.WARNING,
+    summary="The mission was changed in flight.",
+    why="Only one mission is predicted, the last; what was flown before may be another.",
+    how="A log holds a mission from within the flight that differs from the one before.",
+    fix="verify with flights whose mission stayed the same",
+)
+
+
 def _mission_changes(recording: Recording, span: FlightSpan, number: int) -> Iterator[Finding]:
     """Return that another mission was sent to the vehicle during a flight."""
     before = [items for time_s, items in recording.missions if time_s <= span.begin_s]
@@ -525,6 +549,35 @@ def _quantities(
             absence_cost=cost,
             remark=remarks.get(name, ""),
         )
+
+
+LOG_GAP = Rule(
+    "R102 log-gap",
+    Severity.WARNING,
+    summary="Nothing was logged for a while in flight.",
+    why="What happened in the gap is unknown: its energy and its distance are not in the record.",
+    how="No message of any kind used for more than 1 s, or three times as long as usual where that is "
+    "more.  Nothing is interpolated over it; after 60 s of silence a flight is taken to have ended.",
+    fix="use a faster memory card or a smaller logging profile",
+)
+
+FLIGHT_INCOMPLETE = Rule(
+    "R104 flight-incomplete",
+    Severity.WARNING,
+    summary="A log begins or ends in the middle of a flight.",
+    why="Time, distance and energy of the flight are larger than in the log.",
+    how="The vehicle is in the air at the first or the last message of the flight.",
+    fix="let the log run from before arming to after disarming",
+)
+
+POSITION_RESET = Rule(
+    "R107 position-reset",
+    Severity.WARNING,
+    summary="The autopilot's estimate of position jumped in flight.",
+    why="A jump of the estimate looks like flying; stops and distances measured over it are wrong.",
+    how="The estimator counts its resets; those of more than 1 m in flight are reported.",
+    fix="leave the manoeuvres around the jump out",
+)
 
 
 def _gaps(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
@@ -18,6 +19,25 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot
     from planner.findings import Finding
     from planner.logs.series import Series
+LOG_DAMAGED = Rule(
+    "R101 log-damaged",
+    Severity.WARNING,
+    summary="Part of a log cannot be read and is left out.",
+    why="Logs end in the middle of a message when the battery is pulled, and memory cards lose "
+    "sectors; what is left is used, but a model made of it rests on less than the log's length.",
+    how="Bytes or rows that are no message of the log's own definitions are counted.",
+    fix="copy the log from the vehicle again; if it stays so, read the results with care",
+)
+
+BATTERIES_LEFT_OUT = Rule(
+    "R106 batteries-left-out",
+    Severity.WARNING,
+    summary="A log holds the current of more than one battery; only the first is used.",
+    why="No log records whether the others feed the motors, share the load or measure the same "
+    "current again; the power of the vehicle may be a multiple of the one used.",
+    how="Battery monitors other than the first that show more than 0.2 A are counted.",
+    fix="if the batteries share the load, do not identify a model from this log",
+)
 
 
 STEP_S = 0.1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.flight_log import LOG_CLOCK
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.logs.record import STEP_S
 
@@ -226,6 +226,17 @@ _BACK_S = 1.0
 """Messages are written in the order of time but for less than this. [s]"""
 _MOST_STRAYS = 5
 """So many messages in a row may be out of time; more of them are another run of the clock."""
+
+
+LOG_CLOCK = Rule(
+    "R103 log-clock",
+    Severity.WARNING,
+    summary="The clock of a log goes backwards.",
+    why="Times before and after cannot be compared: speeds and energies over the jump are wrong.",
+    how="A message is more than 1 s older than the one before.  Where the clock continues from there "
+    "the log is cut in two; single messages out of time are left out.",
+    fix="nothing, if the autopilot was restarted; else mistrust the log",
+)
 
 
 @frozen(eq=False)

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.catalogue.flight_log import LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.frozen import frozen
 from planner.logs.flights import items_flown
 from planner.logs.modes import AUTO, AUTO_MISSION, copter_mode, px4_custom_mode
-from planner.logs.record import LoggedHome, LoggedItem, Recording, carried_over
+from planner.logs.record import LOG_DAMAGED, LoggedHome, LoggedItem, Recording, carried_over
 from planner.logs.series import Clock, Series
 from planner.logs.tlog_quantities import quantity_series
 

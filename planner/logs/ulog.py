@@ -10,14 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.autopilot import Autopilot
-from planner.catalogue.flight_log import BATTERIES_LEFT_OUT, LOG_DAMAGED
 from planner.errors import LogFileError
 from planner.frozen import frozen
 from planner.geo.geodesy import LocalFrame
 from planner.logs.flights import items_flown
 from planner.logs.modes import AUTO_MISSION, px4_mode
 from planner.logs.positions import NO_CURRENT_A, electrical_series, euler_angles_deg
-from planner.logs.record import LoggedHome, LoggedItem, Recording, sources
+from planner.logs.record import (
+    BATTERIES_LEFT_OUT,
+    LOG_DAMAGED,
+    LoggedHome,
+    LoggedItem,
+    Recording,
+    sources,
+)
 from planner.logs.series import Series
 
 if TYPE_CHECKING:

@@ -13,18 +13,8 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.loader_writer import (
-    AREAS_NOT_WRITTEN,
-    COMMENTS_NOT_WRITTEN,
-    COMPLEX_ITEM_NOT_WRITTEN,
-    COMPLEX_ITEMS_WRITTEN_OUT,
-    HOME_NOT_KNOWN,
-    JUMP_NOT_WRITTEN,
-    KEYS_NOT_WRITTEN,
-    WRITTEN_DIFFERENTLY,
-)
 from planner.errors import MissionFileError, OutputError, UsageError
-from planner.findings import Remarks
+from planner.findings import Remarks, Rule, Severity
 from planner.frozen import frozen
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.plan import PlanDocument, read_plan_text
@@ -44,6 +34,14 @@ if TYPE_CHECKING:
     from planner.geo.fence import Fence, RallyPoint
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
+SPEED_REPLACED = Rule(
+    "T111 speed-replaced",
+    Severity.WARNING,
+    summary="The flight is predicted at another speed than the mission commands.",
+    why="The verdict is that of a mission which is not in the file: flown as it is, it may be another.",
+    how="A speed is given that some leg of the mission is not flown at.",
+    fix="write the mission with this speed (mavjoule convert --speed) and check that file",
+)
 
 
 _FORMAT_NAMES = {MissionFormat.PLAN: "a plan", MissionFormat.WPL: "QGC WPL text"}
@@ -105,6 +103,17 @@ def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
     return Conversion(text=text, findings=findings)
 
 
+WRITTEN_DIFFERENTLY = Rule(
+    "L207 written-differently",
+    Severity.ERROR,
+    summary="The written file differs from the mission.",
+    why="It would not be flown as the one that was checked.",
+    how="What is written is read back and compared value by value: items with their jumps, home, "
+    "fence, rally points.",
+    fix="write the other format, and do not fly this file",
+)
+
+
 def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
     """Yield a finding where the items read back differently; their numbers may."""
     is_text = back.file_format is MissionFormat.WPL
@@ -125,6 +134,16 @@ def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
         yield WRITTEN_DIFFERENTLY.finding(message)
 
 
+JUMP_NOT_WRITTEN = Rule(
+    "L208 jump-not-written",
+    Severity.WARNING,
+    summary="A jump leads to an item that is not there.",
+    why="QGroundControl refuses a plan with such a jump; ArduPilot ends the mission at it.",
+    how="The target of DO_JUMP is compared with the numbers of the items.",
+    fix="give the jump the number of an item",
+)
+
+
 def _check_jumps(items: Sequence[MissionItem]) -> tuple[Finding, ...]:
     remarks = Remarks()
     for number, item in enumerate(numbered_in_order(items), start=1):
@@ -135,6 +154,18 @@ def _check_jumps(items: Sequence[MissionItem]) -> tuple[Finding, ...]:
             what = "no item" if named is None else f"item {named:g}, which is not there"
             remarks.add(JUMP_NOT_WRITTEN, f"the DO_JUMP of item {number} names {what}", item=number)
     return remarks.findings()
+
+
+AREAS_NOT_WRITTEN = Rule(
+    "L201 areas-not-written",
+    Severity.WARNING,
+    summary="The fence or the rally points are not in the written file.",
+    why="A QGC WPL file is one list of items.  Fence and rally rows among the items of a mission make "
+    "an autopilot refuse the upload, so a mission in this format flies without them unless they are "
+    "loaded from elsewhere.",
+    how="Text is written without fence and rally points wherever there are items to fly.",
+    fix="write a .plan, or load fence and rally points from a file of their own",
+)
 
 
 def _check_areas(mission: Mission, back: Mission) -> Iterator[Finding]:
@@ -174,6 +205,18 @@ def _placeless_points(points: Sequence[RallyPoint]) -> tuple[RallyPoint, ...]:
     return tuple(replace(point, place=None) for point in points)
 
 
+HOME_NOT_KNOWN = Rule(
+    "L205 home-not-known",
+    Severity.INFO,
+    summary="The home row is partly or wholly unknown.",
+    why="The first row of a QGC WPL file has to be home, with numbers.  Autopilots replace it with "
+    "their own home, but ground stations show it and judge AMSL altitudes by it.",
+    how="An unknown home is written as 0, 0 as Mission Planner does; where only its altitude is "
+    "unknown, as 0 m above itself.",
+    fix="set the planned home in a ground station",
+)
+
+
 def _check_home(mission: Mission, back: Mission) -> Iterator[Finding]:
     home = mission.home
     is_text = back.file_format is MissionFormat.WPL
@@ -187,6 +230,25 @@ def _check_home(mission: Mission, back: Mission) -> Iterator[Finding]:
         elif home.altitude_amsl_m is None:
             message = "the altitude of home is not known: its row says 0 m, above home itself"
             yield HOME_NOT_KNOWN.finding(message)
+
+
+COMPLEX_ITEMS_WRITTEN_OUT = Rule(
+    "L202 complex-items-written-out",
+    Severity.INFO,
+    summary="Surveys and other complex items are written as the items they expand to.",
+    why="The same is flown, but the area can no longer be edited as one.",
+    how="Counts the complex items that the file held and the written one does not.",
+    fix="keep the plan to edit it",
+)
+
+COMPLEX_ITEM_NOT_WRITTEN = Rule(
+    "L203 complex-item-not-written",
+    Severity.ERROR,
+    summary="A complex item that cannot be expanded is not in the written file.",
+    why="Part of the mission is missing from the file, and nothing in it shows that.",
+    how="Counts the complex items that expand to no items and are not in the written file.",
+    fix="open the plan in QGroundControl, save it, and convert what it saved",
+)
 
 
 def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
@@ -217,6 +279,17 @@ def _complex_kinds(mission: Mission) -> tuple[Counter[str], Counter[str]]:
     return kinds
 
 
+KEYS_NOT_WRITTEN = Rule(
+    "L204 keys-not-written",
+    Severity.INFO,
+    summary="QGC WPL text has no place for some keys of the plan.",
+    why="QGC WPL text names no firmware and no kind of vehicle, so a check of it cannot detect that "
+    "the mission was meant for another one.",
+    how="Lists the keys at the top of the plan and of its mission that have no counterpart.",
+    fix="name the autopilot when you check the text, as with --autopilot px4",
+)
+
+
 def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
     """Yield what a plan says beyond its items, home, fence and rally points."""
     lost: list[str] = []
@@ -241,6 +314,16 @@ def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
 
 def _unwritten(keys: Iterable[str], written: frozenset[str]) -> list[str]:
     return [key for key in keys if key not in written]
+
+
+COMMENTS_NOT_WRITTEN = Rule(
+    "L206 comments-not-written",
+    Severity.INFO,
+    summary="The comments of a text file are not in the written file.",
+    why="JSON has no comments, and QGroundControl refuses text with any.",
+    how="Counts lines that begin with '#' or '//' and rows followed by '#'.",
+    fix="keep the file with the comments",
+)
 
 
 def _check_comments(mission: Mission) -> Iterator[Finding]:

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
-from planner.catalogue.loader_text import FILE_SUFFIX
 from planner.errors import MissionFileError, UsageError
 from planner.files import write_output_file
+from planner.findings import Rule, Severity
 from planner.mission.formats.area_text import (
     is_fence_line,
     is_rally_line,
@@ -161,6 +161,16 @@ def _read_json(text: str, *, source: str) -> Mission:
     from planner.mission.formats.legacy import read_legacy
 
     return read_legacy(document, source)
+
+
+FILE_SUFFIX = Rule(
+    "L161 file-suffix",
+    Severity.INFO,
+    summary="The file's suffix does not match its content.",
+    why="QGroundControl chooses the parser by the suffix and refuses the file.",
+    how="Text is expected in .waypoints, .txt and .wpl, JSON in .plan, .mission and .json.",
+    fix="rename the file",
+)
 
 
 def _check_suffix(mission: Mission, name: str) -> list[Finding]:

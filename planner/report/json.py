@@ -7,8 +7,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from planner.catalogue import examples
-from planner.catalogue.px4_events import events_of
+from planner.catalogue import entries, events_of
 from planner.report.rule_text import way_off
 from planner.report.statistics import count_codes
 from planner.report.text import well_formed
@@ -462,7 +461,7 @@ def models_json(vehicles: Sequence[VehicleModel], *, version: str) -> str:
 def _rule(rule: Rule) -> Document:
     return values(rule, _RULE_KEYS) | {
         "severity": rule.severity.label,
-        "example": examples()[rule.code],
+        "example": entries()[rule.code].example,
         "turn_off": way_off(rule),
         "default": rule.is_default,
         "px4_events": list(events_of(rule.code)),

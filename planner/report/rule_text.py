@@ -5,12 +5,11 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from planner.catalogue import FAMILIES, examples
-from planner.catalogue.px4_events import events_of
-from planner.catalogue.tool import FILE_UNREADABLE
+from planner.catalogue import FAMILIES, entries, events_of
 from planner.findings import Severity
 from planner.report.text import table_lines
 from planner.selection import ENERGY_FAMILY
+from planner.service.mission_file import FILE_UNREADABLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +57,7 @@ def explanation(rule: Rule) -> tuple[tuple[str, str], ...]:
     parts = [
         ("Why", rule.why),
         ("How", rule.how),
-        ("Example", examples().get(rule.code, "")),
+        ("Example", entry.example if (entry := entries().get(rule.code)) is not None else ""),
         ("Fix", rule.fix),
     ]
     if events := events_of(rule.code):

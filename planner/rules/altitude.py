@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.catalogue.altitude import AMSL_SUSPECT
 from planner.findings import Remarks, Rule, Severity
 from planner.mission.commands import (
     AMSL_FRAMES,
@@ -15,6 +14,7 @@ from planner.mission.commands import (
     is_destination,
 )
 from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import AMSL_SUSPECT
 from planner.rules.declaration import judges
 
 if TYPE_CHECKING:

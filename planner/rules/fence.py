@@ -8,9 +8,8 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.fence import INCLUSION_SEMANTICS, INVALID_POLYGON
 from planner.findings import FlightStretch, Rule, Severity
-from planner.geo.fence import make_fence_area
+from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.geo.path import make_fence_frame, swept_areas
 from planner.mission.route.stage import StageKind
 from planner.rules.declaration import FENCE, judges

@@ -8,14 +8,14 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.energy import CONDITION_NOT_MODELLED
-from planner.catalogue.time import ITEM_NOT_MODELLED
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
 )
+from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
 from planner.rules.declaration import EXTREMES, POWER, PX4, judges
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED
 from planner.findings import Remarks, Rule, Severity
 from planner.mission.commands import (
     RELATIVE_FRAMES,
@@ -20,6 +19,7 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import ENDLESS, ITEM_NOT_MODELLED
 from planner.rules.declaration import ARDUPILOT_TARGET, FENCE, TARGET, judges
 from planner.units import wh_from_j
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
@@ -16,6 +15,7 @@ from planner.flight.motion.kinematics import (
 )
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import TERRAIN_FRAMES
+from planner.mission.route.route import NO_TERRAIN_DATA
 from planner.mission.route.stage import StageKind
 from planner.rules.altitude import BELOW_TERRAIN
 from planner.rules.declaration import ARDUPILOT, TERRAIN, judges

@@ -336,8 +336,7 @@ def _route(
     if speed_m_s is None:
         return route, []
     from planner import quantity
-    from planner.catalogue.time import SPEED_REPLACED
-    from planner.mission.convert import route_at_speed
+    from planner.mission.convert import SPEED_REPLACED, route_at_speed
 
     changed = route_at_speed(route, speed_m_s)
     if changed.stages == route.stages:
@@ -403,7 +402,7 @@ def _noise_findings(vehicle: VehicleModel, flown_by: Autopilot) -> list[Finding]
     """Return what is said of a position noise that is the model's."""
     if flown_by is not Autopilot.PX4 or not vehicle.position_noise_m > 0.0:
         return []
-    from planner.catalogue.time import NOISE_ASSUMED
+    from planner.flight.pilot import NOISE_ASSUMED
 
     return [
         NOISE_ASSUMED.finding(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from planner.catalogue.tool import FILE_UNREADABLE
 from planner.errors import MissionFileError, NoMissionFileError, OtherVehicleError
+from planner.findings import Rule, Severity
 from planner.mission.files import read_mission
 from planner.service.judgement import check
 from planner.service.result import UnreadableMission
@@ -97,6 +97,16 @@ def check_file(path: Path | str, request: CheckRequest) -> CheckResult | Unreada
         If the vehicle or the request is unusable: no mission could be checked with it.
     """
     return check_read(lambda: read_mission(path), request, file=str(path))
+
+
+FILE_UNREADABLE = Rule(
+    "X901 file-unreadable",
+    Severity.ERROR,
+    summary="The mission file could not be read.",
+    why="A mission that cannot be read cannot be judged; it is never a 'go'.",
+    how="The reader refused the file; the message gives where and why.  The exit code is 2.",
+    fix="correct the file, or save it again with the program that wrote it",
+)
 
 
 def check_read(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING
 
 from planner import (
@@ -22,9 +21,7 @@ from planner.service import CheckResult
 from planner.tui.rows import MARKS, finding_line
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from planner.findings import Finding, Rule
+    from planner.findings import Finding
     from planner.service import UnreadableMission
 
 
@@ -49,8 +46,8 @@ def finding_details(finding: Finding, *, file: str) -> Details:
     if finding.fix:
         parts.append(("Do", printable(finding.fix)))
     parts.append(("Where", where))
-    rule = _rules().get(finding.code)
-    if rule is not None:
+    if finding.code in catalogue.entries():
+        rule = catalogue.rule(finding.code)
         shown = {"Fix"} if finding.fix == rule.fix else set()
         parts += [part for part in explanation(rule) if part[0] not in shown]
     return Details(
@@ -114,8 +111,3 @@ def flight_details(result: CheckResult | UnreadableMission) -> Details:
 
 def _found(result: CheckResult, item: int) -> list[tuple[str, str]]:
     return [("Found", finding_line(one)) for one in result.findings if one.item == item]
-
-
-@cache
-def _rules() -> Mapping[str, Rule]:
-    return catalogue.rules()

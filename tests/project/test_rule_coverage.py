@@ -5,52 +5,25 @@ The cases are by subject in tests/rule_cases; a rule without them does not pass.
 
 from __future__ import annotations
 
-import ast
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from rule_examples import CASES, example
+from generate_catalogue import CASES, declared, example
 
 from planner import catalogue
-from planner.findings import Rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-PLANNER = Path(catalogue.__file__).parents[1]
 CODES = sorted(CASES)
 
 
-def _trees() -> Iterator[tuple[str, ast.Module]]:
-    for path in PLANNER.rglob("*.py"):
-        parts = path.relative_to(PLANNER.parent).with_suffix("").parts
-        yield ".".join(parts), ast.parse(path.read_text(encoding="utf-8"))
-
-
-def test_every_rule_is_listed_once_and_has_its_three_cases() -> None:
-    assert list(catalogue.rules()) == CODES
-    assert list(catalogue.examples()) == CODES
-    names = {rule.name for rule in catalogue.rules().values()}
-    assert len(names) == len(CODES)
-
-
-def test_every_module_with_a_rule_is_listed_and_every_rule_is_reported() -> None:
-    declared: dict[str, str] = {}
-    used: set[str] = set()
-    for module, tree in _trees():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
-                called, target = node.value.func, node.targets[0]
-                if isinstance(called, ast.Name) and called.id == Rule.__name__:
-                    assert isinstance(target, ast.Name)
-                    declared[target.id] = module
-            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
-                used.add(node.id)
-    assert len(declared) == len(CODES)
-    assert set(declared.values()) == set(catalogue.MODULES)
-    assert declared.keys() - used == set()
+def test_every_rule_is_declared_once_and_has_its_three_cases() -> None:
+    entries = catalogue.entries()
+    assert {code: (entry.name, entry.module) for code, entry in entries.items()} == declared()
+    assert list(entries) == CODES
+    assert len({entry.name for entry in entries.values()}) == len(CODES)
 
 
 def test_the_texts_of_a_rule_are_sentences_and_its_fix_is_none() -> None:
@@ -58,7 +31,7 @@ def test_the_texts_of_a_rule_are_sentences_and_its_fix_is_none() -> None:
         for text in (rule.summary, rule.why, rule.how):
             assert text.endswith("."), rule.code
             assert not re.search(r"[a-z0-9)]\. [A-Z]|[^.?!:]  |\b(\w+) \1\b", text), rule.code
-        for text in (rule.fix, catalogue.examples()[rule.code]):
+        for text in (rule.fix, catalogue.entries()[rule.code].example):
             assert not text.endswith("."), rule.code
 
 
@@ -67,7 +40,7 @@ def test_a_rule_is_reported_where_its_text_says_and_its_example_is_its_message(c
     assert (
         list(_miscounted(*(one.message for one in CASES[code].fires() if one.code == code))) == []
     )
-    assert catalogue.examples()[code] == example(code), "run tests/rule_examples.py"
+    assert catalogue.entries()[code].example == example(code), "make rules"
 
 
 @pytest.mark.parametrize("code", CODES)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import pytest
 from page_browser import CHROMIUM, DRIVER, FLAGS
 
-from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Place
 from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.conditions import Conditions
@@ -20,6 +19,7 @@ from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.rules.model import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.service import CheckResult, UnreadableMission
+from planner.service.mission_file import FILE_UNREADABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

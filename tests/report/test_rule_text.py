@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.catalogue.tool import FILE_UNREADABLE
 from planner.findings import Rule, Severity
 from planner.report.medium import Medium
 from planner.report.rule_text import rule_text, rules_text, way_off
+from planner.service.mission_file import FILE_UNREADABLE
 
 RULE = Rule(
     "Z101 made-up",

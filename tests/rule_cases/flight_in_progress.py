@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
@@ -17,7 +16,6 @@ from planner.guard.energy import (
 )
 from planner.guard.progress import MeasuredPlace
 from planner.service import check
-from planner.tui.live_line import flight_findings
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
-    from planner.guard.session import GuardStatus
 
 BATTERY = Battery(capacity_wh=200.0)
 LEFT_WH = 199.0
@@ -67,21 +64,14 @@ def state(
     return known
 
 
-def told(energy: EnergyState) -> tuple[Finding, ...]:
-    """Return what is said of a vehicle in flight."""
-    return flight_findings(
-        cast("GuardStatus", SimpleNamespace(is_flying=True, energy=energy))  # asks for these alone
-    )
-
-
 def returning(margin_wh: float) -> tuple[Finding, ...]:
     """Return what is said where a return leaves so much above the reserve."""
-    return told(state(LEFT_WH - state(0.0).return_wh - margin_wh))
+    return state(LEFT_WH - state(0.0).return_wh - margin_wh).findings
 
 
 def finishing(margin_wh: float) -> tuple[Finding, ...]:
     """Return what is said where the mission leaves so much above the reserve."""
-    return told(state(LEFT_WH - state(0.0).finish_wh - margin_wh))
+    return state(LEFT_WH - state(0.0).finish_wh - margin_wh).findings
 
 
 def turning_back(longer_s: float) -> tuple[Finding, ...]:
@@ -89,7 +79,7 @@ def turning_back(longer_s: float) -> tuple[Finding, ...]:
     reserve_wh = LEFT_WH - 0.5 * (state(0.0).finish_wh + state(0.0).return_wh)
     lead_s = state(reserve_wh).lead_s
     assert lead_s is not None
-    return told(state(reserve_wh, warn_before_s=lead_s - longer_s))
+    return state(reserve_wh, warn_before_s=lead_s - longer_s).findings
 
 
 CASES: Mapping[str, RuleCases] = {
@@ -110,8 +100,8 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: finishing(0.001),
     ),
     "V114": RuleCases(
-        fires=lambda: told(state(10.0, percentage=0.894)),
-        boundary=lambda: told(state(10.0, percentage=0.895)),  # 179 for 199 Wh of 200 Wh
-        silent=lambda: told(state(10.0)),
+        fires=lambda: state(10.0, percentage=0.894).findings,
+        boundary=lambda: state(10.0, percentage=0.895).findings,  # 179 for 199 Wh of 200 Wh
+        silent=lambda: state(10.0).findings,
     ),
 }

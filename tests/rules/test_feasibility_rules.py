@@ -10,7 +10,7 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 
 from planner import catalogue
 from planner.autopilot import TARGETS, Autopilot, Target
-from planner.catalogue.px4_events import PX4_EVENTS
+from planner.catalogue import PX4_EVENTS
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.geo.fence import RallyPoint

@@ -182,7 +182,7 @@ async def test_what_is_wrong_in_flight_leads_the_findings_and_is_no_go() -> None
 
         screen.told = tell_short  # type: ignore[method-assign] # as if it flew so
         await one.until(lambda: "NO-GO" in one.verdict)
-        assert "In flight: the way home eats 5.00 Wh of the reserve" in one.verdict
+        assert "In flight: a return now lands 5.00 Wh below the reserve" in one.verdict
         found = rows_of(one.screen, "#findings")
         assert [cells[1] for cells in found[:2]] == ["V111", "V113"]
         assert found[0][0] == "✖"
@@ -204,7 +204,7 @@ async def test_changes_are_offered_for_what_a_vehicle_holds() -> None:
 def _short() -> EnergyState:
     """Return an energy that does for nothing: 15 Wh home, 18 Wh to finish, 10 Wh of reserve."""
     warnings = {
-        Concern.NO_RETURN: "the way home eats 5.00 Wh of the reserve",
+        Concern.NO_RETURN: "a return now lands 5.00 Wh below the reserve",
         Concern.NO_FINISH: "the mission ends 8.00 Wh below the reserve",
     }
     return EnergyState(

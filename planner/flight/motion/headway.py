@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.wind import AIRSPEED_LIMIT, NO_HEADWAY
+from planner.findings import Rule, Severity
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -105,6 +105,29 @@ def held_speeds_m_s(
     )
     held = np.minimum(speed_m_s, np.maximum(limit, SLOWEST_M_S))
     return np.where(moves, held, speed_m_s), findings
+
+
+NO_HEADWAY = Rule(
+    "W101 no-headway",
+    Severity.ERROR,
+    summary="The wind is stronger than the vehicle can fly against.",
+    why="A vehicle that leans as far as it may and still does not advance is blown away from its "
+    "mission and from home.",
+    how="Along each leg the ground speed is w_along + sqrt(v_max² − w_across²), v_max being the "
+    "airspeed at the greatest lean angle; fires where it is 0.1 m/s or less.",
+    fix="wait for less wind, or fly a faster vehicle",
+)
+
+AIRSPEED_LIMIT = Rule(
+    "W102 airspeed-limit",
+    Severity.WARNING,
+    summary="Legs are flown slower than commanded: the lean angle limits the airspeed.",
+    why="ArduPilot holds the ground speed until the lean angle reaches its limit; beyond it the "
+    "flight runs late without a message: a survey planned for 475 s took 916 s.",
+    how="Along each leg the ground speed is at most w_along + sqrt(v_max² − w_across²), v_max being "
+    "the airspeed at the greatest lean angle; fires where that is below what is commanded.",
+    fix="command less speed, or allow more lean (ATC_ANGLE_MAX)",
+)
 
 
 def headway_findings(

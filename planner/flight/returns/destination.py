@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.catalogue.time import RETURN_LANDS_HERE, SETTING_NOT_FOLLOWED
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.mission.commands import RELATIVE_FRAMES, Command
 from planner.mission.route.stage import (
@@ -303,6 +302,29 @@ def with_own_return(route: Route, destinations: Destinations) -> Route:
         return_path=targets.paths[0] if targets.paths else None,
     )
     return replace(route, stages=(*route.stages[:number], returning))
+
+
+SETTING_NOT_FOLLOWED = Rule(
+    "T110 setting-not-followed",
+    Severity.WARNING,
+    summary="A setting of the vehicle makes it fly other than predicted.",
+    why="A return that stays in the air, or leads elsewhere, takes other time and energy than "
+    "predicted.",
+    how="PX4's RTL_LAND_DELAY or COM_DISARM_LAND is negative, or RTL_TYPE above 5.  An error where "
+    "RTL_TYPE 1 to 4 leads along items that jump: the returns of PX4 1.16 do not count the jumps they "
+    "take (MissionBase::getNextPositionItems), and go round without end.",
+    fix="set the parameter so that the vehicle returns and lands as predicted, or allow for it "
+    "yourself",
+)
+
+RETURN_LANDS_HERE = Rule(
+    "T113 return-lands-here",
+    Severity.WARNING,
+    summary="A return of the vehicle lands wherever it is at that moment.",
+    why="Its failsafes would bring it down in water, in trees or among people.",
+    how="PX4's RTL_TYPE is 5, which leads to rally points alone, and the mission has none (rtl.cpp).",
+    fix="add a rally point to the mission, or set RTL_TYPE to 0",
+)
 
 
 def _with_mission(

@@ -5,12 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
-from planner.catalogue.loader import (
-    COMPLEX_ITEM_UNKNOWN,
-    COMPLEX_ITEM_VERSION,
-    PLAN_VALUE,
-    SURVEY_REBUILT,
-)
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.mission.expand import structure_scan
 from planner.mission.expand.landing import LAND_COMMANDS, expand_landing_pattern
@@ -22,7 +17,7 @@ from planner.mission.expand.survey import (
     read_survey,
 )
 from planner.mission.formats.json_document import JsonFields, describe
-from planner.mission.formats.simple_item import ItemSequence
+from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN, PLAN_VALUE, ItemSequence
 from planner.mission.items import MOST_ITEMS, make_items
 
 if TYPE_CHECKING:
@@ -40,6 +35,28 @@ VERSIONS = {
 }
 """What QGroundControl accepts."""
 _TRANSECT_VERSIONS = (1, 2)
+
+
+COMPLEX_ITEM_VERSION = Rule(
+    "L113 complex-item-version",
+    Severity.WARNING,
+    summary="A complex item is of a version that loaders refuse, but holds the items to fly.",
+    why="QGroundControl refuses the whole plan, and MAVSDK any survey but version 5.",
+    how="The version is compared with those QGroundControl accepts; the embedded items are used.",
+    fix="save the plan again with QGroundControl",
+)
+
+SURVEY_REBUILT = Rule(
+    "L114 survey-rebuilt",
+    Severity.WARNING,
+    summary="A survey holds no items: they are computed from its area as QGroundControl does.",
+    why="QGroundControl computes what it uploads again, and its versions differ in where they begin "
+    "and turn; MAVSDK refuses the file.",
+    how="The path it is drawn with is used where there is one; otherwise parallel lines at the grid's "
+    "angle and spacing are cut with the area, entered at the chosen corner and lengthened to turn "
+    "around.  Surveys that do hold their items come out within 0.3 %.",
+    fix="open the plan in a current QGroundControl and save it: then it holds the items",
+)
 
 
 @frozen

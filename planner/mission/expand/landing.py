@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.catalogue.loader import LANDING_PATTERN_EXPANDED
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.simple_item import ItemSequence
 
@@ -21,6 +20,17 @@ LAND_COMMANDS = {
 }
 _IMAGE_STOP_CAPTURE = 2001
 _VIDEO_STOP_CAPTURE = 2501
+
+
+LANDING_PATTERN_EXPANDED = Rule(
+    "L116 landing-pattern-expanded",
+    Severity.INFO,
+    summary="A landing pattern is expanded as QGroundControl does on upload.",
+    why="The file holds where to approach and land, not the items; MAVSDK refuses the file.",
+    how="DO_LAND_START, what stops the camera, the approach and the landing.  A warning where one of "
+    "its altitudes counts from home and the other does not.",
+    fix="check the landing in QGroundControl before the upload",
+)
 
 
 def expand_landing_pattern(

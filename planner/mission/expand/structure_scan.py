@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.loader import STRUCTURE_SCAN_EXPANDED
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.json_document import LARGEST_LENGTH_M
@@ -30,6 +29,20 @@ _FARTHEST_VERTEX_M = 1e6
 """Where the edges beside a spike are nearly parallel, they meet as far away as one likes. [m]"""
 _DO_SET_ROI_WPNEXT_OFFSET = 196
 _DO_SET_ROI_NONE = 197
+
+
+STRUCTURE_SCAN_EXPANDED = Rule(
+    "L115 structure-scan-expanded",
+    Severity.INFO,
+    summary="A structure scan is expanded as QGroundControl does on upload.",
+    why="The file holds the structure, not the items: the vertex where the scan begins is not saved, "
+    "and QGroundControl counts the layers again when it loads the file.  Some of its versions also "
+    "read the entrance altitude wrongly, as 0 m.",
+    how="The outline is moved outward by the distance to the surface; one lap per layer, from the "
+    "first vertex, the first half a layer from the top or bottom: 4 + layers (n + 3) items.  A warning "
+    "where the layers in the file are not those QGroundControl will count.",
+    fix="check the altitudes after loading the plan in QGroundControl, before the upload",
+)
 
 
 def expand_structure_scan(

@@ -7,11 +7,11 @@ import re
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.catalogue.loader_text import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN, TEXT_NO_MISSION
 from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import Fence, FencePolygon, RallyPoint
-from planner.mission.formats.wpl import MOST_ROWS, read_lines
+from planner.mission.formats.fence_items import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN
+from planner.mission.formats.wpl import MOST_ROWS, TEXT_NO_MISSION, read_lines
 from planner.mission.items import Mission, MissionFormat
 
 if TYPE_CHECKING:

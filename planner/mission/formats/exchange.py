@@ -14,8 +14,8 @@ import zlib
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, BinaryIO
 
-from planner.catalogue.loader_text import FILE_ENCODING, FILE_PACKED
 from planner.errors import MissionFileError, NoMissionFileError
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 
 if TYPE_CHECKING:
@@ -201,6 +201,25 @@ def _open_pipe(path: str | Path) -> BinaryIO:
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     os.set_blocking(descriptor, True)
     return os.fdopen(descriptor, "rb")
+
+
+FILE_ENCODING = Rule(
+    "L162 file-encoding",
+    Severity.INFO,
+    summary="The file is not plain UTF-8.",
+    why="Loaders compare the first bytes: with a byte order mark or in UTF-16 they refuse it.",
+    how="Looks for byte order marks, UTF-16 and bytes that are not UTF-8.",
+    fix="save the file as UTF-8 without a byte order mark",
+)
+
+FILE_PACKED = Rule(
+    "L163 file-packed",
+    Severity.INFO,
+    summary="The mission was read from a compressed file.",
+    why="Of the usual ground stations only QGroundControl opens such a file.",
+    how="The first bytes are those of gzip or of a zip archive that holds one mission.",
+    fix="unpack the file",
+)
 
 
 def read_text(data: bytes, *, source: str) -> FileText:

@@ -6,12 +6,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.catalogue.loader_text import (
-    FENCE_INCOMPLETE,
-    FENCE_ITEM_BROKEN,
-    RALLY_ALTITUDE_REFERENCE,
-)
-from planner.findings import Remarks
+from planner.findings import Remarks, Rule, Severity
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import AMSL_FRAMES, RELATIVE_FRAMES, Command, Frame
 from planner.mission.items import MissionItem
@@ -31,6 +26,18 @@ _CIRCLES = {
     Command.NAV_FENCE_CIRCLE_EXCLUSION: False,
 }
 FENCE_COMMANDS: frozenset[int] = frozenset({Command.NAV_FENCE_RETURN_POINT, *_POLYGONS, *_CIRCLES})
+
+
+FENCE_INCOMPLETE = Rule(
+    "L164 fence-incomplete",
+    Severity.ERROR,
+    summary="A fence area is incomplete, or its vertices are not as many as it declares.",
+    why="Nothing is checked against an incomplete area; an autopilot refuses such a fence, and the "
+    "vehicle then flies without one.",
+    how="The first parameter of each vertex is its polygon's number of vertices, at least 3; a circle "
+    "has a centre and a radius above 0.",
+    fix="save the fence again with a ground station, and send it to the vehicle",
+)
 
 
 def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Finding, ...]]:
@@ -123,6 +130,26 @@ def _make_circle(item: MissionItem, *, inclusion: bool) -> FenceCircle | None:
         radius_m=item.param1,
         place=item.place,
     )
+
+
+FENCE_ITEM_BROKEN = Rule(
+    "L158 fence-item-broken",
+    Severity.WARNING,
+    summary="A rally point is incomplete, or the list of a fence's points is not closed.",
+    why="An autopilot refuses such points, and the vehicle then returns home and not to them.",
+    how="Each rally point has a place and an altitude; a list of a fence ends where it begins.",
+    fix="save fence and rally points again with a ground station",
+)
+
+RALLY_ALTITUDE_REFERENCE = Rule(
+    "L159 rally-altitude-reference",
+    Severity.WARNING,
+    summary="A rally point's altitude is not written as height above home.",
+    why="A vehicle that returns at the wrong height hits what it should clear.",
+    how="AMSL altitudes are reduced by home's altitude; where it is unknown, they are read as heights "
+    "above home.",
+    fix="write rally altitudes relative to home (frame 3)",
+)
 
 
 def make_rally_points(

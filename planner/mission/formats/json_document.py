@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from planner.catalogue.loader_text import FILE_ENCODING
 from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.frozen import frozen
+from planner.mission.formats.exchange import FILE_ENCODING
 from planner.mission.slots import make_many
 
 if TYPE_CHECKING:

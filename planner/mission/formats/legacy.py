@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.catalogue.loader import COMPLEX_ITEM_UNKNOWN, LEGACY_FORMAT
-from planner.findings import Remarks
+from planner.findings import Remarks, Rule, Severity
 from planner.mission.formats.json_document import JsonFields, describe
 from planner.mission.formats.plan import (
     PlanDocument,
@@ -18,10 +17,21 @@ from planner.mission.formats.plan import (
     read_items,
     read_vehicle,
 )
+from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN
 from planner.mission.items import Home, Mission, MissionFormat
 
 if TYPE_CHECKING:
     from planner.mission.formats.json_document import JsonDocument
+
+
+LEGACY_FORMAT = Rule(
+    "L117 legacy-format",
+    Severity.WARNING,
+    summary="The file is written in a JSON format from before plans.",
+    why="QGroundControl since 3.3 opens plans only; other programs never read it.",
+    how="The file has items at its top, or the file type 'Mission'.",
+    fix="open it in an old QGroundControl and save it as a plan",
+)
 
 
 def read_legacy(document: JsonDocument, source: str) -> Mission:

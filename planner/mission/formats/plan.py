@@ -7,23 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.loader import (
-    FENCE_VERSION,
-    JUMP_IDS,
-    JUMP_INTO_COMPLEX_ITEM,
-    JUMP_SHIFTED,
-    MISSION_VERSION,
-    PLAN_VALUE,
-    REQUIRED_KEY,
-)
-from planner.catalogue.loader_text import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN
 from planner.errors import MissionFileError
-from planner.findings import Remarks
+from planner.findings import Remarks, Rule, Severity
 from planner.frozen import frozen
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import Command
+from planner.mission.formats.fence_items import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN
 from planner.mission.formats.json_document import JsonDocument, JsonFields, describe, parse_json
-from planner.mission.formats.simple_item import SimpleItemReader
+from planner.mission.formats.simple_item import PLAN_VALUE, SimpleItemReader
 from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, make_items
 from planner.mission.vehicle_kind import tell_vehicle
 
@@ -116,6 +107,17 @@ def _expand(
     return reader.read(raw, place, first_number=first_number)
 
 
+JUMP_IDS = Rule(
+    "L106 jump-ids",
+    Severity.WARNING,
+    summary="Items share a doJumpId, or have none, in a mission with a DO_JUMP.",
+    why="DO_JUMP names its target by doJumpId.  QGroundControl takes the first item with it, other "
+    "programs count items: the vehicle may repeat another part of the mission than was meant.",
+    how="Repeated and missing ids; reported only where a DO_JUMP makes them matter.",
+    fix="save the plan again with QGroundControl, and check where the jump leads",
+)
+
+
 def _compare_jump_ids(items: list[MissionItem], remarks: Remarks) -> None:
     """Tell about ids that leave open where a DO_JUMP goes."""
     first_with: dict[int, int] = {}
@@ -131,6 +133,27 @@ def _compare_jump_ids(items: list[MissionItem], remarks: Remarks) -> None:
             first_with[item.jump_id] = number
             continue
         remarks.add(JUMP_IDS, message, item=number, place=item.place)
+
+
+JUMP_INTO_COMPLEX_ITEM = Rule(
+    "L120 jump-into-complex-item",
+    Severity.WARNING,
+    summary="A DO_JUMP leads into a complex item.",
+    why="QGroundControl looks for the target among the simple items alone, and refuses the whole file "
+    "if it is not there.",
+    how="The target has a doJumpId that only an item inside a survey or other complex item has.",
+    fix="let the jump lead to a simple item before or after the complex one",
+)
+
+JUMP_SHIFTED = Rule(
+    "L121 jump-shifted-by-mavsdk",
+    Severity.INFO,
+    summary="MAVSDK's import makes a DO_JUMP lead one item too far.",
+    why="A plan numbers its items from 1, PX4 from 0.  QGroundControl converts the number at upload, "
+    "MAVSDK's import does not: the vehicle repeats another part of the mission.",
+    how="A plan for PX4 that holds a DO_JUMP; for ArduPilot MAVSDK puts home first, as item 0.",
+    fix="upload the plan with QGroundControl",
+)
 
 
 def _check_jumps(
@@ -276,6 +299,16 @@ def read_rally_points(section: JsonFields, remarks: Remarks) -> tuple[RallyPoint
             )
         )
     return tuple(points)
+
+
+FENCE_VERSION = Rule(
+    "L107 fence-version",
+    Severity.WARNING,
+    summary="The fence or the rally points are of version 1, which every loader ignores.",
+    why="The file looks fenced and the vehicle flies without a fence; no program reports it.",
+    how="Section version 1 or none, and something in it besides empty lists.",
+    fix="draw the fence again in QGroundControl and save",
+)
 
 
 def _is_current(section: JsonFields, what: str, remarks: Remarks) -> bool:
@@ -455,6 +488,17 @@ def _check_file_version(plan: JsonFields) -> None:
         )
 
 
+REQUIRED_KEY = Rule(
+    "L101 plan-key-missing",
+    Severity.WARNING,
+    summary="A key that QGroundControl requires is missing from the plan.",
+    why="QGroundControl refuses the whole file at the first key it misses, MAVSDK too where a section "
+    "is missing; nothing in the missing part is checked, a fence for instance.",
+    how="Looks for the keys that QGroundControl's loader requires and that can be done without.",
+    fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
+)
+
+
 def _check_required_keys(plan: JsonFields, section: JsonFields, remarks: Remarks) -> None:
     """Tell which of the keys are missing that QGroundControl requires and we can do without."""
     head = ("fileType", "version", "groundStation", "geoFence", "rallyPoints")
@@ -488,6 +532,16 @@ def _check_values(plan: JsonFields, section: JsonFields, remarks: Remarks) -> No
         if key in fields.value and (not isinstance(value, types) or isinstance(value, bool)):
             message = f"'{key}' is {describe(value)}, expected {expected}: QGroundControl refuses the file"
             remarks.add(PLAN_VALUE, message, place=fields.document.place(fields.value, key))
+
+
+MISSION_VERSION = Rule(
+    "L102 mission-version",
+    Severity.WARNING,
+    summary="The mission section is not version 2.",
+    why="MAVSDK refuses it; QGroundControl does not look at it, and may misread the file.",
+    how="Compares mission.version with 2.",
+    fix="save the plan again with QGroundControl",
+)
 
 
 def _check_mission_version(section: JsonFields, remarks: Remarks) -> None:

@@ -5,16 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from planner.catalogue.loader import (
-    ALTITUDE_COPY,
-    ALTITUDE_MODE,
-    AUTOCONTINUE_TYPE,
-    COORDINATE_KEY,
-    ITEM_TYPE,
-    OLDER_ITEM,
-    PLAN_VALUE,
-)
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.mission.commands import AMSL_FRAMES, GLOBAL_FRAMES, Command, Frame, load_command_table
 from planner.mission.formats.json_document import (
     LARGEST_LENGTH_M,
@@ -27,6 +18,14 @@ from planner.mission.items import MissionItem
 if TYPE_CHECKING:
     from planner.findings import Place, Remarks
     from planner.mission.formats.json_document import JsonDocument
+COMPLEX_ITEM_UNKNOWN = Rule(
+    "L112 complex-item-unknown",
+    Severity.ERROR,
+    summary="A complex item cannot be expanded: it is not in the prediction.",
+    why="QGroundControl continues without it: part of the mission is not flown, without a message.",
+    how="complexItemType and version are compared with those that QGroundControl has written.",
+    fix="upload the plan and fetch it back from the vehicle: then it holds plain items",
+)
 
 
 ALTITUDE_KEYS = ("AMSLAltAboveTerrain", "Altitude", "AltitudeMode")
@@ -71,6 +70,79 @@ def has_whole_copies(raw: dict[str, Any]) -> bool:
             and type(raw.get("AMSLAltAboveTerrain", "")) in _COPY_TYPES
         )
     return raw.keys().isdisjoint(ALTITUDE_KEYS)
+
+
+ALTITUDE_COPY = Rule(
+    "L103 altitude-copy",
+    Severity.WARNING,
+    summary="QGroundControl shows another altitude than the vehicle flies.",
+    why="The vehicle gets 'frame' and the seventh parameter; 'Altitude' is a copy for display.  Where "
+    "a script changed one of them, the pilot sees an altitude that is not flown, and editing the item "
+    "overwrites the one that was meant.",
+    how="Compares 'Altitude' (or 'AMSLAltAboveTerrain', where the altitude was computed from terrain) "
+    "with the seventh parameter, to 0.01 m.  The seventh parameter is flown.",
+    fix="edit the altitude in QGroundControl and save, or write both numbers",
+)
+
+ALTITUDE_MODE = Rule(
+    "L104 altitude-mode",
+    Severity.WARNING,
+    summary="QGroundControl shows another altitude reference than the vehicle flies.",
+    why="The numbers of 'AltitudeMode' were changed three times without a new file version (2018, "
+    "2019, 2021): a file of one era shows as AMSL in another what is flown above home.  The vehicle "
+    "goes by 'frame' alone.",
+    how="Compares 'AltitudeMode', as QGroundControl reads it since 4.2, with 'frame'; mode 0 with a "
+    "frame above home, as in 2018, is no more than a note.",
+    fix="open the plan in a current QGroundControl, set the altitude reference and save",
+)
+
+AUTOCONTINUE_TYPE = Rule(
+    "L109 autocontinue-type",
+    Severity.WARNING,
+    summary="'autoContinue' is missing or no truth value.",
+    why="QGroundControl refuses the file for it.",
+    how="true, false, 0 and 1 are understood; missing is taken as true.",
+    fix="write true or false",
+)
+
+OLDER_ITEM = Rule(
+    "L110 older-item",
+    Severity.INFO,
+    summary="An item is written in the form that older plans had.",
+    why="QGroundControl converts it, MAVSDK and scripts that read 'params' do not.",
+    how="param1 to param4, or four params, and 'coordinate'; or the type 'missionItem'.",
+    fix="open the file in QGroundControl and save it as a plan",
+)
+
+COORDINATE_KEY = Rule(
+    "L111 coordinate-and-params",
+    Severity.WARNING,
+    summary="An item has seven params and a 'coordinate' as well.",
+    why="QGroundControl joins them to ten values and refuses the file.",
+    how="They must be equal, or params 5 to 7 must be zero or null; then 'coordinate' is the place "
+    "flown to.  Otherwise the file is refused here, too.",
+    fix="write the place into params 5 to 7 and delete 'coordinate'",
+)
+
+ITEM_TYPE = Rule(
+    "L118 item-type",
+    Severity.WARNING,
+    summary="An item's type is not SimpleItem, but it reads like one.",
+    why="QGroundControl refuses the file.",
+    how="The item has a command; 'type' is missing, null or another text.",
+    fix='write "type": "SimpleItem"',
+)
+
+PLAN_VALUE = Rule(
+    "L119 plan-value",
+    Severity.WARNING,
+    summary="A value is missing or of another type than QGroundControl wants.",
+    why="QGroundControl refuses the whole file at the first such value, also where it means nothing "
+    "to the vehicle.",
+    how="What can be read all the same: the speeds and altitudes for display, 'doJumpId', "
+    "'groundStation', the versions and lists inside fence and complex items.",
+    fix="open the plan in the program that wrote it and save it as a QGroundControl plan",
+)
 
 
 class SimpleItemReader:

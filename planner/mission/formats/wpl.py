@@ -13,19 +13,8 @@ from itertools import chain
 from typing import TYPE_CHECKING, NoReturn
 
 from planner import quantity
-from planner.catalogue.loader_text import (
-    TEXT_DIALECT,
-    TEXT_EXTRA_COLUMNS,
-    TEXT_FENCE_ROWS,
-    TEXT_HEADER,
-    TEXT_NO_HOME_ROW,
-    TEXT_NO_MISSION,
-    TEXT_SEQUENCE,
-    TEXT_TERRAIN_ROWS,
-    TEXT_UNSET_VALUE,
-)
 from planner.errors import MissionFileError
-from planner.findings import Place, Severity
+from planner.findings import Place, Rule, Severity
 from planner.frozen import frozen
 from planner.mission.commands import (
     AMSL_FRAMES,
@@ -45,7 +34,7 @@ from planner.mission.vehicle_kind import tell_vehicle
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.findings import Finding, Rule
+    from planner.findings import Finding
 
 
 FIELDS = (
@@ -357,6 +346,17 @@ def read_wpl(text: str, *, source: str) -> Mission:
     )
 
 
+TEXT_HEADER = Rule(
+    "L150 text-header",
+    Severity.WARNING,
+    summary="The first line is not exactly 'QGC WPL 110'.",
+    why="Loaders compare the first line literally: one that differs is refused or read in another "
+    "dialect (pymavlink and MAVSDK do not support 120, QGroundControl splits the line at blanks).",
+    how="The first line is compared with 'QGC WPL 110'.",
+    fix="make 'QGC WPL 110' the first line, or save the mission again with a ground station",
+)
+
+
 def _read_header(
     lines: Iterator[tuple[int, str]], *, source: str
 ) -> tuple[str | None, list[tuple[int, str]], list[Finding]]:
@@ -427,6 +427,19 @@ def _make_home(row: Row) -> Home | None:
     )
 
 
+TEXT_NO_HOME_ROW = Rule(
+    "L152 text-no-home-row",
+    Severity.WARNING,
+    summary="The first row is not a home position, but most loaders take it for one.",
+    why="Version 110 files begin with home.  Where a script wrote the take-off there, QGroundControl "
+    "takes it as home and ArduPilot overwrites it: the take-off is never flown.  MAVSDK uploads it to "
+    "PX4, and for ArduPilot adds a copy of it before it.",
+    how="The first row is home if it is a NAV_WAYPOINT (or command 0) with sequence number 0 whose "
+    "altitude is AMSL or zero, or which comes before a take-off; anything else is flown.",
+    fix="put a home row before it: sequence 0, frame 0, command 16, altitude AMSL",
+)
+
+
 def _missing_home(row: Row) -> Finding:
     name = command_name(row.command)
     if row.command == Command.NAV_WAYPOINT and row.sequence == 0:
@@ -461,6 +474,17 @@ def _make_item(row: Row, *, jump_id: int) -> MissionItem:
     )
 
 
+TEXT_DIALECT = Rule(
+    "L151 text-dialect",
+    Severity.INFO,
+    summary="The file is written in a dialect that not every loader reads.",
+    why="QGroundControl wants exactly 12 fields between tabs and no comments or blank lines, "
+    "pymavlink any white space, Mission Planner also commas; the others refuse the whole file.",
+    how="Each row is cut at tabs alone; rows that do not give 12 fields, and other lines, count.",
+    fix="save the mission again with the ground station that will upload it",
+)
+
+
 def _check_dialect(content: RowText, *, has_header: bool) -> list[Finding]:
     """Return what QGroundControl would refuse about the way the rows are written."""
     untabbed = [row for row in content.rows if not row.is_tabbed and not row.extra_fields]
@@ -478,6 +502,47 @@ def _check_dialect(content: RowText, *, has_header: bool) -> list[Finding]:
         return []
     message = f"QGroundControl refuses this file: {', '.join(reasons)}"
     return [TEXT_DIALECT.finding(message, place=untabbed[0].place if untabbed else None)]
+
+
+TEXT_SEQUENCE = Rule(
+    "L153 text-sequence",
+    Severity.WARNING,
+    summary="Sequence numbers are repeated or missing.",
+    why="Every loader renumbers the rows in the order of the file, so a DO_JUMP goes to another row "
+    "than its author meant.",
+    how="Each row's number is compared with its place in the file; a warning only with a DO_JUMP.",
+    fix="number the rows from 0 without gaps",
+)
+
+TEXT_UNSET_VALUE = Rule(
+    "L154 text-unset-value",
+    Severity.INFO,
+    summary="Values are written as 'nan' or 'null'.",
+    why="They are read as 'not specified'.  Mission Planner leaves rows with such a word out, "
+    "pymavlink refuses 'null', QGroundControl reads it as 0; M112 reports what ArduPilot refuses of "
+    "them at upload.",
+    how="Counts the fields that hold such a word.",
+    fix="write 0 where the autopilot is ArduPilot",
+)
+
+TEXT_EXTRA_COLUMNS = Rule(
+    "L155 text-extra-columns",
+    Severity.WARNING,
+    summary="Rows have more than the format's 12 fields.",
+    why="QGroundControl and pymavlink refuse such a file; the meaning of the extra fields is unknown.",
+    how="Rows whose first 12 fields make sense are read, the rest of the row is left out.",
+    fix="delete the extra fields, and make sure that the first 12 are what you mean",
+)
+
+TEXT_TERRAIN_ROWS = Rule(
+    "L160 text-terrain-rows",
+    Severity.WARNING,
+    summary="Text rows have altitudes above terrain, which loaders get wrong.",
+    why="QGroundControl shows them as AMSL when it imports text (#10596), and importers of MAVSDK "
+    "before version 4 left their positions unscaled.",
+    how="Counts rows in frames 10 and 11.",
+    fix="upload such a file with Mission Planner or MAVProxy, or save it as a plan",
+)
 
 
 def _check_rows(rows: Sequence[Row], *, base: int) -> list[Finding]:
@@ -523,6 +588,26 @@ def _check_rows(rows: Sequence[Row], *, base: int) -> list[Finding]:
         severity = Severity.WARNING if jumps else Severity.INFO
         findings.append(TEXT_SEQUENCE.finding(message, place=row.place, severity=severity))
     return findings
+
+
+TEXT_FENCE_ROWS = Rule(
+    "L156 text-fence-rows",
+    Severity.ERROR,
+    summary="Fence or rally rows are among the items of a mission.",
+    why="They belong to lists of their own: an autopilot refuses them inside a mission, and with them "
+    "the whole upload, or flies without the fence.",
+    how="Counts rows with commands 5000 to 5004 and 5100 in a file that also holds mission items.",
+    fix="save fence and rally points in files of their own",
+)
+
+TEXT_NO_MISSION = Rule(
+    "L157 text-no-mission",
+    Severity.INFO,
+    summary="The file holds a fence or rally points and no mission.",
+    why="It has nothing to fly: probably the wrong file was given.",
+    how="Every row is a fence or rally row, or the file is ArduPilot's old list of points.",
+    fix="give the mission file",
+)
 
 
 def _mixed_areas(areas: Sequence[MissionItem], *, has_items: bool) -> Finding:

@@ -12,8 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.catalogue.mission import JUMP_TARGET
-from planner.catalogue.time import JUMPS_TOO_LONG
+from planner.findings import Rule, Severity
 from planner.frozen import frozen
 from planner.mission.commands import Command, command_name
 
@@ -43,6 +42,16 @@ class FlownOrder:
     lap_item: int | None = None
     """The item that closes the endless loop."""
     findings: tuple[Finding, ...] = ()
+
+
+JUMPS_TOO_LONG = Rule(
+    "T106 jumps-too-long",
+    Severity.ERROR,
+    summary="The jumps of the mission lead past too many items to predict.",
+    why="A count mistaken by a digit makes a mission of days, which is reported, not computed.",
+    how="Items are followed in flown order, up to 20,000 more than there are in the file.",
+    fix="give the jumps smaller counts",
+)
 
 
 def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> FlownOrder:
@@ -96,6 +105,17 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
         lap_item=None if closed is None else closed[0] + 1,
         findings=tuple(findings),
     )
+
+
+JUMP_TARGET = Rule(
+    "M103 jump-target",
+    Severity.ERROR,
+    summary="A jump leads nowhere.",
+    why="A jump to a missing item ends the mission or makes the autopilot refuse it; a jump to itself "
+    "once skipped the whole mission (ArduPilot #28604).",
+    how="The target of DO_JUMP or DO_JUMP_TAG is no item of the mission, or the jump itself.",
+    fix="give the jump the id of an item before or after it",
+)
 
 
 def _targets(

@@ -8,19 +8,8 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.altitude import HOME_ALTITUDE_UNKNOWN
-from planner.catalogue.mission import (
-    HOME_UNKNOWN,
-    LANDING_MISSING,
-    NOTHING_TO_FLY,
-    OTHER_VEHICLE,
-    TAKEOFF_MISSING,
-    VEHICLE_ASSUMED,
-)
-from planner.catalogue.time import ITEMS_NOT_FLOWN
-from planner.catalogue.tool import NO_TERRAIN_DATA
 from planner.errors import MissionFileError, OtherVehicleError
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.items import MissionFormat, VehicleKind
@@ -103,6 +92,16 @@ def make_route(
     return _laid_out(course, tuple(reached), lap, tuple(findings), assumed)
 
 
+HOME_UNKNOWN = Rule(
+    "M107 home-unknown",
+    Severity.WARNING,
+    summary="The file has no home.",
+    why="The flight to the first item and the return depend on it.",
+    how="No planned home; the first item with a position is taken as the take-off place.",
+    fix="set the planned home position in the mission",
+)
+
+
 def _begin(
     mission: Mission,
     meaning: Autopilot | None,
@@ -166,6 +165,31 @@ def _home_amsl_m(source: str, home: Home) -> float | None:
     return amsl_m
 
 
+OTHER_VEHICLE = Rule(
+    "M111 other-vehicle",
+    Severity.ERROR,
+    summary="The mission may be one for another kind of vehicle.",
+    why="A fixed-wing or VTOL mission timed as a multicopter's is wrong in every leg (QGroundControl "
+    "#7662); text files do not name their vehicle.",
+    how="The vehicle type of the file, else signs in its commands: a take-off pitch of 5° to 45°, a "
+    "landing approach, VTOL items, depths.  What is certain is refused; PX4's own checks of landing "
+    "patterns, which are for such vehicles, are not repeated.  All 22 public text files that this "
+    "fires on are of aircraft.",
+    fix="check that this is the file you meant to fly; save it as a plan, which names its vehicle, or "
+    "ignore the code where a multicopter flies it",
+)
+
+VEHICLE_ASSUMED = Rule(
+    "M115 vehicle-assumed",
+    Severity.INFO,
+    summary="The file does not name its kind of vehicle.",
+    why="QGC WPL text has no place for it, and an aircraft's mission is wrong in every leg.",
+    how="No vehicle type is given; take-off pitch, landing approach, VTOL items, depths and the like "
+    "are looked for and not found.",
+    fix="save the mission as a plan, which names it",
+)
+
+
 def _other_vehicle(mission: Mission) -> list[Finding]:
     """Return that a mission is probably no multicopter's; refuse one that certainly is none."""
     vehicle = mission.vehicle
@@ -187,6 +211,18 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
             "it is predicted as a multicopter's"
         )
     ]
+
+
+ITEMS_NOT_FLOWN = Rule(
+    "T104 items-not-flown",
+    Severity.INFO,
+    summary="Items after the landing or return are not flown.",
+    why="Items after the end of a mission are reached by a jump or a failsafe only, or never.",
+    how="Items after the first LAND or RETURN_TO_LAUNCH in flown order are left out.  An error where "
+    "a take-off is among them: a vehicle that continues after the landing (ArduPilot's MIS_OPTIONS), "
+    "or is started again, flies what is not counted.",
+    fix="move the items before the landing, or delete them",
+)
 
 
 def _left_out(
@@ -212,6 +248,36 @@ def _left_out(
             place=mission.items[missed[0] - 1].place,
         )
     ]
+
+
+TAKEOFF_MISSING = Rule(
+    "M101 takeoff-missing",
+    Severity.WARNING,
+    summary="The mission does not begin with a take-off.",
+    why="The vehicle does not leave the ground by itself, or in a way that is in no plan.",
+    how="The first item with a flight in it is not NAV_TAKEOFF; a climb to its height is assumed.  An "
+    "error on PX4 where a take-off comes later: it refuses the mission.",
+    fix="add a take-off item at the start",
+)
+
+LANDING_MISSING = Rule(
+    "M102 land-missing",
+    Severity.WARNING,
+    summary="The mission does not end on the ground.",
+    why="What follows the last item, a hover or a return, is not in the plan.",
+    how="No LAND or RETURN_TO_LAUNCH is reached, so that the prediction ends at the last item, in the "
+    "air; or ArduPilot's RTL_ALT_FINAL is above 0, so that its return does.",
+    fix="end the mission with a return or a landing",
+)
+
+NOTHING_TO_FLY = Rule(
+    "M108 nothing-to-fly",
+    Severity.ERROR,
+    summary="The mission holds no flight.",
+    why="An empty mission is not a 'go'; probably the wrong file was given.",
+    how="No item before the first landing makes the vehicle move.",
+    fix="check that this is the file you meant to fly",
+)
 
 
 def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[Finding]:
@@ -251,6 +317,26 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
             )
         )
     return findings
+
+
+HOME_ALTITUDE_UNKNOWN = Rule(
+    "A105 home-altitude-unknown",
+    Severity.ERROR,
+    summary="The altitude of home is needed but unknown.",
+    why="AMSL altitudes mean nothing for a flight that starts at an unknown height; a guess would be "
+    "a wrong 'go': scripts write 15 m AMSL for places 600 m up.",
+    how="The file gives no home altitude and --home-amsl is not given; 0 m AMSL is assumed.",
+    fix="give the altitude of the take-off place with --home-amsl",
+)
+
+NO_TERRAIN_DATA = Rule(
+    "X902 no-terrain-data",
+    Severity.INFO,
+    summary="No terrain grid: the ground is assumed level with home.",
+    why="Clearances and landing heights away from home depend on it.",
+    how="No terrain grid was given; a warning where a part of the flight lies outside of those given.",
+    fix="check clearances by other means, or give --terrain",
+)
 
 
 def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:

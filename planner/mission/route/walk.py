@@ -10,20 +10,8 @@ import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.altitude import (
-    ALTITUDE_FROM_TERRAIN,
-    ALTITUDE_UNKNOWN,
-    AMSL_SUSPECT,
-    FRAME_NOT_RESOLVED,
-    TERRAIN_ASSUMED_LEVEL,
-    TERRAIN_NOT_FOLLOWED,
-    ZERO_ALTITUDE,
-    ZERO_TAKEOFF,
-)
-from planner.catalogue.mission import HEADING_NORTH, VALUE_STORED_OTHERWISE, ZERO_POSITION
-from planner.catalogue.time import ENDLESS, ITEM_NOT_MODELLED, WAIT_NOT_COUNTED, WAITS_FOR_EVER
 from planner.errors import MissionFileError
-from planner.findings import Remarks, Severity
+from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import (
     AMSL_FRAMES,
@@ -45,7 +33,6 @@ from planner.mission.route.stage import StageKind
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from planner.findings import Rule
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import MissionItem
 
@@ -181,6 +168,79 @@ def ground_amsl_m(terrain: TerrainGrid, latitude_deg: float, longitude_deg: floa
     """Return the ground's altitude at a place; ``None`` where the grid does not know it. [m AMSL]"""
     ground = terrain.height_amsl_m(latitude_deg, longitude_deg)
     return None if ground.mask.any() else float(ground)
+
+
+FRAME_NOT_RESOLVED = Rule(
+    "A103 frame-not-resolved",
+    Severity.ERROR,
+    summary="An item's altitude reference cannot be resolved.",
+    why="Every ground station has lost a frame once; crashes followed (QGroundControl #10596).",
+    how="The item's frame is none of those resolved to a height above home.",
+    fix="use altitudes relative to home or AMSL",
+)
+
+AMSL_SUSPECT = Rule(
+    "A107 amsl-suspect",
+    Severity.ERROR,
+    summary="An altitude looks as if the other reference was meant, home or sea level.",
+    why="Scripts, and Mission Planner before Copter 3.4 (#953), wrote heights above home in frame 0, "
+    "which means AMSL: the vehicle would fly into the ground, or is refused.  The other way round it "
+    "climbs by the altitude of home too high (MissionPlanner #1741, a crash).",
+    how="An item in frame 0 or 5 is not above home's altitude, nor above the ground of the terrain "
+    "grid at its place: an error.  A warning where one in frame 3 or 6 is more than 500 m above home, "
+    "or more than 150 m and up to 300 m above home's own altitude, home being more than 30 m AMSL.",
+    fix="write the altitude relative to home (frame 3), or give the terrain with --terrain",
+)
+
+TERRAIN_ASSUMED_LEVEL = Rule(
+    "A108 terrain-assumed-level",
+    Severity.WARNING,
+    summary="Altitudes above terrain are flown without knowing the terrain.",
+    why="A height above ground in a terrain frame is an altitude only with a terrain grid.",
+    how="Items in frame 10 or 11 and no terrain grid: the ground is taken to be level with home.",
+    fix="give the terrain with --terrain",
+)
+
+ALTITUDE_UNKNOWN = Rule(
+    "A109 altitude-unknown",
+    Severity.ERROR,
+    summary="An item has no altitude.",
+    why="QGroundControl writes null where it has not yet worked out a height above terrain; such an "
+    "item cannot be flown as it is.",
+    how="The seventh parameter of an item the vehicle flies to is null or NaN.",
+    fix="open the mission in the program that wrote it, wait for the terrain, and save it again",
+)
+
+ALTITUDE_FROM_TERRAIN = Rule(
+    "A110 altitude-from-terrain",
+    Severity.WARNING,
+    summary="An altitude that the file leaves open was computed from the terrain grid.",
+    why="QGroundControl writes null for an altitude above terrain that it has not worked out yet: the "
+    "prediction can fly the height meant, the vehicle cannot.",
+    how="AltitudeMode 3, the seventh parameter null: ground of --terrain plus 'Altitude'.",
+    fix="open the mission in QGroundControl, wait for the terrain, and save it again",
+)
+
+ZERO_ALTITUDE = Rule(
+    "A111 zero-altitude",
+    Severity.WARNING,
+    summary="An item the vehicle flies to has the altitude 0.",
+    why="To ArduPilot 0 means 'as before', in any frame; PX4 flies to the level of home or of the "
+    "sea.  The same file means two flights.",
+    how="The altitude of an item in the air is 0, and it is not flown as ArduPilot would.",
+    fix="write the altitude that is meant",
+)
+
+ZERO_POSITION = Rule(
+    "M110 zero-position",
+    Severity.WARNING,
+    summary="An item lies at 0° north, 0° east, or has no position.",
+    why="To ArduPilot this means 'here'; to PX4 it is a place in the Gulf of Guinea.  The same file "
+    "means two flights.",
+    how="Latitude and longitude of an item the vehicle flies to, or of a home that is set, are both "
+    "zero.  Where PX4 flies this is an error: what is predicted is not its flight.",
+    fix="give the item the place it should be flown to",
+)
 
 
 @dataclass(slots=True)
@@ -375,6 +435,95 @@ MOST_TURNS = 100_000.0
 LARGEST_RADIUS_M = 100_000.0
 _GROUND_OFF_LINE_M = 2.0
 """Grids of the ground are no better than this. [m]"""
+
+
+ENDLESS = Rule(
+    "T101 endless-jump",
+    Severity.ERROR,
+    summary="The mission never ends: an endless jump or an unlimited loiter.",
+    why="Time and energy of an endless mission are infinite; only those of one lap are finite.",
+    how="A DO_JUMP with an endless count, or LOITER_UNLIM, is reached in flown order.",
+    fix="give the jump a count, or end the mission with a return or a landing",
+)
+
+ITEM_NOT_MODELLED = Rule(
+    "T102 item-not-modelled",
+    Severity.WARNING,
+    summary="An item's effect on time and energy is not predicted.",
+    why="Planners that count such items as nothing do so without a message (QGroundControl #6445 asks "
+    "at least for a warning).",
+    how="The command is not among those whose flight is predicted; the message gives the assumption.  "
+    "An error where the vehicle may fly elsewhere, wait or stop for it: arcs, scripts, parachutes, "
+    "unknown commands; where a step-response model flies a climb or descent faster on average than "
+    "DO_CHANGE_SPEED allows; where it flies a spline straight and there is a fence or a terrain.",
+    fix="allow for the item yourself, or replace it by one that is modelled",
+)
+
+WAIT_NOT_COUNTED = Rule(
+    "T107 wait-not-counted",
+    Severity.WARNING,
+    summary="A wait of unknown length is not counted.",
+    why="A wait until a time of day lasts as long as the clock demands (QGroundControl counts -1 s "
+    "for it); a wait on the ground before the take-off costs next to nothing.",
+    how="NAV_DELAY with a time of day (an error in the air), or before the take-off; ArduPilot's "
+    "return where RTL_LOIT_TIME is shorter than half a turn at ATC_RATE_WPY_MAX (ModeRTL, which waits "
+    "for the heading it was armed with).",
+    fix="use a delay in seconds, or allow for the wait yourself",
+)
+
+WAITS_FOR_EVER = Rule(
+    "T108 waits-for-ever",
+    Severity.ERROR,
+    summary="The vehicle waits at an item until a command continues the mission.",
+    why="With autoContinue off PX4 holds at the item; ArduPilot continues.  At NAV_GUIDED_ENABLE "
+    "ArduPilot waits for a companion computer.",
+    how="An item with autoContinue off is reached in flown order on PX4, or NAV_GUIDED_ENABLE on "
+    "ArduPilot.  A warning where the autopilot is unknown.",
+    fix="set autoContinue, unless a pilot will continue the mission",
+)
+
+ZERO_TAKEOFF = Rule(
+    "A106 zero-takeoff",
+    Severity.ERROR,
+    summary="The take-off altitude is not above home.",
+    why="A take-off to zero is refused, or flown to a height that is in no file (ArduPilot #33792).",
+    how="The take-off item's altitude, resolved to a height above home, is 0 m or less.  PX4 refuses "
+    "it, ArduPilot does not arm with it from 4.8 on.",
+    fix="give the take-off item an altitude above home",
+)
+
+TERRAIN_NOT_FOLLOWED = Rule(
+    "A112 terrain-not-followed",
+    Severity.WARNING,
+    summary="ArduPilot follows the ground between two items; a straight line is predicted.",
+    why="Heights above terrain are kept all along a leg: over hills the vehicle climbs and descends "
+    "more than its items show.  Slowing down where the ground rises faster than it can climb "
+    "(AC_WPNav, WP_TER_MARGIN) is predicted for models flown by ArduPilot, the energy of the climbs is "
+    "not.",
+    how="Legs to items in a terrain frame, flown by ArduPilot over the ground of --terrain where that "
+    "lies more than 2 m off the line between the ground at both ends.",
+    fix="put items where the ground bends, so that the legs lie along it",
+)
+
+VALUE_STORED_OTHERWISE = Rule(
+    "M113 value-stored-otherwise",
+    Severity.INFO,
+    summary="ArduPilot keeps a value of an item only roughly.",
+    why="Its mission storage has 16 bits for it: it flies another value than the file's.",
+    how="Holds of whole seconds; at most 255 whole turns; radii of whole metres up to 255 m, of tens "
+    "of metres up to 2550 m (AP_Mission).  What is kept is flown here.",
+    fix="write a value that it can keep",
+)
+
+HEADING_NORTH = Rule(
+    "M114 heading-north",
+    Severity.INFO,
+    summary="Waypoints ask PX4 for a heading of exactly 0°.",
+    why="PX4 takes 0 in the fourth parameter for north, turns there and waits until it has; 'free' is "
+    "null.  Text files and scripts write 0 and mean nothing by it.",
+    how="NAV_WAYPOINT with a fourth parameter of exactly 0, flown as PX4 would.",
+    fix="write null (nan in text) where the heading does not matter",
+)
 
 
 @dataclass(slots=True)

@@ -562,7 +562,8 @@ def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingVi
         where.append(f"item {finding.item}")
     if finding.place is not None:
         where.append(f"line {finding.place.line}, column {finding.place.column}")
-    rule = catalogue.rules().get(finding.code)
+    known = finding.code in catalogue.entries()
+    rule = catalogue.rule(finding.code) if known else None
     return FindingView(
         number=number,
         finding=finding,

@@ -16,7 +16,7 @@ from planner.findings import Severity
 from planner.guard.authorisation import Verdict
 from planner.report.text import printable
 from planner.tui.checked import checked_vehicle
-from planner.tui.live_line import flight_findings, live_line
+from planner.tui.live_line import live_line
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.verdict import Summary
 from planner.tui.widgets.ground_map import GroundMap
@@ -157,7 +157,8 @@ class LiveScreen(ReviewScreen):
         self.query_one("#live", Static).update(live_line(self.file, status))
         is_unknown = status.view.verdict is Verdict.UNKNOWN
         self._set_unknown(status.view.text if is_unknown else "")
-        if (found := flight_findings(status)) != self._in_flight:
+        in_flight = status.energy if status.is_flying else None
+        if (found := () if in_flight is None else in_flight.findings) != self._in_flight:
             self._in_flight = found
             self.query_one(Panes).show_urgent(found)
             self.show_verdict()

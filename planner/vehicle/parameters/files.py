@@ -22,9 +22,8 @@ from msgspec import Struct
 
 from planner import quantity
 from planner.autopilot import Autopilot
-from planner.catalogue.parameter import PARAMETER_REPEATED
 from planner.errors import ParameterFileError
-from planner.findings import Place
+from planner.findings import Place, Rule, Severity
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
@@ -206,6 +205,16 @@ def _number(text: str) -> float | None:
 
 def _shown(value: float | None) -> str:
     return "no number" if value is None else f"{value:g}"
+
+
+PARAMETER_REPEATED = Rule(
+    "P104 parameter-repeated",
+    Severity.WARNING,
+    summary="A parameter is in the file more than once, with different values.",
+    why="The file does not show which of them is on the vehicle.",
+    how="Names are counted; the last value is used, as by the programs that load such files.",
+    fix="delete the value that is not on the vehicle",
+)
 
 
 def _repetitions(repeated: list[str], *, source: str) -> tuple[Finding, ...]:

@@ -9,17 +9,7 @@ from msgspec import Struct
 
 from planner import quantity
 from planner.autopilot import Autopilot, Target
-from planner.catalogue.parameter import (
-    PARAMETER_IMPOSSIBLE,
-    PARAMETER_MISSPELT,
-    PARAMETER_OVERRULED,
-    PARAMETER_RENAMED,
-    PARAMETER_UNIT_SUSPECT,
-    PARAMETER_UNKNOWN_TO_TARGET,
-    PARAMETERS_ASSUMED,
-    PARAMETERS_OF_ANOTHER_AUTOPILOT,
-)
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -28,7 +18,7 @@ from planner.vehicle.parameters.table import Origin, OriginKind, Spelling, param
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
-    from planner.findings import Finding, Rule
+    from planner.findings import Finding
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.table import Parameter, Version
 
@@ -42,6 +32,72 @@ PARAMETERS_OF: Mapping[Autopilot, type[Px4Parameters] | type[ArduPilotParameters
 """The parameters each autopilot flies missions with."""
 
 _OTHER = {Autopilot.PX4: Autopilot.ARDUPILOT, Autopilot.ARDUPILOT: Autopilot.PX4}
+PARAMETER_RENAMED = Rule(
+    "P102 parameter-renamed",
+    Severity.ERROR,
+    summary="A parameter is given under its old and its new name.",
+    why="ArduPilot 4.7 renamed its parameters and changed from centimetres to metres; a file with "
+    "both names does not show which of them is used (ArduPilot #31562, MissionPlanner #3678).",
+    how="Both names of one quantity are present.  The one of the file's firmware version is used, the "
+    "new one where no version is given.  Only a warning where both mean the same.",
+    fix="save the parameters again from the vehicle, or delete the name that its firmware does not use",
+)
+
+PARAMETER_IMPOSSIBLE = Rule(
+    "P105 parameter-impossible",
+    Severity.ERROR,
+    summary="A parameter has a value it cannot have; the default is assumed.",
+    why="A value in the unit of another firmware version is off by a factor of 100: WP_SPD = 500 "
+    "would be 500 m/s, WPNAV_SPEED = 5 would be 5 cm/s (ArduPilot #31562).",
+    how="The value in SI is outside what a multicopter can mean, or is no number.",
+    fix="correct the value; look at the unit first",
+)
+
+PARAMETER_OVERRULED = Rule(
+    "P107 parameter-overruled",
+    Severity.WARNING,
+    summary="A parameter is overruled by another one, as it will be on the vehicle.",
+    why="The vehicle will not fly at the value that was set.",
+    how="PX4 keeps design values inside its absolute limits (MPC_XY_CRUISE inside MPC_XY_VEL_MAX), "
+    "and overwrites them where MPC_XY_VEL_ALL, MPC_Z_VEL_ALL or SYS_VEHICLE_RESP is not negative.",
+    fix="raise the limit on the vehicle, or lower the value",
+)
+
+PARAMETER_UNIT_SUSPECT = Rule(
+    "P108 parameter-unit-suspect",
+    Severity.ERROR,
+    summary="A parameter has a value that looks as if it was meant in its other unit.",
+    why="ArduPilot 4.7 changed from centimetres to metres: RTL_ALT_M = 1500 is 1500 m, RTL_ALT = 15 "
+    "is 15 cm, and both are possible values (ArduPilot #31562, MissionPlanner #3678).",
+    how="The value is more than 30 times larger or smaller than usual, and a hundredth or hundred "
+    "times of it is not.  Usual is the default, or the value in effect where that is 0.",
+    fix="correct the value, or ignore the code where it is meant",
+)
+
+PARAMETER_UNKNOWN_TO_TARGET = Rule(
+    "P109 parameter-unknown-to-target",
+    Severity.WARNING,
+    summary="A parameter's name does not exist in this version of the firmware.",
+    why="A vehicle ignores unknown names and keeps its values: a file of ArduPilot 4.6 loaded into "
+    "4.7 sets none of the renamed parameters (ArduPilot #31970).",
+    how="The version of --target against the version in which the parameter was renamed.  The value "
+    "is used all the same.",
+    fix="save the parameters again from the vehicle",
+)
+
+PARAMETER_MISSPELT = Rule(
+    "P110 parameter-misspelt",
+    Severity.ERROR,
+    summary="A parameter's name exists in no version, and is a letter away from one that matters.",
+    why="A vehicle ignores unknown names and keeps its value, and the prediction takes the default: "
+    "neither is the value in the file.",
+    how="Unknown names of the parameter file, against those the flight depends on and the file does "
+    "not hold: one letter too many, too few or wrong, or two swapped.  A digit makes another parameter "
+    "(BATT2_CAPACITY).",
+    fix="correct the name, or delete the line",
+)
+
+
 _NOTED = (
     PARAMETER_RENAMED,
     PARAMETER_IMPOSSIBLE,
@@ -63,6 +119,27 @@ class ResolvedParameters(Struct, frozen=True, kw_only=True):
     values: FlightParameters
     """In SI, each with its origin."""
     findings: tuple[Finding, ...]
+
+
+PARAMETERS_ASSUMED = Rule(
+    "P101 parameters-assumed",
+    Severity.INFO,
+    summary="Autopilot parameters the flight depends on are not given; defaults are assumed.",
+    why="Speeds, accelerations and return heights are set on every vehicle; a plan checked against "
+    "the defaults is a plan for another vehicle.",
+    how="A parameter is taken from the parameter file, else from the model's [parameters], else the "
+    "autopilot's multicopter default is assumed; the finding names those assumed.",
+    fix="give the vehicle's own parameters with --params",
+)
+
+PARAMETERS_OF_ANOTHER_AUTOPILOT = Rule(
+    "P106 parameters-of-another-autopilot",
+    Severity.ERROR,
+    summary="The parameter file belongs to another autopilot than the one predicted.",
+    why="None of its names means anything to the other: the prediction would rest on defaults.",
+    how="The file's header, or else the names in it, show whose it is.",
+    fix="give the file of this vehicle, or choose the autopilot with --autopilot",
+)
 
 
 def resolve_parameters(

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.wind import CIRCLE_LEAN, NO_HEADWAY
+from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s
 from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
+from planner.flight.motion.headway import NO_HEADWAY
 from planner.flight.motion.kinematics import CircleLaw, FlightState, make_manoeuvres
 from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
@@ -115,6 +116,19 @@ def leaving_circles(stages: StageColumns, circles: Circles) -> tuple[Manoeuvres,
             stopping_distance_m=way,
         ),
     )
+
+
+CIRCLE_LEAN = Rule(
+    "W105 circle-lean",
+    Severity.WARNING,
+    summary="A circle in this wind asks for more lean than the vehicle may take.",
+    why="ArduPilot turns the target of a circle on at a steady rate and does not wait for the "
+    "vehicle: one that cannot lean enough cuts the circle, or is blown off it to leeward, while its "
+    "turns are counted.",
+    how="At a ground speed v on a radius R in a wind w: sqrt(v² + (v²/cR)²) + w above the airspeed at "
+    "the greatest lean angle U, with c = g tan(ATC_ANGLE_MAX)/U.  The time of the circle stays.",
+    fix="fly the circle slower or wider, wait for less wind, or allow more lean (ATC_ANGLE_MAX)",
+)
 
 
 def circle_findings(

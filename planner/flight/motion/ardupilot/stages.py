@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner import quantity
-from planner.catalogue.altitude import RETURN_OVER_TERRAIN
-from planner.catalogue.mission import LANDING_MISSING
-from planner.catalogue.time import WAIT_NOT_COUNTED
-from planner.findings import Severity
+from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
 from planner.frozen import frozen
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
+from planner.mission.route.route import LANDING_MISSING
 from planner.mission.route.stage import StageKind
+from planner.mission.route.walk import WAIT_NOT_COUNTED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -427,6 +426,16 @@ def over_home_m(
     floor_m = stages.return_floor_m[home]
     over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters, floor_m)
     return over_m
+
+
+RETURN_OVER_TERRAIN = Rule(
+    "A113 return-over-terrain",
+    Severity.WARNING,
+    summary="The vehicle returns at a height above terrain; one above home is predicted.",
+    why="Over ground higher than home such a return climbs more and flies higher than predicted.",
+    how="ArduPilot's RTL_ALT_TYPE is 1; RTL_ALT is counted from home.",
+    fix="set RTL_ALT_TYPE to 0, or allow for the ground under the return",
+)
 
 
 def return_findings(stages: StageColumns, parameters: ArduPilotParameters) -> Iterator[Finding]:

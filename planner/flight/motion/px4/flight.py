@@ -59,7 +59,7 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
         )
     if not gaps:
         return ()
-    from planner.catalogue.time import SETTING_NOT_FOLLOWED
+    from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 
     return tuple(SETTING_NOT_FOLLOWED.finding(gap, item=item) for gap in gaps)
 
