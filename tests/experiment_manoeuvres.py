@@ -21,7 +21,8 @@ from simulated_experiment import (
 
 from planner.identify.hover import fit_altitude_law
 from planner.identify.manoeuvres import Manoeuvre
-from planner.identify.steady import SteadyPower, steady_power
+from planner.identify.noise import mean_with_error
+from planner.identify.steady import SteadyPower
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
@@ -62,8 +63,14 @@ def hovers(flown: Flown) -> list[SteadyPower]:
         part = slice(round((start_s + SETTLED_S) / STEP_S), round((start_s + LEVEL_S) / STEP_S))
         if level_m > 0.0:
             height_m = float(flown.altitude_m[part].mean())
+            mean_w, error_w = mean_with_error([flown.power_w[part]])
             found.append(
-                steady_power([flown.power_w[part]], step_s=STEP_S, height_above_home_m=height_m)
+                SteadyPower(
+                    power_w=mean_w,
+                    error_w=error_w,
+                    duration_s=STEP_S * (part.stop - part.start),
+                    height_above_home_m=height_m,
+                )
             )
     return found
 

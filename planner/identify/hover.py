@@ -43,8 +43,6 @@ class AltitudeLawFit:
     law: AltitudeLaw
     covariance: FloatArray
     """Of coefficient_w and exponent. (2, 2)"""
-    rms_w: float
-    """Root mean square of what the levels differ from the law by. [W]"""
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -120,7 +118,6 @@ def fit_altitude_law(hovers: Sequence[SteadyPower]) -> AltitudeLawFit:
             coefficient_w=coefficient, exponent=exponent, lowest_height_m=LOWEST_HEIGHT_M
         ),
         covariance=chain @ covariance @ chain.T,
-        rms_w=float(np.sqrt(np.mean((found.fun * errors) ** 2))),
     )
 
 

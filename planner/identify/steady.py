@@ -60,50 +60,6 @@ class SteadyPower:
     """When it begins, in the flight. [s]"""
 
 
-def steady_power(
-    stretches_w: Sequence[FloatArray],
-    *,
-    step_s: float,
-    height_above_home_m: float,
-    airspeed_m_s: float = 0.0,
-    air_density_kg_m3: float | None = None,
-    mass_kg: float | None = None,
-    source: str = "",
-) -> SteadyPower:
-    """Mean power over one or more stretches of the same steady flight.
-
-    Parameters
-    ----------
-    stretches_w : sequence of ndarray, each shape (n,)
-        Power, evenly sampled without a gap in each. [W]
-    step_s : float
-        Sampling step. [s]
-    height_above_home_m, airspeed_m_s, air_density_kg_m3, mass_kg, source
-        What was steady; see `SteadyPower`.
-
-    Returns
-    -------
-    SteadyPower
-        Mean with its standard error.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two samples.
-    """
-    mean, error = mean_with_error(stretches_w)
-    return SteadyPower(
-        power_w=mean,
-        error_w=error,
-        duration_s=step_s * sum(stretch.size for stretch in stretches_w),
-        height_above_home_m=height_above_home_m,
-        airspeed_m_s=airspeed_m_s,
-        air_density_kg_m3=air_density_kg_m3,
-        mass_kg=mass_kg,
-        source=source,
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyStretch:
     """A hover or cruise of a record, and the mean power it gives, if any."""
@@ -146,9 +102,11 @@ def steady_stretches(
         power: SteadyPower | None = None
         if not refusal:
             is_hover = segment.state is FlightState.HOVER
-            power = steady_power(
-                [record.power_w[part]],
-                step_s=step_s,
+            mean_w, error_w = mean_with_error([record.power_w[part]])
+            power = SteadyPower(
+                power_w=mean_w,
+                error_w=error_w,
+                duration_s=step_s * (part.stop - part.start),
                 height_above_home_m=float(record.height_above_home_m[part].mean()),
                 airspeed_m_s=0.0 if is_hover else float(speed_through_air_m_s(record)[part].mean()),
                 source=f"{record.source}#{record.number}",
@@ -330,8 +288,6 @@ class SteadyMap:
     """The six numbers with their errors."""
     from_prior: tuple[str, ...]
     """Those of which the flights tell next to nothing."""
-    rms_w: float
-    """Root mean square of what the cells differ from the law by. [W]"""
     cells: int
     """Number of different airspeeds and climb rates."""
     beyond_kg: Mapping[str, float]
@@ -436,7 +392,6 @@ def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float =
             )
             if d > 0.8 * spread
         ),
-        rms_w=float(np.sqrt(np.average((data * scale) ** 2, weights=1.0 / counts))),
         cells=len(set(cells)),
         beyond_kg={
             source: mass_deviation_kg * float(x)
