@@ -38,7 +38,7 @@ class FlightStretch:
     end_deg: tuple[float, float]
     """Latitude and longitude where it ends. [°]"""
     distance_m: float
-    """What the finding is about, along it: way outside a fence, room needed, way home. [m]"""
+    """What the finding is about, along it: way outside a fence, room needed, return. [m]"""
     parts_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
     """Latitudes and longitudes along each part, where there are several or one that bends; the
     first begins and ends where the stretch does, ``distance_m`` is of all. [°]"""

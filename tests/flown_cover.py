@@ -49,7 +49,7 @@ def legs(mission: Mission) -> Iterator[tuple[tuple[float, float, float], ...]]:
 
 
 def samples(mission: Mission, *, every_m: float) -> list[Sample]:
-    """Return places along every leg that is not the way home."""
+    """Return places along every leg that is not the return."""
     found = []
     for start, end, state in _legs(mission):
         length = math.dist(start[:2], end[:2])

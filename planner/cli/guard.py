@@ -138,7 +138,7 @@ def command(
     URL is the vehicle's address, as for fetch.  Mission, fence, rally points, parameters, home and
     charge are followed and checked whenever they change.  PX4 asks before it arms with
     COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID 245; a vehicle that does not ask is told the verdict in
-    status texts.  In flight the measured energy is held against the way on and the way home.
+    status texts.  In flight the measured energy is held against finishing and returning.
     Nothing is ever commanded.
 
     Exit codes: 2 unusable usage or configuration, 3 the vehicle was lost, 130 interrupted.

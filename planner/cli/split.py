@@ -58,7 +58,7 @@ def command(
 
     Writes part-01.plan and so on: take-off, way to where the part before ended, its legs, return.
     Speed, camera, gimbal, place to look at and outputs are set again there; triggers and video are
-    stopped before the way home.  Long legs are cut where that saves a flight, with an overlap where a
+    stopped before the return.  Long legs are cut where that saves a flight, with an overlap where a
     camera is triggered.  Every part is checked as it is written; all are written, or none.
 
     Exit codes: 0 every part is a go, 1 it cannot be split, 2 unusable input, usage or configuration.

@@ -65,7 +65,7 @@ class Comparison:
 
     @property
     def return_margin_wh(self) -> float | None:
-        """Difference of what is left above the reserve on the tightest way home. [Wh]"""
+        """Difference of what is left above the reserve on the tightest return. [Wh]"""
         a, b = self.a.return_plan, self.b.return_plan
         return None if a is None or b is None else _difference(a.margin_wh, b.margin_wh)
 

@@ -45,7 +45,7 @@ class _Trial:
     """Nothing is wrong that a shorter one mends."""
     goes: bool
     margin_wh: float | None
-    """Least energy above the reserve, at landing or on a way home. [Wh]"""
+    """Least energy above the reserve, at landing or on a return. [Wh]"""
 
 
 @frozen(eq=False)
@@ -55,10 +55,10 @@ class _Forecast:
     used_wh: FloatArray
     """When each stage is done. (stages,) [Wh]"""
     home_wh: FloatArray
-    """For the way home from there. (stages,) [Wh]"""
+    """For the return from there. (stages,) [Wh]"""
 
     def at(self, steps: Steps, cut: Cut) -> tuple[float, float]:
-        """Return the energy used up to a cut, and for the way home from there. [Wh], [Wh]"""
+        """Return the energy used up to a cut, and for the return from there. [Wh], [Wh]"""
         stage = steps.stages[cut.step]
         assert stage is not None  # cuts are at steps that fly
         place = np.array([1.0 - cut.share, cut.share])
@@ -227,10 +227,10 @@ class PartSearch:
     def _trial(self, start: Cut | None, end: Cut | None) -> _Trial:
         if (start, end) not in self._tried:
             result = self._check(start, end)
-            battery, way_home = result.battery, result.return_plan
+            battery, plan = result.battery, result.return_plan
             margins = [
                 one.margin_wh
-                for one in (battery, way_home)
+                for one in (battery, plan)
                 if one is not None and one.margin_wh is not None
             ]
             self._tried[start, end] = _Trial(

@@ -180,7 +180,7 @@ def _between(low: FlownSpeed, high: FlownSpeed) -> float | None:
 
 
 def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
-    totals, battery, way_home = result.totals, result.battery, result.return_plan
+    totals, battery, plan = result.totals, result.battery, result.return_plan
     is_known = math.isfinite(totals.energy_wh)
     against = [
         finding.code
@@ -194,7 +194,7 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
     )
     margins_wh = (
         math.nan if battery is None else battery.margin_wh,
-        0.0 if way_home is None or way_home.margin_wh is None else way_home.margin_wh,
+        0.0 if plan is None or plan.margin_wh is None else plan.margin_wh,
     )
     distance_km = totals.distance_m / _METRES_PER_KILOMETRE
     return FlownSpeed(
@@ -204,7 +204,7 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
         mean_power_w=totals.mean_power_w if is_known else None,
         energy_wh_per_km=totals.energy_wh / distance_km if is_known and distance_km > 0.0 else None,
         margin_wh=battery.margin_wh if battery is not None and is_known else None,
-        return_margin_wh=None if way_home is None else way_home.margin_wh,
+        return_margin_wh=None if plan is None else plan.margin_wh,
         fits=None if battery is None or not is_known else not lacking and min(margins_wh) >= 0.0,
         verdict=result.verdict,
         against=tuple(dict.fromkeys(against)),

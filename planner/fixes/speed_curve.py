@@ -29,7 +29,7 @@ class FlownSpeed:
     margin_wh: float | None
     """Above the reserve at landing; ``None`` with no battery. [Wh]"""
     return_margin_wh: float | None
-    """Above the reserve at home, from the point whose way home is tightest. [Wh]"""
+    """Above the reserve at home, from the point whose return is tightest. [Wh]"""
     fits: bool | None
     """Whether the battery does for it: no finding of energy makes it a no-go; ``None``: not known."""
     verdict: str
@@ -53,7 +53,7 @@ class SpeedCurve:
     best_range: FlownSpeed | None
     """Least energy, and so least energy per distance in this wind."""
     fastest_fitting: FlownSpeed | None
-    """Fastest the battery does for, above the reserve and on every way home; ``None``: none."""
+    """Fastest the battery does for, above the reserve and on every return; ``None``: none."""
     fastest_clear: FlownSpeed | None
     """Fastest that is a go with room to the fence, too: no finding of it; ``None``: none."""
     identified_m_s: Interval | None

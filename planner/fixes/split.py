@@ -114,7 +114,7 @@ def split_mission(
     -----
     Each part goes as far as its budget does among the places the mission can be cut at: looked for by
     what the flight in one piece takes, and found by checks of that part and of the one a cut longer.
-    As the energy of a part and of the way home from it grow with its length, no split has fewer parts.
+    As the energy of a part and of the return from it grow with its length, no split has fewer parts.
     Legs are cut inside only where that saves a part.
     """
     if (speed_m_s := options.pop("speed_m_s", None)) is not None:
@@ -325,7 +325,7 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
             if is_output(item)
         )
         yield OUTPUTS_SET_AGAIN.finding(
-            "servos, relays or the like keep their state on the way home, and are set again where the "
+            "servos, relays or the like keep their state on the return, and are set again where the "
             f"next part begins: {quantity.count(len(outputs), 'output')}",
             item=first,
         )

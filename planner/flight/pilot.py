@@ -416,7 +416,7 @@ def _return_height_finding(route: Route) -> Finding | None:
         if stage.kind is StageKind.RETURN:
             height = quantity.height(0.0 if before is None else before.height_m)
             return RETURN_HEIGHT_ASSUMED.finding(
-                f"return altitude unknown: flown level, {height} above home",
+                f"return altitude unknown: {height} above home assumed",
                 item=stage.item,
             )
         before = stage

@@ -434,7 +434,7 @@ def _spacing_m(steps: Steps, step: int) -> float:
 
 
 def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> Part:
-    """Return one part: take-off, way to where it begins, its steps, way home.
+    """Return one part: take-off, way to where it begins, its steps, return.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ def comparison_text(
             lambda one: None if one.battery is None else one.battery.margin_wh,
         ),
         _row(
-            "on the way home",
+            "on the return",
             comparison,
             quantity.energy,
             "return_margin_wh",

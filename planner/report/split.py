@@ -37,7 +37,7 @@ _PART_KEYS = (
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
     lines = [flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh)), ""]
-    heads = ("", "file", "flies", "time", "energy", "above reserve", "on the way home")
+    heads = ("", "file", "flies", "time", "energy", "above reserve", "on the return")
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")
     time_s, energy_wh = together(split).values()

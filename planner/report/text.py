@@ -205,7 +205,7 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
     if result.battery is not None:
         figures.append(("Battery", _battery(result.battery)))
     if result.return_plan is not None:
-        figures.append(("Way home", _return_plan(result.return_plan)))
+        figures.append(("Return", _return_plan(result.return_plan)))
     figures += [
         ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
         ("Conditions", _conditions(result)),

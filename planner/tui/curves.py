@@ -100,7 +100,7 @@ def _energy(assessment: Assessment) -> Picture:
     home = return_profile(assessment.returns)
     lines.append(
         Line(
-            name="used and way home",
+            name="used and return",
             time_s=home.time_s,
             value=home.used_wh + home.return_wh,
             ink="second",

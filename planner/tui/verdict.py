@@ -79,7 +79,7 @@ def differences(
         ("Time", was.time_s, then.time_s, quantity.duration),
         ("Energy", was.energy_wh, then.energy_wh, quantity.energy),
         ("Margin", _margin_wh(base), _margin_wh(now), quantity.energy),
-        ("Way home", _return_wh(base), _return_wh(now), quantity.energy),
+        ("Return", _return_wh(base), _return_wh(now), quantity.energy),
     ]
     for name, before, after, shown in pairs:
         if before is None or after is None or math.isnan(before) or math.isnan(after):

@@ -68,7 +68,7 @@ def returns_of(
 
 
 def dense_points(home: Returns, per_segment: int = 40) -> tuple[FloatArray, FloatArray]:
-    """Return times and sums of used energy and way home over many even points. [s], [Wh]"""
+    """Return times and sums of used energy and return over many even points. [s], [Wh]"""
     stages = home.route.stages
     judged = [
         s

@@ -43,7 +43,7 @@ def test_differences_are_the_second_less_the_first(flown: CheckResult, longer: C
 
 def test_an_item_has_no_difference(flown: CheckResult, longer: CheckResult) -> None:
     tables = dict(compared_tables(flown, longer))
-    [tightest] = [row for row in tables["Way home"] if row.label == "Tightest from"]
+    [tightest] = [row for row in tables["Return"] if row.label == "Tightest from"]
     assert (tightest.first, tightest.difference, tightest.value) == ("item 2", "", None)
 
 

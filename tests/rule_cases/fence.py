@@ -55,7 +55,7 @@ def apart(gap_m: float) -> Iterable[Finding]:
 
 
 def behind(wall_m: float) -> Iterable[Finding]:
-    """Return what is told of a wall up to so far north; the way home passes its corner at 100 m."""
+    """Return what is told of a wall up to so far north; the return passes its corner at 100 m."""
     wall = box(100.0, -300.0, 300.0, wall_m, inclusion=False)
     return told(AROUND_A_WALL, wall, autopilot=ARDUPILOT, position_error_m=0.0)
 

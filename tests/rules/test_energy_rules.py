@@ -1,4 +1,4 @@
-"""The battery, the reserve and the way home."""
+"""The battery, the reserve and the return."""
 
 from __future__ import annotations
 

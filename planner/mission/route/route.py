@@ -311,7 +311,7 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
         last = course.drafts[-1].item
         findings.append(
             LANDING_MISSING.finding(
-                "the mission ends in the air: the way home and the landing are not counted",
+                "the mission ends in the air: return and landing are not counted",
                 item=last,
                 place=mission.items[last - 1].place,
             )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     Result = CheckResult | UnreadableMission
 
-_COMPARED = ("Flight", "Energy", "Battery", "Way home")
+_COMPARED = ("Flight", "Energy", "Battery", "Return")
 _WITHOUT_DIFFERENCE = ("item", "destination", "latitude_deg", "longitude_deg")
 
 

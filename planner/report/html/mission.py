@@ -139,7 +139,7 @@ FIGURES: tuple[tuple[str, tuple[Quantity, ...]], ...] = (
         ),
     ),
     (
-        "Way home",
+        "Return",
         (
             Quantity("return.tightest_item", "Tightest from", _item),
             *_of_point("tightest", "Tightest", known=("tightest_item",)),
@@ -252,7 +252,7 @@ TITLES = {
     "altitude": "Altitude",
     "speed": "Ground speed",
     "power": "Power",
-    "energy": "Energy and the way home",
+    "energy": "Energy and return",
 }
 
 
@@ -388,7 +388,7 @@ _CARDS = (
     Quantity("totals.energy_wh", "Energy", quantity.energy),
     Quantity("battery.used_fraction", "Of the battery", quantity.percent),
     Quantity("battery.margin_wh", "Above the reserve", quantity.energy),
-    Quantity("return.margin_wh", "Tightest way home", quantity.energy),
+    Quantity("return.margin_wh", "Tightest return", quantity.energy),
 )
 _HEADS = {
     "index": "No.",

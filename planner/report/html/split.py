@@ -28,7 +28,7 @@ _COLUMNS = (
     Quantity("totals.energy_wh", "Energy", quantity.energy),
     Quantity("battery.used_fraction", "Of the battery", quantity.percent),
     Quantity("battery.margin_wh", "Above the reserve", quantity.energy),
-    Quantity("return.margin_wh", "On the way home", quantity.energy),
+    Quantity("return.margin_wh", "On the return", quantity.energy),
 )
 _TITLES = {"map": "Map of the parts", "energy": "Energy of each part"}
 

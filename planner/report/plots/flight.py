@@ -165,7 +165,7 @@ def power_panel(tables: FlightTables) -> Chart:
 
 
 def energy_panel(tables: FlightTables) -> Chart:
-    """Return the energy over time, with the way home, the battery and the reserve."""
+    """Return the energy over time, with the return, the battery and the reserve."""
     alt = load_altair()
     x = _time_axis(tables)
     legend = alt.Legend(labelLimit=400, columns=1)
@@ -233,7 +233,7 @@ def energy_panel(tables: FlightTables) -> Chart:
 
 
 def tightest_row(tables: FlightTables) -> Row | None:
-    """Return the point from which the way home is tightest."""
+    """Return the point from which the return is tightest."""
     way = tables.result.return_plan
     if way is None or way.tightest is None:
         return None

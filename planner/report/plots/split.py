@@ -42,7 +42,7 @@ _ON_COLOURS = "#000000"
 _LABEL_PLACES = 41
 """Looked at for the number of a part, evenly along its way."""
 _OWN = 1
-"""Of the stretches of a part: the way there, its own legs, the way home."""
+"""Of the stretches of a part: the way there, its own legs, the return."""
 
 
 class FlownPart(Protocol):

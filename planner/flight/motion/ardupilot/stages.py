@@ -208,7 +208,7 @@ def return_columns(
     *,
     scale: tuple[float, float],
 ) -> StageColumns:
-    """Return a way home from each of n points, standing there; item i is point i.
+    """Return a return from each of n points, standing there; item i is point i.
 
     Parameters
     ----------
