@@ -178,7 +178,7 @@ class Concern(StrEnum):
     RETURN_SOON = "return-soon"
     """The point of no return is near."""
     NO_RETURN = "no-return"
-    """The way home eats into the reserve."""
+    """A return uses part of the reserve."""
     NO_FINISH = "no-finish"
     """The mission cannot be finished above the reserve."""
     MEASURES_DIFFER = "measures-differ"
