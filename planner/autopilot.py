@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
+
+from planner.values import Value
 
 
 class Autopilot(StrEnum):
@@ -22,8 +23,7 @@ class Autopilot(StrEnum):
         return {"step": "step references", "px4": "PX4", "ardupilot": "ArduPilot"}[self.value]
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
+class Target(Value, kw_only=False):
     """A version of a firmware, whose rules count."""
 
     autopilot: Autopilot

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import IntEnum
 
-from planner.frozen import frozen
+from planner.values import Value, replace
 
 
 class Severity(IntEnum):
@@ -21,16 +21,14 @@ class Severity(IntEnum):
         return self.name.lower()
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Value, kw_only=False):
     """A place in a text file, both counted from 1."""
 
     line: int
     column: int
 
 
-@frozen
-class FlightStretch:
+class FlightStretch(Value):
     """The stretch of ground a finding is about, for maps and pictures."""
 
     start_deg: tuple[float, float]
@@ -49,8 +47,7 @@ class FlightStretch:
         return self.parts_deg or ((self.start_deg, self.end_deg),)
 
 
-@frozen
-class Finding:
+class Finding(Value):
     """One thing a user has to know before flying."""
 
     code: str
@@ -72,8 +69,7 @@ class Finding:
     """Why it is not reported, though it was found; empty where it is reported."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+class Rule(Value, kw_only=False):
     """What is checked, why, and how to live with it."""
 
     title: str

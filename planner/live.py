@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.errors import OutputError, UsageError
 from planner.files import write_output_files
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.link.connection import OWN_SYSTEM
 from planner.link.exchange import LinkSettings
 from planner.link.mission_items import mission_of_lists
@@ -22,6 +20,7 @@ from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
 from planner.service import check_read
+from planner.values import Value, replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -38,8 +37,7 @@ if TYPE_CHECKING:
     from planner.service import CheckRequest, CheckResult, UnreadableMission
 
 
-@frozen
-class LinkRequest:
+class LinkRequest(Value):
     """Which vehicle to speak to, and how patiently."""
 
     address: LinkAddress
@@ -221,8 +219,7 @@ def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
     return (CAPACITY_NOT_TAKEN.finding(message),)
 
 
-@frozen
-class MissionComparison:
+class MissionComparison(Value):
     """A mission, and another one that ought to be the same."""
 
     first: str
@@ -267,8 +264,7 @@ def compare_files(first: Mission, second: Mission) -> MissionComparison:
     )
 
 
-@frozen
-class FetchedLogs:
+class FetchedLogs(Value):
     """The logs of a vehicle."""
 
     listed: tuple[VehicleLog, ...]

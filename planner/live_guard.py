@@ -5,11 +5,9 @@ from __future__ import annotations
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError, MavjouleError
-from planner.frozen import frozen
 from planner.guard.authorisation import (
     go_judgement,
     no_go_judgement,
@@ -24,6 +22,7 @@ from planner.guard.session import GuardSession
 from planner.link.parameters import Purpose
 from planner.live import check_vehicle, open_link, silent
 from planner.service import UnreadableMission
+from planner.values import Value, replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -44,8 +43,7 @@ _REOPEN_S = 2.0
 """Until a line that broke is opened again. [s]"""
 
 
-@frozen
-class GuardRequest:
+class GuardRequest(Value):
     """How to guard a vehicle."""
 
     settings: GuardSettings = GuardSettings()

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.link.mission_transfer import MissionKind
 from planner.link.parameters import Purpose
 from planner.link.snapshot import fetch_snapshot
 from planner.link.upload import upload_mission
 from planner.live import check_vehicle, open_link, silent
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,8 +26,7 @@ if TYPE_CHECKING:
     from planner.service import CheckRequest, CheckResult, UnreadableMission
 
 
-@frozen
-class Upload:
+class Upload(Value):
     """A mission that was checked for a vehicle, and what became of it there."""
 
     check: CheckResult | UnreadableMission
@@ -37,8 +35,7 @@ class Upload:
     """``None`` where it was not sent."""
 
 
-@frozen
-class UploadProposal:
+class UploadProposal(Value):
     """What is to be sent, before it is."""
 
     snapshot: VehicleSnapshot

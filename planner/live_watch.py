@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import MavjouleError, UsageError
@@ -16,6 +15,7 @@ from planner.guard.session import GuardSession
 from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.live import open_link
 from planner.live_guard import judge_vehicle
+from planner.values import replace
 
 if TYPE_CHECKING:
     from threading import Event

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
 from planner.errors import BaselineFileError
 from planner.files import write_output_file
 from planner.findings import Severity
-from planner.frozen import frozen
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,8 +27,7 @@ SCHEMA = 1
 ENERGY_FAMILY = "E"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, order=True)
-class KnownFinding:
+class KnownFinding(Value, order=True):
     """What makes a finding the same as one seen before."""
 
     file: str
@@ -41,8 +39,7 @@ class KnownFinding:
     message: str
 
 
-@frozen
-class Baseline:
+class Baseline(Value):
     """The findings of a baseline file."""
 
     source: str
@@ -55,8 +52,7 @@ class Baseline:
         return may_be_known(finding) and _known(finding, file, self.folder) in self.known
 
 
-@frozen
-class Exemption:
+class Exemption(Value):
     """Codes that are not reported of one mission, or of one of its items."""
 
     codes: tuple[str, ...]
@@ -72,8 +68,7 @@ class Exemption:
         return is_here and finding.code.startswith(self.codes)
 
 
-@frozen
-class Selection:
+class Selection(Value):
     """What is asked to be reported; as it stands, everything."""
 
     select: tuple[str, ...] = ()
@@ -186,7 +181,7 @@ def write_baseline(path: Path, findings: Iterable[tuple[str, Finding]]) -> tuple
     known = {
         _known(finding, file, _folder(path)) for file, finding in given if may_be_known(finding)
     }
-    document = {"schema": SCHEMA, "known": [asdict(one) for one in sorted(known)]}
+    document = {"schema": SCHEMA, "known": [field_values(one) for one in sorted(known)]}
     write_output_file(path, json.dumps(document, ensure_ascii=True, indent=2) + "\n")
     return len(known), sum(not may_be_known(finding) for _, finding in given)
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, MavjouleError
-from planner.frozen import frozen
 from planner.mission.items import Home
 from planner.service import CheckRequest, UnreadableMission, check_read
 from planner.simulator.faults import Faults
@@ -21,6 +19,7 @@ from planner.simulator.setup import (
     make_setup,
 )
 from planner.simulator.vehicle import SimulatedVehicle
+from planner.values import Value, replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -41,8 +40,7 @@ _FIRST_LOG_S = 1_767_268_800
 _DAY_S = 86_400
 
 
-@frozen
-class SimulationRequest:
+class SimulationRequest(Value):
     """What is simulated."""
 
     autopilot: Autopilot

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from planner.errors import ProfileFileError, described, is_number, nearest_hint
-from planner.frozen import frozen
 from planner.mission.commands import load_command_table
+from planner.values import Value
 from planner.vehicle.declared import POSITIVE, Key, Part, Range, read_fields
 
 MOST_BYTES = 1 << 20
@@ -27,8 +27,7 @@ _SINGLE_PRECISION = 1e-6
 """Vehicles hold 7 digits of a number."""
 
 
-@frozen
-class ExpectedValue:
+class ExpectedValue(Value):
     """The values of one parameter that are as they should be, in its own unit."""
 
     name: str
@@ -47,8 +46,7 @@ class ExpectedValue:
         return self.low - slack <= value <= self.high + slack
 
 
-@frozen
-class ManualItem:
+class ManualItem(Value):
     """One thing a person has to look at."""
 
     section: str

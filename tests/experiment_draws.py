@@ -9,7 +9,6 @@ takes away noise that biases it.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +23,7 @@ from planner.identify.output_error import (
     select_response,
 )
 from planner.identify.structure import MOTION, POWER, POWER_WITHOUT_ZERO
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from made_missions import HOME, item, mission
@@ -14,6 +13,7 @@ from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.geo.geodesy import LocalFrame
 from planner.mission.route.route import make_route
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from hypothesis import strategies as st
 from plan_text import LANDING, STRUCTURE_SCAN, SURVEY
@@ -12,6 +11,10 @@ from plan_text import LANDING, STRUCTURE_SCAN, SURVEY
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import Command, has_location, load_command_table
 from planner.mission.items import Home, MissionItem
+from planner.values import replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 AREA_COMMANDS = {5000, 5001, 5002, 5003, 5004, 5100}
 COMMANDS = sorted(set(load_command_table().commands) - AREA_COMMANDS - {Command.DO_JUMP})
@@ -41,8 +44,17 @@ UNKNOWN = st.dictionaries(
 )
 """Keys that no loader knows, with whatever JSON can hold."""
 
+
+T = TypeVar("T")
+
+
+def made(kind: Callable[..., T]) -> Callable[..., T]:
+    """Return what makes values of a kind, without its types: hypothesis would look for all of them."""
+    return lambda **fields: kind(**fields)  # noqa: PLW0108 - the inner function hides the types
+
+
 ITEMS = st.builds(
-    MissionItem,
+    made(MissionItem),
     command=st.one_of(st.sampled_from(LOCATED), st.sampled_from(COMMANDS), st.just(50_001)),
     frame=st.sampled_from([0, 2, 3, 5, 6, 10, 11]),
     param1=PARAMETERS,
@@ -90,17 +102,17 @@ def _numbered(item: MissionItem, number: int, *, target: float) -> MissionItem:
 HOMES = st.one_of(
     st.none(),
     st.builds(
-        Home,
+        made(Home),
         latitude_deg=LATITUDES.filter(lambda value: value != 0.0),
         longitude_deg=LONGITUDES,
         altitude_amsl_m=st.one_of(st.none(), ALTITUDES),
     ),
 )
 FENCES = st.builds(
-    Fence,
+    made(Fence),
     polygons=st.lists(
         st.builds(
-            FencePolygon,
+            made(FencePolygon),
             inclusion=st.booleans(),
             vertices_deg=st.lists(st.tuples(LATITUDES, LONGITUDES), min_size=3, max_size=5).map(
                 tuple
@@ -110,7 +122,7 @@ FENCES = st.builds(
     ).map(tuple),
     circles=st.lists(
         st.builds(
-            FenceCircle,
+            made(FenceCircle),
             inclusion=st.booleans(),
             latitude_deg=LATITUDES,
             longitude_deg=LONGITUDES,
@@ -122,7 +134,7 @@ FENCES = st.builds(
 )
 RALLY_POINTS = st.lists(
     st.builds(
-        RallyPoint,
+        made(RallyPoint),
         latitude_deg=LATITUDES,
         longitude_deg=LONGITUDES,
         height_above_home_m=ALTITUDES,

@@ -7,11 +7,12 @@ On the ground until 8 s, up at 2 m/s to 20 m (18 s), standing, north at 5 m/s fr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from made_missions import METRES_PER_DEGREE_NORTH
+
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,8 +30,7 @@ HEIGHT_M = 20.0
 CLIMB_M_S, CRUISE_M_S = 2.0, 5.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Moment:
+class Moment(Value):
     """What is true at one time."""
 
     time_s: float

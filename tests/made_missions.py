@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.mission.items import Home, Mission, MissionFormat, MissionItem, VehicleEvidence
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.autopilot import Autopilot

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy.typing as npt
 from simulated_experiment import STEP_S, Flown
 
 from planner.logs.record import Boundary, FlightRecord, LogFormat, LoggedHome
+from planner.values import field_names
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -19,9 +19,9 @@ def make_record(*, is_landed: npt.NDArray[np.bool_], **columns: FloatArray) -> F
     """Return a record at 10 Hz with the columns given; numbers that are not given are NaN."""
     samples = is_landed.size
     unknown = {
-        field.name: np.full(samples, np.nan)
-        for field in fields(FlightRecord)
-        if field.type == "FloatArray"
+        name: np.full(samples, np.nan)
+        for name in field_names(FlightRecord)
+        if FlightRecord.__annotations__[name] == "FloatArray"
     }
     known = {"time_s": np.arange(float(samples)) * STEP_S, "is_landed": is_landed, **columns}
     return FlightRecord(

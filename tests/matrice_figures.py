@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -23,10 +22,10 @@ import planner
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import Command
 from planner.units import wh_from_j
+from planner.values import Value
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Value, kw_only=False, dict=True):
     """Relative errors of one mission."""
 
     speed_m_s: float

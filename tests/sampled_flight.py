@@ -7,12 +7,13 @@ simulates; it knows nothing of ``planner.physics`` or ``planner.flight``.
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import control
 import numpy as np
+
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -23,8 +24,7 @@ HORIZON_S = 120.0
 MODEL_FILE = Path(__file__).parents[1] / "models" / "falkowski-2023-quadrotor.toml"
 
 
-@dataclass(frozen=True)
-class Manoeuvre:
+class Manoeuvre(Value, kw_only=False, dict=True):
     """A climb or descent by ``size`` metres from ``height_m``, or a level leg of ``size`` metres."""
 
     kind: str
@@ -33,8 +33,7 @@ class Manoeuvre:
     speed_m_s: float = 10.0
 
 
-@dataclass(frozen=True)
-class Flown:
+class Flown(Value, kw_only=False, dict=True):
     """What a manoeuvre took."""
 
     duration_s: float

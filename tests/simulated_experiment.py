@@ -7,11 +7,12 @@ speed.  It knows nothing of ``planner.physics`` or ``planner.identify``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import control
 import numpy as np
+
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -28,8 +29,7 @@ LEG_S = 60.0
 FIRST_S = 20.0
 
 
-@dataclass(frozen=True)
-class Model:
+class Model(Value, kw_only=False, dict=True):
     """One of the article's models, as printed, with the input gain that G4 needs."""
 
     numerator: tuple[float, ...]
@@ -73,8 +73,7 @@ G4 = Model((0.03569,), (1.0, 0.935, 0.3588), 0.6, input_gain=10.0)
 G5 = Model((0.02583, -0.3294), (1.0, 1.905e-10, 0.2492), 0.6, window_s=13.1865)
 
 
-@dataclass(frozen=True)
-class Flown:
+class Flown(Value, kw_only=False, dict=True):
     """One simulated flight: a reference with its steps, and what was logged."""
 
     time_s: FloatArray

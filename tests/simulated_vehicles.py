@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 from collections import deque
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ from planner.simulation import (
 )
 from planner.simulator.faults import read_faults
 from planner.simulator.vehicle import SimulatedVehicle
+from planner.values import replace
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -11,6 +10,7 @@ import pytest
 from planner.errors import BaselineFileError, OutputError
 from planner.findings import Finding, Place, Severity
 from planner.selection import Selection, read_baseline, write_baseline
+from planner.values import replace
 
 if TYPE_CHECKING:
     from pathlib import Path

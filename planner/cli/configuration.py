@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from planner.cli.setting import Kind, Setting
 from planner.cli.settings import SETTINGS
 from planner.errors import ConfigurationError, described, is_number, nearest_hint
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,8 +26,7 @@ SHARED_FILE = "pyproject.toml"
 _SHARED_TABLE = "tool.mavjoule"
 
 
-@frozen
-class Configuration:
+class Configuration(Value):
     """What one file sets."""
 
     values: Mapping[str, Any]

@@ -11,8 +11,8 @@ import re
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
 from planner.selection import Exemption
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,8 +22,7 @@ _ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
 _ANY_FOLDERS = "**"
 
 
-@frozen
-class FileIgnore:
+class FileIgnore(Value):
     """Codes not to report of the missions whose path meets a pattern."""
 
     folder: Path

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.cli.settings import FLEET_SETTINGS, REPORT_SETTINGS
 from planner.errors import UsageError
 from planner.flight.conditions import Conditions, divided
-from planner.frozen import frozen
 from planner.selection import Selection
 from planner.service import CheckRequest
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -75,8 +74,7 @@ def check_request(values: Mapping[str, Any]) -> CheckRequest:
     )
 
 
-@frozen
-class ReportRequest:
+class ReportRequest(Value):
     """Where the report of a call goes, and how."""
 
     format: str = "text"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -25,8 +25,7 @@ class Kind(Enum):
     TABLE = "table of codes by file"
 
 
-@frozen
-class Setting:
+class Setting(Value):
     """One thing a user can set."""
 
     key: str

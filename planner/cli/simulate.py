@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +17,7 @@ from planner.cli.output import narrate
 from planner.cli.requests import check_request
 from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import UsageError
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.link.address import LinkAddress

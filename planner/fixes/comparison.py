@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from planner import service
 from planner.flight.motion.kinematics import STATES
-from planner.frozen import frozen
 from planner.mission.files import read_mission
+from planner.values import Value
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from planner.service import CheckRequest, CheckResult
 
 
-@frozen
-class StateShare:
+class StateShare(Value):
     """What one state takes of a flight."""
 
     count: int
@@ -29,8 +28,7 @@ class StateShare:
     """``None`` where the power is not known. [Wh]"""
 
 
-@frozen
-class Comparison:
+class Comparison(Value):
     """Two checks side by side; every difference is the second less the first."""
 
     a: CheckResult

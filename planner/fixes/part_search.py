@@ -12,8 +12,8 @@ from planner import (
     service,
 )
 from planner.flight.returns.destination import HOME
-from planner.frozen import frozen
 from planner.mission.parts import ENDS, part_of, possible_cuts, resumption
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,8 +37,7 @@ _TOO_MUCH = 1.02
 """Legs that alone take so much more than there is fit no part, for they are the same in it. [-]"""
 
 
-@frozen
-class _Trial:
+class _Trial(Value):
     """What the check says of one part."""
 
     fits: bool
@@ -48,8 +47,7 @@ class _Trial:
     """Least energy above the reserve, at landing or on a return. [Wh]"""
 
 
-@frozen(eq=False)
-class _Forecast:
+class _Forecast(Value, eq=False):
     """What parts take, by the flight in one piece: where to look first, never what is told."""
 
     used_wh: FloatArray

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from planner.vehicle.declared import Interval
 
 
-@frozen
-class FlownSpeed:
+class FlownSpeed(Value):
     """A mission flown at one speed; everything but time is ``None`` where the power is not known."""
 
     speed_m_s: float | None
@@ -37,8 +36,7 @@ class FlownSpeed:
     """Codes of the findings that make it a no-go, and of those about the fence."""
 
 
-@frozen
-class SpeedCurve:
+class SpeedCurve(Value):
     """Energy and time of a mission over the speed of its level legs, and the speeds worth knowing."""
 
     file: str

@@ -16,12 +16,12 @@ from planner.files import (
 )
 from planner.findings import Rule, Severity
 from planner.fixes.part_search import MENDED, PartSearch
-from planner.frozen import frozen
 from planner.mission.convert import convert_mission, mission_at_speed
 from planner.mission.files import read_mission
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
 from planner.mission.parts import is_output, make_steps, part_of
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 
-@frozen
-class SplitPart:
+class SplitPart(Value):
     """One of the flights a mission is split into."""
 
     file: str
@@ -59,8 +58,7 @@ class SplitPart:
     """Last item of the part that does; those behind lead home."""
 
 
-@frozen
-class Split:
+class Split(Value):
     """A mission split into flights that fit."""
 
     file: str

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.trajectory import part_of_cubic
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -29,8 +29,7 @@ _BLOCK = 1_000_000
 """Cells that are looked at together."""
 
 
-@frozen
-class Approach:
+class Approach(Value):
     """Where two vehicles come nearest to each other."""
 
     distance_m: float
@@ -43,8 +42,7 @@ class Approach:
     second_item: int
 
 
-@frozen(eq=False)
-class _Side:
+class _Side(Value, eq=False):
     """One vehicle's parts in a row of cells."""
 
     part: IntArray

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.fleet.approach import ACCURACY_M, closest_approach
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -25,8 +25,7 @@ _ROUGHLY = 0.05
 """To what part of the separation it is first found how near two come that come too near. [-]"""
 
 
-@frozen(eq=False)
-class Member:
+class Member(Value, eq=False):
     """One vehicle of a fleet."""
 
     file: str
@@ -38,8 +37,7 @@ class Member:
     """``None``: not known. [m AMSL]"""
 
 
-@frozen
-class Spacing:
+class Spacing(Value):
     """What two members have to keep."""
 
     separation_m: float
@@ -48,8 +46,7 @@ class Spacing:
     """How much sooner or later than planned each may start. [s]"""
 
 
-@frozen
-class Conflict:
+class Conflict(Value):
     """Two members, by their positions in the fleet, that come too near to each other."""
 
     first: int

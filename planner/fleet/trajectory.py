@@ -11,7 +11,7 @@ from planner.flight.motion.kinematics import (
     FlightState,
     PolynomialLaw,
 )
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -28,8 +28,7 @@ _MOST_ROUNDS = 16
 _LAND = STATE_INDEX[FlightState.LAND]
 
 
-@frozen(eq=False)
-class Trajectory:
+class Trajectory(Value, eq=False):
     """A flight as cubics of time (n of them), between two rests; times count from its start."""
 
     start_s: FloatArray

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
-from planner.frozen import frozen
 from planner.mission.commands import command_name
-from planner.mission.slots import make_many
 from planner.physics.battery import (
     delivered_energy_wh,
     empty_state_of_charge,
@@ -22,6 +19,7 @@ from planner.physics.battery import (
     state_of_charge_after,
 )
 from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR, wh_from_j
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -32,8 +30,7 @@ if TYPE_CHECKING:
     from planner.vehicle.battery import Battery
 
 
-@frozen
-class Totals:
+class Totals(Value):
     """The whole flight, from the start of the take-off to disarmed on the ground."""
 
     time_s: float
@@ -58,8 +55,7 @@ class Totals:
     """Part of the distance that no segment has: PX4 wanders with a noisy position. [m]"""
 
 
-@frozen
-class BatteryBudget:
+class BatteryBudget(Value):
     """What the battery holds against what the flight takes."""
 
     capacity_wh: float
@@ -159,7 +155,7 @@ def item_arrivals(mission: Mission, route: Route, flight: Flight) -> tuple[ItemA
     numbers = range(1, len(mission.items) + 1)
     rows = [reached.get(number, _NOT_FLOWN) for number in numbers]
     names = [command_name(item.command) for item in mission.items]
-    return tuple(make_many(ItemArrival, (numbers, names, *zip(*rows, strict=True))))
+    return tuple(map(ItemArrival, numbers, names, *zip(*rows, strict=True)))
 
 
 def battery_budget(
@@ -216,8 +212,7 @@ def battery_budget(
     )
 
 
-@frozen(eq=False)
-class Discharge:
+class Discharge(Value, eq=False):
     """What a flight takes out of a battery, as columns over its segments and in figures."""
 
     state_of_charge: FloatArray
@@ -323,8 +318,7 @@ HOVER_HEIGHT_M = 10.0
 """Height over home of the hover a reserve is counted in: low, over the landing place. [m]"""
 
 
-@frozen
-class Reserve:
+class Reserve(Value):
     """What is to stay in a battery at landing; one of the three is given."""
 
     fraction: float | None = None

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
 
-from planner.frozen import frozen
 from planner.physics.wind import Wind
+from planner.values import Value, field
 
 
-@frozen
-class Spread:
+class Spread(Value):
     """A normally distributed quantity, for example a payload of 0.5 ± 0.1 kg."""
 
     mean: float
@@ -43,8 +41,7 @@ MOST_CAUTION = 100.0
 """More seconds, or metres, to keep from a fence were mistyped."""
 
 
-@frozen
-class Conditions:
+class Conditions(Value):
     """What a flight meets, besides its mission and its vehicle."""
 
     wind: Wind = field(default_factory=Wind)

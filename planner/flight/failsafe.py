@@ -8,8 +8,8 @@ import numpy as np
 
 from planner import quantity
 from planner.flight.returns.destination import ALONG, LANDING
-from planner.frozen import frozen
 from planner.physics.battery import open_circuit_voltage_v
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,8 +43,7 @@ _ARDUPILOT_ACTIONS = {
 """BATT_FS_LOW_ACT and BATT_FS_CRT_ACT."""
 
 
-@frozen
-class FailsafeEvent:
+class FailsafeEvent(Value):
     """One decision of the autopilot on board."""
 
     parameter: str
@@ -58,8 +57,7 @@ class FailsafeEvent:
     """Of the time of the segment that has passed. [-]"""
 
 
-@frozen(eq=False)
-class BatteryProfile:
+class BatteryProfile(Value, eq=False):
     """The battery along a flight, at its start and at the end of each of s segments."""
 
     time_s: FloatArray

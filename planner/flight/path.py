@@ -20,7 +20,7 @@ from planner.flight.motion.steps import (
     SpeedPulseLaw,
     VerticalStepLaw,
 )
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -38,8 +38,7 @@ _BRAKING_M_S2 = 0.25
 """Deceleration from which on a vehicle brakes; overshoots of speed die away more slowly. [m s⁻²]"""
 
 
-@frozen(eq=False)
-class FlownPath:
+class FlownPath(Value, eq=False):
     """A motion over ground: n + 1 points and the n straight legs between them."""
 
     east_m: FloatArray

@@ -6,7 +6,6 @@ commanding: steps of the reference (the article), PX4, ArduPilot.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -17,8 +16,8 @@ from planner.errors import UsageError
 from planner.findings import Rule, Severity
 from planner.flight.motion.steps import Legs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -219,8 +218,7 @@ def make_pilot(
     )
 
 
-@frozen
-class StepPilot:
+class StepPilot(Value):
     """Answers steps of the reference with the identified responses, the article's way, or ramps."""
 
     vehicle: VehicleModel
@@ -273,8 +271,7 @@ class StepPilot:
         return self.vehicle.default_speed_m_s or 0.0
 
 
-@frozen
-class Px4Pilot:
+class Px4Pilot(Value):
     """PX4 with the vehicle's parameters."""
 
     parameters: Px4Parameters
@@ -338,8 +335,7 @@ class Px4Pilot:
         return turning_back(speed_m_s, self.parameters)
 
 
-@frozen
-class ArduPilotPilot:
+class ArduPilotPilot(Value):
     """ArduPilot's Copter with the vehicle's parameters."""
 
     parameters: ArduPilotParameters
@@ -428,8 +424,7 @@ def _even_braking_s(way_m: FloatArray, speed_m_s: FloatArray) -> FloatArray:
     return np.divide(2.0 * way_m, speed_m_s, out=np.zeros_like(way_m), where=speed_m_s > 0.0)
 
 
-@frozen
-class StopRoom:
+class StopRoom(Value):
     """The room a vehicle needs straight ahead to react, and to stop.
 
     Notes

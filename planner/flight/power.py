@@ -5,7 +5,6 @@ What the identified transients add on top is in ``planner.flight.power``.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -13,8 +12,8 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState
-from planner.frozen import frozen
 from planner.physics.atmosphere import air_density_kg_m3
+from planner.values import Value, replace
 from planner.vehicle.power import CruisePower, WholeLaw, hover_power_w, whole_power_w
 
 if TYPE_CHECKING:
@@ -32,8 +31,7 @@ _LEAST_SPEED_M_S = 1e-9
 """Keeps a ratio of speeds finite where a vehicle stands still."""
 
 
-@frozen
-class SteadyPower:
+class SteadyPower(Value):
     """The steady power of one vehicle in the air of one day."""
 
     vehicle: VehicleModel
@@ -194,8 +192,7 @@ def _peak_s(unit: StepResponse, window_s: float, *, highest: bool) -> float:
     return unit.extremum(window_s, highest=highest).time_s
 
 
-@frozen(eq=False)
-class Transients:
+class Transients(Value, eq=False):
     """Windows of power responses as columns, in the order of their start.
 
     A row may pause at ``pause_at_s`` for ``pause_s``: a climb longer than the identified step holds its

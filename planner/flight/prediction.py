@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, overload
 
@@ -11,10 +10,10 @@ import numpy as np
 
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.power import SteadyPower
-from planner.frozen import frozen
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.quadrature import unit_quadrature
 from planner.units import wh_from_j
+from planner.values import Value, field_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -35,8 +34,7 @@ MOST_SAMPLES = 200_000
 """A flight of more than five and a half hours is sampled more coarsely, unless asked otherwise."""
 
 
-@frozen
-class Segment:
+class Segment(Value):
     """One part of a flight in one state."""
 
     index: int
@@ -112,8 +110,7 @@ class Segments(Sequence[Segment]):
         return (self[index] for index in range(len(self)))
 
 
-@frozen
-class ItemArrival:
+class ItemArrival(Value, kw_only=False):
     """When an item is done, and what it took to get there."""
 
     item: int
@@ -123,16 +120,14 @@ class ItemArrival:
     energy_used_wh: float | None
 
 
-@frozen
-class Extreme:
+class Extreme(Value):
     """A highest or lowest value, and where it is reached."""
 
     value: float
     segment: int
 
 
-@frozen
-class Extremes:
+class Extremes(Value):
     """The box a flight stays in, at the nodes of its quadrature."""
 
     ground_speed_m_s: Extreme
@@ -183,8 +178,7 @@ def flight_extremes(
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Flight:
+class Flight(Value, eq=False, dict=True):
     """A predicted flight, as columns."""
 
     motion: Motion
@@ -331,8 +325,7 @@ def _segment_energy_j(motion: Motion, transients: Transients, steady_w: FloatArr
     return energy_j
 
 
-@frozen(eq=False)
-class Trace:
+class Trace(Value, eq=False):
     """Samples of a flight as columns of one length, the segment boundaries among them."""
 
     time_s: FloatArray
@@ -349,7 +342,7 @@ class Trace:
 
     def columns(self) -> dict[str, FloatArray | IntArray | tuple[str, ...]]:
         """Return the columns by name, in the order they are written."""
-        return {column.name: getattr(self, column.name) for column in fields(self)}
+        return field_values(self)
 
 
 def sample_trace(flight: Flight, route: Route, *, most_samples: int = MOST_SAMPLES) -> Trace:

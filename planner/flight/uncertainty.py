@@ -25,7 +25,6 @@ The samples are always the same: what differs between two predictions is never c
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -37,8 +36,8 @@ from planner.flight.budget import predict_discharge
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.tightest import sweep_returns
-from planner.frozen import frozen
 from planner.units import j_from_wh, wh_from_j
+from planner.values import Value, replace
 from planner.vehicle.power import CruisePower
 
 if TYPE_CHECKING:
@@ -72,8 +71,7 @@ _LOW, _HIGH = 0.1, 0.9
 _BRAKE = STATE_INDEX[FlightState.BRAKE]
 
 
-@frozen(eq=False)
-class UnknownSamples:
+class UnknownSamples(Value, eq=False):
     """What is not known, for each scenario; all (samples,), but the errors of the states."""
 
     wind_east_m_s: FloatArray
@@ -253,8 +251,7 @@ def _wind(like: Wind, east_m_s: float, north_m_s: float) -> Wind:
     )
 
 
-@frozen(eq=False)
-class Scenarios:
+class Scenarios(Value, eq=False):
     """What flights of one mission take, a row per sample; ``None`` where it is not known."""
 
     time_s: FloatArray | None = None

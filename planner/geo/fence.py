@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.geo.path import Barrier, CircleBarrier, path_legs, polygon_barrier
+from planner.values import Value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from planner.geo.geodesy import LocalFrame
 
 
-@frozen
-class FencePolygon:
+class FencePolygon(Value):
     """One polygon of a fence; its edges are straight in latitude and longitude."""
 
     inclusion: bool
@@ -31,8 +30,7 @@ class FencePolygon:
     place: Place | None = None
 
 
-@frozen
-class FenceCircle:
+class FenceCircle(Value):
     """One circle of a fence."""
 
     inclusion: bool
@@ -43,8 +41,7 @@ class FenceCircle:
     place: Place | None = None
 
 
-@frozen
-class Fence:
+class Fence(Value):
     """Every area of a mission's fence."""
 
     polygons: tuple[FencePolygon, ...] = ()
@@ -61,8 +58,7 @@ class Fence:
         return bool(self.polygons or self.circles)
 
 
-@frozen
-class RallyPoint:
+class RallyPoint(Value):
     """A place to return to instead of home."""
 
     latitude_deg: float
@@ -231,8 +227,7 @@ _CIRCLE_TOLERANCE_M = 0.001
 _SEAM_M = 0.01
 
 
-@frozen
-class Stretch:
+class Stretch(Value):
     """A stretch of a path beyond one area of the fence."""
 
     start_m: float
@@ -245,8 +240,7 @@ class Stretch:
     """The area it is beyond."""
 
 
-@frozen
-class FenceArea:
+class FenceArea(Value):
     """Where a fence allows to fly: the places on the right side of every barrier.
 
     Coordinates are those of the local frame the area was made in.  Distances are true within

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -317,8 +317,7 @@ def straight_length_m(tolerance_m: float, latitude_deg: float) -> float:
     return math.sqrt(tolerance_m / bend) if bend > 0.0 else math.inf
 
 
-@frozen
-class LocalFrame:
+class LocalFrame(Value):
     r"""The azimuthal equidistant projection of the WGS 84 ellipsoid about an origin.
 
     A point at geodesic distance s in direction :math:`\alpha` from the origin lies at east

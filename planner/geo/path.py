@@ -7,14 +7,13 @@ and whole edges, never from samples along them.
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from planner.frozen import frozen
 from planner.geo.geodesy import LocalFrame, distance_m
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IndexArray
@@ -45,8 +44,7 @@ class LegStretches(NamedTuple):
     """End of the piece, from the start of its leg. Shape (k,). [m]"""
 
 
-@frozen
-class CircleBarrier:
+class CircleBarrier(Value):
     """A circle, computed exactly."""
 
     label: str
@@ -117,8 +115,7 @@ class CircleBarrier:
         return along / length
 
 
-@frozen(eq=False)
-class PolygonBarrier:
+class PolygonBarrier(Value, eq=False):
     """A polygon (or several, where a union has several parts).  See :func:`polygon_barrier`."""
 
     label: str
@@ -126,9 +123,9 @@ class PolygonBarrier:
     place: Place | None
     keep_inside: bool
     """``True``: stay inside; ``False``: keep out."""
-    region: Any = field(repr=False)  # shapely.Polygon | shapely.MultiPolygon, untyped
+    region: Any  # shapely.Polygon | shapely.MultiPolygon, untyped
     """The area in local metres, prepared."""
-    edges: Any = field(repr=False)  # shapely.STRtree
+    edges: Any  # shapely.STRtree
     """The straight edges of its boundary, indexed."""
 
     def signed_distance_m(self, points_m: FloatArray) -> FloatArray:
@@ -350,8 +347,7 @@ def path_legs(east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> PathLegs:
     return PathLegs(start, np.where(length[:, None] > 0.0, end, start), length)
 
 
-@frozen(eq=False)
-class SweptAreas:
+class SweptAreas(Value, eq=False):
     """Convex areas in local metres, each the hull of its points.  See :func:`swept_areas`."""
 
     points_m: FloatArray

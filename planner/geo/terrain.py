@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from planner.errors import TerrainFileError
-from planner.frozen import frozen
 from planner.geo.geodesy import distance_m
+from planner.values import Value
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -32,13 +31,12 @@ _MOST_CELLS = 250_000_000  # 1 GB in memory; a tile of 1° at 1″ has 13 millio
 _LEAST_WEIGHT = 1e-6
 
 
-@frozen(eq=False)
-class TerrainTile:
+class TerrainTile(Value, eq=False):
     """One raster of ground heights; cells are known by their centres."""
 
     source: str
     """The file."""
-    heights_amsl_m: npt.NDArray[np.float32] = field(repr=False)
+    heights_amsl_m: npt.NDArray[np.float32]
     """Heights, shape (rows, columns); NaN where the file has none. [m]"""
     transform: tuple[float, float, float, float, float, float]
     """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f, from the outer
@@ -110,8 +108,7 @@ class TerrainTile:
         return x, y
 
 
-@frozen
-class TerrainGrid:
+class TerrainGrid(Value):
     """Ground heights above mean sea level from one tile or several."""
 
     tiles: tuple[TerrainTile, ...]

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.errors import LinkError, UsageError
-from planner.frozen import frozen
 from planner.link.connection import OWN_COMPONENT
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -51,8 +51,7 @@ class ArmResult(IntEnum):
     DENIED = 2
 
 
-@frozen
-class ArmRequest:
+class ArmRequest(Value):
     """One message in which a vehicle asks."""
 
     system: int
@@ -62,8 +61,7 @@ class ArmRequest:
     """Counts them; a repetition is a request of its own."""
 
 
-@frozen
-class ArmAnswer:
+class ArmAnswer(Value):
     """What a request is answered."""
 
     result: ArmResult
@@ -94,8 +92,7 @@ def acknowledgement_fields(request: ArmRequest, answer: ArmAnswer) -> dict[str, 
     }
 
 
-@frozen
-class ArmingSettings:
+class ArmingSettings(Value):
     """How a vehicle is set to ask."""
 
     is_asking: bool
@@ -158,8 +155,7 @@ class Verdict(StrEnum):
     """Nothing can be said: never a go."""
 
 
-@frozen
-class Judgement:
+class Judgement(Value):
     """What a check comes to."""
 
     verdict: Verdict

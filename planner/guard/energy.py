@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -12,9 +11,9 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.returns.tightest import sweep_returns
-from planner.frozen import frozen
 from planner.guard.progress import flight_progress
 from planner.physics.battery import delivered_energy_wh
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -27,8 +26,7 @@ _STEP = 0.01
 """Batteries tell their charge in whole percent. [-]"""
 
 
-@frozen
-class BatteryReading:
+class BatteryReading(Value):
     """What BATTERY_STATUS says; ``None`` where the vehicle does not measure it."""
 
     remaining_fraction: float | None = None
@@ -42,8 +40,7 @@ class BatteryReading:
     current_a: float | None = None
 
 
-@frozen
-class EnergyLeft:
+class EnergyLeft(Value):
     """Energy that a battery still gives, and who says so."""
 
     energy_wh: float
@@ -185,8 +182,7 @@ class Concern(StrEnum):
     """The measurements of the battery contradict each other."""
 
 
-@frozen(eq=False)
-class Prediction:
+class Prediction(Value, eq=False):
     """What a check predicts of the flight of a vehicle on the line."""
 
     returns: Returns
@@ -201,8 +197,7 @@ class Prediction:
     """Of the battery. [°C]"""
 
 
-@frozen
-class EnergyState:
+class EnergyState(Value):
     """Everything known of the energy of a flight at one time."""
 
     progress: Progress
@@ -242,8 +237,7 @@ class EnergyState:
         return tuple(sorted(found, key=lambda finding: -finding.severity))
 
 
-@frozen
-class EnergyWarning:
+class EnergyWarning(Value):
     """Something a pilot has to know now."""
 
     concern: Concern

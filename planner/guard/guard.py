@@ -9,12 +9,11 @@ time of the request.  Whatever else is the case is a rejection that says why.
 from __future__ import annotations
 
 import math
-from dataclasses import field
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias
 
-from planner.frozen import frozen
 from planner.guard.authorisation import ArmAnswer, ArmResult, DenialReason, Verdict
+from planner.values import Value, field
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -37,8 +36,7 @@ READ_PARTS = (Part.MISSION, Part.FENCE, Part.RALLY, Part.PARAMETERS)
 """Parts that the vehicle is asked for; it tells the others by itself."""
 
 
-@frozen
-class GuardSettings:
+class GuardSettings(Value):
     """How a guard decides."""
 
     valid_for_s: int = 10
@@ -63,18 +61,15 @@ class GuardSettings:
     """Parts without which there is no verdict."""
 
 
-@frozen
-class Heard:
+class Heard(Value):
     """Any message of the vehicle."""
 
 
-@frozen
-class Passed:
+class Passed(Value):
     """Time has passed."""
 
 
-@frozen
-class Changed:
+class Changed(Value):
     """A sign that a part is no longer what was read."""
 
     part: Part
@@ -82,8 +77,7 @@ class Changed:
     """Such as: ``MISSION_CURRENT says 12 items``."""
 
 
-@frozen
-class Read:
+class Read(Value):
     """A part was read, confirmed to be as before, or told by the vehicle."""
 
     part: Part
@@ -91,16 +85,14 @@ class Read:
     """Equal fingerprints are equal parts."""
 
 
-@frozen
-class Unread:
+class Unread(Value):
     """A part could not be read."""
 
     part: Part
     why: str
 
 
-@frozen
-class Judged:
+class Judged(Value):
     """The vehicle was checked."""
 
     fingerprints: Mapping[Part, str]
@@ -108,15 +100,13 @@ class Judged:
     judgement: Judgement
 
 
-@frozen
-class Asked:
+class Asked(Value):
     """The vehicle asks whether it may arm."""
 
     request: ArmRequest
 
 
-@frozen
-class Status:
+class Status(Value):
     """How the vehicle is set to ask, and whether it has armed."""
 
     is_asking: bool
@@ -128,8 +118,7 @@ class Status:
 Event: TypeAlias = Heard | Passed | Changed | Read | Unread | Judged | Asked | Status
 
 
-@frozen
-class ReadParts:
+class ReadParts(Value):
     """Read parts, or confirm by less that they are as before."""
 
     parts: tuple[Part, ...]
@@ -137,21 +126,18 @@ class ReadParts:
     """Whether a request waits for it."""
 
 
-@frozen
-class CheckVehicle:
+class CheckVehicle(Value):
     """Check what was read; `Judged` is its answer."""
 
 
-@frozen
-class Answer:
+class Answer(Value):
     """Answer a request."""
 
     request: ArmRequest
     answer: ArmAnswer
 
 
-@frozen
-class Announce:
+class Announce(Value):
     """Tell the pilot's ground station."""
 
     severity: int
@@ -160,8 +146,7 @@ class Announce:
     """At most 50 characters."""
 
 
-@frozen
-class Decision:
+class Decision(Value):
     """Something for the log."""
 
     kind: str
@@ -174,8 +159,7 @@ class Decision:
 Action: TypeAlias = ReadParts | CheckVehicle | Answer | Announce | Decision
 
 
-@frozen
-class GuardView:
+class GuardView(Value):
     """What a guard holds at one time, for a status line."""
 
     verdict: Verdict
@@ -189,8 +173,7 @@ _STALE_FACTOR = 2.0
 _PLURAL = frozenset({Part.PARAMETERS, Part.RALLY})
 
 
-@frozen
-class Objection:
+class Objection(Value):
     """Why the parts are no ground for a verdict."""
 
     part: Part
@@ -355,8 +338,7 @@ _MOST_PENDING = 16
 """Requests held at a time; a vehicle repeats one about three times."""
 
 
-@frozen
-class _Obstacle:
+class _Obstacle(Value):
     """What stands against accepting a request."""
 
     verdict: Verdict

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.flight.returns.path import Returns
@@ -19,8 +19,7 @@ _BACK_S = 3.0
 """A place may turn out to be so much earlier than the one before. [s]"""
 
 
-@frozen
-class MeasuredPlace:
+class MeasuredPlace(Value):
     """Where a vehicle is, and which item it flies to."""
 
     item: int
@@ -30,8 +29,7 @@ class MeasuredPlace:
     height_above_home_m: float
 
 
-@frozen
-class Progress:
+class Progress(Value):
     """A place on a predicted flight, and the energy of what is ahead, by the model."""
 
     item: int

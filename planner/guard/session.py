@@ -6,11 +6,9 @@ import math
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from planner.errors import LinkError, MavjouleError
-from planner.frozen import frozen
 from planner.guard.authorisation import (
     Judgement,
     Verdict,
@@ -39,6 +37,7 @@ from planner.link.codec import message
 from planner.link.exchange import REQUEST_MESSAGE
 from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.vehicle import BatteryState, VehicleSnapshot
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -82,8 +81,7 @@ class Authoriser(Protocol):
         """Answer a request."""
 
 
-@frozen
-class GuardStatus:
+class GuardStatus(Value):
     """Everything a status line tells."""
 
     view: GuardView

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
@@ -14,6 +13,7 @@ from planner.guard.guard import Asked, Changed, Heard, Part, Read, Unread
 from planner.link.exchange import MessageRequest, ParameterHashRequest
 from planner.link.mission_transfer import MissionDownload, MissionKind
 from planner.mission.items import Home
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

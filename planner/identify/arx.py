@@ -26,9 +26,9 @@ import numpy as np
 
 from planner.errors import IdentificationError
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.identify.manoeuvres import ReferenceForm
 from planner.physics.response import MAX_ORDER, TransferFunction
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,8 +52,7 @@ ARX_BIASED = Rule(
 )
 
 
-@frozen
-class ArxModel:
+class ArxModel(Value):
     """A fitted ARX model."""
 
     a: tuple[float, ...]

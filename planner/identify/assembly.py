@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from msgspec import structs
 
 from planner import quantity
 from planner.autopilot import Autopilot
@@ -22,6 +20,7 @@ from planner.identify.flown_mission import flown_parameters
 from planner.identify.manoeuvres import Answer
 from planner.identify.outcome import Evidence, Identification, Status
 from planner.identify.spread import left_out_spread, ramp_spread
+from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
 from planner.vehicle.model import (
     Provenance,
@@ -253,8 +252,7 @@ class Method(StrEnum):
     """As the article does: noise biases it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class IdentificationSettings:
+class IdentificationSettings(Value):
     """What no log tells, and how to go about it."""
 
     name: str
@@ -289,8 +287,7 @@ _LEAST_DAMPING = 0.3
 _MOTIONS = (Answer.ALTITUDE.value, Answer.SPEED.value)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Parts:
+class Parts(Value, eq=False):
     """What the two ways of identifying have in common."""
 
     power: PowerIdentification
@@ -301,8 +298,7 @@ class Parts:
     ramps: RampIdentification | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Power:
+class _Power(Value):
     """The power of the model, wherever it comes from."""
 
     hover: HoverLaw | None
@@ -400,7 +396,7 @@ def assemble_model(
         spread = left_out_spread(model, records, parts.steady, settings)
     elif parts.ramps is not None and parts.ramps.ramps is not None:
         spread = ramp_spread(records, settings)
-    model = structs.replace(model, spread=spread)
+    model = replace(model, spread=spread)
     return Identification(
         model=model,
         states=tuple(outcomes),

@@ -9,17 +9,16 @@ it as such.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from planner.errors import IdentificationError
-from planner.frozen import frozen
 from planner.identify.noise import Noise, fit_noise, least_squares_covariance
 from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
 from planner.units import SECONDS_PER_HOUR
+from planner.values import Value
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
@@ -37,8 +36,7 @@ _LEAST_RISE_V = 1e-3
 """Between two knots: a curve must rise. [V]"""
 
 
-@frozen
-class BatteryFit:
+class BatteryFit(Value):
     """What one or more discharges tell about a battery."""
 
     ocv_soc: tuple[float, ...]
@@ -133,8 +131,7 @@ _THINNED_S = 0.5
 """Samples taken for the fit: the noise has a memory, more of them tell no more. [s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PackSettings:
+class PackSettings(Value):
     """What no log tells about a battery."""
 
     capacity_ah: float | None = None
@@ -144,8 +141,7 @@ class PackSettings:
     """Kind of cell whose open-circuit curve is scaled to the flights."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BatteryIdentification:
+class BatteryIdentification(Value):
     """What the discharges tell."""
 
     battery: Battery | None

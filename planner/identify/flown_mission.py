@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +25,7 @@ from planner.mission.items import (
 )
 from planner.mission.route.route import LANDING_MISSING
 from planner.physics.wind import Wind
+from planner.values import Value, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
@@ -264,8 +264,7 @@ _LEAST_S = 2.0
 """A shorter stretch in another mode is a switch passed over. [s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlownWindow:
+class FlownWindow(Value):
     """What is compared of a record."""
 
     flown: FlightRecord
@@ -372,7 +371,7 @@ def _cut(record: FlightRecord, begin: int, end: int) -> FlightRecord:
     columns["time_s"] = record.time_s[begin:end] - begin_s
     return replace(
         record,
-        **columns,  # type: ignore[arg-type]  # a mapping of columns by their own names
+        **columns,
         duration_s=end_s - begin_s,
         begins_in_log_s=record.begins_in_log_s + begin_s,
     )

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import IdentificationError
-from planner.frozen import frozen
 from planner.identify.outcome import Estimate
+from planner.values import Value
 from planner.vehicle.power import AltitudeLaw, DensityLaw
 
 if TYPE_CHECKING:
@@ -36,8 +36,7 @@ LOWEST_HEIGHT_M = 1.0
 """Height below which a law over height is held constant. [m]"""
 
 
-@frozen(eq=False)
-class AltitudeLawFit:
+class AltitudeLawFit(Value, eq=False):
     """The article's law with the covariance of K and z."""
 
     law: AltitudeLaw
@@ -54,8 +53,7 @@ class AltitudeLawFit:
         )
 
 
-@frozen
-class DensityLawFit:
+class DensityLawFit(Value):
     """The density form, and which of its exponents were measured."""
 
     law: DensityLaw
@@ -224,8 +222,7 @@ _LEAST_ERROR_W = 1e-3
 """Keeps the weights finite where there is no noise. [W]"""
 
 
-@frozen
-class CruiseCurve:
+class CruiseCurve(Value):
     """Power above hover over airspeed, falling to one minimum and rising after it."""
 
     speed_m_s: tuple[float, ...]

@@ -8,7 +8,6 @@ parameters.  What the flights do not tell is taken from a base model or left out
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +41,7 @@ from planner.identify.steady import (
     steady_flight,
     steady_stretches,
 )
+from planner.values import replace
 from planner.vehicle.model import Loads
 from planner.vehicle.power import (
     AltitudeLaw,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.errors import UsageError
 from planner.identify.identification import identify_vehicle
 from planner.identify.verification import verify_flight
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.identify.steady import speed_through_air_m_s
+from planner.values import Value, force_setattr, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,8 +34,7 @@ class ReferenceForm(StrEnum):
     """It goes straight to the next sample: references shaped by the autopilot."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Manoeuvre:
+class Manoeuvre(Value, eq=False):
     """Reference and answer at even steps of time, from rest before the reference changes.
 
     The system is taken to be at rest, except for constant offsets, until then.
@@ -63,7 +62,7 @@ class Manoeuvre:
         for name in _COLUMNS:
             column = np.array(getattr(self, name), dtype=np.float64)
             column.setflags(write=False)
-            object.__setattr__(self, name, column)
+            force_setattr(self, name, column)
         if not self.time_s.shape == self.reference.shape == self.answer.shape:
             msg = (
                 "time, reference and answer of a manoeuvre must have one length, got "
@@ -248,8 +247,7 @@ class Answer(StrEnum):
     BRAKE_POWER = "brake_power"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cut:
+class Cut(Value):
     """A command of a record, and the manoeuvre it gives for one answer, if any."""
 
     answer: Answer
@@ -273,8 +271,7 @@ class Cut:
         return self.manoeuvre is not None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Command:
+class _Command(Value):
     """A stretch in which a reference changes: sample before it, and sample it has ended at."""
 
     first: int

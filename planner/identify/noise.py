@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import IdentificationError
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,8 +33,7 @@ _WORST_CONDITION = 1e10
 """Of a scaled normal matrix; beyond, some combination of parameters leaves no trace."""
 
 
-@frozen
-class Noise:
+class Noise(Value):
     """Stationary noise at even sampling steps."""
 
     variance: float

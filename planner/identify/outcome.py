@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from statistics import NormalDist
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -30,8 +29,7 @@ class Status(StrEnum):
     """The flights do not tell it, and no base model does."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SegmentUse:
+class SegmentUse(Value):
     """A stretch of a flight, and what it was used for."""
 
     log: str
@@ -57,8 +55,7 @@ class SegmentUse:
         return not self.refusal
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateOutcome:
+class StateOutcome(Value):
     """What was found about one state."""
 
     name: str
@@ -97,8 +94,7 @@ class StateOutcome:
         return tuple(sorted(counts.items(), key=lambda pair: -pair[1]))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ResponseEvidence:
+class ResponseEvidence(Value, eq=False):
     """Manoeuvres beside the model that was fitted to them: what a figure shows."""
 
     name: str
@@ -107,8 +103,7 @@ class ResponseEvidence:
     window_s: float | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Evidence:
+class Evidence(Value, eq=False):
     """What the model rests on, for figures."""
 
     records: tuple[FlightRecord, ...]
@@ -119,8 +114,7 @@ class Evidence:
     battery: BatteryFit | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Identification:
+class Identification(Value, eq=False):
     """A model made of flights, and how."""
 
     model: VehicleModel
@@ -144,8 +138,7 @@ class Identification:
         raise KeyError(name)
 
 
-@frozen
-class Estimate:
+class Estimate(Value):
     """A number that was measured, and how well."""
 
     name: str

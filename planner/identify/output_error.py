@@ -24,11 +24,11 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.frozen import frozen
 from planner.identify.manoeuvres import simulated_answers
 from planner.identify.noise import Noise, fit_noise, least_squares_covariance
 from planner.identify.outcome import Estimate
 from planner.physics.response import make_modes
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -172,8 +172,7 @@ _TIME_CONSTANTS = 4.0
 """exp(-4) is 2 %."""
 
 
-@frozen(eq=False)
-class ResponseFit:
+class ResponseFit(Value, eq=False):
     """A transfer function fitted to manoeuvres."""
 
     structure: Structure

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +25,7 @@ from planner.identify.steady import (
     fit_steady_map,
     speed_through_air_m_s,
 )
+from planner.values import Value, replace
 from planner.vehicle.power import AltitudeLaw, CruisePower, VerticalPower, hover_power_w
 
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ _MOVING_M_S = 1.0
 _CLIMBING_M_S = 0.3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PowerIdentification:
+class PowerIdentification(Value, eq=False):
     """What the steady flight tells about the power."""
 
     hover: HoverLaw | None = None

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
 from planner.identify.manoeuvres import simulated_answers
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 _LAGS = 20
 
 
-@frozen
-class Quality:
+class Quality(Value):
     """How one manoeuvre is described by a model."""
 
     fit_percent: float

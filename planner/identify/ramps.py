@@ -15,7 +15,6 @@ dawdles once counts for one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +24,7 @@ from planner.errors import IdentificationError
 from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
 from planner.identify.quality import fit_percent
 from planner.identify.states import run_bounds
+from planner.values import Value
 from planner.vehicle.model import Ramps
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ _COMMANDED_PERCENTILE = 80.0
 """Of the speeds above half of the highest: commanded speeds are held for most of a leg."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TimedLeg:
+class TimedLeg(Value):
     """A level leg with the standstill before it."""
 
     log: str
@@ -83,8 +82,7 @@ class TimedLeg:
         return self.duration_s - self.length_m / self.speed_m_s
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TimedChange:
+class TimedChange(Value):
     """A take-off until the first leg begins, or a landing until the motors stand."""
 
     log: str
@@ -104,8 +102,7 @@ class TimedChange:
         return f"{'take-off' if self.rise_m > 0.0 else 'landing'} {abs(self.rise_m):.0f} m"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TimedFlight:
+class TimedFlight(Value):
     """The manoeuvres of one flight, where it is a take-off, legs and a landing one after the other."""
 
     log: str
@@ -258,8 +255,7 @@ _LEAST_INVERSE = 0.05
 """Of accelerations: 20 m/s² is out of reach of any multirotor. [s² m⁻¹]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RampIdentification:
+class RampIdentification(Value):
     """Ramps for the model file, if the flights tell them, and what was found."""
 
     ramps: Ramps | None

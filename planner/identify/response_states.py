@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +17,7 @@ from planner.identify.outcome import ResponseEvidence, SegmentUse, StateOutcome,
 from planner.identify.output_error import select_response
 from planner.identify.quality import evaluate_model
 from planner.identify.structure import FOLLOWING, MOTION, POWER, POWER_WITHOUT_ZERO
+from planner.values import Value, replace
 from planner.vehicle.declared import declared
 from planner.vehicle.model import ManoeuvreResponse, Responses
 
@@ -51,8 +51,7 @@ _GAIN_TOLERANCE = 0.05
 """The model file holds motion to this: a vehicle arrives where it is sent. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FittedResponse:
+class FittedResponse(Value, eq=False):
     """A model of one answer."""
 
     transfer_function: TransferFunction
@@ -63,8 +62,7 @@ class FittedResponse:
     """Standard errors of numerator, denominator and delay; ``None`` where the method tells none."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ResponseIdentification:
+class ResponseIdentification(Value, eq=False):
     """A response for the model file, if there is one, and what was found."""
 
     response: ManoeuvreResponse | None

@@ -14,11 +14,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec.structs import replace
 
 from planner.errors import IdentificationError, MavjouleError
 from planner.flight.motion.kinematics import FlightState
-from planner.frozen import frozen
 from planner.identify.power_states import (
     at_mean_load,
     identify_manoeuvre_power,
@@ -30,6 +28,7 @@ from planner.identify.states import find_states, slope_per_s
 from planner.identify.steady import record_air_density_kg_m3, speed_through_air_m_s
 from planner.identify.verification import KnownConditions, verify_flight
 from planner.units import SECONDS_PER_HOUR
+from planner.values import Value, replace
 from planner.vehicle.model import STATE_NAMES, ModelSpread
 from planner.vehicle.power import AltitudeLaw, CruisePower, WholeLaw, whole_power_w
 
@@ -45,8 +44,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import Ramps, VehicleModel
 
 
-@frozen
-class FlownAndPredicted:
+class FlownAndPredicted(Value):
     """One flight and its prediction by a model that was not fitted to it."""
 
     flown_time_s: float

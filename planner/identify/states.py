@@ -17,7 +17,7 @@ from planner.flight.motion.kinematics import (
     STATES,
     FlightState,
 )
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -49,8 +49,7 @@ _KNOWN = 0.9
 """Share of the flight a column must be known for. [-]"""
 
 
-@frozen
-class StateSegment:
+class StateSegment(Value):
     """A stretch of one flight state."""
 
     state: FlightState

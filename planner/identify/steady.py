@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from planner.identify.states import run_bounds, slope_per_s
 from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
+from planner.values import Value
 from planner.vehicle.power import MomentumLaw
 
 if TYPE_CHECKING:
@@ -34,8 +34,7 @@ _SPEED_RANGE_M_S = 2.0
 """Largest difference between the 5th and the 95th percentile in a stretch that counts as steady."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SteadyPower:
+class SteadyPower(Value):
     """Mean power over steady flight at one height and speed."""
 
     power_w: float
@@ -279,8 +278,7 @@ _LEAST_CELLS = 3
 """Of level flight, hover counted: fewer tell nothing about the power over speed."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SteadyMap:
+class SteadyMap(Value, eq=False):
     """Momentum theory fitted to steady flight."""
 
     law: MomentumLaw

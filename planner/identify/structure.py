@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
 from planner.physics.response import MAX_ORDER, TransferFunction
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -23,8 +23,7 @@ _SMALLEST_FACTOR = 1e-6
 """Nothing that is flown changes over a million seconds. [rad/s]"""
 
 
-@frozen
-class Structure:
+class Structure(Value):
     """Orders of a transfer function with delay, and its steady gain where that is known.
 
     Raises

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +26,7 @@ from planner.logs.record import STEP_S
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.units import wh_from_j
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -97,7 +97,7 @@ def predicted_record(flight: Flight, flown: FlightRecord) -> FlightRecord:
     unknown = dict.fromkeys(flown.columns(), np.full(time_s.size, np.nan))
     return replace(
         flown,
-        **{**unknown, **known},  # type: ignore[arg-type]  # all of them are columns
+        **{**unknown, **known},
         duration_s=flight.time_s,
         quantities=(),
         findings=(),
@@ -117,8 +117,7 @@ _STEADY_S = 3.0
 """A speed that has not risen for so long, looking back, is the one braked from. [s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
+class Stop(Value):
     """A manoeuvre from a horizontal speed to standstill in the air."""
 
     item: int
@@ -190,8 +189,7 @@ _VERTICAL = frozenset(
 _STEADY = frozenset((FlightState.HOVER, FlightState.CRUISE))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateComparison:
+class StateComparison(Value):
     """Everything flown in one state, against everything predicted in it."""
 
     state: FlightState
@@ -216,8 +214,7 @@ class StateComparison:
         return self.predicted_energy_wh / self.energy_wh - 1.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StopComparison:
+class StopComparison(Value):
     """A stop flown, and the one predicted for it."""
 
     item: int
@@ -398,8 +395,7 @@ _WHOLE = 0.95
 """Share of the flight the power is known for, under which the energy is doubtful. [-]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KnownConditions:
+class KnownConditions(Value):
     """What the user says of the flights; ``None``: as the log tells."""
 
     mission: Mission | None = None
@@ -411,8 +407,7 @@ class KnownConditions:
     position_noise_m: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Figures:
+class Figures(Value):
     """What a flight took."""
 
     time_s: float
@@ -422,8 +417,7 @@ class Figures:
     """Horizontal length of the track. [m]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Verification:
+class Verification(Value):
     """A flight as it was flown and as it was predicted."""
 
     log: str

@@ -18,7 +18,7 @@ from enum import StrEnum
 from typing import NoReturn
 
 from planner.errors import UsageError
-from planner.frozen import frozen
+from planner.values import Value
 
 DEFAULT_BAUD = 57_600
 """What telemetry radios and MAVProxy start with. [Bd]"""
@@ -57,8 +57,7 @@ _DEVICE_BEGUN = re.compile(r"(?:/dev/[^\s:,]+|COM\d{1,3})(?=[:,])", re.IGNORECAS
 _HOST = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_])?", re.ASCII)
 
 
-@frozen
-class LinkAddress:
+class LinkAddress(Value):
     """One way to a vehicle."""
 
     kind: LinkKind

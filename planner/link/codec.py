@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.errors import UsageError
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 Checksum = Callable[[bytes], int]
 
 
-@frozen
-class Message:
+class Message(Value):
     """One message, received or to be sent."""
 
     name: str
@@ -69,8 +68,7 @@ _HEAD = 10
 """Bytes of a version 2 frame before its content."""
 
 
-@frozen
-class Layout:
+class Layout(Value):
     """How a message stands in its frame."""
 
     number: int
@@ -85,8 +83,7 @@ class Layout:
         return struct.Struct("<" + "".join(form for _, form in self.fields))
 
 
-@frozen
-class Extension:
+class Extension(Value):
     """Fields behind those that a dialect knows of a message."""
 
     start: int

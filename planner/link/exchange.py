@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
 from planner.link.codec import message
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.link.codec import Message
@@ -260,8 +260,7 @@ class ParameterHashRequest(Question):
         return received.name == "PARAM_VALUE" and received["param_id"] == HASH_NAME
 
 
-@frozen
-class LinkSettings:
+class LinkSettings(Value):
     """Waiting times and numbers of attempts of every transfer.
 
     The defaults are those of ground stations: MAVLink's guide has 1500 ms for an answer; a request

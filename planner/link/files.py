@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import replace
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.exchange import Exchange, Retransmission
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -102,8 +101,7 @@ class FileError(IntEnum):
     END_OF_FILE = 6
 
 
-@frozen
-class FilePacket:
+class FilePacket(Value):
     """The content of a FILE_TRANSFER_PROTOCOL."""
 
     number: int

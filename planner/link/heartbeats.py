@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -21,8 +21,7 @@ _MOST_HEARD = 64
 """Vehicles remembered; a swarm's are named one by one."""
 
 
-@frozen
-class Heard:
+class Heard(Value):
     """One autopilot that sent a heartbeat."""
 
     system: int

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, OutputError
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.exchange import Exchange
 from planner.link.files import (
@@ -22,6 +21,7 @@ from planner.link.files import (
     FolderListing,
     crc32_of,
 )
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -37,8 +37,7 @@ _WINDOW = 90 * 256
 """Bytes asked for at once: 90 in each message. [B]"""
 
 
-@frozen
-class VehicleLog:
+class VehicleLog(Value):
     """A log that a vehicle keeps."""
 
     name: str
@@ -197,8 +196,7 @@ def fetch_log_list(link: PymavlinkLink) -> tuple[VehicleLog, ...]:
     )
 
 
-@frozen
-class DownloadedLog:
+class DownloadedLog(Value):
     """A log of a vehicle that is whole on disk."""
 
     log: VehicleLog

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
@@ -26,6 +25,7 @@ from planner.mission.formats.fence_items import (
 from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, MissionItem
 from planner.mission.route.jumps import numbered_in_order
 from planner.mission.vehicle_kind import tell_vehicle
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,9 +11,9 @@ from enum import Enum, IntEnum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.exchange import Exchange
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,8 +81,7 @@ ITEM_FIELDS = (
 )
 
 
-@frozen
-class WireItem:
+class WireItem(Value):
     """One MISSION_ITEM_INT, in MAVLink's own units."""
 
     frame: int

@@ -12,9 +12,9 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.exchange import Exchange
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,8 +35,7 @@ _LAYOUTS = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i", 9: "<f"}
 """By MAV_PARAM_TYPE, how four bytes hold a value."""
 
 
-@frozen
-class WireParameter:
+class WireParameter(Value):
     """One PARAM_VALUE."""
 
     name: str

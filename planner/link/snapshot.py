@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.link.mission_items import mission_of_lists, shortest
 from planner.link.mission_transfer import MissionKind
 from planner.link.vehicle import VehicleSnapshot
+from planner.values import Value, replace
 from planner.vehicle.parameters.files import (
     ParameterSet,
     ParameterValue,
@@ -32,8 +31,7 @@ _STACKS = {Autopilot.PX4: "PX4 Pro", Autopilot.ARDUPILOT: "ArduPilot"}
 """As QGroundControl names them in a parameter file."""
 
 
-@frozen
-class VehicleReading:
+class VehicleReading(Value):
     """What was read of a vehicle, as it came."""
 
     state: VehicleState

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import astuple, replace
 from typing import TYPE_CHECKING
 
 from planner.errors import ExitCode, LinkError, UsageError
-from planner.frozen import frozen
 from planner.link.mission_items import lists_of_mission, mission_of_lists
 from planner.link.mission_transfer import MissionKind, UploadOutcome
 from planner.mission.compare import compare_missions
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -73,8 +72,7 @@ _SETTLED_S = 1.0
 _LOOKS = 3
 
 
-@frozen
-class UploadResult:
+class UploadResult(Value):
     """What became of a mission that was sent."""
 
     rejection: str = ""
@@ -214,7 +212,8 @@ def is_same(first: Sequence[WireItem], second: Sequence[WireItem]) -> bool:
 
 def _content(item: WireItem) -> tuple[object, ...]:
     return tuple(
-        struct.pack("<f", value) if isinstance(value, float) else value for value in astuple(item)
+        struct.pack("<f", value) if isinstance(value, float) else value
+        for value in field_values(item).values()
     )
 
 

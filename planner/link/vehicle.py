@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Protocol
 
 from planner.autopilot import Autopilot
 from planner.catalogue import PX4_EVENTS
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.exchange import Exchange
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,8 +29,7 @@ _RELEASES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
 """FIRMWARE_VERSION_TYPE."""
 
 
-@frozen
-class VehicleIdentity:
+class VehicleIdentity(Value):
     """Who is on the line."""
 
     system: int
@@ -82,8 +81,7 @@ def firmware_release(kind: int) -> str:
     return _RELEASES.get(kind, f"type {kind}")
 
 
-@frozen
-class BatteryState:
+class BatteryState(Value):
     """The first battery, as the vehicle measures it."""
 
     remaining_fraction: float | None = None
@@ -97,8 +95,7 @@ class BatteryState:
     """By the autopilot's parameters. [Ah]"""
 
 
-@frozen
-class VehiclePosition:
+class VehiclePosition(Value):
     """Where the vehicle is."""
 
     latitude_deg: float
@@ -107,8 +104,7 @@ class VehiclePosition:
     height_above_home_m: float
 
 
-@frozen
-class WindEstimate:
+class WindEstimate(Value):
     """The wind, as the vehicle takes it to be."""
 
     speed_m_s: float
@@ -116,8 +112,7 @@ class WindEstimate:
     """Where it blows from. [°]"""
 
 
-@frozen
-class StatusText:
+class StatusText(Value):
     """One STATUSTEXT, its chunks put together."""
 
     severity: int
@@ -125,8 +120,7 @@ class StatusText:
     text: str
 
 
-@frozen
-class VehicleState:
+class VehicleState(Value):
     """What a vehicle says of itself at one time."""
 
     home: Home | None = None
@@ -147,8 +141,7 @@ class VehicleState:
         return f"it is {' and '.join(found)}" if found else ""
 
 
-@frozen
-class VehicleSnapshot:
+class VehicleSnapshot(Value):
     """Everything that was read from a vehicle."""
 
     address: str
@@ -227,8 +220,7 @@ MISSION_EVENTS: Mapping[int, str] = {event_number(name): name for name in PX4_EV
 """By number, the names of the events about missions."""
 
 
-@frozen
-class VehicleEvent:
+class VehicleEvent(Value):
     """One EVENT."""
 
     number: int

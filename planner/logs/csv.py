@@ -18,10 +18,10 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import LogFileError
-from planner.frozen import frozen
 from planner.logs.positions import electrical_series, euler_angles_deg
 from planner.logs.record import LOG_DAMAGED, Recording
 from planner.logs.series import Clock, Series
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -112,8 +112,7 @@ class Axes(StrEnum):
     """Forward, left, up to east, north, up."""
 
 
-@frozen
-class ColumnSource:
+class ColumnSource(Value):
     """The column a quantity stands in."""
 
     column: str
@@ -122,16 +121,14 @@ class ColumnSource:
     """The column times this is in the unit of the quantity."""
 
 
-@frozen
-class Orientation:
+class Orientation(Value):
     """Four columns that hold a quaternion, scalar first."""
 
     columns: tuple[str, str, str, str]
     axes: Axes
 
 
-@frozen
-class CsvMapping:
+class CsvMapping(Value):
     """Which column of a CSV file is which quantity."""
 
     name: str

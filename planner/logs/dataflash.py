@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import struct
 from array import array
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
-from planner.frozen import frozen
 from planner.logs import dataflash_quantities as events
 from planner.logs.dataflash_quantities import other_batteries, quantity_series
 from planner.logs.record import LOG_DAMAGED, Recording, carried_over
 from planner.logs.series import Clock
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -80,8 +80,7 @@ WANTED: Mapping[str, frozenset[str]] = {
 """The fields used, by message; all names any firmware has had."""
 
 
-@frozen
-class MessageFormat:
+class MessageFormat(Value):
     """The definition of a message: its FMT."""
 
     name: str
@@ -90,8 +89,7 @@ class MessageFormat:
     fields: tuple[str, ...]
 
 
-@frozen(eq=False)
-class MessageTable:
+class MessageTable(Value, eq=False):
     """All messages of one name, as columns of the wanted fields."""
 
     message: MessageFormat
@@ -128,8 +126,7 @@ class MessageTable:
         return None
 
 
-@frozen(eq=False)
-class DataflashLog:
+class DataflashLog(Value, eq=False):
     """The wanted messages of a log."""
 
     tables: Mapping[str, MessageTable]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,11 +9,11 @@ import numpy as np
 from planner import quantity
 from planner.errors import LogFileError
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.logs.positions import height_columns, home_of, position_columns, speed_columns
 from planner.logs.record import ABSENCE_COSTS, STEP_S, Boundary, FlightRecord, Quantity
 from planner.logs.series import GAP_INTERVALS, LEAST_GAP_S, Column, Grid, Series
 from planner.units import SECONDS_PER_HOUR
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -42,8 +41,7 @@ _LONGEST_FLIGHT_S = 43_200.0
 """Twelve hours: a longer run of a log without a silence is a broken clock. [s]"""
 
 
-@frozen
-class FlightSpan:
+class FlightSpan(Value):
     """One flight on the clock of its recording."""
 
     begin_s: float

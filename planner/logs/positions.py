@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from planner.geo.geodesy import LocalFrame
 from planner.logs.record import LoggedHome
 from planner.logs.series import Series
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray

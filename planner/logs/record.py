@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
+from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -70,8 +69,7 @@ class Boundary(StrEnum):
     """The log begins, or ends, with the vehicle armed, in the air or not."""
 
 
-@frozen
-class LoggedHome:
+class LoggedHome(Value):
     """The home of a flight, the origin of its heights and of its local frame."""
 
     latitude_deg: float | None
@@ -84,8 +82,7 @@ class LoggedHome:
     """The message it comes from, or how it was chosen."""
 
 
-@frozen
-class LoggedItem:
+class LoggedItem(Value):
     """A mission item as the vehicle held it, with MAVLink's seven parameters."""
 
     item: int
@@ -104,8 +101,7 @@ class LoggedItem:
     """In the altitude reference of ``frame``. [m]"""
 
 
-@frozen
-class Quantity:
+class Quantity(Value):
     """A row of the table that says what was found where."""
 
     name: str
@@ -127,8 +123,7 @@ class Quantity:
         return self.found_in is not None
 
 
-@frozen(eq=False)
-class FlightRecord:
+class FlightRecord(Value, eq=False):
     """One flight, from arming to disarming, the vehicle armed throughout.
 
     The columns are arrays of one length.  NaN stands in a column of numbers wherever the log does
@@ -232,7 +227,7 @@ class FlightRecord:
 
     def columns(self) -> dict[str, FloatArray | BoolArray | IntArray | TextArray]:
         """Return the columns by name, time first."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        values = field_values(self)
         return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
     def quantity(self, name: str) -> Quantity:
@@ -296,8 +291,7 @@ ABSENCE_COSTS: Mapping[str, str] = {
 """Cost by the name of the column, in the order of the columns of a record."""
 
 
-@frozen
-class Source:
+class Source(Value):
     """One field of one message."""
 
     message: str
@@ -317,8 +311,7 @@ def sources(*places: str, unit: float = 1.0, valid: str | None = None) -> tuple[
     )
 
 
-@frozen
-class LogFile:
+class LogFile(Value):
     """Which file a recording comes from."""
 
     source: str
@@ -327,8 +320,7 @@ class LogFile:
     log_format: LogFormat
 
 
-@frozen(eq=False)
-class Recording:
+class Recording(Value, eq=False):
     """Everything a log tells between two restarts of its clock.
 
     ``series`` holds quantities by the names of the record's columns, as far as the log has them

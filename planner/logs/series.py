@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.logs.record import STEP_S
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,8 +29,7 @@ GAP_INTERVALS = 3.0
 """Nor is a silence a gap before it is this many times the usual time between samples. [-]"""
 
 
-@frozen(eq=False)
-class Series:
+class Series(Value, eq=False):
     """Samples of one quantity, finite and in the order of time."""
 
     time_s: FloatArray
@@ -153,8 +151,7 @@ class Series:
         return values
 
 
-@frozen(eq=False)
-class Column:
+class Column(Value, eq=False):
     """A quantity on the time base of a flight."""
 
     values: FloatArray
@@ -185,8 +182,7 @@ class Column:
         return replace(self, values=self.values + offset)
 
 
-@frozen(eq=False)
-class Grid:
+class Grid(Value, eq=False):
     """The times of a record's samples."""
 
     recording: Recording
@@ -239,8 +235,7 @@ LOG_CLOCK = Rule(
 )
 
 
-@frozen(eq=False)
-class Clock:
+class Clock(Value, eq=False):
     """Places and times of the timed messages of a log, strays left out."""
 
     places: IntArray

@@ -11,12 +11,12 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
-from planner.frozen import frozen
 from planner.logs.flights import items_flown
 from planner.logs.modes import AUTO, AUTO_MISSION, copter_mode, px4_custom_mode
 from planner.logs.record import LOG_DAMAGED, LoggedHome, LoggedItem, Recording, carried_over
 from planner.logs.series import Clock, Series
 from planner.logs.tlog_quantities import quantity_series
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -35,8 +35,7 @@ _EARLIEST_S, _LATEST_S = 946_684_800.0, 4_102_444_800.0
 """The years 2000 and 2100."""
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(Value, kw_only=False):
     """One frame: where it stands, when it came, whose it is."""
 
     place: int
@@ -195,8 +194,7 @@ class _Rows:
     texts: dict[str, list[str]] = field(default_factory=dict)
 
 
-@frozen(eq=False)
-class Messages:
+class Messages(Value, eq=False):
     """The messages of one kind, as columns."""
 
     places: IntArray

@@ -11,7 +11,6 @@ import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
-from planner.frozen import frozen
 from planner.geo.geodesy import LocalFrame
 from planner.logs.flights import items_flown
 from planner.logs.modes import AUTO_MISSION, px4_mode
@@ -25,6 +24,7 @@ from planner.logs.record import (
     sources,
 )
 from planner.logs.series import Series
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -275,8 +275,7 @@ TOPICS = (
 """What is read of a log; the rest stays on the disk."""
 
 
-@frozen(eq=False)
-class Topic:
+class Topic(Value, eq=False):
     """The samples of one instance of a topic."""
 
     name: str

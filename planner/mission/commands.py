@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -98,8 +98,7 @@ UNSET_YAW = frozenset(
 """Commands whose fourth parameter ArduPilot lets be no number; it refuses all others."""
 
 
-@frozen
-class CommandDefinition:
+class CommandDefinition(Value):
     """What MAVLink says about one command."""
 
     name: str
@@ -112,8 +111,7 @@ class CommandDefinition:
     """The seven parameters' names, ``""`` where one is not used."""
 
 
-@frozen
-class CommandTable:
+class CommandTable(Value):
     """MAVLink's enumerations MAV_CMD and MAV_FRAME."""
 
     commands: Mapping[int, CommandDefinition]
@@ -362,8 +360,7 @@ def support(
     return tables.px4.get(command, Support.REFUSED)
 
 
-@frozen
-class _Tables:
+class _Tables(Value):
     effects: Mapping[int, CommandEffect]
     px4: Mapping[int, Support]
     px4_with_position: frozenset[int]

@@ -12,7 +12,6 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -25,6 +24,7 @@ from planner.mission.commands import (
 )
 from planner.mission.route.jumps import numbered_in_order
 from planner.mission.route.walk import stored_hold_s, stored_radius_m, stored_turns
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -56,8 +56,7 @@ class DifferenceKind(StrEnum):
     """A value the autopilot does not keep, and does not fly by."""
 
 
-@frozen
-class Difference:
+class Difference(Value):
     """One thing that two missions do not have in common."""
 
     part: str

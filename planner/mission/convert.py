@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OutputError, UsageError
 from planner.findings import Remarks, Rule, Severity
-from planner.frozen import frozen
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.plan import PlanDocument, read_plan_text
 from planner.mission.formats.simple_item import is_complex
@@ -26,6 +24,7 @@ from planner.mission.route.jumps import flown_order, numbered_in_order
 from planner.mission.route.route import make_route
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import FASTEST_M_S
+from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -57,8 +56,7 @@ _WRITTEN_ITEM_KEYS = frozenset(
 )
 
 
-@frozen
-class Conversion:
+class Conversion(Value):
     """The text of a mission in a file format."""
 
     text: str
@@ -122,9 +120,9 @@ def _check_items(mission: Mission, back: Mission) -> Iterator[Finding]:
     for number, (item, read) in enumerate(pairs, start=1):
         if item != replace(read, place=item.place):
             changed = ", ".join(
-                field.name
-                for field in fields(item)
-                if field.name != "place" and getattr(item, field.name) != getattr(read, field.name)
+                name
+                for name in field_names(item)
+                if name != "place" and getattr(item, name) != getattr(read, name)
             )
             message = f"item {number} reads back with another {changed}"
             yield WRITTEN_DIFFERENTLY.finding(message, item=number)

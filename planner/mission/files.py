@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
@@ -22,6 +21,7 @@ from planner.mission.formats.json_document import parse_json
 from planner.mission.formats.plan import is_legacy, read_plan
 from planner.mission.formats.wpl import has_wpl_header, is_row, read_lines, read_wpl
 from planner.mission.items import MissionFormat
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from enum import StrEnum
+from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
-from planner.frozen import frozen
-from planner.mission.slots import make_many
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,8 +41,7 @@ class VehicleKind(StrEnum):
     OTHER = "other"
 
 
-@frozen
-class VehicleEvidence:
+class VehicleEvidence(Value):
     """A kind of vehicle and what tells it."""
 
     kind: VehicleKind
@@ -53,8 +51,7 @@ class VehicleEvidence:
     """What tells it, fit to stand behind "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
 
 
-@frozen
-class MissionItem:
+class MissionItem(Value, kw_only=False):
     """One item, with the meaning MAVLink gives its seven parameters.
 
     ``None`` stands where the file says ``null`` or ``nan``: not specified.
@@ -85,11 +82,10 @@ class MissionItem:
 
 def make_items(rows: Sequence[tuple[Any, ...]]) -> list[MissionItem]:
     """Return items from their values, each in the order of the fields of `MissionItem`."""
-    return make_many(MissionItem, zip(*rows, strict=True))
+    return list(starmap(MissionItem, rows))
 
 
-@frozen
-class Home:
+class Home(Value):
     """The planned home; the vehicle's own home at arming is what really counts."""
 
     latitude_deg: float
@@ -98,8 +94,7 @@ class Home:
     """``None`` where the file does not know it. [m AMSL]"""
 
 
-@frozen
-class Mission:
+class Mission(Value):
     """A mission read from a file, in flown order, home not counted."""
 
     source: str
@@ -116,7 +111,7 @@ class Mission:
     rally: tuple[RallyPoint, ...] = ()
     findings: tuple[Finding, ...] = ()
     """What reading it brought to light."""
-    document: Any = field(default=None, compare=False, repr=False)
+    document: Any = None
     """The file's own content, kept so that writing it back loses nothing."""
 
     @property

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import SplitError
-from planner.frozen import frozen
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
 from planner.mission.formats.plan import PlanDocument
 from planner.mission.items import Mission, MissionFormat, MissionItem
 from planner.mission.route.jumps import numbered_in_order
 from planner.mission.route.stage import StageKind
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -52,8 +51,7 @@ _PHOTOS = frozenset({203, _START_IMAGES, _STOP_IMAGES})
 """Commands that do no harm flown twice: a photo more."""
 
 
-@frozen
-class CarriedState:
+class CarriedState(Value):
     """What is set at a point of a mission: the last item of each family, in the order set."""
 
     items: tuple[MissionItem, ...] = ()
@@ -175,8 +173,7 @@ ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages after which a flight is over."""
 
 
-@frozen
-class Steps:
+class Steps(Value):
     """A mission in flown order, jumps written out, each step with the stage that it makes."""
 
     mission: Mission
@@ -314,8 +311,7 @@ _UNCUT_BEFORE = frozenset({StageKind.SPLINE, StageKind.TAKEOFF, StageKind.RETURN
 _UNCUT_BEHIND = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.TAKEOFF})
 
 
-@frozen
-class Cut:
+class Cut(Value):
     """A point of a mission: everything before a step is done, and a share of the leg to it."""
 
     step: int
@@ -324,8 +320,7 @@ class Cut:
     """Of the leg to that step. [-]"""
 
 
-@frozen
-class Part:
+class Part(Value):
     """A part of a mission, as a mission of its own."""
 
     mission: Mission

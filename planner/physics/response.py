@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value, force_setattr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,8 +41,7 @@ _NEGLIGIBLE = 1e-12  # of the steady value
 _MOST_TURNS = 4_000_000
 
 
-@frozen
-class TransferFunction:
+class TransferFunction(Value):
     """One linear system: a proper rational function of s and a delay.
 
     Raises
@@ -67,9 +66,9 @@ class TransferFunction:
             if not coefficients or not all(map(math.isfinite, coefficients)):
                 msg = f"the {name} of a transfer function needs finite coefficients, got {coefficients}"
                 raise ValueError(msg)
-            object.__setattr__(self, name, coefficients)
+            force_setattr(self, name, coefficients)
         while len(self.numerator) > 1 and self.numerator[0] == 0.0:
-            object.__setattr__(self, "numerator", self.numerator[1:])
+            force_setattr(self, "numerator", self.numerator[1:])
         if self.denominator[0] == 0.0:
             msg = f"the leading denominator coefficient must not be zero, got {self.denominator}"
             raise ValueError(msg)
@@ -166,8 +165,7 @@ class TransferFunction:
         return system
 
 
-@frozen(eq=False)
-class Modes:
+class Modes(Value, eq=False):
     r"""One rational system, or a stack of them of batch shape B, ready to be evaluated over time.
 
     With z poles at the origin and the others :math:`p_i`,
@@ -449,8 +447,7 @@ class Edge(NamedTuple):
     """0 for a step, 1 for a ramp, 2 for a parabola."""
 
 
-@frozen(eq=False)
-class ShapedResponse:
+class ShapedResponse(Value, eq=False):
     """Answer to an input made of edges, such as a jerk-limited reference, from rest."""
 
     system: TransferFunction
@@ -483,8 +480,7 @@ class Extremum(NamedTuple):
     value: float
 
 
-@frozen
-class StepResponse:
+class StepResponse(Value):
     """Answer of one system to a step at time 0, and its shape: peaks, settling, crossings."""
 
     system: TransferFunction

@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-@frozen
-class Wind:
+class Wind(Value):
     """A steady horizontal wind, at every height the same or with a profile."""
 
     speed_m_s: float = 0.0

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING
+
+import msgspec
 
 from planner.catalogue import entries, events_of
 from planner.report.rule_text import way_off
@@ -373,7 +374,7 @@ def snapshot_json(snapshot: VehicleSnapshot, version: str) -> str:
             "firmware_release": identity.firmware_release,
             "uid": identity.uid or None,
         },
-        "state": asdict(snapshot.state),
+        "state": msgspec.to_builtins(snapshot.state),
         "counts": {
             "items": len(mission.items),
             "fence_areas": 0 if fence is None else fence.area_count,

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import textwrap
 
-from planner.frozen import frozen
+from planner.values import Value
 
 _CODES = {"bold": "1", "red": "1;31", "yellow": "33", "green": "1;32", "dim": "2"}
 
 
-@frozen
-class Medium:
+class Medium(Value):
     """A terminal, or a file or pipe, which has neither width nor colour."""
 
     width: int | None = None

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
 from planner.report.text import table_lines
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission
 
 
-@frozen
-class CodeCount:
+class CodeCount(Value):
     """The findings of one rule and severity in all missions of a call."""
 
     code: str

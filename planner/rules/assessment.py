@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.resolve import FlightParameters
 
 
-@frozen(eq=False)
-class Assessment:
+class Assessment(Value, eq=False):
     """One mission, flown by one vehicle on one day, as predicted."""
 
     mission: Mission

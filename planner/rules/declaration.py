@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from planner.autopilot import Autopilot
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -30,8 +30,7 @@ T2 = TypeVar("T2")
 T3 = TypeVar("T3")
 
 
-@dataclass(frozen=True, slots=True)
-class Need(Generic[T]):
+class Need(Value, Generic[T], kw_only=False):
     """Something without which a rule is not evaluated."""
 
     what: str
@@ -84,8 +83,7 @@ FENCE: Need[FenceLimits] = Need("a fence in the mission or the parameters", _fen
 PROFILE: Need[SiteProfile] = Need("a profile of the site: --profile", lambda a: a.profile)
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
+class Check(Value, kw_only=False):
     """A function of the rules it judges."""
 
     rules: tuple[Rule, ...]

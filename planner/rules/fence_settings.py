@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
+from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.table import OriginKind
 
@@ -19,8 +19,7 @@ _PX4_WARNS = 1
 """GF_ACTION up to which PX4 does nothing about a breach."""
 
 
-@frozen
-class FenceLimits:
+class FenceLimits(Value):
     """The fence that parameters draw around home; ``None`` where they draw none."""
 
     distance_m: float | None = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,6 +23,7 @@ from planner.rules.fence_settings import (
     inclusions_unite,
     limits_from_parameters,
 )
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,8 +47,7 @@ _FAR_LEG_M = 1000.0
 """Length of a leg that is straight in any frame. [m]"""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FencedFlight:
+class FencedFlight(Value, eq=False, dict=True):
     """A flight and its fence."""
 
     assessment: Assessment

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
 from planner.mission.files import read_mission, write_mission
+from planner.values import Value
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
 
 
-@frozen
-class ConversionResult:
+class ConversionResult(Value):
     """A mission written to another file."""
 
     file: str

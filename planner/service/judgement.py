@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot, Target
@@ -31,6 +30,7 @@ from planner.rules.registry import judge, judge_unflown
 from planner.selection import Selection
 from planner.service.arguments import refuse_out_of_range, refuse_wrong_types, reserve_of
 from planner.service.result import CheckResult
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.findings import Finding

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import MissionFileError, NoMissionFileError, OtherVehicleError
@@ -10,6 +9,7 @@ from planner.findings import Rule, Severity
 from planner.mission.files import read_mission
 from planner.service.judgement import check
 from planner.service.result import UnreadableMission
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import TYPE_CHECKING
 
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
-from planner.frozen import frozen
 from planner.selection import Selection
+from planner.values import Value, field
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,8 +22,7 @@ DEFAULT_VEHICLE = "falkowski-2023-quadrotor"
 """The article's quadrotor, which flies where no vehicle is named."""
 
 
-@frozen
-class CheckRequest:
+class CheckRequest(Value):
     """What a mission file is checked against."""
 
     vehicle: str = DEFAULT_VEHICLE

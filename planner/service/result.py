@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import TYPE_CHECKING, Literal
 
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.selection import Selection
+from planner.values import Value, field
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,8 +27,7 @@ if TYPE_CHECKING:
 Verdict = Literal["go", "no-go"]
 
 
-@frozen
-class CheckResult:
+class CheckResult(Value):
     """Everything the check of one mission has to say."""
 
     file: str
@@ -58,8 +56,7 @@ class CheckResult:
     """Which findings were asked for, for whatever is found about several missions together."""
 
 
-@frozen
-class UnreadableMission:
+class UnreadableMission(Value):
     """A mission file about which nothing can be said but why; never a go."""
 
     file: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -21,6 +20,7 @@ from planner.fleet.trajectory import make_trajectory
 from planner.service.arguments import refuse_wrong_types
 from planner.service.judgement import verdict
 from planner.service.result import CheckResult, UnreadableMission
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -8,8 +8,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
-from planner.frozen import frozen
 from planner.simulator.setup import Misbehaviour
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,8 +24,7 @@ ITEMS = frozenset({"MISSION_ITEM_INT", "MISSION_ITEM"})
 """Messages that are cut short."""
 
 
-@frozen
-class DirectionFaults:
+class DirectionFaults(Value):
     """What happens to frames on their way in one direction."""
 
     loss: float = 0.0
@@ -51,8 +50,7 @@ class DirectionFaults:
             raise ValueError(msg)
 
 
-@frozen
-class LineFaults:
+class LineFaults(Value):
     """What goes wrong on a line, in both directions."""
 
     to_vehicle: DirectionFaults = DirectionFaults()
@@ -113,8 +111,7 @@ _EXAMPLE = "loss=20%,delay=0.2,silence=12:30"
 KNOWN = (*_BY_DIRECTION, "silence", "count", "twin", "reject", "event", "seed")
 
 
-@frozen
-class Faults:
+class Faults(Value):
     """What goes wrong, on the line and on the vehicle."""
 
     line: LineFaults = LineFaults()

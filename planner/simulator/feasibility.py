@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.mission.commands import Command, Support, support
 from planner.simulator.parameters import parameter_values
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,8 +22,7 @@ _LANDINGS = frozenset({Command.NAV_LAND})
 """A return is none."""
 
 
-@frozen
-class Rejection:
+class Rejection(Value):
     """Why a vehicle will not fly a mission."""
 
     text: str

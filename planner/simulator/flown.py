@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
 from planner.physics.battery import loaded_voltage_v, open_circuit_voltage_v
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 _J_PER_WH = 3600.0
 
 
-@frozen
-class FlownState:
+class FlownState(Value):
     """A vehicle at one time of its flight."""
 
     latitude_deg: float
@@ -42,8 +41,7 @@ class FlownState:
     charge_used_ah: float | None = None
 
 
-@frozen(eq=False)
-class FlownMission:
+class FlownMission(Value, eq=False):
     """A prediction that can be asked for any time."""
 
     flight: Flight

@@ -7,15 +7,14 @@ import select
 import socket
 import time
 from contextlib import suppress
-from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
 from planner.link.codec import Codec
 from planner.link.mission_transfer import MissionKind
 from planner.simulator.faults import ITEMS, Direction, LineFaults
 from planner.simulator.vehicle import SimulatedVehicle
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
@@ -33,8 +32,7 @@ _TWIN_NORTH_DEG = 0.001
 """The second vehicle stands 111 m away."""
 
 
-@frozen
-class Passed:
+class Passed(Value):
     """One message that was put on the line, whether it arrived or not."""
 
     is_to_vehicle: bool

@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import math
 import zlib
-from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.link.mission_transfer import MissionKind, MissionResult, WireItem
 from planner.mission.commands import (
     AMSL_FRAMES,
@@ -30,6 +28,7 @@ from planner.mission.commands import (
 from planner.mission.formats.fence_items import FENCE_COMMANDS
 from planner.mission.route.walk import stored_hold_s, stored_radius_m, stored_turns
 from planner.simulator.servers import NEVER_S, answer
+from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,8 +38,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.table import Version
 
 
-@frozen
-class Manners:
+class Manners(Value):
     """In what two autopilots differ."""
 
     retry_s: float
@@ -212,7 +210,7 @@ def _with_frame(item: WireItem, frames: tuple[tuple[frozenset[Frame], Frame], ..
 
 
 _EVERY_KIND = 255
-_ITEM_FIELDS = tuple(each.name for each in fields(WireItem))
+_ITEM_FIELDS = field_names(WireItem)
 _SCALE = 1e7
 _LARGEST_INT = 2**31 - 1
 

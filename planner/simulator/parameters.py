@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
+from planner.values import Value, replace
 from planner.vehicle.parameters.resolve import PARAMETERS_OF
 from planner.vehicle.parameters.table import SI_PER_UNIT, parameter_table
 
@@ -35,8 +34,7 @@ _WHOLE_EXTRAS: Mapping[Autopilot, Mapping[str, float]] = {
 _SYSTEM_ID = {Autopilot.PX4: "MAV_SYS_ID", Autopilot.ARDUPILOT: "SYSID_THISMAV"}
 
 
-@frozen
-class VehicleParameter:
+class VehicleParameter(Value):
     """One parameter, in the unit of its autopilot."""
 
     name: str

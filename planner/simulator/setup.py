@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.link.mission_items import lists_of_mission
 from planner.link.mission_transfer import WireItem
 from planner.link.vehicle import AUTOPILOTS, VehicleIdentity
 from planner.mission.items import Home
 from planner.simulator.mission_server import stored_item
+from planner.values import Value, field, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,8 +34,7 @@ SIMULATED_PLACE = Home(latitude_deg=47.397742, longitude_deg=8.545594, altitude_
 """PX4's usual simulated home, for a mission that says nothing of home."""
 
 
-@frozen
-class Misbehaviour:
+class Misbehaviour(Value):
     """What is wrong with the vehicle itself, and not with the line."""
 
     count_error: int = 0
@@ -49,8 +47,7 @@ class Misbehaviour:
     """The same as the event of a name (PX4)."""
 
 
-@frozen
-class VehicleLog:
+class VehicleLog(Value):
     """A log file on the vehicle."""
 
     path: str
@@ -60,8 +57,7 @@ class VehicleLog:
     """When it was written, since 1970. [s]"""
 
 
-@frozen
-class VehicleSetup:
+class VehicleSetup(Value):
     """A vehicle as it stands at its home."""
 
     autopilot: Autopilot

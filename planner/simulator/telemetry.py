@@ -7,9 +7,9 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.link.codec import message
 from planner.simulator.servers import answer
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -64,8 +64,7 @@ _J_PER_WH, _J_PER_HJ = 3600.0, 100.0
 _SCALE = 1e7
 
 
-@frozen
-class Situation:
+class Situation(Value):
     """Everything that telemetry is made of, at one time."""
 
     setup: VehicleSetup

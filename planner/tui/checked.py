@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner import service
-from planner.frozen import frozen
 from planner.service import CheckResult
 from planner.tui.curves import pictures
 from planner.tui.ground import ground
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 
-@frozen(eq=False)
-class Checked:
+class Checked(Value, eq=False):
     """One mission under one set of settings, and what is drawn of it."""
 
     file: str

@@ -10,7 +10,6 @@ from planner import __version__, catalogue
 from planner.errors import OutputError, UsageError
 from planner.files import write_output_file
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.report.json import (
     envelope,
     json_text,
@@ -19,6 +18,7 @@ from planner.report.text import finding_tally, printable
 from planner.service import CheckResult
 from planner.tui.checked import file_sha256
 from planner.tui.rows import MARKS, Column, finding_line
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,8 +32,7 @@ AUTOMATIC_FAMILIES = "EFAWMTPX"
 """Families of rules a mission is judged by, those that ground it most often first."""
 
 
-@frozen
-class Line:
+class Line(Value):
     """One line of the checklist."""
 
     sign: str
@@ -45,8 +44,7 @@ class Line:
     """Which family of rules opens and closes here."""
 
 
-@frozen(eq=False)
-class ChecklistRows:
+class ChecklistRows(Value, eq=False):
     """Lines as rows of a table."""
 
     lines: tuple[Line, ...]

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner import quantity
 from planner.flight.returns.path import return_profile
-from planner.frozen import frozen
 from planner.units import wh_from_j
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,8 +24,7 @@ _MOST_ENDS = 20_000
 """Segments whose ends are looked at besides."""
 
 
-@frozen(eq=False)
-class Line:
+class Line(Value, eq=False):
     """One line of a picture."""
 
     name: str
@@ -34,8 +33,7 @@ class Line:
     ink: str
 
 
-@frozen(eq=False)
-class Picture:
+class Picture(Value, eq=False):
     """One quantity over time."""
 
     name: str

@@ -9,7 +9,6 @@ from planner import (
     quantity,
 )
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.report.rule_text import explanation
 from planner.report.text import (
     figure_texts,
@@ -19,14 +18,14 @@ from planner.report.text import (
 )
 from planner.service import CheckResult
 from planner.tui.rows import MARKS, finding_line
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.service import UnreadableMission
 
 
-@frozen
-class Details:
+class Details(Value):
     """A heading, and labelled paragraphs under it."""
 
     title: str

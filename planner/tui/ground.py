@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -25,8 +25,7 @@ _ARROWS = "↓↙←↖↑↗→↘"
 """Where a wind from north, north-east, … blows to."""
 
 
-@frozen(eq=False)
-class Outline:
+class Outline(Value, eq=False):
     """A closed line: a part of the fence."""
 
     is_inclusion: bool
@@ -34,8 +33,7 @@ class Outline:
     north_m: FloatArray
 
 
-@frozen
-class Mark:
+class Mark(Value):
     """A place with a letter."""
 
     letter: str
@@ -44,8 +42,7 @@ class Mark:
     north_m: float
 
 
-@frozen(eq=False)
-class Ground:
+class Ground(Value, eq=False):
     """What lies under a flight."""
 
     time_s: FloatArray
@@ -152,8 +149,7 @@ def wind_arrow(wind: Wind) -> str:
     return _ARROWS[round(wind.from_deg / 45.0) % 8]
 
 
-@frozen
-class Scale:
+class Scale(Value):
     """How ground becomes dots of a canvas: north up, as many metres across as down."""
 
     west_m: float

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.report.text import headline, printable
 from planner.tui.details import Details
 from planner.tui.rows import MARKS, Column, finding_line
 from planner.tui.verdict import summary
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,8 +23,7 @@ SUFFIXES = frozenset({".plan", ".waypoints", ".mission"})
 MOST_LISTED = 2000
 
 
-@frozen
-class Entry:
+class Entry(Value):
     """A mission, or a folder that may hold some."""
 
     path: str
@@ -70,8 +69,7 @@ def entries_given(paths: Sequence[str]) -> tuple[Entry, ...]:
     )
 
 
-@frozen(eq=False)
-class EntryRows:
+class EntryRows(Value, eq=False):
     """Missions as rows: sign, name, verdict with what the flight takes and leaves."""
 
     entries: tuple[Entry, ...]

@@ -8,10 +8,10 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.report.text import printable, said
 from planner.service import CheckResult
 from planner.units import wh_from_j
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,8 +29,7 @@ MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
 """Signs of severities, so that colour is never needed."""
 
 
-@frozen
-class Column:
+class Column(Value):
     """One column of a table."""
 
     head: str
@@ -60,8 +59,7 @@ class Rows(Protocol):
         ...
 
 
-@frozen(eq=False)
-class FindingRows:
+class FindingRows(Value, eq=False):
     """Findings, worst first."""
 
     findings: tuple[Finding, ...]
@@ -86,8 +84,7 @@ class FindingRows:
         return self.findings[index].severity.label
 
 
-@frozen(eq=False)
-class SegmentRows:
+class SegmentRows(Value, eq=False):
     """The segments of a flight; climbs are changes of height, ``stop`` is to stand still."""
 
     segments: Sequence[Segment]
@@ -118,8 +115,7 @@ class SegmentRows:
         return ""
 
 
-@frozen(eq=False)
-class ItemRows:
+class ItemRows(Value, eq=False):
     """The items of a mission with the worst finding of each."""
 
     items: tuple[ItemArrival, ...]

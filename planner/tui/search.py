@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
 from planner.report.text import printable
 from planner.service import CheckResult
 from planner.tui.rows import MARKS, Column
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,8 +20,7 @@ MOST_HITS = 200
 """Enough to see that a text finds too much."""
 
 
-@frozen
-class Hit:
+class Hit(Value):
     """Something that was found."""
 
     text: str
@@ -32,8 +31,7 @@ class Hit:
     severity: Severity | None = None
 
 
-@frozen(eq=False)
-class HitRows:
+class HitRows(Value, eq=False):
     """Hits as rows of a table."""
 
     hits: tuple[Hit, ...]

@@ -10,11 +10,11 @@ from planner import quantity
 from planner.cli.setting_text import setting_text
 from planner.errors import MavjouleError
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.report.text import headline
 from planner.service import CheckResult
 from planner.tui.checked import check_again, check_inputs
 from planner.tui.rows import MARKS, Column
+from planner.values import Value
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:
@@ -32,8 +32,7 @@ _MOST_ITEMS = 300
 """Of a longer mission no speed is looked for: that takes many checks."""
 
 
-@frozen
-class Suggestion:
+class Suggestion(Value):
     """A change and what comes of it."""
 
     text: str
@@ -46,8 +45,7 @@ class Suggestion:
     """The flights it is, instead of one under other settings."""
 
 
-@frozen(eq=False)
-class SuggestionRows:
+class SuggestionRows(Value, eq=False):
     """Suggestions as rows of a table."""
 
     suggestions: tuple[Suggestion, ...]

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.frozen import frozen
 from planner.report.text import against, caveat, closing_line, headline, printable
 from planner.rules.energy import destination_name, place_along
 from planner.service import CheckResult
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from planner.service import UnreadableMission
 
 
-@frozen
-class Summary:
+class Summary(Value):
     """What is said at the top."""
 
     verdict: str

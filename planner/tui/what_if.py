@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from planner.cli.requests import check_request
 from planner.cli.setting_text import command_text, option_arguments, setting_text
 from planner.cli.settings import SETTINGS
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,8 +44,7 @@ FIELDS = tuple(key for key in LABELS if key in SETTINGS)
 """The settings that can be changed, in the order they are shown."""
 
 
-@frozen
-class WhatIf:
+class WhatIf(Value):
     """The settings of one mission, and what is changed for a look."""
 
     settings: Mapping[str, Any]

@@ -4,9 +4,9 @@ import math
 from typing import Annotated
 
 import numpy as np
-from msgspec.structs import replace
 
 from planner.physics.battery import delivered_energy_wh
+from planner.values import replace
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,

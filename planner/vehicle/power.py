@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import numpy as np
-from msgspec.structs import asdict
 
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
+from planner.values import field_values
 from planner.vehicle.declared import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -335,7 +335,7 @@ def whole_power_w(
     return momentum_power_w(
         airspeed_m_s,
         climb_rate_m_s,
-        Rotor(**asdict(law)),
+        Rotor(**field_values(law)),
         mass_kg=mass_kg,
         air_density_kg_m3=air_density_kg_m3,
     )

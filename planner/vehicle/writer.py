@@ -8,10 +8,9 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from planner.errors import UsageError
 from planner.files import write_output_file
+from planner.values import replace
 from planner.vehicle.declared import Interval, Kind, Part, declared
 from planner.vehicle.model import NOT_GIVEN, OF_CRUISE
 from planner.vehicle.reader import SCHEMA_VERSION, vehicle_from_toml

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from made_missions import item, mission, rtl, takeoff
 
 from planner.cli.main import main
 from planner.mission.files import write_mission
+from planner.values import replace
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -3,7 +3,6 @@ from __future__ import annotations
 import json
 import math
 import signal
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -18,6 +17,7 @@ from planner.link.parameters import (
     MESSAGES,
     Purpose,
 )
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from fenced_missions import at, box
@@ -16,6 +14,7 @@ from planner.flight.prediction import predict_flight
 from planner.geo.fence import Fence
 from planner.mission.convert import route_at_speed
 from planner.physics.wind import Wind
+from planner.values import replace
 from planner.vehicle.battery import Battery
 
 ARTICLE = planner.load_vehicle("falkowski-2023-quadrotor")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -21,6 +20,7 @@ from planner.geo.fence import Fence, FenceCircle, RallyPoint
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.parts import make_steps, possible_cuts
 from planner.physics.wind import Wind
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import (
     ParameterSet,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +26,7 @@ from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_
 from planner.fleet.trajectory import AT_REST_S, Trajectory, make_trajectory, part_of_cubic
 from planner.geo.geodesy import LocalFrame
 from planner.service import check
+from planner.values import field_values
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -144,10 +144,7 @@ def test_a_landed_vehicle_is_in_the_way_of_one_in_the_air() -> None:
 def test_two_on_the_ground_are_not_judged() -> None:
     near = straight((0, 0, 2, 0), (1, 0, 2, 0), low_ends=True)
     low = {"is_low": np.array([True, True, True])}
-    ground = [
-        Trajectory(**{field.name: getattr(one, field.name) for field in fields(one)} | low)
-        for one in (near, LANDED)
-    ]
+    ground = [Trajectory(**field_values(one) | low) for one in (near, LANDED)]
     assert closest_approach(*ground) is None
     assert not ground[0].is_ever_flying
     assert closest_approach(near, ground[1]) is not None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from made_missions import HOME, item, mission, rtl, takeoff
 from rule_cases.case import PLAIN
 from rule_cases.swarm import moved, together
+
+from planner.values import replace
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ down between 5 m and 10 m of error, half of WP_TER_MARGIN and all of it.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +14,10 @@ from ardupilot_missions import DEFAULTS, fly, go, states, takeoff, took_s
 from made_missions import item, mission, north, rtl
 from made_missions import takeoff as takeoff_item
 from made_terrain import ground
-from msgspec import structs
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -65,9 +64,9 @@ def test_a_long_fall_is_descended_at_the_descent_speed() -> None:
 @pytest.mark.parametrize(
     ("parameters", "expected_s"),
     [
-        (structs.replace(DEFAULTS, climb_speed_m_s=2.0), steadily_s(800.0, 2.0, 0.4)),
-        (structs.replace(DEFAULTS, terrain_margin_m=20.0), steadily_s(800.0, 2.5, 0.4, 20.0)),
-        (structs.replace(DEFAULTS, terrain_margin_m=0.0), 200.0),  # it does not wait at all
+        (replace(DEFAULTS, climb_speed_m_s=2.0), steadily_s(800.0, 2.0, 0.4)),
+        (replace(DEFAULTS, terrain_margin_m=20.0), steadily_s(800.0, 2.5, 0.4, 20.0)),
+        (replace(DEFAULTS, terrain_margin_m=0.0), 200.0),  # it does not wait at all
     ],
     ids=["WP_SPD_UP", "WP_TER_MARGIN", "WP_TER_MARGIN 0"],
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, speed, takeoff, waypoint
-from msgspec import structs
 
 from planner.autopilot import Autopilot
 from planner.flight.budget import (
@@ -23,6 +21,7 @@ from planner.flight.prediction import Flight, predict_flight
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.service import CheckResult, check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -101,7 +100,7 @@ def test_the_columns_are_of_one_length_and_the_charge_only_falls() -> None:
 def test_the_lowest_voltage_is_met_near_the_end_of_the_last_climb() -> None:
     # Climbing takes most, and the last climb, item 4, meets the emptiest battery; of little
     # resistance it would be the end of the flight.
-    discharge = discharged(structs.replace(PACK, internal_resistance_ohm=0.16))
+    discharge = discharged(replace(PACK, internal_resistance_ohm=0.16))
     assert FLIGHT.motion.segments.item[discharge.lowest_voltage_segment] == 4
 
 
@@ -116,7 +115,7 @@ def test_what_is_usable_is_less_than_the_curve_holds_and_falls_with_the_charge()
     [
         Battery(capacity_wh=100.0),
         Battery(capacity_ah=5.2, nominal_voltage_v=14.8),
-        structs.replace(PACK, internal_resistance_ohm=None),
+        replace(PACK, internal_resistance_ohm=None),
     ],
 )
 def test_of_a_battery_without_a_curve_or_resistance_nothing_is_invented(battery: Battery) -> None:
@@ -142,7 +141,7 @@ def test_a_result_tells_charge_voltage_and_rate() -> None:
 
 def test_a_voltage_below_the_cut_off_is_a_no_go_before_the_energy_is_used_up() -> None:
     assert found(checked(), "E104") == []
-    resistive = structs.replace(PACK, internal_resistance_ohm=0.16, cutoff_voltage_v=20.9)
+    resistive = replace(PACK, internal_resistance_ohm=0.16, cutoff_voltage_v=20.9)
     result = checked(resistive, reserve=0.0)
     [low] = found(result, "E104")
     assert low.item == 4
@@ -155,7 +154,7 @@ def test_a_voltage_below_the_cut_off_is_a_no_go_before_the_energy_is_used_up() -
 
 def test_a_battery_that_cannot_give_the_power_is_a_no_go() -> None:
     # 25 V over 4 x 0.4 Ω are at most 391 W; climbing takes 458 W.
-    weak = structs.replace(PACK, internal_resistance_ohm=0.4, cutoff_voltage_v=None)
+    weak = replace(PACK, internal_resistance_ohm=0.4, cutoff_voltage_v=None)
     result = checked(weak)
     [low] = found(result, "E104")
     assert "cannot deliver" in low.message
@@ -168,7 +167,7 @@ def test_more_current_than_the_battery_is_made_for_is_marked(
     fires: bool,  # noqa: FBT001 - a table of cases
 ) -> None:
     # 458 W from 23 V are 20 A: 4 times 5 Ah an hour.
-    assert bool(found(checked(structs.replace(PACK, max_c_rate=max_c_rate)), "E110")) is fires
+    assert bool(found(checked(replace(PACK, max_c_rate=max_c_rate)), "E110")) is fires
 
 
 NEED_WH = checked().totals.energy_wh
@@ -206,7 +205,7 @@ def test_wear_and_less_charge_never_lower_the_need_nor_raise_the_margin(
     health: float, age: float, charge: float
 ) -> None:
     new = checked()
-    worn = checked(structs.replace(PACK, health=health, resistance_age_factor=age), charge=charge)
+    worn = checked(replace(PACK, health=health, resistance_age_factor=age), charge=charge)
     assert new.battery is not None
     assert worn.battery is not None
     assert worn.totals.energy_wh == pytest.approx(new.totals.energy_wh)
@@ -217,7 +216,7 @@ def test_wear_and_less_charge_never_lower_the_need_nor_raise_the_margin(
 
 
 def test_twice_the_capacity_leaves_the_need_and_halves_the_share() -> None:
-    double = checked(structs.replace(PACK, capacity_ah=10.0))
+    double = checked(replace(PACK, capacity_ah=10.0))
     assert double.battery is not None
     assert double.totals.energy_wh == pytest.approx(NEED_WH)
     assert double.battery.used_fraction == pytest.approx(0.5 * NEED_WH / PACK.energy_wh)
@@ -253,7 +252,7 @@ def test_airspeed_mass_and_air_outside_the_identified_box_are_said() -> None:
 
 
 def test_a_parameter_that_flies_faster_than_identified_is_an_error() -> None:
-    fast = structs.replace(SURVEY, parameters=(("WPNAV_SPEED", 1800.0), ("WPNAV_SPEED_UP", 400.0)))
+    fast = replace(SURVEY, parameters=(("WPNAV_SPEED", 1800.0), ("WPNAV_SPEED_UP", 400.0)))
     result = check(DELIVERY, fast, battery=PACK)
     speeding, climbing = sorted(found(result, "E105"), key=lambda finding: -finding.severity)
     assert (speeding.severity.label, climbing.severity.label) == ("error", "warning")

@@ -7,7 +7,6 @@ sources (``RTL::setRtlTypeAndDestination``, ``RtlMissionFast``, ``RtlMissionFast
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +30,7 @@ from planner.flight.returns.destination import ALONG, HERE, LANDING
 from planner.flight.returns.path import return_profile
 from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
+from planner.values import replace
 from planner.vehicle.parameters.files import (
     ParameterSet,
     ParameterValue,

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec import structs
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import (
@@ -28,6 +25,7 @@ from planner.flight.motion.px4.speeds import (
     braking_time_s,
     ramp_time_s,
 )
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -140,7 +138,7 @@ def test_only_stops_and_cruises_have_a_stopping_distance() -> None:
 def test_legs_of_any_length_take_as_long_as_a_point_stepped_along_them(
     length_m: float, speed_m_s: float
 ) -> None:
-    parameters = structs.replace(PX4, speed_max_m_s=16.0)
+    parameters = replace(PX4, speed_max_m_s=16.0)
     # Northward: each axis has the whole acceleration to itself.
     there = replace(go(0.0, length_m, hold=30.0), speed_m_s=speed_m_s)
     motion = fly_px4((takeoff(), go(0.0, hold=30.0), there), parameters)
@@ -161,7 +159,7 @@ def test_legs_of_any_length_take_as_long_as_a_point_stepped_along_them(
 def test_legs_follow_acceleration_jerk_and_radius_as_a_stepped_point_does(
     length_m: float, speed_m_s: float, a: float, j: float, radius_m: float
 ) -> None:
-    parameters = structs.replace(
+    parameters = replace(
         PX4, acceleration_m_s2=a, jerk_m_s3=j, acceptance_radius_m=radius_m, speed_max_m_s=12.0
     )
     there = replace(go(0.0, length_m, hold=60.0), speed_m_s=speed_m_s)

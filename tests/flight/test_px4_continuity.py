@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec import structs
 
 from planner.flight.motion.px4.flight import fly_px4
 from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -61,7 +60,7 @@ def missions(draw: st.DrawFn) -> tuple[Stage, ...]:
 def test_pieces_follow_each_other_without_a_jump(
     stages: tuple[Stage, ...], yaw_mode: int, noise_m: float
 ) -> None:
-    motion = fly_px4(stages, structs.replace(PX4, yaw_mode=yaw_mode), hover_noise_m=noise_m)
+    motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode), hover_noise_m=noise_m)
     piece = np.arange(len(motion.piece_duration_s))
     begin = motion.state_at(piece, np.zeros(len(piece)))
     end = motion.state_at(piece, motion.piece_duration_s)
@@ -94,7 +93,7 @@ def test_segments_add_up_to_where_the_pieces_lead(stages: tuple[Stage, ...]) -> 
 @settings(deadline=None, max_examples=100)
 @given(missions(), st.sampled_from([0, 4]))
 def test_speeds_keep_to_what_is_commanded(stages: tuple[Stage, ...], yaw_mode: int) -> None:
-    motion = fly_px4(stages, structs.replace(PX4, yaw_mode=yaw_mode))
+    motion = fly_px4(stages, replace(PX4, yaw_mode=yaw_mode))
     count = len(motion.piece_duration_s)
     time_s = np.linspace(0.0, 1.0, 17) * motion.piece_duration_s[:, None]
     state = motion.state_at(np.arange(count)[:, None], time_s)

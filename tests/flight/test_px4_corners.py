@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec import structs
 
 from planner.flight.motion.px4.flight import fly_px4
 from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -103,7 +102,7 @@ def test_dense_waypoints_cap_the_speed_even_straight_on(spacing_m: float, speed_
 def test_a_corner_is_passed_at_the_speed_of_its_circle(
     gain: float, radius_m: float, turn_deg: float
 ) -> None:
-    parameters = structs.replace(PX4, trajectory_gain_per_s=gain, acceptance_radius_m=radius_m)
+    parameters = replace(PX4, trajectory_gain_per_s=gain, acceptance_radius_m=radius_m)
     motion = fly_px4(bent(turn_deg, speed=10.0), parameters)
     passed = motion.segments.end_s[motion.arrival_segment[2:3]]
     half_m = math.tan(math.radians(180.0 - turn_deg) / 2.0)

@@ -10,7 +10,6 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4
@@ -18,6 +17,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:

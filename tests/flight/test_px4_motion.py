@@ -7,14 +7,12 @@ a = 3 m/s², j = 4 m/s³, an acceptance radius of 2 m and b = 4 a²/j = 9 m/s.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec import structs
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4, px4_returns
@@ -29,6 +27,7 @@ from planner.mission.route.stage import (
     StageKind,
 )
 from planner.physics.wind import Wind
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -43,7 +42,7 @@ def times_s(*stages: Stage, parameters: Px4Parameters = PX4) -> np.ndarray:
 
 
 def cruising(speed_m_s: float) -> Px4Parameters:
-    return structs.replace(PX4, cruise_speed_m_s=speed_m_s, speed_max_m_s=max(12.0, speed_m_s))
+    return replace(PX4, cruise_speed_m_s=speed_m_s, speed_max_m_s=max(12.0, speed_m_s))
 
 
 def leg_s(length_m: float, speed_m_s: float, *, a: float = A, j: float = J, r: float = R) -> float:
@@ -100,7 +99,7 @@ def test_a_leg_of_300_m_takes_what_was_measured(speed_m_s: float, measured_s: fl
 def test_acceleration_jerk_and_radius_move_a_leg_as_the_law_says(
     a: float, j: float, r: float
 ) -> None:
-    changed = structs.replace(PX4, acceleration_m_s2=a, jerk_m_s3=j, acceptance_radius_m=r)
+    changed = replace(PX4, acceleration_m_s2=a, jerk_m_s3=j, acceptance_radius_m=r)
     took = times_s(takeoff(50), go(300.0, hold=1.0), parameters=changed)[1] - 1.0
     assert took == pytest.approx(leg_s(300.0, 5.0, a=a, j=j, r=r), rel=0.01)
 
@@ -176,7 +175,7 @@ def test_a_stop_in_mid_leg_takes_the_way_of_a_hold(speed_m_s: float) -> None:
     ],
 )
 def test_no_stop_is_shorter_than_the_jerk_lets_it(a: float, j: float, stop_m: float) -> None:
-    parameters = structs.replace(PX4, acceleration_m_s2=a, jerk_m_s3=j)
+    parameters = replace(PX4, acceleration_m_s2=a, jerk_m_s3=j)
     assert stopping_distance_m(12.0, parameters) == pytest.approx(stop_m)
 
 
@@ -206,14 +205,14 @@ def test_each_parameter_moves_its_part_the_right_way(
 ) -> None:
     stages = (takeoff(50), go(200.0, hold=1.0), stage(StageKind.LAND, 200.0, height_m=0.0))
     before = times_s(*stages)
-    after = times_s(*stages, parameters=structs.replace(PX4, **change))
+    after = times_s(*stages, parameters=replace(PX4, **change))
     assert bool(after[index] > before[index]) is slower
 
 
 def test_a_higher_return_takes_the_climb_and_the_descent_longer() -> None:
     stages = (takeoff(20), go(200.0, height_m=20.0), stage(StageKind.RETURN, height_m=0.0))
     took = [
-        times_s(*stages, parameters=structs.replace(PX4, return_altitude_m=height))[2]
+        times_s(*stages, parameters=replace(PX4, return_altitude_m=height))[2]
         for height in (30.0, 60.0)
     ]
     # 30 m more up at 3 m/s and down at 1.5 m/s.

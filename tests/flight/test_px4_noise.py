@@ -7,13 +7,13 @@ import pytest
 from ardupilot_missions import go, takeoff
 from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
-from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
 from planner.flight.conditions import Conditions
 from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.pilot import Px4Pilot, make_pilot
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters
 

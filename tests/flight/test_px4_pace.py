@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
-from msgspec.structs import replace
 from scipy.stats import norm
 
 from planner.autopilot import Autopilot
@@ -19,6 +18,7 @@ from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.motion.px4.pieces import Pace
 from planner.mission.route.stage import StageKind
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters
 

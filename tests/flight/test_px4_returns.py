@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
-from msgspec.structs import replace
 
 from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATES
@@ -18,6 +17,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters
 

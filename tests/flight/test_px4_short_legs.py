@@ -7,7 +7,6 @@ below its limit.  Defaults: j = 4 m/s³, a radius of 2 m, 0.8 m of height.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.px4.flight import fly_px4
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:

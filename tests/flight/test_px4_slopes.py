@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,10 +10,10 @@ import pytest
 from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec import structs
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:
@@ -89,7 +88,7 @@ def test_two_thirds_of_a_vertical_speed_take_up_to_half_as_long_again(
 ) -> None:
     slope = replace(go(0.0, 60.0, 50.0 + climb_m, hold=1.0), speed_m_s=10.0)
     before = legs_s(slope)[0]
-    changed = structs.replace(PX4, **change)
+    changed = replace(PX4, **change)
     after = legs_s(slope, parameters=changed)[0]
     # The ends of the leg stay as they are.
     assert 0.3 < (after - before) / before < 0.5
@@ -134,7 +133,7 @@ def height_change_s(way_m: float, v: float, *, a: float, j: float, r: float = 0.
 def test_each_parameter_moves_climbs_and_descents_as_the_law_says(
     change: dict[str, float], up_s: float | None, down_s: float | None
 ) -> None:
-    changed = structs.replace(PX4, **change)
+    changed = replace(PX4, **change)
     high = go(0.0, 0.0, 150.0, hold=40.0)
     took = legs_s(high, replace(high, height_m=50.0, hold_s=1.0), parameters=changed)
     usual = legs_s(high, replace(high, height_m=50.0, hold_s=1.0))

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
-from msgspec import structs
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES
@@ -18,6 +16,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 PX4 = Px4Parameters()
@@ -90,7 +89,7 @@ def test_half_a_turn_takes_six_seconds() -> None:
 def test_each_parameter_of_yaw_moves_half_a_turn(
     change: dict[str, float], expected_s: float
 ) -> None:
-    changed = structs.replace(PX4, **change)
+    changed = replace(PX4, **change)
     assert yaw_time_s(np.array([math.pi]), changed) == pytest.approx(expected_s, abs=1e-9)
 
 
@@ -109,7 +108,7 @@ def test_a_heading_is_turned_to_on_the_way_and_waited_for_on_a_short_leg() -> No
     turn_s = 6.0 - math.sqrt(1.2)
     assert wait_s(10.0) == pytest.approx(turn_s - leg_time_s(10.0, 5.0), abs=0.1)
     # With a timeout PX4 does not wait for headings at all.
-    assert wait_s(10.0, structs.replace(PX4, yaw_timeout_s=5.0)) == 0.0
+    assert wait_s(10.0, replace(PX4, yaw_timeout_s=5.0)) == 0.0
 
 
 def test_a_hold_and_a_heading_are_waited_for_together() -> None:
@@ -120,12 +119,10 @@ def test_a_hold_and_a_heading_are_waited_for_together() -> None:
 
 def test_turning_before_each_leg_costs_the_turn() -> None:
     stages = (takeoff(), go(0.0, 200.0, hold=9.0), go(200.0, 200.0, hold=1.0))
-    usual, first = (
-        took_s(*stages, parameters=structs.replace(PX4, yaw_mode=mode)) for mode in (0, 4)
-    )
+    usual, first = (took_s(*stages, parameters=replace(PX4, yaw_mode=mode)) for mode in (0, 4))
     # A right angle within 12°: 2 √(90/20) − √(24/20) = 3.15 s.
     assert first[2] - usual[2] == pytest.approx(3.15, abs=0.05)
-    motion = fly_px4(stages, structs.replace(PX4, yaw_mode=4))
+    motion = fly_px4(stages, replace(PX4, yaw_mode=4))
     states = [STATES[state] for state in motion.segments.state]
     # The hold, the turn, and the leg after it.
     assert states[-6:] == ["hover", "hover", "accelerate", "cruise", "brake", "hover"]
@@ -133,9 +130,7 @@ def test_turning_before_each_leg_costs_the_turn() -> None:
 
 def test_straight_on_there_is_nothing_to_turn_to() -> None:
     stages = (takeoff(), go(0.0, 200.0), go(0.0, 400.0, hold=1.0))
-    usual, first = (
-        took_s(*stages, parameters=structs.replace(PX4, yaw_mode=mode)) for mode in (0, 4)
-    )
+    usual, first = (took_s(*stages, parameters=replace(PX4, yaw_mode=mode)) for mode in (0, 4))
     assert first[2] == pytest.approx(usual[2], abs=0.01)
 
 
@@ -154,7 +149,7 @@ def test_a_heading_asked_for_is_turned_to_from_where_the_mode_looks(
 ) -> None:
     # 10 m north at 200 m from home: a leg shorter than the turn to a heading of its own, east.
     stages = (takeoff(), go(0.0, 200.0, hold=20.0), go(0.0, 210.0))
-    parameters = structs.replace(PX4, yaw_mode=mode)
+    parameters = replace(PX4, yaw_mode=mode)
     asked = replace(stages[2], yaw_deg=90.0)
     free_s = took_s(*stages, parameters=parameters)[2]
     waits_s = took_s(*stages[:2], asked, parameters=parameters)[2] - free_s
@@ -166,7 +161,7 @@ def test_a_heading_asked_for_is_turned_to_from_where_the_mode_looks(
 def test_modes_about_home_look_there_wherever_the_leg_leads(mode: int, turned_deg: float) -> None:
     # Outward north with a heading north asked for at the end: only looking home it has to turn.
     stages = (takeoff(), go(0.0, 200.0, hold=20.0), go(0.0, 210.0))
-    parameters = structs.replace(PX4, yaw_mode=mode)
+    parameters = replace(PX4, yaw_mode=mode)
     asked = replace(stages[2], yaw_deg=0.0)
     waits_s = (
         took_s(*stages[:2], asked, parameters=parameters)[2]

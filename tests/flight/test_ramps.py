@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.ramps import fly_ramps
@@ -17,6 +16,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.model import Ramps
 
 RAMPS = Ramps(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,6 @@ from made_missions import (
     takeoff,
     waypoint,
 )
-from msgspec import structs
 
 from planner.flight.conditions import Conditions
 from planner.flight.pilot import make_pilot
@@ -30,6 +28,7 @@ from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -189,7 +188,7 @@ def test_no_point_is_the_last_below_an_energy_that_nothing_exceeds() -> None:
 def test_between_home_and_a_rally_point_the_middle_is_tightest_for_the_way() -> None:
     # From 0 to 3 km with a rally point at the far end: the way is longest half-way.
     flown = replace(mission(takeoff(50), waypoint(3000, 50), rtl()), rally=(rally(3000.0),))
-    home = returns_of(flown, structs.replace(ARDUPILOT, rally_limit_m=0.0))
+    home = returns_of(flown, replace(ARDUPILOT, rally_limit_m=0.0))
     cruise = int(np.argmax(home.flight.motion.segments.distance_m))
     fraction = np.linspace(0.0, 1.0, 21)
     points = home.points(np.full(21, cruise), fraction)
@@ -208,7 +207,7 @@ def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() ->
     stage = np.array([1, 1])
     points_m = np.array([[0.0, 900.0, 50.0], [0.0, 1100.0, 50.0]])
     assert home.destinations.chosen(points_m, stage).tolist() == [0, 1]
-    without_home = structs.replace(ARDUPILOT, rally_includes_home=0)
+    without_home = replace(ARDUPILOT, rally_includes_home=0)
     near = np.array([[0.0, 900.0, 50.0], [0.0, 1750.0, 50.0]])
     assert returns_of(flown, without_home).destinations.chosen(near, stage).tolist() == [0, 1]
 
@@ -218,7 +217,7 @@ def test_a_rally_point_beyond_its_limit_is_taken_only_where_home_is_farther() ->
 )
 def test_px4_looks_at_rally_points_as_its_return_type_says(kind: int, chosen: int) -> None:
     flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(1000.0),))
-    home = returns_of(flown, structs.replace(Px4Parameters(), return_type=kind))
+    home = returns_of(flown, replace(Px4Parameters(), return_type=kind))
     found = home.destinations.chosen(np.array([[0.0, 900.0, 50.0]]), np.array([1]))
     assert found.tolist() == [chosen]
 

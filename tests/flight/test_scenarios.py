@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from made_missions import HOME, item, mission, north, rtl, takeoff
-from msgspec import structs
 from scipy.stats import binom, t
 
 from planner.autopilot import Autopilot
@@ -30,6 +28,7 @@ from planner.flight.uncertainty import (
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.service import CheckResult, check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import ModelSpread
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 EXACT = ModelSpread(n_flights=5, source="made", energy_fraction=0.0)
 MANY = 1_000_000
 """Flights with which Student's t is the normal distribution."""
-SURVEYOR = structs.replace(load_vehicle("arducopter-sitl-quad"), spread=EXACT)
+SURVEYOR = replace(load_vehicle("arducopter-sitl-quad"), spread=EXACT)
 ROWS = mission(
     takeoff(40),
     *(
@@ -96,7 +95,7 @@ def checked(
 ) -> CheckResult:
     return check(
         ROWS,
-        structs.replace(vehicle, spread=spread),
+        replace(vehicle, spread=spread),
         battery=Battery(capacity_wh=capacity_wh),
         charge=charge,
         payload_kg=payload_kg,
@@ -147,7 +146,7 @@ def test_interpolated_energies_are_those_of_flying_each_draw_again(
 
 def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:
     table = CruisePower(speed_m_s=(0.0, 5.0, 10.0), power_above_hover_w=(0.0, -20.0, 30.0))
-    quad = structs.replace(load_vehicle("falkowski-2023-quadrotor"), cruise=table, spread=EXACT)
+    quad = replace(load_vehicle("falkowski-2023-quadrotor"), cruise=table, spread=EXACT)
     conditions = Conditions(wind=WINDY, home_amsl_m=HOME.altitude_amsl_m)
     returns = flown(quad, conditions)
     flight = returns.flight
@@ -189,7 +188,7 @@ def test_time_energy_charge_and_stops_spread_as_the_model_says() -> None:
         energy_fraction=0.05,
         stopping_distance_fraction=0.1,
     )
-    vehicle = structs.replace(SURVEYOR, spread=spread)
+    vehicle = replace(SURVEYOR, spread=spread)
     result = check(
         ROWS, vehicle, battery=Battery(capacity_ah=10.0, nominal_voltage_v=20.0), reserve=0.1
     )
@@ -217,7 +216,7 @@ def test_errors_of_states_add_up_as_independent_ones() -> None:
     by_state = {
         state: sum(s.energy_wh for s in first.segments if s.state is state) for state in STATES
     }
-    spread = structs.replace(
+    spread = replace(
         EXACT,
         n_flights=MANY,
         energy_state_fraction=tuple((str(state), 0.1) for state in STATES),
@@ -230,7 +229,7 @@ def test_errors_of_states_add_up_as_independent_ones() -> None:
 
 
 def test_few_flights_make_a_wider_spread_by_students_t() -> None:
-    few = structs.replace(EXACT, energy_fraction=0.05, n_flights=3)
+    few = replace(EXACT, energy_fraction=0.05, n_flights=3)
     totals = checked(SURVEYOR, spread=few).totals
     # 1.638 instead of 1.282 standard deviations (table of Student's t for 3 degrees of freedom)
     assert t.ppf(0.9, 3) == pytest.approx(1.638, abs=5e-4)
@@ -241,7 +240,7 @@ def test_few_flights_make_a_wider_spread_by_students_t() -> None:
 
 def test_the_chance_below_the_reserve_is_that_of_the_normal_distribution() -> None:
     need_wh = checked(SURVEYOR, spread=None).totals.energy_wh
-    spread = structs.replace(EXACT, energy_fraction=0.05, n_flights=MANY)
+    spread = replace(EXACT, energy_fraction=0.05, n_flights=MANY)
     # the margin is two standard deviations: 2.28 % land below it
     result = checked(SURVEYOR, spread=spread, capacity_wh=need_wh * 1.1 / 0.8)
     assert result.battery is not None
@@ -270,7 +269,7 @@ def test_the_charge_at_the_start_counts_in_the_chance() -> None:
 
 def test_a_charge_with_a_spread_meets_the_curve_of_the_battery() -> None:
     # 2 % of the charge of the battery's own curve, at some 22.6 V x 8 Ah: about 3.6 Wh
-    vehicle = structs.replace(SURVEYOR, spread=EXACT)
+    vehicle = replace(SURVEYOR, spread=EXACT)
     conditions = Conditions(home_amsl_m=HOME.altitude_amsl_m)
     returns = flown(vehicle, conditions)
     result = check(ROWS, vehicle, charge=Spread(mean=0.8, sd=0.02))
@@ -325,7 +324,7 @@ def test_a_wind_sampled_below_zero_blows_the_other_way() -> None:
 def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    spread = structs.replace(EXACT, energy_fraction=0.05)
+    spread = replace(EXACT, energy_fraction=0.05)
     first = checked(SURVEYOR, spread=spread, wind=WINDY)
     assert checked(SURVEYOR, spread=spread, wind=WINDY).totals == first.totals
     monkeypatch.setattr(uncertainty, "_ROWS_AT_ONCE", 37)
@@ -337,9 +336,7 @@ def test_the_answer_is_always_the_same_and_chunks_do_not_change_it(
 
 def test_a_way_home_can_be_too_long_though_the_landing_is_not() -> None:
     there = mission(takeoff(40), item(16, north(1500.0), 40))
-    vehicle = structs.replace(
-        SURVEYOR, spread=structs.replace(EXACT, energy_fraction=0.05, n_flights=MANY)
-    )
+    vehicle = replace(SURVEYOR, spread=replace(EXACT, energy_fraction=0.05, n_flights=MANY))
     calm = check(there, vehicle, battery=Battery(capacity_wh=1000.0))
     assert calm.return_plan is not None
     assert calm.return_plan.margin_wh is not None
@@ -361,7 +358,7 @@ def test_energies_flown_as_the_model_says_lie_between_p10_and_p90_in_eight_of_te
         energy_state_fraction=(("cruise", 0.05), ("land", 0.1)),
     )
     wind = Wind(speed_m_s=4.0, from_deg=200.0, speed_sd_m_s=1.0, from_sd_deg=15.0)
-    vehicle = structs.replace(SURVEYOR, spread=spread)
+    vehicle = replace(SURVEYOR, spread=spread)
     totals = checked(vehicle, spread=spread, wind=wind).totals
     assert totals.energy_wh_p10 is not None
     assert totals.energy_wh_p90 is not None
@@ -395,7 +392,7 @@ def test_a_model_without_spread_says_nothing_about_it() -> None:
 
 
 def test_a_vehicle_of_unknown_power_has_a_spread_of_its_time_alone() -> None:
-    quad = structs.replace(
+    quad = replace(
         load_vehicle("px4-sih-quad"),
         spread=ModelSpread(n_flights=9, source="made", time_fraction=0.01, energy_fraction=0.1),
     )
@@ -415,9 +412,7 @@ def test_a_long_mission_looks_at_the_stages_whose_way_home_is_tightest() -> None
         *(item(16, north(100.0 + 10.0 * i), 40) for i in range(8)),
         rtl(),
     )
-    vehicle = structs.replace(
-        SURVEYOR, spread=structs.replace(EXACT, energy_fraction=0.02, n_flights=MANY)
-    )
+    vehicle = replace(SURVEYOR, spread=replace(EXACT, energy_fraction=0.02, n_flights=MANY))
     calm = check(rows, vehicle, battery=Battery(capacity_wh=1000.0), wind=WINDY)
     assert calm.return_plan is not None
     assert calm.return_plan.margin_wh is not None
@@ -431,8 +426,8 @@ def test_a_long_mission_looks_at_the_stages_whose_way_home_is_tightest() -> None
 
 def test_the_band_along_a_flight_widens_with_its_energy_and_ends_at_the_totals() -> None:
     # An error common to the flight alone: one flight of ten takes 1.28 standard deviations more.
-    spread = structs.replace(EXACT, n_flights=MANY, energy_fraction=0.1)
-    vehicle = structs.replace(SURVEYOR, spread=spread)
+    spread = replace(EXACT, n_flights=MANY, energy_fraction=0.1)
+    vehicle = replace(SURVEYOR, spread=spread)
     conditions = Conditions(home_amsl_m=400.0, position_noise_m=0.0)
     returns = flown(vehicle, conditions)
     segments = np.arange(len(returns.used_wh) - 1)
@@ -463,6 +458,6 @@ def test_the_band_of_a_check_ends_at_its_totals_in_any_wind() -> None:
 
 def test_without_a_spread_of_its_energy_there_is_no_band() -> None:
     conditions = Conditions(home_amsl_m=400.0, position_noise_m=0.0)
-    silent = structs.replace(EXACT, energy_fraction=None, time_fraction=0.1)
+    silent = replace(EXACT, energy_fraction=None, time_fraction=0.1)
     returns = flown(SURVEYOR, conditions)
     assert predict_energy_band(returns, conditions, np.array([0]), spread=silent) is None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
@@ -13,6 +12,7 @@ from planner.flight.motion.kinematics import (
 )
 from planner.flight.power import SteadyPower
 from planner.physics.wind import Wind
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Loads, VehicleModel
 from planner.vehicle.power import (

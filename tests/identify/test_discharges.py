@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from planner.identify.battery import (
 )
 from planner.identify.outcome import Status
 from planner.physics.battery import open_circuit_voltage_v
+from planner.values import replace
 from planner.vehicle.reader import load_chemistry
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def test_a_flight_that_did_not_begin_full_is_refused() -> None:
     ],
 )
 def test_what_is_not_told_leaves_the_battery_out(change: dict[str, object], why: str) -> None:
-    record = replace(discharge(1), **change)  # type: ignore[arg-type]  # columns by name
+    record = replace(discharge(1), **change)
     found = identify_battery([record], PackSettings())
     assert found.battery is None
     assert found.outcome.status is Status.LEFT_OUT

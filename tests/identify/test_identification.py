@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime as dt
 import json
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +28,7 @@ from planner.identify.assembly import (
     Method,
 )
 from planner.identify.identification import identify_vehicle
+from planner.values import replace
 from planner.vehicle.power import AltitudeLaw, CruisePower
 from planner.vehicle.reader import read_vehicle
 

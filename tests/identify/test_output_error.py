@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ from planner.errors import IdentificationError
 from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.output_error import Residuals, fit_response, select_response
 from planner.identify.structure import MOTION, POWER, POWER_WITHOUT_ZERO, Structure
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.identify.output_error import ResponseFit

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +31,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.values import replace
 from planner.vehicle.model import Ramps
 from planner.vehicle.power import AltitudeLaw, CruisePower
 from planner.vehicle.reader import vehicle_from_toml

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from scipy.signal import lsim
 from planner.autopilot import Autopilot
 from planner.identify.assembly import IdentificationSettings
 from planner.identify.identification import identify_vehicle
+from planner.values import replace
 from planner.vehicle.reader import vehicle_from_toml
 from planner.vehicle.writer import vehicle_text
 

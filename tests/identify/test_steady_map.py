@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from made_record import make_record
@@ -17,6 +15,7 @@ from planner.identify.steady import (
     steady_flight,
 )
 from planner.physics.rotor import Rotor, momentum_power_w
+from planner.values import replace
 from planner.vehicle.power import (
     AltitudeLaw,
     CruisePower,

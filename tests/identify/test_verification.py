@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from made_record import make_record
@@ -13,6 +11,7 @@ from planner.errors import LogFileError, UsageError
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.verification import KnownConditions, Verification, find_stops, verify_flight
 from planner.logs.record import FlightRecord, LoggedHome, LoggedItem
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")
@@ -179,7 +178,7 @@ def test_waiting_on_the_ground_for_the_mission_is_left_out(flown: FlightRecord) 
     shifted["mode"] = np.array(["STABILIZE"] * 300 + ["AUTO_MISSION"] * size)
     shifted["is_landed"][:300] = True
     shifted["is_landed"][300:302] = True
-    waiting = replace(flown, **shifted, duration_s=flown.duration_s + 30.0)  # type: ignore[arg-type]  # columns by name
+    waiting = replace(flown, **shifted, duration_s=flown.duration_s + 30.0)
     verified = verify_flight(waiting, ARTICLE, CALM)
     assert verified.cut_before_s == pytest.approx(30.0)
     assert verified.time_fraction == pytest.approx(0.0, abs=1e-9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import pytest
@@ -27,6 +27,7 @@ from planner.live_guard import judge_vehicle
 from planner.report.vehicle import energy_text
 from planner.service import CheckRequest
 from planner.simulator.arming import ArmingState
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

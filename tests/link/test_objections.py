@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -30,6 +29,7 @@ from planner.link.vehicle import (
     VehicleEvent,
     event_number,
 )
+from planner.values import replace
 
 if TYPE_CHECKING:
     from simulated_vehicles import MemoryLine

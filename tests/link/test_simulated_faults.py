@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import pytest
 from hostile_frames import hostile_frames
@@ -29,6 +28,7 @@ from planner.simulator.lines import (
     Passed,
     is_transfer,
 )
+from planner.values import replace
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 from made_missions import item, mission, takeoff, waypoint
@@ -17,6 +16,7 @@ from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
 from planner.link.upload import upload_mission
 from planner.simulator.mission_server import stored_item
+from planner.values import replace
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.compare import DifferenceKind, compare_missions
 from planner.mission.items import Mission, MissionFormat, MissionItem
+from planner.values import replace
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 
@@ -33,7 +32,7 @@ def _mission(*items: MissionItem, **changes: object) -> Mission:
         autopilot=None,
         vehicle=None,
     )
-    return replace(mission, **changes)  # type: ignore[arg-type] # names of its fields
+    return replace(mission, **changes)
 
 
 def _kinds(

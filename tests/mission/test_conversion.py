@@ -3,7 +3,6 @@ from __future__ import annotations
 import copy
 import json
 import os
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -25,6 +24,7 @@ from planner.mission.files import read_mission_bytes
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import MissionFormat
+from planner.values import replace
 
 if TYPE_CHECKING:
     from pathlib import Path

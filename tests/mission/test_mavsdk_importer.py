@@ -6,7 +6,6 @@ They need a vehicle to be asked for: one that says no more than that it is there
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from planner.mission.formats.writers import (
     with_unused_position_zero,
     wpl_text,
 )
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

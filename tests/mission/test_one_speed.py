@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +17,7 @@ from planner.mission.convert import (
     route_at_speed,
 )
 from planner.mission.route.route import make_route
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem

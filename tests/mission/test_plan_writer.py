@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import copy
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -19,6 +18,7 @@ from planner.mission.files import read_mission_bytes
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.formats.writers import plan_text
 from planner.mission.items import Home, VehicleEvidence, VehicleKind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission, MissionItem

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +25,7 @@ from planner.mission.route.stage import (
     Route,
     StageKind,
 )
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray

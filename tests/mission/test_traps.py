@@ -6,7 +6,6 @@ The numbers are those of the list of traps the formats were studied with.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -17,6 +16,7 @@ from planner.errors import MissionFileError
 from planner.mission.files import read_mission_bytes
 from planner.mission.route.route import make_route
 from planner.service import check
+from planner.values import Value
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -39,8 +39,7 @@ WAYPOINT_ROW = "2\t0\t3\t16\t0\t0\t0\t0\t47.3987\t8.5455\t30\t1"
 RTL_ROW = "3\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Trap:
+class Trap(Value, dict=True):
     """A file, who flies it, and what has to come out of it."""
 
     number: int
@@ -57,8 +56,7 @@ class Trap:
     also: Callable[[Mission, Route], bool] = lambda _mission, _route: True
 
 
-@dataclass(frozen=True, kw_only=True)
-class Refusal:
+class Refusal(Value, dict=True):
     """A file that is no multicopter's mission, and the sentence about it."""
 
     number: int

@@ -5,6 +5,7 @@ import math
 from typing import TYPE_CHECKING
 
 import pytest
+from generated_plans import made
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink import mavutil, mavwp
@@ -90,7 +91,7 @@ def numbers(limit: float) -> st.SearchStrategy[float]:
 
 FENCE_AND_RALLY = {5000, 5001, 5002, 5003, 5004, 5100}
 ITEMS = st.builds(
-    MissionItem,
+    made(MissionItem),
     command=st.sampled_from(sorted(set(load_command_table().commands) - FENCE_AND_RALLY)),
     frame=st.sampled_from([0, 2, 3, 10]),
     param1=numbers(1000.0),

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +17,7 @@ from planner.mission.convert import convert_mission
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import wpl_text
 from planner.mission.items import MissionFormat
+from planner.values import replace
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +16,7 @@ from planner.physics.wind import Wind
 from planner.report.plots.figures import ORANGE
 from planner.report.plots.tables import stop_room_rows
 from planner.rules.fenced_flight import make_fenced_flight
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import pytest
 
 from planner.findings import Finding, Place, Severity
 from planner.report.github import check_github, github_summary
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

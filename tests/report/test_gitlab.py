@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.findings import Severity
 from planner.report.gitlab import check_gitlab
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

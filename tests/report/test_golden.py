@@ -6,7 +6,6 @@ before it is committed.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -33,6 +32,7 @@ from planner.report.medium import Medium
 from planner.report.sarif import check_sarif
 from planner.report.text import check_text, statistics_text
 from planner.service import CheckResult, UnreadableMission
+from planner.values import replace
 
 GOLDEN = Path(__file__).parent / "golden"
 FOLDER = Path("/repository")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import pytest
 
 from planner.report.html.comparison import compared_tables, comparison_section
 from planner.report.html.page import check_html
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 @pytest.fixture
 def longer(flown: CheckResult) -> CheckResult:
     """The same flight, a minute longer and 2 Wh more."""
-    totals = dataclasses.replace(
+    totals = replace(
         flown.totals,
         time_s=flown.totals.time_s + 60.0,
         energy_wh=flown.totals.energy_wh + 2.0,
     )
-    return dataclasses.replace(flown, file="<b>longer.plan", totals=totals)
+    return replace(flown, file="<b>longer.plan", totals=totals)
 
 
 def test_differences_are_the_second_less_the_first(flown: CheckResult, longer: CheckResult) -> None:
@@ -67,9 +67,9 @@ def test_what_cannot_be_read_has_nothing_to_compare(
 
 def test_a_chance_that_stays_as_small_differs_by_nothing(flown: CheckResult) -> None:
     assert flown.battery is not None
-    battery = dataclasses.replace(flown.battery, below_reserve_probability=0.0)
-    more = dataclasses.replace(battery, below_reserve_probability=0.0004)
-    results = [dataclasses.replace(flown, battery=one) for one in (battery, battery, more)]
+    battery = replace(flown.battery, below_reserve_probability=0.0)
+    more = replace(battery, below_reserve_probability=0.0004)
+    results = [replace(flown, battery=one) for one in (battery, battery, more)]
     for other, said in ((results[1], "0 %"), (results[2], "< 0.1 %")):
         tables = dict(compared_tables(results[0], other))
         [row] = [row for row in tables["Battery"] if row.label == "Chance to land below it"]

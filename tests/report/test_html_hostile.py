@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import item, mission, rtl, takeoff, waypoint
-from msgspec import structs
 from page_browser import (
     NEEDS_BROWSER,
     asked_for,
@@ -23,6 +21,7 @@ import planner
 from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
 from planner.service import CheckRequest, UnreadableMission, check_file
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import (
     ParameterSet,
@@ -52,8 +51,8 @@ def hostile() -> CheckResult:
     """A flight of which every name that a file gives is hostile."""
     ours = planner.load_vehicle("arducopter-sitl-quad")
     logs = (EVIL,) * len(ours.provenance.logs)
-    origin = structs.replace(ours.provenance, source=EVIL, method=EVIL, logs=logs, readings=(EVIL,))
-    vehicle = structs.replace(ours, name=EVIL, source=EVIL, description=EVIL, provenance=origin)
+    origin = replace(ours.provenance, source=EVIL, method=EVIL, logs=logs, readings=(EVIL,))
+    vehicle = replace(ours, name=EVIL, source=EVIL, description=EVIL, provenance=origin)
     made = mission(takeoff(40.0), waypoint(300.0, 40.0), waypoint(0.0, 40.0), rtl())
     values = {"WPNAV_SPEED": ParameterValue(800.0), "WPNAV_SPEEED": ParameterValue(900.0)}
     return planner.check(

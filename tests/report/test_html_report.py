@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import re
 import sys
@@ -16,6 +15,7 @@ from planner import __version__
 from planner.errors import UsageError
 from planner.report.html.page import check_html, plotting_bundle
 from planner.service import CheckResult, UnreadableMission, check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -63,8 +63,8 @@ def test_nothing_is_fetched_from_anywhere(flown: CheckResult) -> None:
 
 def test_what_a_file_says_is_escaped(unreadable: UnreadableMission) -> None:
     evil = "</script><script>alert(1)</script>\x1b[31m\ud800.plan"
-    found = dataclasses.replace(unreadable.findings[0], message=evil, fix=evil)
-    page = page_of(dataclasses.replace(unreadable, file=evil, findings=(found,)))
+    found = replace(unreadable.findings[0], message=evil, fix=evil)
+    page = page_of(replace(unreadable, file=evil, findings=(found,)))
     assert "<script>alert" not in page
     assert "\x1b" not in page
     page.encode("utf-8")

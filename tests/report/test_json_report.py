@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,6 +13,7 @@ from planner.report.json import (
     check_json_lines,
     segments_json,
 )
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

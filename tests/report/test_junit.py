@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -11,6 +10,7 @@ import pytest
 
 from planner.findings import Severity
 from planner.report.junit import check_junit
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from planner.findings import Finding, Place, Severity
 from planner.report.pipeline import fingerprints, pipeline_path
+from planner.values import replace
 
 SHORT = Finding(
     code="E101",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
@@ -15,6 +14,7 @@ from planner import catalogue
 from planner.errors import ExitCode
 from planner.findings import FlightStretch, Place, Severity
 from planner.report.sarif import check_sarif
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

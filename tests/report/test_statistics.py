@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.findings import Finding, Severity
@@ -11,6 +10,7 @@ from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.statistics import count_codes, statistics_lines
 from planner.report.text import statistics_text
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

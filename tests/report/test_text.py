@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -15,6 +14,7 @@ from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally
 from planner.rules.energy import RESERVE_BELOW_MINIMUM
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
@@ -10,6 +9,7 @@ from made_terrain import ground
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
 from planner.site_profile import SiteProfile
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.service import check
+from planner.values import Value
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
@@ -28,8 +28,7 @@ PLAIN = mission(takeoff(20), waypoint(100, 20), rtl())
 """20 m up, 100 m north and back: nothing to be told of."""
 
 
-@frozen
-class RuleCases:
+class RuleCases(Value):
     """Three cases of one rule, each of which returns what is found."""
 
     fires: Callable[[], Iterable[Finding]]

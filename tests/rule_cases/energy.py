@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
 from fenced_missions import rally
 from made_missions import mission, rtl, speed, takeoff, waypoint
-from msgspec import structs
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, PX4, STEP, RuleCases, found, vehicle_of
 
 from planner.physics.wind import Wind
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.model import ModelSpread, Responses
 
@@ -33,7 +32,7 @@ PACK = Battery(
     cutoff_voltage_v=15.0,
 )
 SPREAD = ModelSpread(n_flights=1_000_000, source="made", energy_fraction=0.05)
-CAUTIOUS = structs.replace(vehicle_of(STEP), spread=SPREAD)
+CAUTIOUS = replace(vehicle_of(STEP), spread=SPREAD)
 LAGGING = Responses(speed=vehicle_of(STEP).responses.speed)
 NEED_WH = check(OUT_AND_BACK, vehicle_of(STEP), battery=PLENTY).totals.energy_wh
 
@@ -88,9 +87,7 @@ def highest_rate() -> float:
 
 def hover_throttle(share: float) -> tuple[Finding, ...]:
     """Return what is told where a hover takes such a share of the thrust, whatever the charge."""
-    stiff = structs.replace(
-        PACK, ocv_v=(25.1 - 2e-12, 25.1 - 1e-12, 25.1), internal_resistance_ohm=0.0
-    )
+    stiff = replace(PACK, ocv_v=(25.1 - 2e-12, 25.1 - 1e-12, 25.1), internal_resistance_ohm=0.0)
     return found(PLAIN, ARDUPILOT, f"MOT_THST_HOVER,{share!r}\n", battery=stiff)
 
 
@@ -130,7 +127,7 @@ def at_risk(more: float) -> tuple[Finding, ...]:
 def lifting(times: float) -> tuple[Finding, ...]:
     """Return what is told of so many times the mass of the model, in the air it knows."""
     quad = vehicle_of(ARDUPILOT)
-    known = structs.replace(quad, valid_for=structs.replace(quad.valid_for, air_density_kg_m3=None))
+    known = replace(quad, valid_for=replace(quad.valid_for, air_density_kg_m3=None))
     assert quad.mass_kg is not None
     # 1.225 kg/m³ at the highest point, 20 m up: a warmer day than the standard one at sea level.
     return found(
@@ -176,13 +173,13 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "E104": RuleCases(
         fires=lambda: found(
-            PLAIN, ARDUPILOT, battery=structs.replace(PACK, cutoff_voltage_v=lowest_v() + 0.01)
+            PLAIN, ARDUPILOT, battery=replace(PACK, cutoff_voltage_v=lowest_v() + 0.01)
         ),
         boundary=lambda: found(
-            PLAIN, ARDUPILOT, battery=structs.replace(PACK, cutoff_voltage_v=lowest_v())
+            PLAIN, ARDUPILOT, battery=replace(PACK, cutoff_voltage_v=lowest_v())
         ),
         silent=lambda: found(
-            PLAIN, ARDUPILOT, battery=structs.replace(PACK, cutoff_voltage_v=lowest_v() - 0.01)
+            PLAIN, ARDUPILOT, battery=replace(PACK, cutoff_voltage_v=lowest_v() - 0.01)
         ),
     ),
     "E105": RuleCases(
@@ -211,22 +208,16 @@ CASES: Mapping[str, RuleCases] = {
     ),
     "E110": RuleCases(
         fires=lambda: found(
-            PLAIN, ARDUPILOT, battery=structs.replace(PACK, max_c_rate=highest_rate() - 0.01)
+            PLAIN, ARDUPILOT, battery=replace(PACK, max_c_rate=highest_rate() - 0.01)
         ),
-        boundary=lambda: found(
-            PLAIN, ARDUPILOT, battery=structs.replace(PACK, max_c_rate=highest_rate())
-        ),
+        boundary=lambda: found(PLAIN, ARDUPILOT, battery=replace(PACK, max_c_rate=highest_rate())),
         silent=lambda: found(PLAIN, ARDUPILOT, battery=PACK),
     ),
     "E111": RuleCases(
-        fires=lambda: found(
-            PLAIN, PX4, vehicle=structs.replace(vehicle_of(PX4), responses=LAGGING)
-        ),
-        boundary=lambda: found(
-            PLAIN, PX4, vehicle=structs.replace(vehicle_of(PX4), responses=Responses())
-        ),
+        fires=lambda: found(PLAIN, PX4, vehicle=replace(vehicle_of(PX4), responses=LAGGING)),
+        boundary=lambda: found(PLAIN, PX4, vehicle=replace(vehicle_of(PX4), responses=Responses())),
         silent=lambda: found(
-            PLAIN, ARDUPILOT, vehicle=structs.replace(vehicle_of(ARDUPILOT), responses=LAGGING)
+            PLAIN, ARDUPILOT, vehicle=replace(vehicle_of(ARDUPILOT), responses=LAGGING)
         ),
     ),
     "E114": RuleCases(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fenced_missions import at, box, circle, degrees, findings_of, rally
@@ -11,6 +10,7 @@ from made_missions import HOME, rtl, takeoff
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, RuleCases, found
 
 from planner.geo.fence import Fence, FencePolygon
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

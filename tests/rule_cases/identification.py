@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from planner.identify.assembly import (
 )
 from planner.identify.battery import PackSettings
 from planner.identify.identification import identify_vehicle
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

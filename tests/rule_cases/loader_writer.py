@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from made_missions import HOME, item, jump, mission, rtl, takeoff, waypoint
@@ -15,6 +14,7 @@ from planner.fixes.split import split_mission
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home, MissionFormat
+from planner.values import replace
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

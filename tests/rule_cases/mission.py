@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fenced_missions import FRAME, rally
@@ -14,6 +13,7 @@ from planner.mission.items import Home, MissionFormat
 from planner.mission.vehicle_kind import tell_vehicle
 from planner.selection import Selection
 from planner.site_profile import SiteProfile
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

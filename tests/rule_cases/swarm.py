@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from made_missions import HOME, METRES_PER_DEGREE_NORTH, item, mission, takeoff
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, RuleCases, vehicle_of
 
 from planner.service import check, check_together
+from planner.values import replace
 from planner.vehicle.parameters.files import parameters_from_text
 
 if TYPE_CHECKING:

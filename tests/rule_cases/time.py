@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fenced_missions import rally
@@ -10,6 +9,7 @@ from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypo
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
 from planner.mission.route.jumps import flown_order
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

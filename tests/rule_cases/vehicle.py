@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from made_terrain import ground
@@ -18,6 +17,7 @@ from planner.live_upload import check_removal
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home
 from planner.service import CheckRequest, check_read
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

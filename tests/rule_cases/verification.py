@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from rule_cases.case import STEP, RuleCases, vehicle_of
 from planner.identify.verification import KnownConditions, verify_flight
 from planner.logs.record import LoggedHome, LoggedItem
 from planner.physics.wind import Wind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

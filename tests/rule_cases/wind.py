@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from made_missions import mission, takeoff, waypoint
-from msgspec import structs
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, STEP, RuleCases, found, vehicle_of
 
 from planner.physics.wind import Wind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +24,7 @@ def against(wind_m_s: float, airspeed_m_s: float) -> tuple[Finding, ...]:
         mission(takeoff(20), waypoint(200, 20)),
         ARDUPILOT,
         "WP_SPD,10\n",
-        vehicle=structs.replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=airspeed_m_s),
+        vehicle=replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=airspeed_m_s),
         wind=Wind(speed_m_s=wind_m_s, from_deg=0.0),
     )
 
@@ -43,7 +42,7 @@ def circling(wind_m_s: float) -> tuple[Finding, ...]:
     return found(
         mission(takeoff(20), there),
         ARDUPILOT,
-        vehicle=structs.replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=15.0),
+        vehicle=replace(vehicle_of(ARDUPILOT), airspeed_limit_m_s=15.0),
         wind=Wind(speed_m_s=wind_m_s),
     )
 

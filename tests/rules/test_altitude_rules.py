@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -11,6 +10,7 @@ from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
-from msgspec.structs import replace
 
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import ModelSpread

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
-from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.physics.wind import Wind
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Responses

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from planner.geo.fence import Fence, FenceCircle, FencePolygon
 from planner.mission.items import Home
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 GEOD = Geod(ellps="WGS84")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from fenced_missions import VEHICLES, box, circle, degrees, findings_of, rally
 from made_missions import mission
@@ -11,6 +9,7 @@ from made_missions import mission
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 
 AROUND = box(-100.0, -100.0, 100.0, 100.0)

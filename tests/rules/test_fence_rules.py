@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from made_missions import mission, north, rtl, takeoff, waypoint
 
@@ -11,6 +9,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Finding, Severity
 from planner.geo.fence import Fence, FenceCircle, FencePolygon
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -13,6 +12,7 @@ from made_missions import rtl, takeoff
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.geo.fence import FencePolygon
+from planner.values import replace
 
 SHORT = (takeoff(20), at(0, 100), rtl())
 AROUND = box(-400.0, -400.0, 400.0, 400.0)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
-from msgspec.structs import replace
 
 from planner.findings import Severity
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 

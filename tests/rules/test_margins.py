@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, rtl, speed, takeoff, waypoint
-from msgspec.structs import replace
 
 from planner.physics.wind import Wind
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,6 +15,7 @@ from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ The rest of the ground is level with home, 400 m AMSL.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +19,7 @@ from planner.findings import Severity
 from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid
 from planner.service import check
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

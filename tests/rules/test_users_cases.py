@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +24,7 @@ from planner.geo.geodesy import LocalFrame
 from planner.mission.files import read_mission
 from planner.physics.wind import Wind
 from planner.service import check, check_together
+from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text

@@ -6,7 +6,7 @@ import asyncio
 import socket
 import time
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import pytest
@@ -35,6 +35,7 @@ from planner.tui.widgets.drawing import VEHICLE, Drawing
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable

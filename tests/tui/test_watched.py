@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from msgspec.structs import replace
 from reviews import TOO_FAR, missions_shown, review_app, rows_of, settled, text_of, what_if_of
 
 from planner.tui.watched import FileWatch, deciding_files
+from planner.values import replace
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.writer import write_vehicle
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from msgspec import structs
-from msgspec.structs import replace
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
+from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import (
@@ -317,7 +316,7 @@ def test_a_name_a_letter_away_from_one_that_counts_is_an_error(
     name: str, meant: str | None
 ) -> None:
     result = resolve_parameters(
-        Autopilot.ARDUPILOT, file=structs.replace(file_of(f"{name},500\n"), stack=None)
+        Autopilot.ARDUPILOT, file=replace(file_of(f"{name},500\n"), stack=None)
     )
     said = [f"{name} = 500 (line 1) is unknown: did you mean {meant}?"] if meant else []
     assert messages(result, "P110") == [(Severity.ERROR, one) for one in said]

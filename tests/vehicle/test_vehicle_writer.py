@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from planner.errors import OutputError, UsageError
+from planner.values import replace
 from planner.vehicle.declared import Interval, InvalidValueError, Kind, declared
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.model import Responses, VehicleModel

@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
 
 
-@frozen(eq=False)
-class KinematicState:
+class KinematicState(Value, eq=False):
     """Where a vehicle is and how it moves, in the frame of its home; all of one shape."""
 
     east_m: FloatArray
@@ -62,8 +61,7 @@ class MotionLaw(Protocol):
         ...
 
 
-@frozen(eq=False)
-class SegmentColumns:
+class SegmentColumns(Value, eq=False):
     """The segments of a flight as columns, all of length n, in flown order."""
 
     item: IntArray
@@ -82,8 +80,7 @@ class SegmentColumns:
         return np.cumsum(self.duration_s)
 
 
-@frozen(eq=False)
-class Motion:
+class Motion(Value, eq=False):
     """How a vehicle flies a route: segments, and the pieces they are made of."""
 
     segments: SegmentColumns
@@ -150,8 +147,7 @@ class Motion:
         return self.state_at(*self.piece_at(time_s))
 
 
-@frozen(eq=False)
-class PolynomialLaw:
+class PolynomialLaw(Value, eq=False):
     """Position as a cubic of time on each axis: holding, constant speed, or constant jerk."""
 
     coefficients: FloatArray
@@ -186,8 +182,7 @@ class PolynomialLaw:
         )
 
 
-@frozen(eq=False)
-class CircleLaw:
+class CircleLaw(Value, eq=False):
     """Level flight about a centre at a steady rate."""
 
     start_m: FloatArray
@@ -233,8 +228,7 @@ STATES = tuple(FlightState)
 STATE_INDEX = {state: index for index, state in enumerate(STATES)}
 
 
-@frozen(eq=False)
-class Manoeuvres:
+class Manoeuvres(Value, eq=False):
     """Manoeuvres of one kind, one per row; each is one segment."""
 
     key: IntArray

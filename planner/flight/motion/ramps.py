@@ -22,7 +22,7 @@ from planner.flight.motion.kinematics import (
     PolynomialLaw,
     SegmentColumns,
 )
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -34,8 +34,7 @@ _START, _CLIMB, _WAIT, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, _STOP, _
 )
 
 
-@frozen(eq=False)
-class _Pieces:
+class _Pieces(Value, eq=False):
     """Pieces in a straight line, one row per segment. (n, k)"""
 
     duration_s: FloatArray
@@ -63,8 +62,7 @@ class _Pieces:
         )
 
 
-@frozen(eq=False)
-class _Part:
+class _Part(Value, eq=False):
     """Segments of one kind, one per row, each of k pieces in a straight line."""
 
     stage: IntArray

@@ -10,12 +10,11 @@ J t_j² t / 40 (2 mm/s for 1 m/s³ and 0.3 s).
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value, field_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,8 +28,7 @@ _ALMOST = 1.0 - 1e-6
 """Share of an acceleration that is nearly reached. [-]"""
 
 
-@frozen(eq=False)
-class SpeedRamps:
+class SpeedRamps(Value, eq=False):
     """Changes of speed: rest, jerk, steady acceleration, jerk back, rest; one per row."""
 
     change_m_s: FloatArray
@@ -65,8 +63,8 @@ class SpeedRamps:
         """Return these ramps and others in two rows. (2, n)"""
         return SpeedRamps(
             **{
-                column.name: np.stack((getattr(self, column.name), getattr(other, column.name)))
-                for column in fields(self)
+                name: np.stack((column, getattr(other, name)))
+                for name, column in field_values(self).items()
             }
         )
 
@@ -198,8 +196,7 @@ _BISECTIONS = 40
 _ROOM_RISES = 12.0
 
 
-@frozen(eq=False)
-class SCurves:
+class SCurves(Value, eq=False):
     """Motion along lines, one per row: wait, speed up, perhaps speed up again, cruise, slow down."""
 
     length_m: FloatArray
@@ -247,8 +244,7 @@ class SCurves:
         return Phases.after(self.start_m_s, duration, jerk)
 
 
-@frozen(eq=False)
-class Phases:
+class Phases(Value, eq=False):
     """Parts of constant jerk, one after the other along each line: k columns."""
 
     start_s: FloatArray

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
@@ -18,8 +17,8 @@ from planner.flight.motion.kinematics import (
     SegmentColumns,
 )
 from planner.flight.power import Transients
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,8 +30,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import AltitudeResponse, ManoeuvreResponse, Responses
 
 
-@frozen(eq=False)
-class VerticalStepLaw:
+class VerticalStepLaw(Value, eq=False):
     """Answer of the altitude response to steps, pausing at the peak rate where a step is long."""
 
     response: StepResponse
@@ -67,8 +65,7 @@ class VerticalStepLaw:
         )
 
 
-@frozen(eq=False)
-class SpeedPulseLaw:
+class SpeedPulseLaw(Value, eq=False):
     """Answer of the speed response to pulses of the speed reference, along straight level legs."""
 
     response: StepResponse
@@ -103,8 +100,7 @@ class SpeedPulseLaw:
 _LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
 
 
-@frozen(eq=False)
-class Legs:
+class Legs(Value, eq=False):
     """Stages as columns, one row per stage; each begins and ends standing still."""
 
     item: IntArray
@@ -201,8 +197,7 @@ SPEED_TOLERANCE = 0.02
 _CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, HOLD, SLOTS = range(8)
 
 
-@frozen(eq=False)
-class Part:
+class Part(Value, eq=False):
     """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
 
     law: MotionLaw
@@ -239,8 +234,7 @@ def _pieces_between(
     )
 
 
-@frozen
-class _Pace:
+class _Pace(Value):
     """What a speed response says of every leg, whatever its speed."""
 
     steady: float

@@ -8,13 +8,11 @@ is its first landing item; it begins at the first DO_LAND_START before that, els
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.mission.commands import RELATIVE_FRAMES, Command
 from planner.mission.route.stage import (
     ReturnPath,
@@ -22,6 +20,7 @@ from planner.mission.route.stage import (
     StageKind,
 )
 from planner.mission.route.walk import ground_amsl_m
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,8 +77,7 @@ _KINDS: Mapping[int, StageKind] = {
 }
 
 
-@frozen(eq=False)
-class ReturnTargets:
+class ReturnTargets(Value, eq=False):
     """Where each of n returns leads."""
 
     ground_m: FloatArray
@@ -90,8 +88,7 @@ class ReturnTargets:
     """Of those that lead along the mission; empty where none does. (n,)"""
 
 
-@frozen(eq=False)
-class Destinations:
+class Destinations(Value, eq=False):
     """Where the returns of a flight may lead."""
 
     home_first_stage: IntArray

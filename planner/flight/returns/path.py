@@ -14,9 +14,9 @@ from planner.flight.motion.kinematics import (
 )
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.destination import HOME
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
 from planner.units import wh_from_j
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -40,8 +40,7 @@ PROFILE_POINTS = 400
 """Points of a profile, evenly in time; the ends of its stages come on top. [-]"""
 
 
-@frozen
-class FlightPoint:
+class FlightPoint(Value):
     """A place along a flight."""
 
     item: int
@@ -56,8 +55,7 @@ class FlightPoint:
     longitude_deg: float
 
 
-@frozen(eq=False)
-class ReturnPoints:
+class ReturnPoints(Value, eq=False):
     """n points of a flight at which a return may begin, each inside one segment."""
 
     segment: IntArray
@@ -80,8 +78,7 @@ class ReturnPoints:
     """Energy used since the start of the flight. (n,) [Wh]"""
 
 
-@frozen(eq=False)
-class Returns:
+class Returns(Value, eq=False):
     """A flight and the rules by which it can be broken off."""
 
     route: Route
@@ -347,8 +344,7 @@ def _along_m(path: ReturnPath, start_m: FloatArray) -> FloatArray:
     return np.array(corners)
 
 
-@frozen(eq=False)
-class ReturnProfile:
+class ReturnProfile(Value, eq=False):
     """What returns from n points of a flight take, as columns in flown order."""
 
     time_s: FloatArray

@@ -7,7 +7,6 @@ point of no return, than the sweep has found can hide in few places.  These are 
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +15,8 @@ from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
 )
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
+from planner.values import Value, field_values
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -36,8 +35,7 @@ _TAKEOFF = STATE_INDEX[FlightState.TAKEOFF]
 _LANDINGS = (StageKind.LAND, StageKind.RETURN)
 
 
-@frozen
-class ReturnPlan:
+class ReturnPlan(Value):
     """The return from the point of the flight where it is tightest.
 
     It leads where the vehicle itself would go: home, or a rally point.
@@ -63,8 +61,7 @@ class ReturnPlan:
     """Chance that some return uses part of the reserve; ``None`` without a spread. [-]"""
 
 
-@frozen(eq=False)
-class ReturnSweep:
+class ReturnSweep(Value, eq=False):
     """What returns from n points of a flight take, in flown order."""
 
     segment: IntArray
@@ -180,10 +177,8 @@ def sweep_returns(returns: Returns, *limits_wh: float) -> ReturnSweep | None:
     )
     return ReturnSweep(
         **{
-            column.name: np.concatenate((getattr(sweep, column.name), getattr(finer, column.name)))[
-                order
-            ]
-            for column in fields(ReturnSweep)
+            name: np.concatenate((column, getattr(finer, name)))[order]
+            for name, column in field_values(sweep).items()
         }
     )
 

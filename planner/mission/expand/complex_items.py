@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.mission.expand import structure_scan
 from planner.mission.expand.landing import LAND_COMMANDS, expand_landing_pattern
 from planner.mission.expand.survey import (
@@ -19,6 +18,7 @@ from planner.mission.expand.survey import (
 from planner.mission.formats.json_document import JsonFields, describe
 from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN, PLAN_VALUE, ItemSequence
 from planner.mission.items import MOST_ITEMS, make_items
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.findings import Place, Remarks
@@ -59,8 +59,7 @@ SURVEY_REBUILT = Rule(
 )
 
 
-@frozen
-class ComplexItemReader:
+class ComplexItemReader(Value):
     """Expands the complex items of one document; what is odd goes to its remarks."""
 
     simple_items: SimpleItemReader

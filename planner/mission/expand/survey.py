@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner import quantity
-from planner.frozen import frozen
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.simple_item import ItemSequence
 from planner.mission.items import MOST_ITEMS
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
@@ -179,8 +179,7 @@ class PointKind(Enum):
     EXIT = auto()
 
 
-@frozen
-class SurveyPlan:
+class SurveyPlan(Value):
     """What a survey is computed from."""
 
     outline_deg: tuple[tuple[float, float], ...]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from planner.errors import MissionFileError, NoMissionFileError
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -148,8 +148,7 @@ LARGEST_FILE_BYTES = 64 * 2**20
 STANDARD_INPUT = "-"
 
 
-@frozen
-class FileText:
+class FileText(Value):
     """The text of a file and what getting at it brought to light."""
 
     text: str

@@ -16,9 +16,8 @@ import numpy.typing as npt
 
 from planner.errors import MissionFileError
 from planner.findings import Place
-from planner.frozen import frozen
 from planner.mission.formats.exchange import FILE_ENCODING
-from planner.mission.slots import make_many
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -54,8 +53,7 @@ _SENTENCES = (
 """What the standard library's messages are about; their wording differs between its versions."""
 
 
-@frozen(eq=False)
-class SourceText:
+class SourceText(Value, eq=False):
     """A text and where its lines end."""
 
     source: str
@@ -76,8 +74,7 @@ class SourceText:
         raise MissionFileError(message, source=self.source, place=self.place(offset))
 
 
-@frozen(eq=False)
-class JsonDocument:
+class JsonDocument(Value, eq=False):
     """A parsed JSON text; its values are not to be changed."""
 
     origin: SourceText
@@ -110,7 +107,7 @@ class JsonDocument:
         lines = np.searchsorted(self.origin.line_ends, offsets)
         # Before the first line feed there is, as it were, one at offset −1.
         columns = offsets - np.concatenate(([-1], self.origin.line_ends))[lines]
-        return tuple(make_many(Place, ((lines + 1).tolist(), columns.tolist())))
+        return tuple(map(Place, (lines + 1).tolist(), columns.tolist()))
 
     def element_places(self, container: dict[str, Any], *path: str | int) -> tuple[Place, ...]:
         """Return where each element of a list inside an object of this document begins."""
@@ -359,8 +356,7 @@ LARGEST_LENGTH_M = 100_000.0
 _NUMBER_TYPES = frozenset({int, float})
 
 
-@frozen
-class JsonFields:
+class JsonFields(Value):
     """An object of a document together with what it is called in messages."""
 
     document: JsonDocument

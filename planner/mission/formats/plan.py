@@ -9,7 +9,6 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
 from planner.findings import Remarks, Rule, Severity
-from planner.frozen import frozen
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.mission.commands import Command
 from planner.mission.formats.fence_items import FENCE_INCOMPLETE, FENCE_ITEM_BROKEN
@@ -17,6 +16,7 @@ from planner.mission.formats.json_document import JsonDocument, JsonFields, desc
 from planner.mission.formats.simple_item import PLAN_VALUE, SimpleItemReader
 from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, make_items
 from planner.mission.vehicle_kind import tell_vehicle
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from planner.mission.items import MissionItem, VehicleEvidence
 
 
-@frozen
-class PlanItems:
+class PlanItems(Value):
     """Mission items in flown order, and where in the file's list each comes from."""
 
     items: tuple[MissionItem, ...]
@@ -354,8 +353,7 @@ AUTOPILOTS: dict[int, Autopilot] = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
 """By MAV_AUTOPILOT."""
 
 
-@frozen(eq=False)
-class PlanDocument:
+class PlanDocument(Value, eq=False):
     """What a JSON mission was read from: enough to write it back without losing anything."""
 
     json: JsonDocument

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NoReturn
 from planner import quantity
 from planner.errors import MissionFileError
 from planner.findings import Place, Rule, Severity
-from planner.frozen import frozen
 from planner.mission.commands import (
     AMSL_FRAMES,
     GLOBAL_FRAMES,
@@ -30,6 +29,7 @@ from planner.mission.commands import (
 from planner.mission.formats.fence_items import FENCE_COMMANDS, make_fence, make_rally_points
 from planner.mission.items import Home, Mission, MissionFormat, MissionItem
 from planner.mission.vehicle_kind import tell_vehicle
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -66,8 +66,7 @@ _TOKEN = re.compile(r"[^\s,]+")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 
 
-@frozen
-class Row:
+class Row(Value):
     """One row, converted."""
 
     sequence: int
@@ -83,8 +82,7 @@ class Row:
     """Whether the row is 12 fields between tabs, as QGroundControl wants it."""
 
 
-@frozen
-class RowText:
+class RowText(Value):
     """Every row of a text, and what else there was."""
 
     rows: tuple[Row, ...]
@@ -145,8 +143,7 @@ def read_rows(lines: Iterator[tuple[int, str]], *, source: str) -> RowText:
     return RowText(rows=tuple(rows), comment_lines=comments, blank_lines=blanks)
 
 
-@frozen
-class _Fields:
+class _Fields(Value):
     """The fields of one line, each with its column."""
 
     texts: tuple[str, ...]

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
-from planner.frozen import frozen
 from planner.mission.commands import UNSET_YAW, Command, Frame, has_location, load_command_table
 from planner.mission.formats.fence_items import fence_items, rally_items
 from planner.mission.formats.legacy import read_legacy
@@ -37,6 +35,7 @@ from planner.mission.formats.simple_item import (
 from planner.mission.formats.wpl import HEADER
 from planner.mission.items import Mission, VehicleKind
 from planner.mission.route.jumps import numbered_in_order
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -197,8 +196,7 @@ _LEGACY_KEYS = frozenset({"MAV_AUTOPILOT", "fileType", "groundStation", "version
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
-@frozen
-class _Basis:
+class _Basis(Value):
     """What a mission is written on top of: the content it was read from, if any."""
 
     head: Mapping[str, Any]

@@ -8,13 +8,12 @@ the whole mission: an inner loop is not started anew by an outer one (ArduPilot 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.frozen import frozen
 from planner.mission.commands import Command, command_name
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,8 +29,7 @@ _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
 
 
-@frozen
-class FlownOrder:
+class FlownOrder(Value):
     """The items of a mission in the order they are reached."""
 
     visits: tuple[int, ...]

@@ -16,7 +16,6 @@ from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.jumps import flown_order
 from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import TAKEOFFS, Course, Draft, ground_amsl_m, is_on_earth
-from planner.mission.slots import make_many
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -392,7 +391,7 @@ def _laid_out(
                 homes, home_east.tolist(), home_north.tolist(), strict=True
             )
         ),
-        stages=tuple(make_many(Stage, columns)),
+        stages=tuple(map(Stage, *columns)) if columns else (),
         frame=frame,
         home_amsl_m=course.home_amsl_m or 0.0,
         reached=reached,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -37,8 +37,7 @@ class StageKind(StrEnum):
     """Fly home by the vehicle's own rules and land there."""
 
 
-@frozen
-class Stage:
+class Stage(Value, kw_only=False):
     """One thing asked of the vehicle, in the frame of its home."""
 
     kind: StageKind
@@ -73,8 +72,7 @@ class Stage:
     """The items a return flies along; ``None``: straight."""
 
 
-@frozen
-class ReturnPath:
+class ReturnPath(Value):
     """A return along items of the mission."""
 
     stages: tuple[Stage, ...]
@@ -86,8 +84,7 @@ class ReturnPath:
     ``None``: it does not climb. [m]"""
 
 
-@frozen
-class Lap:
+class Lap(Value):
     """The part of a route that an endless jump repeats; a route flies it once more, to its end."""
 
     item: int
@@ -96,8 +93,7 @@ class Lap:
     """Where the repeated lap begins, as a position in the route's stages."""
 
 
-@frozen
-class HomePlace:
+class HomePlace(Value):
     """Where a return leads from some stage of a route on."""
 
     first_stage: int
@@ -108,8 +104,7 @@ class HomePlace:
     """Height of the ground there above the home the flight started from. [m]"""
 
 
-@frozen
-class Route:
+class Route(Value):
     """A mission laid out in space: jumps and altitudes resolved, speeds carried along."""
 
     stages: tuple[Stage, ...]

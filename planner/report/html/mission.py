@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from planner import catalogue, quantity
 from planner.findings import Severity
-from planner.frozen import frozen
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
 from planner.report.plots.figures import ORANGE, still_svg
 from planner.report.plots.flight import mission_panels
@@ -23,6 +22,7 @@ from planner.report.text import (
 )
 from planner.rules.energy import destination_name
 from planner.service import CheckResult
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -431,8 +431,7 @@ class PhaseView(NamedTuple):
     """Column, value and text of each."""
 
 
-@frozen
-class MissionView:
+class MissionView(Value):
     """Everything the template asks of one mission."""
 
     number: int

@@ -17,12 +17,12 @@ from planner.flight.motion.kinematics import STATES
 from planner.flight.prediction import sample_trace
 from planner.flight.returns.path import return_profile
 from planner.flight.uncertainty import predict_energy_band
-from planner.frozen import frozen
 from planner.geo.fence import FencePolygon
 from planner.geo.path import swept_areas
 from planner.mission.route.stage import StageKind
 from planner.rules.fenced_flight import make_fenced_flight
 from planner.units import wh_from_j
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray, IntArray
@@ -250,8 +250,7 @@ _PATH_TOLERANCE = 1.0 / 4_000
 """What a simplified path may be off, as a share of its extent: a quarter of a dot. [-]"""
 
 
-@frozen(eq=False)
-class FlightTables:
+class FlightTables(Value, eq=False):
     """A result, and the rows of its pictures."""
 
     result: CheckResult

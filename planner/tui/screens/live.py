@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from textual import on
@@ -23,6 +23,7 @@ from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.panes import Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.verdict_strip import VerdictStrip
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable

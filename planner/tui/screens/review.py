@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
@@ -24,6 +24,7 @@ from planner.tui.widgets.panes import PANES, Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.verdict_strip import VerdictStrip
 from planner.tui.widgets.what_if_form import WhatIfForm
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,8 +13,8 @@ from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s
 from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
 from planner.flight.motion.headway import NO_HEADWAY
 from planner.flight.motion.kinematics import CircleLaw, FlightState, make_manoeuvres
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,8 +30,7 @@ _LEAST_ANGULAR_ACCELERATION_RAD_S2 = math.radians(2.0)
 """``AC_CIRCLE_ANGULAR_ACCEL_MIN``. [rad s⁻²]"""
 
 
-@frozen(eq=False)
-class Circles:
+class Circles(Value, eq=False):
     """Circles, one per row."""
 
     key: IntArray

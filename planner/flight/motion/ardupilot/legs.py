@@ -10,9 +10,9 @@ import numpy as np
 from planner.flight.motion.ardupilot.stages import is_kind, return_height_m
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.s_curve import s_curves, speed_ramps
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
 from planner.units import GRAVITY_M_S2
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -32,8 +32,7 @@ _BELOW = 1.0 - 1e-9
 """What is below a limit."""
 
 
-@frozen(eq=False)
-class Corners:
+class Corners(Value, eq=False):
     """Waypoints between two straight legs, one per row."""
 
     before: FloatArray
@@ -104,8 +103,7 @@ def half_overlap_s(
     return half
 
 
-@frozen(eq=False)
-class _Limits:
+class _Limits(Value, eq=False):
     """The four limits of corners, with what of the directions they depend on."""
 
     ramps: SpeedRamps
@@ -373,8 +371,7 @@ _HEIGHT_STEP_M = 0.01
 """Altitudes of locations are whole centimetres. [m]"""
 
 
-@frozen(eq=False)
-class Legs:
+class Legs(Value, eq=False):
     """Straight legs, one per row, in flown order."""
 
     key: IntArray

@@ -16,8 +16,8 @@ from planner.flight.motion.ardupilot.legs import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
 from planner.flight.motion.kinematics import FlightState, make_manoeuvres
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -37,8 +37,7 @@ _APART_M2_S2 = 1e4
 """More than any squared speed: puts splines that do not join out of each other's reach. [m² s⁻²]"""
 
 
-@frozen(eq=False)
-class Splines:
+class Splines(Value, eq=False):
     """The splines of a route, one per row, cut into pieces at k + 1 nodes."""
 
     stage: IntArray

@@ -10,11 +10,11 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
-from planner.frozen import frozen
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.route import LANDING_MISSING
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import WAIT_NOT_COUNTED
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -42,8 +42,7 @@ _NEXT_MAY_BE = (StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.SET_
 """``ModeAuto::set_next_wp``: a waypoint is flown through only towards one of these."""
 
 
-@frozen(eq=False)
-class StageColumns:
+class StageColumns(Value, eq=False):
     """Stages, one per row; places in the autopilot's own metres."""
 
     kind: IntArray

@@ -15,8 +15,8 @@ from planner.flight.motion.kinematics import (
     PolynomialLaw,
     SegmentColumns,
 )
-from planner.frozen import frozen
 from planner.physics.quadrature import unit_quadrature
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,8 +34,7 @@ INSTANT_S = 1e-9
 """Shorter pieces are rounding. [s]"""
 
 
-@frozen(eq=False)
-class Pieces:
+class Pieces(Value, eq=False):
     """Pieces of motion of one source."""
 
     start_s: FloatArray
@@ -46,8 +45,7 @@ class Pieces:
     is_grounded: BoolArray
 
 
-@frozen(eq=False)
-class SegmentRows:
+class SegmentRows(Value, eq=False):
     """Segments of one source."""
 
     start_s: FloatArray
@@ -57,8 +55,7 @@ class SegmentRows:
     stopping_distance_m: FloatArray
 
 
-@frozen(eq=False)
-class LegTimes:
+class LegTimes(Value, eq=False):
     """Legs on the clock of the flight."""
 
     legs: Legs

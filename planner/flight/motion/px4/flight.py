@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +24,7 @@ from planner.flight.motion.px4.pieces import (
 )
 from planner.flight.motion.px4.speeds import stopping_distance_m
 from planner.mission.route.stage import StageKind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -16,7 +16,7 @@ from planner.flight.motion.px4.speeds import (
     braking_distance_m,
     half_b_m_s,
 )
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -41,8 +41,7 @@ _FINE_M = 2.0
 away its steps get lost, and it creeps for ever. [m]"""
 
 
-@frozen
-class DescentProfile:
+class DescentProfile(Value):
     """How fast a landing descends, by height over the ground.
 
     Notes
@@ -473,8 +472,7 @@ IDLE_SHARE = 0.5
 hover. [-]"""
 
 
-@frozen(eq=False)
-class Takeoffs(Columns):
+class Takeoffs(Columns, eq=False):
     """Take-offs as columns of length k."""
 
     ground_m: FloatArray

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +23,7 @@ from planner.flight.motion.px4.pieces import (
     Places,
 )
 from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s
+from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray

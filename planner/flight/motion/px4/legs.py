@@ -17,7 +17,7 @@ from planner.flight.motion.px4.speeds import (
 )
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
 from planner.flight.motion.px4.turns import cut_short, joined_turns, slowed_turns, turns_onto_moves
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
@@ -181,8 +181,7 @@ _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
 
-@frozen(eq=False)
-class Layout(Columns):
+class Layout(Columns, eq=False):
     """Moves laid out between their waypoints, before anything is known of speeds handed on."""
 
     begins_m: FloatArray
@@ -303,8 +302,7 @@ _ROUNDS = 100
 """Short legs hand on their speed to the next; each round carries it one leg further, ever less of it."""
 
 
-@frozen(eq=False)
-class Legs(Columns):
+class Legs(Columns, eq=False):
     """Moves as they are flown, as columns of length n; of landings only how they begin."""
 
     place_m: FloatArray
@@ -323,8 +321,7 @@ class Legs(Columns):
     """Its velocity then. (n, 3) [m s⁻¹]"""
 
 
-@frozen(eq=False)
-class FlownMoves:
+class FlownMoves(Value, eq=False):
     """All there is to know of the moves of a flight."""
 
     layout: Layout

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from planner.frozen import frozen
 from planner.mission.route.stage import StageKind
+from planner.values import Value, field_names, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,21 +18,20 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
-@frozen(eq=False)
-class Columns:
+class Columns(Value, eq=False):
     """Arrays whose first axis counts the same rows, and further columns of these rows."""
 
     def select(self, rows: IntArray | BoolArray) -> Self:
         """Return some of the rows."""
         chosen: dict[str, Any] = {}
-        for name in [column.name for column in fields(self)]:
+        for name in field_names(self):
             value = getattr(self, name)
             chosen[name] = value.select(rows) if isinstance(value, Columns) else value[rows]
         return type(self)(**chosen)
 
     def put(self, rows: IntArray, values: Self) -> None:
         """Overwrite some of the rows, in place."""
-        for name in [column.name for column in fields(self)]:
+        for name in field_names(self):
             mine, given = getattr(self, name), getattr(values, name)
             if isinstance(mine, Columns):
                 mine.put(rows, given)
@@ -45,8 +43,7 @@ _CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
 """Half angles of the cone over home that mean something (``RTL::computeReturnAltitude``). [rad]"""
 
 
-@frozen(eq=False)
-class ReturnLeg:
+class ReturnLeg(Value, eq=False):
     """One leg of k returns."""
 
     target_m: FloatArray
@@ -183,8 +180,7 @@ class Move(NamedTuple):
     """Belongs to a return, which the look-ahead of the move before does not see."""
 
 
-@frozen(eq=False)
-class Moves:
+class Moves(Value, eq=False):
     """Moves as columns of length n, in flown order; several flights may stand one after the other."""
 
     stage: IntArray

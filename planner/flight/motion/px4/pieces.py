@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from planner.flight.motion.kinematics import KinematicState, PolynomialLaw
 from planner.flight.motion.px4.moves import Columns
-from planner.frozen import frozen
+from planner.values import Value, field_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -24,8 +24,7 @@ _ROUGHLY = 1.01
 """Squared: a cubic passes its limit by a quarter of a per cent before it is made of parts. [-]"""
 
 
-@frozen(eq=False)
-class Curves(Columns):
+class Curves(Columns, eq=False):
     """Curves of up to three cubics of time each, as columns of length n."""
 
     duration_s: FloatArray
@@ -155,8 +154,7 @@ def wright_omega(y: FloatArray) -> FloatArray:
     return np.where(vanishing, 0.0, omega)
 
 
-@frozen(eq=False)
-class BrakeLaw:
+class BrakeLaw(Value, eq=False):
     """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines."""
 
     aim_m: FloatArray
@@ -210,8 +208,7 @@ class BrakeLaw:
         )
 
 
-@frozen(eq=False)
-class SettlingLaw:
+class SettlingLaw(Value, eq=False):
     """On each axis a cubic of time plus two exponentials that die away."""
 
     coefficients: FloatArray
@@ -262,8 +259,7 @@ _SHORTEST_S = 1e-9
 """Shorter pieces are left out. [s]"""
 
 
-@frozen(eq=False)
-class Places(Columns):
+class Places(Columns, eq=False):
     """Where pieces belong, as columns of length k."""
 
     move: IntArray
@@ -277,8 +273,7 @@ class Places(Columns):
     """Seconds of that per second of flight. [-]"""
 
 
-@frozen(eq=False)
-class Lines(Columns):
+class Lines(Columns, eq=False):
     """Straight parts of moves, cubic in time, as columns of length k."""
 
     place_m: FloatArray
@@ -290,8 +285,7 @@ class Lines(Columns):
     jerk_m_s3: FloatArray
 
 
-@frozen(eq=False)
-class _Collected:
+class _Collected(Value, eq=False):
     """Pieces of one kind, in the order they were added."""
 
     law: int
@@ -350,7 +344,7 @@ class Pieces:
         if not len(kept):
             return
         places, way = places.select(kept), way_m[kept]
-        rows = {f.name: getattr(law, f.name)[kept] for f in fields(law)}
+        rows = {name: column[kept] for name, column in field_values(law).items()}
         rows["rate"] = rows["rate"] * places.pace
         self.brakes.append(BrakeLaw(**rows))
         direction = rows["direction"]
@@ -414,8 +408,7 @@ def _level(vectors: FloatArray) -> FloatArray:
     return np.hypot(vectors[..., 0], vectors[..., 1])
 
 
-@frozen(eq=False)
-class Ordered:
+class Ordered(Value, eq=False):
     """Pieces in flown order, and the segments they make."""
 
     segment: IntArray
@@ -476,8 +469,7 @@ _LAG_S = 0.1
 as of a second-order answer, from three simulated flights. [s]"""
 
 
-@frozen
-class Pace:
+class Pace(Value):
     """Seconds of PX4's trajectory per second of flight, by horizontal speed of the trajectory.
 
     Notes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -48,8 +48,7 @@ def cut_ramp_time_s(
     )
 
 
-@frozen(eq=False)
-class Ramps:
+class Ramps(Value, eq=False):
     """Changes of speed: jerk, steady acceleration, jerk back; one per row."""
 
     jerk_m_s3: FloatArray

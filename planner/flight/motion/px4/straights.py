@@ -16,7 +16,7 @@ from planner.flight.motion.px4.speeds import (
     ramp_time_s,
 )
 from planner.flight.motion.px4.turns import CLAMPED_M_S
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,8 +53,7 @@ def root(
     return x
 
 
-@frozen(eq=False)
-class Onsets:
+class Onsets(Value, eq=False):
     """The beginnings of braking: deceleration at limited jerk, then a steady one."""
 
     onset_s: FloatArray
@@ -184,8 +183,7 @@ def _crossings_m_s(limits: Limits, far: IntArray, near: IntArray) -> FloatArray:
     return np.where(square >= 0.0, np.where(first > 0.0, both, second), -1.0)
 
 
-@frozen(eq=False)
-class Followed:
+class Followed(Value, eq=False):
     """How the braking laws are flown from where they are joined, as columns of length n."""
 
     far: IntArray
@@ -269,8 +267,7 @@ def _leaving(limits: Limits, law: IntArray, left_m: FloatArray) -> tuple[FloatAr
     return np.where(within, met, tail), np.where(within, final, allowed + above)
 
 
-@frozen(eq=False)
-class Straights(Columns):
+class Straights(Columns, eq=False):
     """How straights are flown: ramp, cruise, onset of braking, and braking by up to two laws."""
 
     ramp_from_m_s: FloatArray
@@ -318,8 +315,7 @@ class Straights(Columns):
         return whole.cut(self.is_cut, change, acceleration_m_s2=limits.ramp_m_s2)
 
 
-@frozen(eq=False)
-class _Climb(Columns):
+class _Climb(Columns, eq=False):
     """The speeds at which straights begin, and the ways of ramps from there."""
 
     limits: Limits
@@ -480,8 +476,7 @@ _LEVEL, _UPRIGHT = 0, 1
 """The two laws that limit a speed: of the horizontal and of the vertical axes."""
 
 
-@frozen(eq=False)
-class Limits(Columns):
+class Limits(Columns, eq=False):
     """What limits the speed along straights; lengths and speeds count along them."""
 
     direction: FloatArray

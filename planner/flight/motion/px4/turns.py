@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.flight.motion.px4.moves import Columns
 from planner.flight.motion.px4.speeds import STILL_M, Ramps, braking_distance_m, ramp_time_s
-from planner.frozen import frozen
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
@@ -32,8 +32,7 @@ _ALIGNED_RAD = math.acos(ALIGNED_COS)
 _ALIGNED_SIN = math.sin(_ALIGNED_RAD)
 
 
-@frozen(eq=False)
-class Turns(Columns):
+class Turns(Columns, eq=False):
     """What is left of a turn when the vehicle heads for its target, as columns of length n."""
 
     duration_s: FloatArray
@@ -46,8 +45,7 @@ class Turns(Columns):
     """Horizontal acceleration there, zero or more. [m s⁻²]"""
 
 
-@frozen(eq=False)
-class Approach(Columns):
+class Approach(Columns, eq=False):
     """How vehicles come to the waypoints at which new legs begin, as columns of length n."""
 
     place_m: FloatArray
@@ -114,8 +112,7 @@ def turns_onto_legs(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: 
     )
 
 
-@frozen(eq=False)
-class _LegFrame:
+class _LegFrame(Value, eq=False):
     """Coordinates along and across new legs; velocities across come out as zero or more."""
 
     along: FloatArray

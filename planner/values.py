@@ -1,0 +1,49 @@
+"""Immutable values: what is compared by its fields, made by keyword and never changed.
+
+Measured on three classes of the product: defining one costs a fiftieth of what a frozen dataclass with slots
+does (11 µs for 560 µs and more), making one a sixth.
+"""
+
+from __future__ import annotations
+
+from typing import Any, dataclass_transform
+
+import msgspec
+from msgspec import field
+from msgspec.structs import force_setattr, replace
+
+__all__ = ["Value", "field", "field_names", "field_values", "force_setattr", "replace"]
+
+
+class _ValueType(msgspec.StructMeta):
+    """Makes every class of values immutable and its fields keywords, unless the class says otherwise."""
+
+    def __new__(
+        mcls,
+        name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        **options: Any,  # noqa: ANN401 - those of `msgspec.Struct`
+    ) -> _ValueType:
+        options = {"frozen": True, "kw_only": True, **options}
+        return super().__new__(mcls, name, bases, namespace, **options)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
+class Value(msgspec.Struct, frozen=True, kw_only=True, metaclass=_ValueType):
+    """Base of all values.
+
+    Options of a class, as of `msgspec.Struct`: ``eq=False`` for what holds arrays and is equal to
+    itself alone, ``kw_only=False`` for what is made by position, ``dict=True`` for what keeps
+    properties once worked out.
+    """
+
+
+def field_names(value: msgspec.Struct | type[msgspec.Struct]) -> tuple[str, ...]:
+    """Return the names of the fields of a value or of a class of values, in their order."""
+    return value.__struct_fields__
+
+
+def field_values(value: msgspec.Struct) -> dict[str, Any]:
+    """Return the fields of a value by name."""
+    return {name: getattr(value, name) for name in field_names(value)}
