@@ -59,8 +59,7 @@ class SteadyPower(Value):
     """When it begins, in the flight. [s]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SteadyStretch:
+class SteadyStretch(Value):
     """A hover or cruise of a record, and the mean power it gives, if any."""
 
     segment: StateSegment
