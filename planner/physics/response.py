@@ -620,7 +620,10 @@ def _quiet_after_s(modes: Modes, limit: float) -> float:
         terms = [(float(size), 0.5 * rate) for size in sizes]
     else:
         terms = [(float(abs(residue)), float(rate)) for rate, _, residue in modes.fractions]
-    times = [math.log(len(terms) * size / limit) / -rate for size, rate in terms if size > 0.0]
+    log_limit = (
+        math.log(limit / len(terms)) if terms else 0.0
+    )  # of no tolerance at all it is infinite
+    times = [(math.log(size) - log_limit) / -rate for size, rate in terms if size > 0.0]
     return max([0.0, *times]) + 1e-9  # a little later, where rounding does not matter
 
 

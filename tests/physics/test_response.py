@@ -254,6 +254,7 @@ def test_a_lag_settles_when_its_exponential_says_so() -> None:
     assert times.shape == (2, 2)
     # a distance of 11 is never exceeded
     assert times[1, 0] == 0.0
+    assert response.settling_times_s([]).shape == (0,)
     expected = 0.5 + 2.0 * np.log(10.0 / tolerances)
     assert times[0] == pytest.approx(expected[0], rel=1e-13)
     # at 1e-9 of 10 the rounding of the value shifts the time by 2 s · 1e-15 / 1e-9
