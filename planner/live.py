@@ -171,7 +171,7 @@ def check_vehicle(
     if not is_charge_given:
         told = None if state.battery is None else state.battery.remaining_fraction
         if told is None:
-            message = "the vehicle does not tell its charge: a full battery is assumed"
+            message = "charge not reported by the vehicle: full battery assumed"
             findings.append(CHARGE_NOT_TOLD.finding(message))
         else:
             request = replace(request, charge=told)
@@ -213,8 +213,8 @@ def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
         return ()
     voltage = "" if battery.voltage_v is None else f", now at {battery.voltage_v:.1f} V"
     message = (
-        f"{snapshot.identity.label} is set to count from {battery.capacity_ah:g} Ah{voltage}: not "
-        "taken as the battery, whose voltage it does not tell"
+        f"{snapshot.identity.label} is set to {battery.capacity_ah:g} Ah{voltage}: not used as the "
+        "battery, whose nominal voltage is unknown"
     )
     return (CAPACITY_NOT_TAKEN.finding(message),)
 

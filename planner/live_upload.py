@@ -146,7 +146,7 @@ def check_removal(mission: Mission, snapshot: VehicleSnapshot) -> tuple[Finding,
     return tuple(
         rules[kind].finding(
             f"{snapshot.identity.label} has {_held(snapshot, kind)} and the mission has none: "
-            "sending it removes what is there"
+            "sending it removes the vehicle's"
         )
         for kind in _unset_areas(mission, snapshot)
     )

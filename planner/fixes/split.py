@@ -313,7 +313,7 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
     twice = [part.flown_twice_m for part in parts if part.flown_twice_m > 0.0]
     if twice:
         yield PART_FLOWN_TWICE.finding(
-            f"no photo is missing: up to {quantity.distance(max(twice))} are flown twice where "
+            f"so that no photo is missing, up to {quantity.distance(max(twice))} are flown twice where "
             f"{quantity.count(len(twice), 'part begins', 'parts begin')}"
         )
     if len(parts) > 1 and (outputs := steps.states[-1].outputs()):
@@ -323,7 +323,7 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
             if is_output(item)
         )
         yield OUTPUTS_SET_AGAIN.finding(
-            "servos, relays or the like keep their state on the return, and are set again where the "
-            f"next part begins: {quantity.count(len(outputs), 'output')}",
+            f"{quantity.count(len(outputs), 'output')} (servo, relay or the like) set again where the "
+            "next part begins; the state is kept on the return",
             item=first,
         )

@@ -560,9 +560,7 @@ def _said(
         elif outcome.status is Status.BASE:
             findings.append(STATE_OF_BASE.finding(f"{outcome.name}: {outcome.said}"))
     if mass_kg is None:
-        findings.append(
-            MASS_UNKNOWN.finding("no log tells the mass: payload and air density are not modelled")
-        )
+        findings.append(MASS_UNKNOWN.finding("mass unknown: payload and air density not modelled"))
     fitted = [o.name for o in outcomes if o.status is Status.IDENTIFIED and o.whiteness is not None]
     if settings.method is Method.ARX and fitted:
         findings.append(

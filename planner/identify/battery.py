@@ -180,7 +180,7 @@ def identify_battery(
     if not used:
         return _nothing("no flight tells voltage and current", segments)
     if capacity_ah is None:
-        return _nothing("no log tells the capacity of the battery: give --capacity", segments)
+        return _nothing("battery capacity unknown: give --capacity", segments)
     cells = (
         settings.cells_in_series or round(_parameter(records, _CELL_PARAMETERS, 1.0) or 0) or None
     )

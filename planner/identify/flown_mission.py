@@ -140,12 +140,12 @@ def _findings(record: FlightRecord, missing: list[int]) -> list[Finding]:
         which = f"item {missing[0]}"
         which += " is" if len(missing) == 1 else f" and {len(missing) - 1} more are"
         found.append(
-            MISSION_UNTOLD.finding(f"{record.source}: {which} not in the log: taken to do nothing")
+            MISSION_UNTOLD.finding(f"{record.source}: {which} not in the log: predicted without")
         )
     if any(item.frame is None for item in record.mission_items):
         found.append(
             MISSION_UNTOLD.finding(
-                f"{record.source}: the log tells no altitude frames: heights above home are assumed"
+                f"{record.source}: no altitude frames in the log: heights above home assumed"
             )
         )
     return found
@@ -251,7 +251,7 @@ def flown_parameters(
     more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
     return tuple(common), (
         PARAMETERS_DIFFER.finding(
-            "not the same in every flight, and left out of the model: "
+            "different between flights, left out of the model: "
             f"{', '.join(differing[:_NAMED])}{more}"
         ),
     )
@@ -399,6 +399,6 @@ def _left(flown: FlightRecord, mission: Mission) -> list[Finding]:
     return [
         MISSION_LEFT.finding(
             f"{flown.source}: {modes} was flown for {lost_s:.1f} s from {since_s:.1f} s on: "
-            "no mission predicts that"
+            "not predicted by the mission"
         )
     ]

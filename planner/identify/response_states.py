@@ -97,7 +97,7 @@ def identify_response(
     own = hold_out([cut for cut in cuts if cut.answer is answer])
     manoeuvres = [_prepared(c.manoeuvre, answer) for c in own if c.manoeuvre is not None]
     if not manoeuvres:
-        why = "no manoeuvre can be used" if own else "the flights hold no such manoeuvre"
+        why = "no manoeuvre can be used" if own else "no such manoeuvre in the flights"
         return _nothing(answer, why, own)
     is_power = answer in _POWERS
     thinned = _thinned(manoeuvres)

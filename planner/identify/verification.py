@@ -573,7 +573,10 @@ def _conditions(record: FlightRecord, known: KnownConditions) -> tuple[Condition
         home_amsl_m = record.home.altitude_amsl_m
     assumed = [
         text
-        for text, value in (("wind: calm is assumed", wind), ("altitude of home", home_amsl_m))
+        for text, value in (
+            ("wind in the log: calm assumed", wind),
+            ("altitude of home in the log", home_amsl_m),
+        )
         if value is None
     ]
     conditions = Conditions(
@@ -587,7 +590,7 @@ def _conditions(record: FlightRecord, known: KnownConditions) -> tuple[Condition
             else known.position_noise_m
         ),
     )
-    message = f"{record.source}: the log tells no {', and no '.join(assumed)}"
+    message = f"{record.source}: no {' and no '.join(assumed)}"
     return conditions, [CONDITIONS_ASSUMED.finding(message)] if assumed else []
 
 

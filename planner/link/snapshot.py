@@ -125,15 +125,13 @@ def make_snapshot(
     parameters = tuple(one for one in fetched if _NAME.fullmatch(one.name))
     mission = mission_of_lists(lists, identity, home=state.home, source=address)
     findings: list[Finding] = [
-        LIST_NOT_KEPT.finding(
-            f"the vehicle keeps no {kind.label}: its firmware was built without such a list"
-        )
+        LIST_NOT_KEPT.finding(f"the vehicle stores no {kind.label}: its firmware lacks such a list")
         for kind, items in lists.items()
         if items is None
     ]
     if len(parameters) < len(fetched):
         nameless = len(fetched) - len(parameters)
-        message = f"left out, for it has no readable name: {quantity.count(nameless, 'parameter')}"
+        message = f"without a readable name, left out: {quantity.count(nameless, 'parameter')}"
         findings.append(PARAMETER_NAMELESS.finding(message))
     if mission.home is None:
         findings.append(HOME_NOT_TOLD.finding("the vehicle has no home yet"))

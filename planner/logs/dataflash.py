@@ -507,5 +507,5 @@ def _damage(log: DataflashLog, source: str) -> Iterator[Finding]:
     why = f" ({log.stopped_by}; nothing behind it is read)" if log.stopped_by else ""
     yield LOG_DAMAGED.finding(
         f"{source}: {log.unreadable} of {log.size} {log.unit}, the first at "
-        f"{log.first_unreadable}, are no messages: left out{why}"
+        f"{log.first_unreadable}, are not messages: left out{why}"
     )

@@ -411,7 +411,7 @@ def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
         findings.append(
             LOG_DAMAGED.finding(
                 f"{file.source}: {damage.unreadable} of {len(data)} bytes, the first at "
-                f"{damage.first_unreadable}, are no messages: left out"
+                f"{damage.first_unreadable}, are not messages: left out"
             )
         )
     several = len(vehicles) > 1

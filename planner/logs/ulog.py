@@ -625,7 +625,9 @@ def _vehicle(log: Any) -> str:  # noqa: ANN401 - as above
 
 def _findings(log: Any, topics: list[Topic], source: str) -> Iterator[Finding]:  # noqa: ANN401
     if log.file_corruption:
-        yield LOG_DAMAGED.finding(f"{source}: parts of the log are no messages of a ULog: left out")
+        yield LOG_DAMAGED.finding(
+            f"{source}: parts of the log are not messages of a ULog: left out"
+        )
     batteries = [
         topic for topic in topics if topic.name == "battery_status" and "current_a" in topic.fields
     ]

@@ -149,7 +149,7 @@ def _check_jumps(items: Sequence[MissionItem]) -> tuple[Finding, ...]:
             continue
         if item.param1 is None or not 1 <= int(item.param1) <= len(items):
             named = items[number - 1].param1
-            what = "no item" if named is None else f"item {named:g}, which is not there"
+            what = "no item" if named is None else f"item {named:g}, which does not exist"
             remarks.add(JUMP_NOT_WRITTEN, f"the DO_JUMP of item {number} names {what}", item=number)
     return remarks.findings()
 
@@ -219,14 +219,14 @@ def _check_home(mission: Mission, back: Mission) -> Iterator[Finding]:
     home = mission.home
     is_text = back.file_format is MissionFormat.WPL
     if is_text and home is not None and home.latitude_deg == home.longitude_deg == 0.0:
-        yield HOME_NOT_KNOWN.finding("home at 0, 0 reads back as not known: so text writes it")
+        yield HOME_NOT_KNOWN.finding("home at 0, 0 reads back as unknown, as text writes it")
     elif home != back.home:
         yield WRITTEN_DIFFERENTLY.finding("home reads back at another place")
     elif is_text and mission.items:
         if home is None:
-            yield HOME_NOT_KNOWN.finding("home is not known: its row says 0, 0")
+            yield HOME_NOT_KNOWN.finding("home unknown: written as 0, 0")
         elif home.altitude_amsl_m is None:
-            message = "the altitude of home is not known: its row says 0 m, above home itself"
+            message = "altitude of home unknown: written as 0 m above home itself"
             yield HOME_NOT_KNOWN.finding(message)
 
 

@@ -227,7 +227,7 @@ def _too_near(
     other = fleet[other_number]
     message = (
         f"{quantity.beside(approach.distance_m, spacing.separation_m, quantity.height)} from "
-        f"{other.file}, {quantity.height(spacing.separation_m)} are to be kept: "
+        f"{other.file}, {quantity.height(spacing.separation_m)} required by --separation: "
         f"{_when(fleet[number], own_s, item)}, {other.file} {_when(other, other_s, other_item)}"
     )
     if spacing.start_error_s > 0.0:
@@ -278,7 +278,7 @@ def _same_system_id(
     ]
     if same:
         yield DUPLICATE_SYSTEM_ID.finding(
-            f"system id {own[0]:g} ({own[1]}) is that of {same[0][0]} ({same[0][1]}){_and_more(same)} as well"
+            f"system id {own[0]:g} ({own[1]}) also belongs to {same[0][0]} ({same[0][1]}){_and_more(same)}"
         )
 
 

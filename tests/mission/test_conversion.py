@@ -101,7 +101,7 @@ def test_a_changed_survey_is_said_to_be_written_out() -> None:
 
 def test_an_unknown_home_is_said() -> None:
     nowhere = made(takeoff(30.0), home=None)
-    assert losses(nowhere, MissionFormat.WPL)["L205"] == "home is not known: its row says 0, 0"
+    assert losses(nowhere, MissionFormat.WPL)["L205"] == "home unknown: written as 0, 0"
     somewhere = made(takeoff(30.0), home=replace(HOME, altitude_amsl_m=None))
     assert losses(somewhere, MissionFormat.WPL)["L205"].startswith("the altitude of home is not")
     assert losses(nowhere, MissionFormat.PLAN) == {}
@@ -127,7 +127,7 @@ def test_a_jump_to_nowhere_is_said() -> None:
     mission = made(takeoff(30.0), jump(9, 1.0), rtl())
     for file_format in MissionFormat:
         assert losses(mission, file_format)["L208"] == (
-            "the DO_JUMP of item 2 names item 9, which is not there"
+            "the DO_JUMP of item 2 names item 9, which does not exist"
         )
 
 

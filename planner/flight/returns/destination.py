@@ -335,7 +335,7 @@ def _with_mission(
     if return_type in _STRAIGHT:
         if return_type != _RALLY_ONLY or mission.rally:
             return straight
-        message = "RTL_TYPE is 5 and there is no rally point: a return lands where the vehicle is"
+        message = "RTL_TYPE is 5 without rally points: a return lands where the vehicle is"
         return replace(straight, findings=(RETURN_LANDS_HERE.finding(message),))
     items = _ReturnItems(mission, route, terrain)
     leads, severity = "somewhere not known here", Severity.WARNING

@@ -131,7 +131,7 @@ class ComplexItemReader(Value):
 
     def _refused(self, item: JsonFields, why: str, place: Place) -> list[MissionItem]:
         """Tell that nothing of a complex item is in the prediction."""
-        message = f"{item.title} cannot be expanded, {why}: it is not in this prediction"
+        message = f"{item.title} cannot be expanded, {why}: missing from this prediction"
         self.remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
         return []
 

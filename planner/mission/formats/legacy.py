@@ -66,7 +66,7 @@ def read_legacy(document: JsonDocument, source: str) -> Mission:
     remarks.add(LEGACY_FORMAT, message, place=document.place(mission.value))
     complex_items = mission.value.get("complexItems")
     if complex_items:
-        message = f"'complexItems' is {describe(complex_items)}: it is not in this prediction"
+        message = f"'complexItems' is {describe(complex_items)}: missing from this prediction"
         place = document.place(mission.value, "complexItems")
         remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
     firmware_key = "MAV_AUTOPILOT" if "MAV_AUTOPILOT" in mission.value else "firmwareType"

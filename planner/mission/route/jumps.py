@@ -74,8 +74,8 @@ def flown_order(items: tuple[MissionItem, ...], meaning: Autopilot | None) -> Fl
         if len(visits) == len(items) + MOST_VISITS:
             findings.append(
                 JUMPS_TOO_LONG.finding(
-                    f"the jumps lead past more than {MOST_VISITS:,} items again: "
-                    "the prediction ends there, the mission goes on",
+                    f"the jumps lead past more than {MOST_VISITS:,} items: "
+                    "the prediction ends there, the mission continues",
                 )
             )
             break
@@ -138,17 +138,17 @@ def _targets(
             target = by_tag.get(named) if is_tag else by_id.get(int(named))
         problem = None
         if is_tag and meaning is Autopilot.PX4:
-            problem = "PX4 knows no jump tags"
+            problem = "PX4 has no jump tags"
         elif target is None:
-            problem = f"there is no {'tag' if is_tag else 'item'} {_plain(named)}"
+            problem = f"no {'tag' if is_tag else 'item'} {_plain(named)}"
         elif target == at:
-            problem = "it jumps to itself"
+            problem = "jumps to itself"
         if problem is None and target is not None:
             targets[at] = target
         else:
             findings.append(
                 JUMP_TARGET.finding(
-                    f"{command_name(item.command)}: {problem}; the flight is taken to go on",
+                    f"{command_name(item.command)}: {problem}; predicted without the jump",
                     item=at + 1,
                     place=item.place,
                 )

@@ -126,7 +126,7 @@ def _begin(
                 place = there
                 findings.append(
                     HOME_UNKNOWN.finding(
-                        "the file does not say where home is: the flight is taken to start at the "
+                        "no home in the file: the flight is assumed to start at the "
                         f"place of item {number}",
                         item=number,
                         place=item.place,
@@ -135,7 +135,7 @@ def _begin(
                 break
         else:
             if mission.items:
-                message = "the file says neither where home is nor any other place"
+                message = "no home and no other place in the file"
                 findings.append(HOME_UNKNOWN.finding(message))
     if amsl_m is None and terrain is not None:
         amsl_m = ground_amsl_m(terrain, *place)
@@ -193,7 +193,7 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
     """Return that a mission is probably no multicopter's; refuse one that certainly is none."""
     vehicle = mission.vehicle
     if vehicle is None and mission.file_format is MissionFormat.WPL and mission.items:
-        message = "the file does not name a vehicle: nothing in it speaks against a multicopter"
+        message = "no vehicle named in the file: no sign that it is not a multicopter"
         return [VEHICLE_ASSUMED.finding(message)]
     if vehicle is None or vehicle.kind in _FLOWN_KINDS:
         return []
@@ -206,8 +206,8 @@ def _other_vehicle(mission: Mission) -> list[Finding]:
         raise OtherVehicleError(message, source=mission.source)
     return [
         OTHER_VEHICLE.finding(
-            f"this may be {article} {vehicle.kind} mission ({vehicle.reason}); "
-            "it is predicted as a multicopter's"
+            f"possibly {article} {vehicle.kind} mission ({vehicle.reason}): "
+            "predicted as a multicopter's"
         )
     ]
 
@@ -241,7 +241,7 @@ def _left_out(
     takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
     return [
         ITEMS_NOT_FLOWN.finding(
-            f"{which} behind the end of the flight at item {drafts[-1].item}: not flown{only}",
+            f"{which} after the end of the flight at item {drafts[-1].item}: not flown{only}",
             severity=Severity.ERROR if takes_off_again and not landing else None,
             item=missed[0],
             place=mission.items[missed[0] - 1].place,
@@ -310,7 +310,7 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
         last = course.drafts[-1].item
         findings.append(
             LANDING_MISSING.finding(
-                "the mission ends in the air: return and landing are not counted",
+                "the mission ends in the air: return and landing not counted",
                 item=last,
                 place=mission.items[last - 1].place,
             )
@@ -345,7 +345,7 @@ def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
         first = course.amsl_items[0]
         findings.append(
             HOME_ALTITUDE_UNKNOWN.finding(
-                "the altitude of home is not known: 0 m AMSL is assumed for "
+                "altitude of home unknown: 0 m AMSL assumed for "
                 f"{quantity.count(len(course.amsl_items), 'AMSL altitude')}",
                 item=first,
                 place=mission.items[first - 1].place,
@@ -356,10 +356,7 @@ def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
             "" if course.home_amsl_m is None else f" ({quantity.height(course.home_amsl_m)} AMSL)"
         )
         findings.append(
-            NO_TERRAIN_DATA.finding(
-                f"the ground is taken to be level with home{level}; "
-                "heights over ground are not checked"
-            )
+            NO_TERRAIN_DATA.finding(f"ground assumed level with home{level}; clearance not checked")
         )
     return findings
 

@@ -197,7 +197,7 @@ TERRAIN_ASSUMED_LEVEL = Rule(
     Severity.WARNING,
     summary="Altitudes above terrain are flown without knowing the terrain.",
     why="A height above ground in a terrain frame is an altitude only with a terrain grid.",
-    how="Items in frame 10 or 11 and no terrain grid: the ground is taken to be level with home.",
+    how="Items in frame 10 or 11 and no terrain grid: ground assumed level with home.",
     fix="give the terrain with --terrain",
 )
 
@@ -276,7 +276,7 @@ class Whereabouts:
                 ZERO_POSITION,
                 number,
                 item,
-                f"{command_name(item.command)} has no position: taken as 'here'",
+                f"{command_name(item.command)} has no position: predicted as 'here'",
             )
         elif self.has_place(number, item):
             self.latitude_deg = item.latitude_deg or 0.0
@@ -299,8 +299,8 @@ class Whereabouts:
                 ZERO_POSITION,
                 number,
                 item,
-                f"{command_name(item.command)} at 0°, 0°: PX4 takes this for a place; "
-                "taken as 'here'",
+                f"{command_name(item.command)} at 0°, 0°: PX4 flies to that place; "
+                "predicted as 'here'",
                 severity=Severity.ERROR if is_lost else None,
             )
         return False
@@ -335,7 +335,7 @@ class Whereabouts:
             FRAME_NOT_RESOLVED,
             number,
             item,
-            f"frame {frame} ({frame_name(frame)}): its altitude is taken as height above home",
+            f"frame {frame} ({frame_name(frame)}): its altitude is read as height above home",
         )
         return altitude + self.datum_m
 
@@ -348,7 +348,7 @@ class Whereabouts:
         )
         if ground_m is None or item.unresolved_agl_m is None:
             known = "" if item.unresolved_agl_m is None else " (--terrain would tell it)"
-            message = f"has no altitude: the height before it is kept{known}"
+            message = f"no altitude: the previous height is kept{known}"
             self.remark(ALTITUDE_UNKNOWN, number, item, message)
             return self.height_m
         height_m = ground_m + item.unresolved_agl_m
@@ -356,7 +356,7 @@ class Whereabouts:
             ALTITUDE_FROM_TERRAIN,
             number,
             item,
-            f"has no altitude in the file: {quantity.height(item.unresolved_agl_m)} above the "
+            f"no altitude in the file: {quantity.height(item.unresolved_agl_m)} above the "
             f"terrain grid, {quantity.height(height_m)} above home",
         )
         return height_m
@@ -365,7 +365,7 @@ class Whereabouts:
         """Return the height of an item in the air with altitude 0, where not ArduPilot's is meant."""
         ways = "PX4 flies to home's level, ArduPilot keeps its height"
         if self.meaning is Autopilot.PX4:
-            self.remark(ZERO_ALTITUDE, number, item, f"has altitude 0: {ways}")
+            self.remark(ZERO_ALTITUDE, number, item, f"altitude 0: {ways}")
             return self.datum_m
         message = f"has altitude 0: {ways}; the height is taken to be kept"
         self.remark(ZERO_ALTITUDE, number, item, message)
@@ -383,7 +383,7 @@ class Whereabouts:
             AMSL_SUSPECT,
             number,
             item,
-            f"is at {quantity.height(item.altitude_m)} AMSL, {below}: probably meant above home",
+            f"{quantity.height(item.altitude_m)} AMSL, {below}: probably meant above home",
         )
 
     def _terrain_m(self, number: int, item: MissionItem) -> float:
@@ -395,8 +395,7 @@ class Whereabouts:
             TERRAIN_ASSUMED_LEVEL,
             number,
             item,
-            f"is {quantity.height(item.altitude_m)} above terrain that is not known: "
-            "taken as height above home",
+            f"{quantity.height(item.altitude_m)} above unknown terrain: read as height above home",
         )
         return self.datum_m
 
@@ -548,8 +547,8 @@ class Course(Whereabouts):
         _WAYS.get(item.command, Course.pass_by)(self, number, item)
         if not item.autocontinue and self.meaning is not Autopilot.ARDUPILOT:
             is_px4 = self.meaning is Autopilot.PX4
-            other = "" if is_px4 else ", ArduPilot goes on"
-            message = f"autoContinue is off: PX4 holds here{other}; the flight is taken to go on"
+            other = "" if is_px4 else ", ArduPilot continues"
+            message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
             severity = Severity.ERROR if is_px4 else Severity.WARNING
             self.remark(WAITS_FOR_EVER, number, item, message, severity=severity)
 
@@ -567,7 +566,7 @@ class Course(Whereabouts):
     def loiter_for_ever(self, number: int, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
         self._go(StageKind.LOITER, number, item)
-        self.remark(ENDLESS, number, item, "the vehicle stays here until it is told otherwise")
+        self.remark(ENDLESS, number, item, "unlimited loiter: the vehicle stays here")
         self.is_over = True
 
     def spline(self, number: int, item: MissionItem) -> None:
@@ -630,7 +629,7 @@ class Course(Whereabouts):
                 TERRAIN_NOT_FOLLOWED,
                 number,
                 item,
-                f"the ground on the way lies up to {quantity.height(ground.off_line_m)} off the line "
+                f"the ground on the leg is up to {quantity.height(ground.off_line_m)} off the line "
                 f"predicted and is up to {quantity.percent(ground.steepest)} steep: ArduPilot follows "
                 "it, more slowly where it cannot climb so fast; the energy of climbing and descending on "
                 "the way is not counted",
@@ -649,7 +648,7 @@ class Course(Whereabouts):
                 ZERO_TAKEOFF,
                 number,
                 item,
-                f"takes off to {quantity.height(self.height_m)} above home",
+                f"take-off altitude {quantity.height(self.height_m)} above home",
             )
 
     def land(self, number: int, item: MissionItem) -> None:
@@ -696,7 +695,7 @@ class Course(Whereabouts):
                 message = f"waits {where} until {until} UTC: not counted"
                 severity = Severity.ERROR if in_air else None  # a hover of any length
                 if self.meaning is Autopilot.PX4:
-                    message = f"PX4 knows no time of day: it does not wait until {until} UTC"
+                    message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
                 self.remark(WAIT_NOT_COUNTED, number, item, message, severity=severity)
         elif seconds > 0.0 and not in_air:
@@ -749,7 +748,7 @@ class Course(Whereabouts):
         elif item.param1 is not None and item.param1 > 0.0:
             message = (
                 "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
-                "DO_GUIDED_LIMITS ends it; the flight is taken to go on"
+                "DO_GUIDED_LIMITS ends it; predicted without the wait"
             )
             self.remark(WAITS_FOR_EVER, number, item, message)
 
@@ -774,7 +773,7 @@ class Course(Whereabouts):
                 ITEM_NOT_MODELLED,
                 number,
                 item,
-                f"DO_CHANGE_SPEED: there is no speed type {kind:g}; the speed is left as it is",
+                f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged",
             )
 
     def set_home(self, number: int, item: MissionItem) -> None:
@@ -790,8 +789,8 @@ class Course(Whereabouts):
             if self.height_m != self.ground_level_m:
                 height = quantity.height(self.height_m)
                 message = (
-                    f"DO_SET_HOME: home is moved to where the vehicle flies, {height} up; the way "
-                    "back is taken to end on the ground"
+                    f"DO_SET_HOME: home is moved to where the vehicle flies, {height} up; the "
+                    "return is predicted to end on the ground"
                 )
                 self.remark(ITEM_NOT_MODELLED, number, item, message)
             return
@@ -841,7 +840,7 @@ class Course(Whereabouts):
                 ITEM_NOT_MODELLED,
                 number,
                 item,
-                f"{command_name(item.command)}: its hold of {hold:g} s is taken as 0 s",
+                f"{command_name(item.command)}: its hold of {hold:g} s is predicted as 0 s",
             )
             return 0.0
         if self.meaning is not Autopilot.ARDUPILOT:

@@ -182,7 +182,7 @@ def circle_findings(
         count = quantity.count(int(some.sum()), "circle")
         yield rule.finding(
             f"{count} from item {first} on: {speed[worst]:.1f} m/s over ground in "
-            f"{strength[worst]:.1f} m/s of wind asks for the lean of {needed[worst]:.1f} m/s of "
-            f"airspeed, the vehicle's limit is {airspeed_limit_m_s:.1f} m/s",
+            f"{strength[worst]:.1f} m/s of wind needs the lean of {needed[worst]:.1f} m/s of "
+            f"airspeed; the limit is {airspeed_limit_m_s:.1f} m/s",
             item=first,
         )

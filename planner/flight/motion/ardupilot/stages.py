@@ -464,7 +464,7 @@ def return_findings(stages: StageColumns, parameters: ArduPilotParameters) -> It
     longer_s = math.pi / parameters.yaw_rate_rad_s - parameters.return_loiter_s
     if longer_s > 0.0 and parameters.yaw_behavior != _HEADING_HELD:
         yield WAIT_NOT_COUNTED.finding(
-            "the return waits over home until it heads as it was armed: up to "
+            "the return waits over home for its arming heading: up to "
             f"{quantity.duration(longer_s)} longer than RTL_LOIT_TIME",
             severity=Severity.INFO,
             item=item,
