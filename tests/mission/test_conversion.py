@@ -103,7 +103,7 @@ def test_an_unknown_home_is_said() -> None:
     nowhere = made(takeoff(30.0), home=None)
     assert losses(nowhere, MissionFormat.WPL)["L205"] == "home unknown: written as 0, 0"
     somewhere = made(takeoff(30.0), home=replace(HOME, altitude_amsl_m=None))
-    assert losses(somewhere, MissionFormat.WPL)["L205"].startswith("the altitude of home is not")
+    assert losses(somewhere, MissionFormat.WPL)["L205"].startswith("altitude of home unknown")
     assert losses(nowhere, MissionFormat.PLAN) == {}
     at_zero = made(takeoff(30.0), home=replace(HOME, latitude_deg=0.0, longitude_deg=0.0))
     assert losses(at_zero, MissionFormat.WPL)["L205"].startswith("home at 0, 0")

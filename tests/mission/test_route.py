@@ -262,7 +262,7 @@ def test_a_delay_until_a_time_of_day_cannot_be_counted() -> None:
     # PX4 looks at the seconds only, and takes none for none.
     px4 = route(takeoff(20), item(93, params=(-1.0, 14.0, 30.0, -1.0), frame=2), rtl(), meaning=PX4)
     [finding] = [f for f in px4.findings if f.code == "T107"]
-    assert finding.message == "PX4 knows no time of day: it does not wait until 14:30:-- UTC"
+    assert finding.message == "PX4 has no time of day: it does not wait until 14:30:-- UTC"
     nothing = item(93, params=(0.0, -1.0, -1.0, -1.0), frame=2)
     assert codes(route(takeoff(20), nothing, rtl(), meaning=PX4)) == []
 

@@ -42,6 +42,7 @@ WITH_RALLY = replace(PLAIN, rally=(rally(0.0, 50.0),))
 CASES: Mapping[str, RuleCases] = {
     "T101": RuleCases(
         fires=lambda: found(returning(jump(2, -1)), ARDUPILOT),
+        shown=lambda: found(mission(takeoff(20), waypoint(100, 20), waypoint(0, 20), jump(2, -1))),
         boundary=lambda: found(returning(jump(2, 0)), ARDUPILOT),
         silent=lambda: found(returning(jump(2, 1)), ARDUPILOT),
     ),

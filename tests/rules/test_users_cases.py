@@ -78,7 +78,7 @@ def test_case_3_text_with_three_altitude_references_is_warned_of(tmp_path: Path)
     ("target", "repeats", "code", "message"),
     [
         (3, 1.0, "M103", "jumps to itself"),
-        (9, 1.0, "M103", "there is no item 9"),
+        (9, 1.0, "M103", "no item 9"),
         (2, -1.0, "T101", "endless loop"),
     ],
 )
