@@ -104,7 +104,7 @@ class VehicleFileError(InputError):
         problems: tuple[str, ...] = (),
     ) -> None:
         super().__init__(message, source=source, place=place, key=key)
-        self.problems = problems
+        self.problems = problems or (str(self),)
 
 
 class ParameterFileError(InputError):

@@ -1,4 +1,4 @@
-"""Writing texts to files so that a reader never meets half of them."""
+"""Small texts read from files; texts written so that a reader never meets half of them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,49 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planner.errors import OutputError
+from planner.findings import Place
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from planner.errors import InputError
+
+
+def read_small_file(path: str | Path, *, most_bytes: int, error: type[InputError]) -> bytes:
+    """Return the bytes of a file, one more than the most there may be where it is too large.
+
+    Raises
+    ------
+    InputError
+        Of the kind given, if the file cannot be read.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(most_bytes + 1)
+    except (OSError, ValueError) as refused:  # ValueError: a zero byte in the path
+        msg = f"cannot be read: {getattr(refused, 'strerror', None) or refused}"
+        raise error(msg, source=str(path)) from refused
+
+
+def small_text(
+    data: bytes, *, source: str, most_bytes: int, error: type[InputError], what: str
+) -> str:
+    """Return bytes as the text of a small file, which is called by what it should be.
+
+    Raises
+    ------
+    InputError
+        Of the kind given, if there are too many bytes, or they are not UTF-8.
+    """
+    if len(data) > most_bytes:
+        msg = f"is larger than {most_bytes >> 10} KiB: this is no {what}"
+        raise error(msg, source=source)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as refused:
+        place = Place(line=data.count(b"\n", 0, refused.start) + 1, column=1)
+        msg = f"is not UTF-8 text: this is no {what}"
+        raise error(msg, source=source, place=place) from refused
 
 
 def write_output_file(path: Path, text: str) -> None:

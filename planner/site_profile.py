@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from planner.errors import ProfileFileError, described, is_number, nearest_hint
+from planner.files import read_small_file, small_text
 from planner.mission.commands import load_command_table
 from planner.values import Value
 from planner.vehicle.declared import POSITIVE, Key, Part, Range, read_fields
@@ -53,7 +54,7 @@ class ManualItem(Value):
     prompt: str
 
 
-class Site(Part, frozen=True, kw_only=True):
+class Site(Part):
     """Where the missions of a profile fly; ``None`` and empty where it does not ask."""
 
     latitude_deg: Annotated[float | None, Key("place of the site", "°", Range(-90.0, 90.0))] = None
@@ -71,7 +72,7 @@ class Site(Part, frozen=True, kw_only=True):
     ] = ()
 
 
-class SiteProfile(Site, frozen=True, kw_only=True):
+class SiteProfile(Site):
     """What a profile asks for."""
 
     source: str
@@ -128,20 +129,12 @@ def read_profile(path: str | Path) -> SiteProfile:
 def _document(path: Path, source: str) -> Mapping[str, Any]:
     import tomllib
 
+    data = read_small_file(path, most_bytes=MOST_BYTES, error=ProfileFileError)
+    text = small_text(
+        data, source=source, most_bytes=MOST_BYTES, error=ProfileFileError, what="profile"
+    )
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        msg = f"cannot be read: {error.strerror or error}"
-        raise ProfileFileError(msg, source=source) from error
-    if len(data) > MOST_BYTES:
-        msg = "is larger than 1 MiB: this is no profile"
-        raise ProfileFileError(msg, source=source)
-    try:
-        return tomllib.loads(data.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        msg = "is no profile: it is not UTF-8 text"
-        raise ProfileFileError(msg, source=source) from error
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         msg = f"is no profile in TOML: {error}"
         raise ProfileFileError(msg, source=source) from error

@@ -35,7 +35,7 @@ _RESISTANCE_FACTOR = Key(
 _CELLS = Range(1, 400)
 
 
-class Battery(Part, frozen=True, kw_only=True):
+class Battery(Part):
     """The battery the vehicle flies with; optional, --battery replaces it.
 
     Give an energy, or a charge and either the nominal voltage or an open-circuit curve; an energy
@@ -235,7 +235,7 @@ class Battery(Part, frozen=True, kw_only=True):
         return resistance_ohm * (self.resistance_age_factor or 1.0)
 
 
-class Chemistry(Part, frozen=True, kw_only=True):
+class Chemistry(Part):
     """A kind of cell, in a file of its own under models/chemistries."""
 
     name: Annotated[str, Key("must equal the file name without .toml")]

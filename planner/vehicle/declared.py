@@ -1,6 +1,6 @@
 """Values that declare of each field what it holds, in which unit and range, and refuse the rest.
 
-The declaration stands in the annotation of the field, as a `Key`.  The constructor of the value, the
+The declaration is in the annotation of the field, as a `Key`.  The constructor of the value, the
 reader and the writer of model files and the tables of keys in models/README.md follow from it, so the
 annotations here are objects: no ``from __future__ import annotations``.
 """
@@ -14,10 +14,11 @@ from itertools import pairwise
 from types import SimpleNamespace, UnionType
 from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin, get_type_hints
 
-from msgspec import NODEFAULT, Struct
+from msgspec import NODEFAULT
 
 from planner import quantity
 from planner.errors import described, is_number, nearest_hint, shortened
+from planner.values import Value
 
 Problem: TypeAlias = tuple[str, str]
 """(key, what is wrong with it)."""
@@ -29,7 +30,7 @@ _MOST_UNKNOWN_KEYS = 20
 """Unknown keys named one by one; a file with more is another kind of file."""
 
 
-class Interval(Struct, frozen=True, kw_only=True):
+class Interval(Value):
     """A closed interval of a quantity."""
 
     low: float
@@ -45,7 +46,7 @@ class Interval(Struct, frozen=True, kw_only=True):
         return self.low <= value <= self.high
 
 
-class Range(Struct, frozen=True):
+class Range(Value, kw_only=False):
     """The range in which a number can be meant."""
 
     low: float = -math.inf
@@ -87,27 +88,20 @@ class Kind(StrEnum):
     DATE = "date"
     NAMED = "numbers by name"
 
-    def holds(self, value: object) -> bool:
+    def holds(self, value: Any) -> bool:  # noqa: ANN401 -- anything may be given
         """Return whether a value is of this kind; NaN and infinity never are."""
-        entries = value if isinstance(value, tuple) else None
+        if not isinstance(value, _TYPES[self]) or isinstance(value, dt.datetime):
+            return False
         match self:
-            case Kind.TEXT:
-                right = isinstance(value, str)
-            case Kind.INTEGER:
-                right = isinstance(value, int) and is_number(value)
-            case Kind.NUMBER:
-                right = is_number(value)
-            case Kind.DATE:
-                right = isinstance(value, dt.date) and not isinstance(value, dt.datetime)
-            case Kind.TEXTS:
-                right = entries is not None and all(isinstance(entry, str) for entry in entries)
+            case Kind.INTEGER | Kind.NUMBER:
+                return is_number(value)
             case Kind.NUMBERS:
-                right = entries is not None and all(map(is_number, entries))
+                return all(map(is_number, value))
+            case Kind.TEXTS:
+                return all(isinstance(entry, str) for entry in value)
             case Kind.INTERVAL:
-                right = isinstance(value, Interval) and all(map(is_number, (value.low, value.high)))
-            case Kind.NAMED:
-                right = entries is not None  # each number is looked at by its own name
-        return right
+                return is_number(value.low) and is_number(value.high)
+        return True  # each of named numbers is looked at by its own name
 
     def from_toml(self, raw: Any) -> Any:  # noqa: ANN401 -- whatever TOML holds
         """Return the value that TOML holds, as it is where it is not of this kind."""
@@ -125,6 +119,16 @@ class Kind(StrEnum):
         return raw
 
 
+_TYPES: Mapping[Kind, Any] = {
+    Kind.TEXT: str,
+    Kind.TEXTS: tuple,
+    Kind.INTEGER: int,
+    Kind.NUMBER: int | float,
+    Kind.NUMBERS: tuple,
+    Kind.INTERVAL: Interval,
+    Kind.DATE: dt.date,
+    Kind.NAMED: tuple,
+}
 _KINDS: Mapping[Any, Kind] = {
     str: Kind.TEXT,
     int: Kind.INTEGER,
@@ -137,7 +141,7 @@ _KINDS: Mapping[Any, Kind] = {
 }
 
 
-class Key(Struct, frozen=True):
+class Key(Value, kw_only=False):
     """What a field holds: its declaration, in the annotation of the field."""
 
     meaning: str
@@ -174,7 +178,7 @@ class Key(Struct, frozen=True):
         return problems[0] if problems else None
 
 
-class Field(Struct, frozen=True, kw_only=True):
+class Field(Value):
     """A field of a value with its declaration and what follows from its type."""
 
     name: str
@@ -247,7 +251,7 @@ class InvalidValueError(ValueError):
         super().__init__("; ".join(f"{key} {problem}" for key, problem in self.problems))
 
 
-class Part(Struct, frozen=True, kw_only=True):
+class Part(Value):
     """A value that declares its fields; the text of its class describes its table in a file."""
 
     def __post_init__(self) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.errors import nearest_hint, shortened
-from planner.vehicle.reader import models_root, read_vehicle, single_problem, vehicle_from_toml
+from planner.errors import VehicleFileError, nearest_hint, shortened
+from planner.vehicle.reader import models_root, read_vehicle, vehicle_from_toml
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
@@ -47,6 +47,7 @@ def load_vehicle(name_or_path: str | Path = DEFAULT_MODEL) -> VehicleModel:
             f"is no shipped model{nearest_hint(text, names)}; shipped are: {', '.join(names)} "
             "(the path of a model file ends in .toml)"
         )
-        raise single_problem(msg, source=f"vehicle {shortened(text) if text else repr(text)}")
+        source = f"vehicle {shortened(text) if text else repr(text)}"
+        raise VehicleFileError(msg, source=source)
     data = (models_root() / f"{text}.toml").read_bytes()
     return vehicle_from_toml(data, name=text, source=f"models/{text}.toml")

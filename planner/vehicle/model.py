@@ -53,7 +53,7 @@ _FRACTION = Range(0.0, 10.0)
 _Coefficients: TypeAlias = tuple[float, ...]
 
 
-class ManoeuvreResponse(Part, frozen=True, kw_only=True):
+class ManoeuvreResponse(Part):
     """How the vehicle, or its power, answers a step of one reference."""
 
     numerator: Annotated[
@@ -132,7 +132,7 @@ class ManoeuvreResponse(Part, frozen=True, kw_only=True):
         return float(damping.min()) if np.isfinite(damping).all() else None
 
 
-class MotionResponse(ManoeuvreResponse, frozen=True, kw_only=True):
+class MotionResponse(ManoeuvreResponse):
     """A response that describes motion: it settles on its command."""
 
     def inconsistencies(self) -> Problems:
@@ -148,7 +148,7 @@ class MotionResponse(ManoeuvreResponse, frozen=True, kw_only=True):
             yield "input_gain", problem
 
 
-class PowerResponse(ManoeuvreResponse, frozen=True, kw_only=True):
+class PowerResponse(ManoeuvreResponse):
     """A response that describes power above hover power, used over a window."""
 
     window_s: Annotated[
@@ -171,31 +171,31 @@ _STEP = Key("altitude step of the flights it was identified on", "m", POSITIVE)
 _SPEED = Key("speed command of the flights it was identified on", "m/s", POSITIVE)
 
 
-class AltitudeResponse(MotionResponse, frozen=True, kw_only=True):
+class AltitudeResponse(MotionResponse):
     """Altitude reference [m] to altitude [m]; G1 of the article."""
 
     identified_step_m: Annotated[float, _STEP]
 
 
-class VerticalPowerResponse(PowerResponse, frozen=True, kw_only=True):
+class VerticalPowerResponse(PowerResponse):
     """Altitude reference [m] to power above hover [W]; G2 and G3 of the article."""
 
     identified_step_m: Annotated[float, _STEP]
 
 
-class SpeedResponse(MotionResponse, frozen=True, kw_only=True):
+class SpeedResponse(MotionResponse):
     """Speed reference [m/s] to airspeed [m/s]; G4 of the article."""
 
     identified_speed_m_s: Annotated[float, _SPEED]
 
 
-class BrakePowerResponse(PowerResponse, frozen=True, kw_only=True):
+class BrakePowerResponse(PowerResponse):
     """Speed reference [m/s] to power above hover [W], stopping; G5 of the article."""
 
     identified_speed_m_s: Annotated[float, _SPEED]
 
 
-class Responses(Part, frozen=True, kw_only=True):
+class Responses(Part):
     """Identified responses to a reference, each a transfer function with a delay in a table of its own.
 
     With reference = "step" both altitude and speed are required.
@@ -214,7 +214,7 @@ class Responses(Part, frozen=True, kw_only=True):
     brake_power: Annotated[BrakePowerResponse | None, TABLE] = None
 
 
-class Ramps(Part, frozen=True, kw_only=True):
+class Ramps(Part):
     """How a vehicle flies whose autopilot is closed, each time from rest to rest.
 
     Each command is a step, answered by ramps of constant acceleration.  With reference = "step",
@@ -239,7 +239,7 @@ class Ramps(Part, frozen=True, kw_only=True):
     stop_s: Annotated[float, Key("from touch-down to standing motors", "s", NOT_NEGATIVE)]
 
 
-class Loads(Part, frozen=True, kw_only=True):
+class Loads(Part):
     """What draws power besides flying; optional.
 
     Without this table nothing is added in the air, and the seconds on the ground with turning rotors
@@ -260,7 +260,7 @@ class Loads(Part, frozen=True, kw_only=True):
     ]
 
 
-class ValidFor(Part, frozen=True, kw_only=True):
+class ValidFor(Part):
     """The box in which the model holds; outside it the planner says so or refuses."""
 
     speed_m_s: Annotated[Interval | None, Key("airspeed", "m/s", NOT_NEGATIVE)] = None
@@ -281,7 +281,7 @@ class ValidFor(Part, frozen=True, kw_only=True):
             yield "*", "is empty: say at least for which speeds and heights the model holds"
 
 
-class ModelSpread(Part, frozen=True, kw_only=True):
+class ModelSpread(Part):
     """How far whole flights were from their predictions by this model; optional.
 
     Each is one standard deviation of (flown - predicted) / predicted.  Without this table nothing is
@@ -317,7 +317,7 @@ class ModelSpread(Part, frozen=True, kw_only=True):
             yield names[0], f"is missing: give one of {', '.join(names)} at least"
 
 
-class Provenance(Part, frozen=True, kw_only=True):
+class Provenance(Part):
     """Where the numbers come from."""
 
     source: Annotated[str, Key("article, or whose vehicle and flights")]
@@ -341,7 +341,7 @@ class Provenance(Part, frozen=True, kw_only=True):
             yield "logs_sha256", "must hold 64 lower-case hexadecimal digits for each log"
 
 
-class Speed(Part, frozen=True, kw_only=True):
+class Speed(Part):
     """Speed the vehicle flies at when a mission commands none.
 
     Required with reference = "step"; refused otherwise, where it is an autopilot parameter.
@@ -350,7 +350,7 @@ class Speed(Part, frozen=True, kw_only=True):
     default_m_s: Annotated[float, Key("speed", "m/s", POSITIVE)]
 
 
-class VehicleModel(Part, frozen=True, kw_only=True):
+class VehicleModel(Part):
     """What was identified about one vehicle."""
 
     source: str

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _FACTOR = Range(0.0, 20.0)
 
 
-class AltitudeLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="altitude-power"):
+class AltitudeLaw(Part, tag_field="law", tag="altitude-power"):
     """Hover power over height: P = coefficient_w x H^exponent, H the height above home.
 
     Held constant below lowest_height_m.  Equation 4 of the article.
@@ -49,7 +49,7 @@ class AltitudeLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="altitud
         return np.asarray(self.coefficient_w * height**self.exponent)
 
 
-class DensityLaw(Part, frozen=True, kw_only=True, tag_field="law", tag="density"):
+class DensityLaw(Part, tag_field="law", tag="density"):
     """Hover power over mass and air density, scaled from one hover that was measured.
 
     P = hover_power_w x (m / reference_mass_kg)^mass_exponent x (rho /
@@ -121,7 +121,7 @@ def hover_power_w(
     return law.power_w(mass_kg, air_density_kg_m3)
 
 
-class CruisePower(Part, frozen=True, kw_only=True, tag_field="power", tag="table"):
+class CruisePower(Part, tag_field="power", tag="table"):
     """Steady power in level flight over airspeed, as a table.
 
     Below its first speed in proportion to the speed, from hover power on.
@@ -144,7 +144,7 @@ class CruisePower(Part, frozen=True, kw_only=True, tag_field="power", tag="table
         return _curve_w(airspeed_m_s, self.speed_m_s, self.power_above_hover_w)
 
 
-class VerticalPower(Part, frozen=True, kw_only=True):
+class VerticalPower(Part):
     """Steady power in vertical flight over climb rate, as a table, added to that of [cruise].
 
     Optional, for laws that know no climb: table and not-given.
@@ -167,7 +167,7 @@ class VerticalPower(Part, frozen=True, kw_only=True):
         return _curve_w(climb_rate_m_s, self.climb_rate_m_s, self.power_above_hover_w)
 
 
-class MomentumLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="momentum"):
+class MomentumLaw(Part, tag_field="power", tag="momentum"):
     """Steady power by momentum theory, over airspeed, climb rate, mass and air density.
 
     P = k_i T v_i + k_a T.V + k_p T v_h (1 + k_v (V_p / v_h)^2), thrust T against weight and drag,
@@ -192,7 +192,7 @@ class MomentumLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="momen
             yield "induced_factor", "and profile_factor are less than 1 together: better than ideal"
 
 
-class LiuLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="liu"):
+class LiuLaw(Part, tag_field="power", tag="liu"):
     """Steady power by the five parameters of Liu, Sengupta and Kurzhanskiy.
 
     ICUAS 2017, equations 14 and 15, over airspeed, climb rate and mass; it knows no air density.  For
@@ -237,9 +237,7 @@ class LiuLaw(Part, frozen=True, kw_only=True, tag_field="power", tag="liu"):
         )
 
 
-class DiFrancoButtazzoLaw(
-    Part, frozen=True, kw_only=True, tag_field="power", tag="di-franco-buttazzo"
-):
+class DiFrancoButtazzoLaw(Part, tag_field="power", tag="di-franco-buttazzo"):
     """Steady power by the curve of Di Franco and Buttazzo, J. Intell. Robot. Syst. 83, 2016.
 
     A polynomial over airspeed, and the power of one climb and of one descent, from which other climb

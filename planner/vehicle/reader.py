@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.errors import VehicleFileError, described, nearest_hint, shortened
+from planner.files import read_small_file, small_text
 from planner.findings import Place
 from planner.vehicle.battery import Battery, Chemistry
 from planner.vehicle.declared import (
@@ -55,16 +56,8 @@ def read_vehicle(path: str | Path) -> VehicleModel:
     VehicleFileError
         If the file cannot be read or anything in it is wrong; ``problems`` holds all of it.
     """
-    path = Path(path)
-    source = str(path)
-    try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
-        reason = getattr(error, "strerror", None) or str(error)
-        msg = f"cannot be read: {reason}"
-        raise single_problem(msg, source=source) from error
-    return vehicle_from_toml(data, name=path.stem, source=source)
+    data = read_small_file(path, most_bytes=MOST_BYTES, error=VehicleFileError)
+    return vehicle_from_toml(data, name=Path(path).stem, source=str(path))
 
 
 def vehicle_from_toml(data: bytes, *, name: str, source: str) -> VehicleModel:
@@ -229,36 +222,24 @@ class _Reading:
 
 
 def _parsed(data: bytes, *, source: str) -> dict[str, Any]:
-    if len(data) > MOST_BYTES:
-        msg = f"is larger than {MOST_BYTES // 1024} KiB: this is no model file"
-        raise single_problem(msg, source=source)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        msg = f"is not UTF-8 text (line {line}): this is no model file"
-        raise single_problem(msg, source=source) from error
+    text = small_text(
+        data, source=source, most_bytes=MOST_BYTES, error=VehicleFileError, what="model file"
+    )
     try:
         return tomllib.loads(text)
     except RecursionError as error:
         msg = "is nested too deeply for a model file"
-        raise single_problem(msg, source=source) from error
+        raise VehicleFileError(msg, source=source) from error
     except ValueError as error:  # TOMLDecodeError, or a number with thousands of digits
-        raise _syntax_error(str(error), text, source=source) from error
-
-
-def _syntax_error(message: str, text: str, *, source: str) -> VehicleFileError:
-    where = re.search(r" \((?:at line (\d+), column (\d+)|at end of document)\)$", message)
-    if where is None:
-        return single_problem(f"is not TOML: {message}", source=source)
-    if where[1] is None:
-        lines = text.split("\n")
-        place = Place(line=len(lines), column=len(lines[-1]) + 1)
-    else:
-        place = Place(line=int(where[1]), column=int(where[2]))
-    message = f"is not TOML: {message[: where.start()]}"
-    problems = (f"{source}:{place.line}:{place.column}: {message}",)
-    return VehicleFileError(message, source=source, place=place, problems=problems)
+        message, place = str(error), None
+        if where := re.search(r" \((?:at line (\d+), column (\d+)|at end of document)\)$", message):
+            lines = text.split("\n")
+            place = Place(
+                line=int(where[1] or len(lines)), column=int(where[2] or len(lines[-1]) + 1)
+            )
+            message = message[: where.start()]
+        msg = f"is not TOML: {message}"
+        raise VehicleFileError(msg, source=source, place=place) from error
 
 
 def _refuse_version(version: object, *, source: str) -> None:
@@ -278,11 +259,6 @@ def _refuse_version(version: object, *, source: str) -> None:
             "write the file again after models/README.md"
         )
     raise _file_error([("schema", problem)], source=source)
-
-
-def single_problem(message: str, *, source: str) -> VehicleFileError:
-    """Return the error of a file with which one thing is wrong."""
-    return VehicleFileError(message, source=source, problems=(f"{source}: {message}",))
 
 
 def _file_error(problems: list[tuple[str, str]], *, source: str) -> VehicleFileError:

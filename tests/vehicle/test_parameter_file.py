@@ -129,7 +129,7 @@ def test_a_wrong_line_is_refused_with_its_number(text: str, line: int | None, sa
 def test_binary_and_huge_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ParameterFileError, match="not UTF-8"):
         read(b"WPNAV_SPEED,500\n\xff\xfe\x00")
-    with pytest.raises(ParameterFileError, match="larger than 4 MiB"):
+    with pytest.raises(ParameterFileError, match="larger than 4096 KiB"):
         read(b"#" * (1 << 22) + b"\nRTL_ALT,1500")
     for path in (tmp_path, tmp_path / "nothing.param", Path("a\x00.param")):
         with pytest.raises(ParameterFileError, match="cannot be read"):

@@ -394,7 +394,7 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read() -> None:
     [
         (b"", "schema: is missing"),
         (b"\x00\x01\x02", "not TOML"),
-        (b"name = 1\n\xff\xfe", "not UTF-8 text (line 2)"),
+        (b"name = 1\n\xff\xfe", "2:1: is not UTF-8 text"),
         (b"#" * (MOST_BYTES + 1), "larger than 256 KiB"),
         (b"a = " + b"[" * 100_000, "nested too deeply"),
         (b"a = " + b"9" * 5000, "is not TOML"),

@@ -81,6 +81,8 @@ def parts(part: type[Part]) -> st.SearchStrategy[Part | None]:
     wanted: dict[str, st.SearchStrategy[Any]] = {}
     free: dict[str, st.SearchStrategy[Any]] = {}
     for name, field in declared(part).items():
+        if name == "chemistry":  # the reader fills in its curves
+            continue
         (wanted if field.is_required else free)[name] = values(field)
 
     def made(held: dict[str, Any]) -> Part | None:
@@ -92,7 +94,7 @@ def parts(part: type[Part]) -> st.SearchStrategy[Part | None]:
     return st.fixed_dictionaries(wanted, optional=free).map(made)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_any_parts_that_fit_together_are_read_back_as_they_were_written(
     data: st.DataObject,

@@ -21,7 +21,7 @@ _SI_NAMES = (4, 7)
 _renamed = partial(parameter, since=_SI_NAMES)
 
 
-class ArduPilotParameters(AutopilotParameters, frozen=True, kw_only=True, eq=False):
+class ArduPilotParameters(AutopilotParameters, eq=False):
     """Copter's parameters in SI; without arguments its defaults."""
 
     cruise_speed_m_s: float = _renamed(

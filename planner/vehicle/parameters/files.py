@@ -15,21 +15,21 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from msgspec import Struct
 
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import ParameterFileError
+from planner.files import read_small_file, small_text
 from planner.findings import Place, Rule, Severity
+from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.px4 import Px4Parameters
 from planner.vehicle.parameters.table import parameter_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+    from pathlib import Path
 
     from planner.findings import Finding
     from planner.vehicle.parameters.table import Version
@@ -48,7 +48,7 @@ _NUMBER = re.compile(
 _FORMS = "a line is NAME,value or NAME value, or QGroundControl's five columns"
 
 
-class ParameterValue(Struct, frozen=True):
+class ParameterValue(Value, kw_only=False):
     """A value as a vehicle holds it, in the unit of its parameter."""
 
     value: float | None
@@ -57,7 +57,7 @@ class ParameterValue(Struct, frozen=True):
     """Line of the file; ``None`` where there is no file."""
 
 
-class ParameterSet(Struct, frozen=True, kw_only=True):
+class ParameterSet(Value):
     """The parameters of one vehicle, by their own names."""
 
     source: str
@@ -89,15 +89,8 @@ def read_parameters(path: str | Path) -> ParameterSet:
     ParameterFileError
         If the file cannot be read, or a line is no parameter.
     """
-    path = Path(path)
-    source = str(path)
-    try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
-        msg = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise ParameterFileError(msg, source=source) from error
-    return parameters_from_text(data, source=source)
+    data = read_small_file(path, most_bytes=MOST_BYTES, error=ParameterFileError)
+    return parameters_from_text(data, source=str(path))
 
 
 def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
@@ -120,15 +113,9 @@ def parameters_from_text(data: bytes, *, source: str) -> ParameterSet:
     ParameterFileError
         If a line is no parameter, or none is there.
     """
-    if len(data) > MOST_BYTES:
-        msg = f"is larger than {MOST_BYTES >> 20} MiB: this is no parameter file"
-        raise ParameterFileError(msg, source=source)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        place = Place(line=data.count(b"\n", 0, error.start) + 1, column=1)
-        msg = "is not UTF-8 text: this is no parameter file"
-        raise ParameterFileError(msg, source=source, place=place) from error
+    text = small_text(
+        data, source=source, most_bytes=MOST_BYTES, error=ParameterFileError, what="parameter file"
+    )
     lines = [line.rstrip("\r") for line in text.split("\n")]
     values: dict[str, ParameterValue] = {}
     repeated: list[str] = []

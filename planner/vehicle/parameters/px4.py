@@ -6,8 +6,7 @@ Defaults are those of PX4's 1.17 line on a multicopter: ``src/modules/mc_pos_con
 
 from __future__ import annotations
 
-from msgspec.structs import force_setattr
-
+from planner.values import force_setattr
 from planner.vehicle.declared import NOT_NEGATIVE, POSITIVE, Range
 from planner.vehicle.parameters.table import AutopilotParameters, parameter
 
@@ -16,7 +15,7 @@ _FASTEST_M_S = 50.0
 _SPEED = Range(0.0, _FASTEST_M_S, excludes_low=True)
 
 
-class Px4Parameters(AutopilotParameters, frozen=True, kw_only=True, eq=False):
+class Px4Parameters(AutopilotParameters, eq=False):
     """PX4's parameters in SI; without arguments the defaults of a multicopter.
 
     As on the vehicle, MPC_XY_VEL_ALL, MPC_Z_VEL_ALL and SYS_VEHICLE_RESP overwrite what they govern
@@ -55,7 +54,7 @@ class Px4Parameters(AutopilotParameters, frozen=True, kw_only=True, eq=False):
         "MPC_XY_P 1/s", 0.95, "speed per position error", Range(0.0, 10.0, excludes_low=True)
     )
     position_error_max_m: float = parameter(
-        "MPC_XY_ERR_MAX m", 2.0, "error at which time stands still", POSITIVE
+        "MPC_XY_ERR_MAX m", 2.0, "error at which the trajectory waits", POSITIVE
     )
     speed_all_m_s: float = parameter(
         "MPC_XY_VEL_ALL m/s",

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from msgspec import Struct
-
 from planner import quantity
 from planner.autopilot import Autopilot, Target
 from planner.findings import Rule, Severity
+from planner.values import Value
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -113,7 +112,7 @@ _NAMED = 3
 """Parameters named in one finding; the others are counted."""
 
 
-class ResolvedParameters(Struct, frozen=True, kw_only=True):
+class ResolvedParameters(Value):
     """The parameters a flight is predicted with, and what has to be known about them."""
 
     values: FlightParameters
@@ -365,9 +364,9 @@ class _Resolution:
         flown: FlightParameters = PARAMETERS_OF[self.autopilot](**fields)
         for name, given_si in self.values_si.items():
             row, flown_si = self.table[name], getattr(flown, name)
-            stands_for_another = row.zero_means is not None and given_si == 0.0
+            means_another = row.zero_means is not None and given_si == 0.0
             # files hold single precision, PX4 writes what it overwrites with into them
-            if not stands_for_another and not math.isclose(given_si, flown_si, rel_tol=1e-5):
+            if not means_another and not math.isclose(given_si, flown_si, rel_tol=1e-5):
                 shown, used = (
                     _with_unit(one / row.now.si(1.0), row.now) for one in (given_si, flown_si)
                 )

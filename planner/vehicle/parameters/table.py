@@ -11,9 +11,7 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from msgspec import Struct
-from msgspec.structs import force_setattr
-
+from planner.values import Value, force_setattr
 from planner.vehicle.declared import ANY, Range
 
 if TYPE_CHECKING:
@@ -47,7 +45,7 @@ SI_PER_UNIT: Mapping[str, float] = {
 """SI per unit of a parameter; charge stays in ampere-hours, as on every battery."""
 
 
-class Spelling(Struct, frozen=True, kw_only=True):
+class Spelling(Value):
     """A name under which an autopilot knows a quantity, and the unit it counts it in."""
 
     name: str
@@ -60,7 +58,7 @@ class Spelling(Struct, frozen=True, kw_only=True):
         return value * SI_PER_UNIT[self.unit]
 
 
-class Parameter(Struct, frozen=True, kw_only=True):
+class Parameter(Value):
     """One row: everything the planner knows about one parameter."""
 
     now: Spelling
@@ -74,7 +72,7 @@ class Parameter(Struct, frozen=True, kw_only=True):
     never: float | None
     """A value inside the range that cannot be meant either."""
     zero_means: tuple[str, float] | None
-    """(quantity, factor) that a value of 0 stands for."""
+    """(quantity, factor) whose value a 0 means."""
     usual: float
     """A usual value in the unit of ``now``: the default, where that is not 0."""
 
@@ -114,29 +112,11 @@ def parameter(
     never: float | None = None,
     zero_means: tuple[str, float] | None = None,
     usual: float | None = None,
-) -> Any:  # noqa: ANN401 -- stands for the value of the field
-    """Make the row of a field.
+) -> Any:  # noqa: ANN401 -- a default of a number
+    """Make the row of a field; a name is followed by its unit: ``WP_SPD m/s``.
 
-    Parameters
-    ----------
-    name : str
-        Newest name and the unit the autopilot counts it in: ``WP_SPD m/s``.
-    default : float
-        Default on a multicopter, in that unit; an ``int`` makes the parameter a choice.
-    meaning : str
-        What it is, in a few words.
-    range : Range
-        Of a value in SI, beyond which it cannot be meant.
-    formerly : str
-        Older name and unit, before ``since``.
-    since : tuple of int, optional
-        First version with the newest name.
-    never : float, optional
-        A value in SI inside the range that cannot be meant.
-    zero_means : tuple, optional
-        (quantity, factor) that a value of 0 stands for.
-    usual : float, optional
-        A usual value in the newest unit, where the default is 0.
+    A default that is an ``int`` makes the parameter a choice.  ``formerly`` is the name before the
+    version ``since``, ``usual`` a value that is, where the default is 0.
     """
     spelt, unit, *_ = f"{name} ".split(" ")
     old, old_unit, *_ = f"{formerly} ".split(" ")
@@ -152,10 +132,10 @@ def parameter(
     )
 
 
-class AutopilotParameters(Struct, frozen=True, kw_only=True, eq=False):
+class AutopilotParameters(Value, eq=False):
     """The parameters of an autopilot in SI; without arguments its defaults.
 
-    Where a 0 stands for another parameter, the value that flies is filled in.
+    Where a 0 means another parameter, the value that flies is filled in.
     """
 
     origins: Mapping[str, Origin] = {}
@@ -200,7 +180,7 @@ class OriginKind(StrEnum):
     DEFAULT = "autopilot default"
 
 
-class Origin(Struct, frozen=True, kw_only=True):
+class Origin(Value):
     """Where one value was taken from, so that a result can say it."""
 
     kind: OriginKind
