@@ -229,6 +229,16 @@ def test_px4_takes_a_rally_point_only_where_it_is_nearer_by_two_metres() -> None
     assert home.destinations.chosen(points_m, np.array([1, 1])).tolist() == [0, 1]
 
 
+@pytest.mark.parametrize(("north_m", "kind", "chosen"), [(9.9, 0, 0), (10.1, 0, 1), (9.9, 5, 1)])
+def test_a_rally_point_at_home_is_home_to_px4_unless_it_returns_to_rally_points_alone(
+    north_m: float, kind: int, chosen: int
+) -> None:
+    flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(north_m),))
+    home = returns_of(flown, structs.replace(Px4Parameters(), return_type=kind))
+    found = home.destinations.chosen(np.array([[0.0, 900.0, 50.0]]), np.array([1]))
+    assert found.tolist() == [chosen]
+
+
 def test_home_is_where_do_set_home_has_moved_it() -> None:
     moved = item(179, 47.0 + 1000.0 / METRES_PER_DEGREE_NORTH, 0.0)
     flown = mission(takeoff(50), waypoint(1000, 50), moved, waypoint(1500, 50), rtl())

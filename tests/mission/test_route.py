@@ -331,6 +331,14 @@ def test_a_home_moved_in_a_relative_frame_lies_above_the_one_before() -> None:
     assert found.stages[2].height_m == pytest.approx(40.0)
 
 
+def test_a_second_home_moved_in_a_relative_frame_lies_above_the_first_one_moved() -> None:
+    first = item(179, north(500), 40.0, frame=3)
+    second = item(179, north(700), 25.0, frame=3)
+    found = route(takeoff(50), first, second, waypoint(800, 50), rtl())
+    assert found.stages[1].height_m == pytest.approx(50.0 + 40.0 + 25.0)
+    assert found.stages[2].height_m == pytest.approx(65.0)
+
+
 def test_a_moved_home_moves_the_return_and_the_heights_above_home() -> None:
     moved = item(179, north(500), 440.0, params=(0.0, 0.0, 0.0, 0.0), frame=0)
     found = route(takeoff(50), moved, waypoint(600, 50), rtl())
