@@ -22,7 +22,7 @@ from simulated_experiment import (
 from planner.identify.hover import fit_altitude_law
 from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.noise import mean_with_error
-from planner.identify.steady import SteadyPower
+from planner.identify.steady import MeasuredPower
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def cut(flown: Flown, answer: FloatArray, sign: float, after_s: float) -> list[M
     return found
 
 
-def hovers(flown: Flown) -> list[SteadyPower]:
+def hovers(flown: Flown) -> list[MeasuredPower]:
     """Return the mean powers at the levels of a vertical flight, the ground left out."""
     starts = FIRST_S + LEVEL_S * np.arange(len(LEVELS_M) - 1)
     found = []
@@ -65,7 +65,7 @@ def hovers(flown: Flown) -> list[SteadyPower]:
             height_m = float(flown.altitude_m[part].mean())
             mean_w, error_w = mean_with_error([flown.power_w[part]])
             found.append(
-                SteadyPower(
+                MeasuredPower(
                     power_w=mean_w,
                     error_w=error_w,
                     duration_s=STEP_S * (part.stop - part.start),

@@ -71,7 +71,7 @@ def _make_forecast(whole: CheckResult) -> _Forecast | None:
         return None
     returns = assessment.returns
     ends = returns.stage_ends
-    points = returns.points(ends, np.ones(len(ends)))
+    points = returns.end_points(ends)
     _, way_wh = returns.fly(points.stop_m, points.stage, HOME)
     every = np.arange(len(assessment.route.stages))
     # a stage without a segment is done with the one before

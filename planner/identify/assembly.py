@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from planner.identify.power_states import PowerIdentification
     from planner.identify.ramps import RampIdentification
     from planner.identify.response_states import ResponseIdentification
-    from planner.identify.steady import SteadyPower
+    from planner.identify.steady import MeasuredPower
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import Loads, ManoeuvreResponse, ModelSpread, Ramps
     from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower
@@ -292,8 +292,8 @@ class Parts(Value, eq=False):
 
     power: PowerIdentification
     responses: tuple[ResponseIdentification, ...]
-    steady: tuple[SteadyPower, ...]
-    hovers: tuple[SteadyPower, ...] = ()
+    steady: tuple[MeasuredPower, ...]
+    hovers: tuple[MeasuredPower, ...] = ()
     loads: Loads | None = None
     ramps: RampIdentification | None = None
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray
-    from planner.identify.steady import SteadyPower
+    from planner.identify.steady import MeasuredPower
 
 
 MASS_EXPONENT = 1.5
@@ -63,7 +63,7 @@ class DensityLawFit(Value):
     """Names of the exponents the hovers do not tell."""
 
 
-def fit_altitude_law(hovers: Sequence[SteadyPower]) -> AltitudeLawFit:
+def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
     """Fit P(H) = K H^z to hovers; equation 4 of the article.
 
     Weighted nonlinear least squares.  Where the levels scatter more than their own errors explain,
@@ -71,7 +71,7 @@ def fit_altitude_law(hovers: Sequence[SteadyPower]) -> AltitudeLawFit:
 
     Parameters
     ----------
-    hovers : sequence of SteadyPower
+    hovers : sequence of MeasuredPower
         Hovers at two heights at least; those below a metre are counted there.
 
     Returns
@@ -119,12 +119,12 @@ def fit_altitude_law(hovers: Sequence[SteadyPower]) -> AltitudeLawFit:
     )
 
 
-def fit_density_law(hovers: Sequence[SteadyPower]) -> DensityLawFit:
+def fit_density_law(hovers: Sequence[MeasuredPower]) -> DensityLawFit:
     """Fit the density form to hovers with known mass and air density.
 
     Parameters
     ----------
-    hovers : sequence of SteadyPower
+    hovers : sequence of MeasuredPower
         One at least, each with mass and air density.
 
     Returns
@@ -192,7 +192,7 @@ def fit_density_law(hovers: Sequence[SteadyPower]) -> DensityLawFit:
     )
 
 
-def _powers_and_errors(hovers: Sequence[SteadyPower]) -> tuple[FloatArray, FloatArray]:
+def _powers_and_errors(hovers: Sequence[MeasuredPower]) -> tuple[FloatArray, FloatArray]:
     powers = np.array([h.power_w for h in hovers])
     errors = np.array([h.error_w for h in hovers])
     if not np.all(powers > 0.0):
@@ -236,7 +236,7 @@ class CruiseCurve(Value):
 
 
 def fit_cruise_curve(
-    cruises: Sequence[SteadyPower], hover_powers_w: Sequence[float]
+    cruises: Sequence[MeasuredPower], hover_powers_w: Sequence[float]
 ) -> CruiseCurve:
     """Fit a table of cruise power with one minimum.
 
@@ -246,7 +246,7 @@ def fit_cruise_curve(
 
     Parameters
     ----------
-    cruises : sequence of SteadyPower
+    cruises : sequence of MeasuredPower
         Steady level flights at one speed or more.
     hover_powers_w : sequence of float
         Hover power at the height, mass and density of each. [W]

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from planner.identify.manoeuvres import Cut
     from planner.identify.outcome import Identification
     from planner.identify.response_states import ResponseIdentification
-    from planner.identify.steady import SteadyPower, SteadyStretch
+    from planner.identify.steady import MeasuredPower, SteadyStretch
     from planner.logs.record import FlightRecord
 
 _SAME_POWER = 0.05
@@ -127,7 +127,7 @@ def _identify_shaped(
     on_step: Callable[[str], None],
 ) -> Parts:
     mass_kg = _flown_mass_kg(settings)
-    steady: list[SteadyPower] = []
+    steady: list[MeasuredPower] = []
     refusals: list[SegmentUse] = []
     cuts: list[Cut] = []
     for record in records:
@@ -194,7 +194,7 @@ def _identify_unreferenced(
 ) -> Parts:
     """Identify a vehicle that logs no references: ramps by durations, power by manoeuvres."""
     mass_kg = _flown_mass_kg(settings)
-    powers: list[tuple[SteadyPower, ...]] = []
+    powers: list[tuple[MeasuredPower, ...]] = []
     refusals: list[SegmentUse] = []
     for record in records:
         on_step(_flight_step(record))
@@ -237,7 +237,7 @@ def _responses(
 
 
 def _counted_from_hover(
-    found: ResponseIdentification, cuts: Sequence[Cut], hovers: Sequence[SteadyPower]
+    found: ResponseIdentification, cuts: Sequence[Cut], hovers: Sequence[MeasuredPower]
 ) -> ResponseIdentification:
     """Return a brake response only where the power before it is that of hover, as in the article.
 
@@ -276,8 +276,8 @@ def _counted_from_hover(
 
 
 def _stepped_power(
-    hovers: Sequence[SteadyPower],
-    cruises: Sequence[SteadyPower],
+    hovers: Sequence[MeasuredPower],
+    cruises: Sequence[MeasuredPower],
     refusals: tuple[SegmentUse, ...],
 ) -> PowerIdentification:
     """Hover power over height and cruise power over speed, as in the article."""

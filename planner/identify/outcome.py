@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.identify.battery import BatteryFit
     from planner.identify.manoeuvres import Manoeuvre
-    from planner.identify.steady import SteadyMap, SteadyPower
+    from planner.identify.steady import MeasuredPower, SteadyMap
     from planner.logs.record import FlightRecord
     from planner.physics.response import TransferFunction
     from planner.vehicle.model import VehicleModel
@@ -107,8 +107,8 @@ class Evidence(Value, eq=False):
     """What the model rests on, for figures."""
 
     records: tuple[FlightRecord, ...]
-    steady: tuple[SteadyPower, ...]
-    hovers: tuple[SteadyPower, ...]
+    steady: tuple[MeasuredPower, ...]
+    hovers: tuple[MeasuredPower, ...]
     responses: tuple[ResponseEvidence, ...]
     steady_map: SteadyMap | None
     battery: BatteryFit | None

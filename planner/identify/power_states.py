@@ -19,8 +19,8 @@ from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
 from planner.identify.quality import fit_percent
 from planner.identify.ramps import timed_flight
 from planner.identify.steady import (
+    MeasuredPower,
     SteadyMap,
-    SteadyPower,
     cell_of,
     fit_steady_map,
     speed_through_air_m_s,
@@ -60,7 +60,7 @@ class PowerIdentification(Value, eq=False):
 
 
 def identify_power(
-    steady: Sequence[SteadyPower],
+    steady: Sequence[MeasuredPower],
     *,
     refusals: Sequence[SegmentUse] = (),
     mass_deviation_kg: float = 0.0,
@@ -69,7 +69,7 @@ def identify_power(
 
     Parameters
     ----------
-    steady : sequence of SteadyPower
+    steady : sequence of MeasuredPower
         Steady flight of all flights.
     refusals : sequence of SegmentUse
         Flights that tell no power, each with the reason.
@@ -94,7 +94,7 @@ def identify_power(
 
 
 def _by_momentum_theory(
-    steady: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...], mass_deviation_kg: float
+    steady: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...], mass_deviation_kg: float
 ) -> PowerIdentification:
     fitted = fit_steady_map(steady, mass_deviation_kg=mass_deviation_kg)
     is_held = _held_out(steady)
@@ -154,7 +154,7 @@ def _by_momentum_theory(
 
 
 def _by_tables(
-    steady: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...], why: str
+    steady: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...], why: str
 ) -> PowerIdentification:
     """Hover law, table over airspeed and table over climb rate, each where the flights have it."""
     hovers = [f for f in steady if cell_of(f) == (0, 0)]
@@ -197,13 +197,13 @@ def _by_tables(
 
 
 def identify_hover(
-    hovers: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...] = ()
+    hovers: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...] = ()
 ) -> tuple[HoverLaw, StateOutcome, tuple[str, ...]]:
     """Fit hover power over mass and density where they are known, else over height.
 
     Parameters
     ----------
-    hovers : sequence of SteadyPower
+    hovers : sequence of MeasuredPower
         One at least.
     refusals : tuple of SegmentUse
         Hovers that were not used.
@@ -272,13 +272,13 @@ def identify_hover(
 
 
 def identify_cruise(
-    cruises: Sequence[SteadyPower], hover_powers_w: Sequence[float]
+    cruises: Sequence[MeasuredPower], hover_powers_w: Sequence[float]
 ) -> tuple[CruisePower | None, StateOutcome]:
     """Fit a table of cruise power above hover over airspeed.
 
     Parameters
     ----------
-    cruises : sequence of SteadyPower
+    cruises : sequence of MeasuredPower
         Steady level flights.
     hover_powers_w : sequence of float
         Hover power at the height, mass and density of each. [W]
@@ -321,13 +321,13 @@ def identify_cruise(
 
 
 def _climbs(
-    flights: Sequence[tuple[SteadyPower, float]],
+    flights: Sequence[tuple[MeasuredPower, float]],
 ) -> tuple[VerticalPower | None, StateOutcome]:
     """Return a table of power above hover over climb rate: the mean of each cell."""
     if not flights:
         why = "no steady climb or descent"
         return None, StateOutcome(name="vertical", status=Status.LEFT_OUT, said=why)
-    cells: dict[int, list[tuple[SteadyPower, float]]] = {}
+    cells: dict[int, list[tuple[MeasuredPower, float]]] = {}
     for flight, hover_w in flights:
         cells.setdefault(cell_of(flight)[1], []).append((flight, hover_w))
     cells.pop(0, None)
@@ -363,7 +363,7 @@ def _climbs(
     )
 
 
-def _held_out(flights: Sequence[SteadyPower]) -> list[bool]:
+def _held_out(flights: Sequence[MeasuredPower]) -> list[bool]:
     """Hold out every fourth stretch of a cell; of all, where hardly a cell was flown so often."""
     seen: dict[tuple[int, int], int] = {}
     held = []
@@ -377,7 +377,7 @@ def _held_out(flights: Sequence[SteadyPower]) -> list[bool]:
 
 
 def _segments(
-    flights: Sequence[SteadyPower], is_held_out: Sequence[bool]
+    flights: Sequence[MeasuredPower], is_held_out: Sequence[bool]
 ) -> tuple[SegmentUse, ...]:
     return tuple(
         SegmentUse(
@@ -403,7 +403,7 @@ _KNOWN = 0.9
 
 def manoeuvre_powers(
     record: FlightRecord, *, air_density_kg_m3: FloatArray, mass_kg: float | None
-) -> tuple[SteadyPower, ...]:
+) -> tuple[MeasuredPower, ...]:
     """Return the mean power of each manoeuvre of a flight.
 
     Parameters
@@ -417,7 +417,7 @@ def manoeuvre_powers(
 
     Returns
     -------
-    tuple of SteadyPower
+    tuple of MeasuredPower
         Climb, legs and both halves of the descent, ground time left out; empty where the flight is
         no such flight or power is not known.
     """
@@ -438,7 +438,7 @@ def manoeuvre_powers(
             continue
         power_w, error_w = mean_with_error([record.power_w[known]])
         found.append(
-            SteadyPower(
+            MeasuredPower(
                 power_w=power_w,
                 error_w=error_w,
                 duration_s=end_s - begin_s,
@@ -481,17 +481,17 @@ def _descent_halves(record: FlightRecord, change: TimedChange) -> tuple[_Span, _
     return (change.start_s, middle_s, rise_m), (middle_s, end_s, rise_m)
 
 
-def at_mean_load(flights: Sequence[Sequence[SteadyPower]]) -> tuple[SteadyPower, ...]:
+def at_mean_load(flights: Sequence[Sequence[MeasuredPower]]) -> tuple[MeasuredPower, ...]:
     """Return the powers of flights with unknown loads, each flight brought to the mean of all.
 
     Parameters
     ----------
-    flights : sequence of sequence of SteadyPower
+    flights : sequence of sequence of MeasuredPower
         Mean powers flight by flight.
 
     Returns
     -------
-    tuple of SteadyPower
+    tuple of MeasuredPower
         All of them in a row.
     """
     told = [flight for flight in flights if flight]
@@ -506,13 +506,13 @@ def at_mean_load(flights: Sequence[Sequence[SteadyPower]]) -> tuple[SteadyPower,
     )
 
 
-def _level_w(flight: Sequence[SteadyPower]) -> float:
+def _level_w(flight: Sequence[MeasuredPower]) -> float:
     """Return the mean power of a flight over its time. [W]"""
     return float(np.average([p.power_w for p in flight], weights=[p.duration_s for p in flight]))
 
 
 def identify_manoeuvre_power(
-    means: Sequence[SteadyPower], refusals: tuple[SegmentUse, ...] = ()
+    means: Sequence[MeasuredPower], refusals: tuple[SegmentUse, ...] = ()
 ) -> PowerIdentification:
     r"""Identify the power of flights whose mass is not known, from the means over manoeuvres.
 
@@ -523,7 +523,7 @@ def identify_manoeuvre_power(
 
     Parameters
     ----------
-    means : sequence of SteadyPower
+    means : sequence of MeasuredPower
         Mean powers of manoeuvres, at one load.
     refusals : tuple of SegmentUse
         Flights that tell no power, each with the reason.
@@ -581,7 +581,7 @@ def identify_manoeuvre_power(
     )
 
 
-def _is_flat(level: Sequence[SteadyPower]) -> bool:
+def _is_flat(level: Sequence[MeasuredPower]) -> bool:
     """Whether one power describes the legs of flights left out better than a parabola does."""
     sources = np.array([leg.source for leg in level])
     squares = np.array([leg.airspeed_m_s for leg in level]) ** 2
@@ -598,7 +598,7 @@ def _is_flat(level: Sequence[SteadyPower]) -> bool:
 
 
 def _vertical_w(
-    means: Sequence[SteadyPower], hover_w: float, growth: float
+    means: Sequence[MeasuredPower], hover_w: float, growth: float
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return climb rates, rising, and the power above that of level flight at each. [m/s], [W]"""
     climbs = [m for m in means if m.climb_rate_m_s > 0.0]
@@ -616,7 +616,7 @@ def _vertical_w(
     return rates, tuple(table[rate] for rate in rates)
 
 
-def _use(mean: SteadyPower) -> SegmentUse:
+def _use(mean: MeasuredPower) -> SegmentUse:
     log, _, flight = mean.source.rpartition("#")
     return SegmentUse(
         log=log,

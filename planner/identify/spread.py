@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from planner.identify.assembly import IdentificationSettings
     from planner.identify.power_states import PowerIdentification
     from planner.identify.ramps import TimedFlight
-    from planner.identify.steady import SteadyPower
+    from planner.identify.steady import MeasuredPower
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import Ramps, VehicleModel
 
@@ -151,7 +151,7 @@ _SLOPE_S = 3.0
 def left_out_spread(
     model: VehicleModel,
     records: Sequence[FlightRecord],
-    steady: Sequence[SteadyPower],
+    steady: Sequence[MeasuredPower],
     settings: IdentificationSettings,
 ) -> ModelSpread | None:
     """Compare each flight with its prediction by the power of the others.
@@ -162,7 +162,7 @@ def left_out_spread(
         Made of all flights, by an autopilot's references.
     records : sequence of FlightRecord
         The flights.
-    steady : sequence of SteadyPower
+    steady : sequence of MeasuredPower
         Their steady flight.
     settings : IdentificationSettings
         What no log tells.
@@ -200,7 +200,7 @@ def left_out_spread(
 def _model_without(
     model: VehicleModel,
     record: FlightRecord,
-    steady: Sequence[SteadyPower],
+    steady: Sequence[MeasuredPower],
     settings: IdentificationSettings,
 ) -> VehicleModel | None:
     """Return the model with the power of the other flights."""
@@ -304,7 +304,7 @@ def ramp_spread(
     ModelSpread or None
         ``None`` where ramps cannot be told without one of the flights.
     """
-    told: list[tuple[TimedFlight, tuple[SteadyPower, ...]]] = []
+    told: list[tuple[TimedFlight, tuple[MeasuredPower, ...]]] = []
     for record in records:
         flight = timed_flight(record)
         if not flight.refusal:
@@ -335,7 +335,7 @@ def ramp_spread(
 
 
 def _compared(
-    flight: TimedFlight, powers: Sequence[SteadyPower], ramps: Ramps, power: PowerIdentification
+    flight: TimedFlight, powers: Sequence[MeasuredPower], ramps: Ramps, power: PowerIdentification
 ) -> FlownAndPredicted:
     durations = durations_s(flight, ramps)
     flown_j, predicted_j = 0.0, 0.0
@@ -355,7 +355,7 @@ def _compared(
     )
 
 
-def _power_w(power: PowerIdentification, mean: SteadyPower) -> float:
+def _power_w(power: PowerIdentification, mean: MeasuredPower) -> float:
     """Return what the others say of a manoeuvre, by its airspeed and climb rate. [W]"""
     assert isinstance(power.hover, AltitudeLaw)
     total = power.hover.coefficient_w

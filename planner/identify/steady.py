@@ -34,7 +34,7 @@ _SPEED_RANGE_M_S = 2.0
 """Largest difference between the 5th and the 95th percentile in a stretch that counts as steady."""
 
 
-class SteadyPower(Value):
+class MeasuredPower(Value):
     """Mean power over steady flight at one height and speed."""
 
     power_w: float
@@ -63,7 +63,7 @@ class SteadyStretch(Value):
     """A hover or cruise of a record, and the mean power it gives, if any."""
 
     segment: StateSegment
-    power: SteadyPower | None
+    power: MeasuredPower | None
     refusal: str = ""
     """Why it gives none; empty where it does."""
 
@@ -97,11 +97,11 @@ def steady_stretches(
             continue
         part = slice(segment.first + round(settling_s / step_s), segment.end)
         refusal = _unsteadiness(record, segment, part, step_s)
-        power: SteadyPower | None = None
+        power: MeasuredPower | None = None
         if not refusal:
             is_hover = segment.state is FlightState.HOVER
             mean_w, error_w = mean_with_error([record.power_w[part]])
-            power = SteadyPower(
+            power = MeasuredPower(
                 power_w=mean_w,
                 error_w=error_w,
                 duration_s=step_s * (part.stop - part.start),
@@ -180,7 +180,7 @@ def steady_flight(
     *,
     air_density_kg_m3: FloatArray,
     mass_kg: float | None = None,
-) -> tuple[SteadyPower, ...]:
+) -> tuple[MeasuredPower, ...]:
     """Mean powers of all steady flight of a record.
 
     Parameters
@@ -194,7 +194,7 @@ def steady_flight(
 
     Returns
     -------
-    tuple of SteadyPower
+    tuple of MeasuredPower
         In the order flown; empty where the log tells no power or no motion.
     """
     step_s = float(record.time_s[1] - record.time_s[0])
@@ -221,7 +221,7 @@ def steady_flight(
             part = slice(first, last)
             power_w, error_w = mean_with_error([record.power_w[part]])
             found.append(
-                SteadyPower(
+                MeasuredPower(
                     power_w=power_w,
                     error_w=error_w,
                     duration_s=(last - first) * step_s,
@@ -290,7 +290,7 @@ class SteadyMap(Value, eq=False):
     beyond_kg: Mapping[str, float]
     """Mass of each flight beyond the one given, by source, where it was fitted. [kg]"""
 
-    def residuals_w(self, flights: Sequence[SteadyPower]) -> FloatArray:
+    def residuals_w(self, flights: Sequence[MeasuredPower]) -> FloatArray:
         """Return predicted less measured power of steady flights, (n,) [W]."""
         values = np.array([getattr(self.law, name) for name in Rotor._fields])
         measured: FloatArray = np.array([f.power_w for f in flights])
@@ -298,17 +298,19 @@ class SteadyMap(Value, eq=False):
         return _powers_w(values, flights, beyond_kg) - measured
 
 
-def cell_of(flight: SteadyPower) -> tuple[int, int]:
+def cell_of(flight: MeasuredPower) -> tuple[int, int]:
     """Return the cell of the map that a steady flight belongs to: 1 m/s by 0.5 m/s."""
     return round(flight.airspeed_m_s), round(2.0 * flight.climb_rate_m_s)
 
 
-def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float = 0.0) -> SteadyMap:
+def fit_steady_map(
+    flights: Sequence[MeasuredPower], *, mass_deviation_kg: float = 0.0
+) -> SteadyMap:
     """Fit momentum theory to steady flights.
 
     Parameters
     ----------
-    flights : sequence of SteadyPower
+    flights : sequence of MeasuredPower
         With mass and air density, in three cells of level flight at least.
     mass_deviation_kg : float
         Standard deviation of the mass from flight to flight, where the payload is not known: each
@@ -398,7 +400,7 @@ def fit_steady_map(flights: Sequence[SteadyPower], *, mass_deviation_kg: float =
 
 
 def _powers_w(
-    values: FloatArray, flights: Sequence[SteadyPower], beyond_kg: FloatArray | float = 0.0
+    values: FloatArray, flights: Sequence[MeasuredPower], beyond_kg: FloatArray | float = 0.0
 ) -> FloatArray:
     """Return the power of steady flights by the six numbers, (n,) [W]."""
     powers = np.empty(len(flights))

@@ -19,6 +19,7 @@ from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
 )
+from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
 from planner.rules.declaration import ARDUPILOT, BUDGET, DISCHARGE, PACK, PARAMETERS, judges
 from planner.rules.energy import place_along
@@ -178,9 +179,7 @@ def _rally_unreachable(a: Assessment, budget: BatteryBudget) -> Iterator[Finding
     ]
     if not len(ends):
         return
-    if len(ends) > _MOST_RALLY_PLACES:
-        ends = ends[np.linspace(0, len(ends) - 1, _MOST_RALLY_PLACES).astype(np.intp)]
-    points = returns.points(ends, np.ones(len(ends)))
+    points = returns.end_points(thinned(ends, _MOST_RALLY_PLACES))
     chosen = np.unique(returns.chosen(points))
     above_wh = budget.usable_wh - budget.reserve_wh - points.used_wh - points.stop_wh
     never: list[int] = []

@@ -9,6 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import FlightStretch, Rule, Severity
+from planner.flight.returns.path import thinned
 from planner.geo.fence import INCLUSION_SEMANTICS, INVALID_POLYGON, make_fence_area
 from planner.geo.path import make_fence_frame, swept_areas
 from planner.mission.route.stage import StageKind
@@ -98,10 +99,8 @@ def _highest_return_m(a: Assessment) -> float:
     ArduPilot's stay below its fence; PX4's count from the place they lead to.
     """
     returns = a.returns
-    ends = returns.stage_ends
-    if len(ends) > _MOST_RETURNS:
-        ends = ends[np.linspace(0, len(ends) - 1, _MOST_RETURNS).astype(np.intp)]
-    paths = returns.corners_m(returns.points(ends, np.ones(len(ends))))
+    ends = thinned(returns.stage_ends, _MOST_RETURNS)
+    paths = returns.corners_m(returns.end_points(ends))
     return max(float(corners[:, 2].max()) for corners in paths)
 
 

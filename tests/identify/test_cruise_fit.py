@@ -6,11 +6,11 @@ import pytest
 
 from planner.errors import IdentificationError
 from planner.identify.hover import fit_cruise_curve
-from planner.identify.steady import SteadyPower
+from planner.identify.steady import MeasuredPower
 
 
-def cruise(speed_m_s: float, power_w: float, error_w: float = 1.0) -> SteadyPower:
-    return SteadyPower(
+def cruise(speed_m_s: float, power_w: float, error_w: float = 1.0) -> MeasuredPower:
+    return MeasuredPower(
         power_w=power_w,
         error_w=error_w,
         duration_s=30.0,

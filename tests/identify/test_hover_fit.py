@@ -9,7 +9,7 @@ from simulated_experiment import HOVER_COEFFICIENT_W, HOVER_EXPONENT, fly_vertic
 
 from planner.errors import IdentificationError
 from planner.identify.hover import fit_altitude_law, fit_density_law
-from planner.identify.steady import SteadyPower
+from planner.identify.steady import MeasuredPower
 
 
 def hover(
@@ -19,8 +19,8 @@ def hover(
     error_w: float = 0.1,
     mass_kg: float | None = None,
     air_density_kg_m3: float | None = None,
-) -> SteadyPower:
-    return SteadyPower(
+) -> MeasuredPower:
+    return MeasuredPower(
         power_w=power_w,
         error_w=error_w,
         duration_s=60.0,

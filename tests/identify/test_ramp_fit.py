@@ -26,7 +26,7 @@ from planner.identify.ramps import (
     timed_flight,
 )
 from planner.identify.spread import ramp_spread
-from planner.identify.steady import SteadyPower
+from planner.identify.steady import MeasuredPower
 from planner.mission.route.stage import (
     Stage,
     StageKind,
@@ -161,8 +161,10 @@ def test_a_model_without_references_or_mass_predicts_its_own_flights(
 
 
 def test_unknown_loads_are_taken_out_before_a_law_is_fitted() -> None:
-    def power(power_w: float) -> SteadyPower:
-        return SteadyPower(power_w=power_w, error_w=1.0, duration_s=10.0, height_above_home_m=20.0)
+    def power(power_w: float) -> MeasuredPower:
+        return MeasuredPower(
+            power_w=power_w, error_w=1.0, duration_s=10.0, height_above_home_m=20.0
+        )
 
     light = (power(440.0), power(460.0))
     heavy = (power(572.0), power(598.0))  # 1.3 times as much
@@ -201,8 +203,8 @@ def test_power_grows_with_the_speed_where_flights_left_out_say_so(
 ) -> None:
     random = np.random.default_rng(8)
 
-    def leg(flight: int, speed_m_s: float) -> SteadyPower:
-        return SteadyPower(
+    def leg(flight: int, speed_m_s: float) -> MeasuredPower:
+        return MeasuredPower(
             power_w=500.0 + growth * speed_m_s**2 + random.normal(0.0, 5.0),
             error_w=1.0,
             duration_s=20.0,

@@ -9,7 +9,7 @@ from made_record import make_record
 from planner.errors import IdentificationError
 from planner.identify.power_states import identify_power
 from planner.identify.steady import (
-    SteadyPower,
+    MeasuredPower,
     fit_steady_map,
     record_air_density_kg_m3,
     steady_flight,
@@ -35,10 +35,10 @@ CELLS = [(v, 0.0) for v in (0.0, 3.0, 6.0, 9.0, 12.0, 15.0)] + [(0.0, 2.0), (0.0
 
 def flights(
     noise_w: float = 0.0, *, mass_kg: float = 2.5, source: str = "a#1"
-) -> list[SteadyPower]:
+) -> list[MeasuredPower]:
     generator = np.random.default_rng(7)
     return [
-        SteadyPower(
+        MeasuredPower(
             power_w=float(
                 momentum_power_w(speed, climb, LAW, mass_kg=mass_kg, air_density_kg_m3=1.18)
             )

@@ -13,7 +13,7 @@ from made_missions import mission, rtl, takeoff, waypoint
 import planner
 from planner.identify.manoeuvres import Manoeuvre
 from planner.identify.outcome import ResponseEvidence
-from planner.identify.steady import SteadyPower
+from planner.identify.steady import MeasuredPower
 from planner.report import plots
 from planner.vehicle.library import load_vehicle
 
@@ -102,7 +102,7 @@ def found() -> SimpleNamespace:
         answer=np.where(time_s < 20.0, 150.0, 250.0),
     )
     hovers = [
-        SteadyPower(
+        MeasuredPower(
             power_w=120.0 + height, error_w=2.0, duration_s=30.0, height_above_home_m=height
         )
         for height in (100.0, 200.0)

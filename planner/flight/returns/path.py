@@ -140,10 +140,9 @@ class Returns(Value, eq=False):
             used_wh=before + fraction * (after - before),
         )
 
-    def stage_end_points(self) -> ReturnPoints:
-        """Return the points at which the stages end."""
-        ends = self.stage_ends
-        return self.points(ends, np.ones(len(ends)))
+    def end_points(self, segment: IntArray) -> ReturnPoints:
+        """Return the points at which segments end. (n,)"""
+        return self.points(segment, np.ones(len(segment)))
 
     def flight_point(self, segment: int, fraction: float) -> FlightPoint:
         """Return where along the mission a point of the flight is."""
@@ -330,6 +329,13 @@ def make_returns(route: Route, flight: Flight, pilot: Pilot, destinations: Desti
         piece_start_s=motion.piece_start_s(),
         first_piece=np.searchsorted(motion.piece_segment, np.arange(count + 1)),
     )
+
+
+def thinned(segments: IntArray, most: int) -> IntArray:
+    """Return segments, or as many of them as asked, evenly spread, first and last among them."""
+    if len(segments) <= most:
+        return segments
+    return segments[np.linspace(0, len(segments) - 1, most).astype(np.intp)]
 
 
 def _along_m(path: ReturnPath, start_m: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,
 )
+from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
 from planner.values import Value, field_values
 
@@ -290,7 +291,7 @@ def _between(
     for row in np.flatnonzero(parts).tolist():
         begin_s, end_s = sweep.time_s[row : row + 2]
         even, fraction = returns.at(np.linspace(begin_s, end_s, int(parts[row]) + 1)[1:-1])
-        ends = _thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), int(parts[row]))
+        ends = thinned(np.arange(sweep.segment[row], sweep.segment[row + 1]), int(parts[row]))
         segments += [even, ends]
         fractions += [fraction, np.ones(len(ends))]
     return np.concatenate(segments), np.concatenate(fractions)
@@ -302,10 +303,3 @@ def _in_order(segment: IntArray, fraction: FloatArray) -> tuple[IntArray, FloatA
     segment, fraction = segment[order], fraction[order]
     new = np.append(True, (np.diff(segment) != 0) | (np.diff(fraction) != 0.0))
     return segment[new], fraction[new]
-
-
-def _thinned(segments: IntArray, most: int) -> IntArray:
-    """Return segments, or as many of them as asked, evenly spread, the last among them."""
-    if len(segments) <= most:
-        return segments
-    return segments[np.linspace(0, len(segments) - 1, most).astype(np.intp)]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.identify.battery import BatteryFit
     from planner.identify.outcome import Identification, ResponseEvidence
-    from planner.identify.steady import SteadyPower
+    from planner.identify.steady import MeasuredPower
     from planner.identify.verification import Verification
     from planner.logs.record import FlightRecord
     from planner.report.plots.tables import Row
@@ -110,7 +110,7 @@ def _response(response: ResponseEvidence) -> Chart:
     return alt.layer(*layers)
 
 
-def _hover(hovers: Sequence[SteadyPower], model: VehicleModel) -> Chart:
+def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
     """Figure 8: mean power at each level and the law over height."""
     from planner.vehicle.power import (
         AltitudeLaw,
@@ -133,7 +133,7 @@ def _hover(hovers: Sequence[SteadyPower], model: VehicleModel) -> Chart:
     )
 
 
-def _power_over_speed(steady: Sequence[SteadyPower], model: VehicleModel) -> Chart:
+def _power_over_speed(steady: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
     """Figure 9: power of level flight over airspeed, and the law at the mean density."""
     from planner.vehicle.power import (
         WholeLaw,
@@ -160,7 +160,7 @@ def _power_over_speed(steady: Sequence[SteadyPower], model: VehicleModel) -> Cha
     )
 
 
-def _power_over_climb(steady: Sequence[SteadyPower]) -> Chart:
+def _power_over_climb(steady: Sequence[MeasuredPower]) -> Chart:
     """Power of vertical flight over climb rate."""
     return _points_and_law(
         [
