@@ -234,7 +234,7 @@ def test_a_rally_point_at_home_is_home_to_px4_unless_it_returns_to_rally_points_
     north_m: float, kind: int, chosen: int
 ) -> None:
     flown = replace(mission(takeoff(50), waypoint(2000, 50), rtl()), rally=(rally(north_m),))
-    home = returns_of(flown, structs.replace(Px4Parameters(), return_type=kind))
+    home = returns_of(flown, replace(Px4Parameters(), return_type=kind))
     found = home.destinations.chosen(np.array([[0.0, 900.0, 50.0]]), np.array([1]))
     assert found.tolist() == [chosen]
 
