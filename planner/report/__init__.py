@@ -1,1 +1,1 @@
-"""Results as text and data; ``numbers`` is the only place where a quantity becomes text."""
+"""Results as text and data, for people and for programs."""

@@ -5,11 +5,13 @@ Run as a program, this writes the generated blocks of the README anew (`make rea
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -24,8 +26,30 @@ BLOCK = re.compile(r"<!-- begin: (?P<what>[^\n]+?) -->\n(?P<body>.*?)<!-- end --
 RUN = (sys.executable, "-c", "import sys; from planner.cli.main import main; sys.exit(main())")
 
 
+def _house() -> str:
+    """Return the rooms of the package from the contract of its layers, the lowest first.
+
+    Each says of itself what it is, in the first sentence of its docstring.
+    """
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    [contract] = project["tool"]["importlinter"]["contracts"]
+    rows = []
+    for layer in reversed(contract["layers"]):
+        names = re.split(r"\s*[|:]\s*", layer)
+        for name in names:
+            place = ROOT / "planner" / name
+            file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+            sentence = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+            first = " ".join(re.split(r"(?<=[.:])\s\s|\n\n", sentence)[0].split()).rstrip(".")
+            rows.append(f"  {name + ('/' if place.is_dir() else '.py'):18}{first}")
+        rows.append("")
+    return "\n".join(["```", "planner/", *rows[:-1], "```", ""])
+
+
 def _generated(what: str) -> str:
     """Return what a block of the README is to hold."""
+    if what == "house":
+        return _house()
     if what == "settings":
         rows = [
             f"| `{setting.key}` | {setting.kind.value} | "
