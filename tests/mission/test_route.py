@@ -329,6 +329,8 @@ def test_a_home_moved_in_a_relative_frame_lies_above_the_one_before() -> None:
     found = route(takeoff(50), moved, waypoint(600, 50), rtl())
     assert found.stages[1].height_m == pytest.approx(90.0)
     assert found.stages[2].height_m == pytest.approx(40.0)
+    again = route(takeoff(50), moved, moved, waypoint(600, 50), rtl())
+    assert again.stages[1].height_m == pytest.approx(130.0)
 
 
 def test_a_second_home_moved_in_a_relative_frame_lies_above_the_first_one_moved() -> None:

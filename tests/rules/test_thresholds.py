@@ -1,0 +1,189 @@
+"""Numbers that rules compare with, tried on both sides; more of them are in rule_cases."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+import pytest
+from made_missions import HOME, jump, mission, rtl, takeoff, waypoint
+from made_terrain import ground
+from rule_cases.case import ARDUPILOT, PLAIN, PX4, found, vehicle_of
+from rule_cases.energy import with_share_of_voltage
+from rule_cases.fence import SHORT, ring, told
+from rule_cases.mission import far_away
+
+from planner.findings import Severity
+from planner.flight.returns.path import FlightPoint
+from planner.rules.energy import place_along
+from planner.service import check
+from planner.site_profile import SiteProfile
+from planner.values import replace
+from planner.vehicle.declared import Interval
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from planner.findings import Finding
+    from planner.flight.prediction import Extremes
+    from planner.mission.items import Mission
+
+INFO, WARNING, ERROR = Severity.INFO, Severity.WARNING, Severity.ERROR
+UP_AND_DOWN = mission(takeoff(20), waypoint(100, 20), waypoint(300, 120), waypoint(600, 20), rtl())
+TINY = 1e-9
+
+
+@cache
+def extremes() -> Extremes:
+    """Return the extremes of that flight as ArduPilot's vehicle flies it."""
+    assessment = check(UP_AND_DOWN, vehicle_of(ARDUPILOT)).assessment
+    assert assessment is not None
+    assert assessment.flight.extremes is not None
+    return assessment.flight.extremes
+
+
+@cache
+def air_kg_m3(*, highest: bool) -> float:
+    """Return the density of the air at its highest, or its lowest, point."""
+    assessment = check(UP_AND_DOWN, vehicle_of(ARDUPILOT)).assessment
+    assert assessment is not None
+    box = extremes()
+    height_m = box.highest_m if highest else box.lowest_m
+    return float(assessment.flight.power.air_density_kg_m3(height_m))
+
+
+def identified(
+    *,
+    speed_m_s: float | None = None,
+    climb_m_s: float | None = None,
+    density_kg_m3: tuple[float, float] | None = None,
+) -> tuple[Finding, ...]:
+    """Return what is found where the model was identified to so much and no more."""
+    quad = vehicle_of(ARDUPILOT)
+    box = replace(
+        quad.valid_for,
+        speed_m_s=speed_m_s and Interval(low=0.0, high=speed_m_s),
+        climb_rate_m_s=climb_m_s and Interval(low=-climb_m_s, high=climb_m_s),
+        air_density_kg_m3=density_kg_m3 and Interval(low=density_kg_m3[0], high=density_kg_m3[1]),
+    )
+    return found(UP_AND_DOWN, ARDUPILOT, vehicle=replace(quad, valid_for=box))
+
+
+def to_height(height_m: float) -> Mission:
+    return mission(takeoff(100), waypoint(100, height_m), waypoint(200, height_m), rtl())
+
+
+def climbing(height_m: float) -> Mission:
+    """Return a flight that climbs so far above 100 m, and ends there."""
+    return mission(takeoff(100), waypoint(100, 100 + height_m))
+
+
+def relative(altitude_m: float, home_m: float) -> tuple[Finding, ...]:
+    """Return what is found of an altitude above a home of another altitude."""
+    home = replace(HOME, altitude_amsl_m=home_m)
+    return found(mission(takeoff(20), waypoint(100, altitude_m), rtl(), home=home))
+
+
+def planned_at(home_m: float) -> tuple[Finding, ...]:
+    """Return what is found of a home that the grid has at 400 m."""
+    home = replace(HOME, altitude_amsl_m=home_m)
+    one = mission(takeoff(20), waypoint(100, 20), rtl(), home=home)
+    return found(one, terrain=ground(0.0))
+
+
+def counted_jumps(count: int) -> tuple[Finding, ...]:
+    return found(mission(takeoff(20), waypoint(9, 20), *[jump(2, 1)] * count, rtl()), ARDUPILOT)
+
+
+CASES: tuple[
+    tuple[
+        str, str, Callable[[float], Iterable[Finding]], float, list[Severity], float, list[Severity]
+    ],
+    ...,
+] = (
+    # code, words of the message, findings of a value, inside with severities, outside likewise
+    ("E105", "legs? up to", lambda m: found(to_height(m), ARDUPILOT), 403.5, [], 403.6, [WARNING]),
+    ("E105", "identified step", lambda m: found(climbing(m)), 100.5, [], 100.6, [WARNING]),
+    (
+        "E105",
+        " flown; .* unreliable",
+        lambda x: identified(speed_m_s=extremes().ground_speed_m_s.value / x),
+        *(1.03 - TINY, [], 1.03 + TINY, [ERROR]),
+    ),
+    (
+        "E105",
+        "climb rate",
+        lambda x: identified(climb_m_s=extremes().climb_m_s.value / x),
+        *(1.03 - TINY, [], 1.03 + TINY, [WARNING]),
+    ),
+    (
+        "E105",
+        "climb rate of 2",
+        lambda x: identified(climb_m_s=extremes().climb_m_s.value / x),
+        *(2.0 - TINY, [WARNING], 2.0 + TINY, [ERROR]),
+    ),
+    (
+        "E105",
+        "air of",
+        lambda x: identified(density_kg_m3=(air_kg_m3(highest=True) / x, 2.0)),
+        *(0.98 + TINY, [], 0.98 - TINY, [INFO]),
+    ),
+    (
+        "E105",
+        "air of",
+        lambda x: identified(density_kg_m3=(0.5, air_kg_m3(highest=False) / x)),
+        *(1.02 - TINY, [], 1.02 + TINY, [INFO]),
+    ),
+    # 1.225 kg/m³ over that of the standard atmosphere is 1.1 at 982 m and 1.2 at 1859 m, 20 m above home.
+    ("E108", "thinner", lambda m: found(PLAIN, home_amsl_m=m), 958.0, [], 965.0, [WARNING]),
+    ("E108", "thinner", lambda m: found(PLAIN, home_amsl_m=m), 1836.0, [WARNING], 1842.0, [ERROR]),
+    ("E121", "", with_share_of_voltage, 1.18 - TINY, [], 1.18 + TINY, [ERROR]),
+    (
+        "E122",
+        "",
+        lambda c: found(PLAIN, ARDUPILOT, temperature_c=c),
+        *(-10.0, [WARNING], -10.1, [ERROR]),
+    ),
+    ("A107", "", lambda m: relative(m, 20.0), 500.0, [], 500.1, [WARNING]),
+    ("A107", "", lambda m: relative(m, 100.0), 150.0, [], 150.1, [WARNING]),
+    ("A107", "", lambda m: relative(m, 100.0), 400.1, [], 400.0, [WARNING]),
+    ("A107", "", lambda m: relative(160.0, m), 30.0, [], 30.1, [WARNING]),
+    (
+        "A114",
+        "",
+        lambda m: found(
+            to_height(100), PX4, profile=SiteProfile(source="s", max_height_above_home_m=m)
+        ),
+        *(100.0 - 0.04, [], 100.0 - 0.06, [ERROR]),
+    ),
+    ("A115", "", planned_at, 409.9, [], 410.1, [WARNING]),
+    ("M124", "", far_away, 99_999.0, [WARNING], 100_001.0, [ERROR]),
+    ("M125", "", lambda n: counted_jumps(int(n)), 100, [WARNING], 101, [ERROR]),
+    ("F112", "", lambda n: told(SHORT, ring(int(n)), autopilot=PX4), 64, [], 65, [WARNING]),
+)
+
+
+@pytest.mark.parametrize(("code", "words", "of", "inside", "silent", "outside", "fires"), CASES)
+def test_a_rule_changes_its_mind_at_its_number(
+    code: str,
+    words: str,
+    of: Callable[[float], Iterable[Finding]],
+    inside: float,
+    silent: list[Severity],
+    outside: float,
+    fires: list[Severity],
+) -> None:
+    for value, severities in ((inside, silent), (outside, fires)):
+        findings = [one for one in of(value) if one.code == code and re.search(words, one.message)]
+        assert [one.severity for one in findings] == severities, value
+
+
+@pytest.mark.parametrize(
+    ("along_m", "words"), [(994.9, "995 m into the leg to item 2"), (995.0, "item 2")]
+)
+def test_a_point_near_the_end_of_its_leg_is_at_its_item(along_m: float, words: str) -> None:
+    point = FlightPoint(
+        item=2, time_s=0.0, along_m=along_m, leg_m=1000.0, latitude_deg=47.0, longitude_deg=8.0
+    )
+    assert place_along(point) == words
