@@ -11,7 +11,7 @@ from planner.flight.motion.ardupilot.legs import (
     Corners,
     half_overlap_s,
 )
-from planner.flight.motion.s_curve import speed_ramps
+from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
 
 
 def corner(
@@ -26,9 +26,7 @@ def corner(
     turn, climb = np.radians(turn_deg), np.radians(climb_deg)
     ramps = speed_ramps(
         np.array([speed]),
-        acceleration_m_s2=np.array([acceleration]),
-        jerk_m_s3=np.array([jerk]),
-        jerk_rise_s=np.array([rise]),
+        SpeedLimits(np.array([acceleration]), np.array([jerk]), np.array([rise])),
     )
     level = np.cos(climb)
     return Corners(
@@ -123,15 +121,11 @@ def test_a_level_leg_meets_a_vertical_one_at_a_metre_a_second() -> None:
     # 1.15²/2 = 0.66 and 0.65, recorded about 1 m/s and 0.25 m beside the corner on either axis.
     level = speed_ramps(
         np.array([10.0]),
-        acceleration_m_s2=np.array([2.5]),
-        jerk_m_s3=np.array([1.0]),
-        jerk_rise_s=np.array([0.3]),
+        SpeedLimits(np.array([2.5]), np.array([1.0]), np.array([0.3])),
     )
     upward = speed_ramps(
         np.array([2.5]),
-        acceleration_m_s2=np.array([1.0]),
-        jerk_m_s3=np.array([1.0]),
-        jerk_rise_s=np.array([0.3]),
+        SpeedLimits(np.array([1.0]), np.array([1.0]), np.array([0.3])),
     )
     some = Corners(
         before=np.array([[0.0, 1.0, 0.0]]),

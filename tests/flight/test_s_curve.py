@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.s_curve import SCurves, s_curves, speed_ramps
+from planner.flight.motion.s_curve import SCurves, SpeedLimits, s_curves, speed_ramps
 
 RISES = st.sampled_from([0.0, 0.2, 0.3, 0.6])
 SPEEDS = st.floats(0.2, 20.0)
@@ -27,10 +27,8 @@ def curve(
 ) -> SCurves:
     return s_curves(
         np.array([length]),
+        SpeedLimits(np.array([acceleration]), np.array([jerk]), np.array([rise])),
         speed_m_s=np.array([speed]),
-        acceleration_m_s2=np.array([acceleration]),
-        jerk_m_s3=np.array([jerk]),
-        jerk_rise_s=np.array([rise]),
         start_m_s=np.array([start]),
         end_m_s=np.array([end]),
         first_m_s=np.array([first]),
@@ -176,9 +174,7 @@ def test_the_first_half_of_a_ramp_is_half_of_its_change(
 ) -> None:
     ramp = speed_ramps(
         np.array([change]),
-        acceleration_m_s2=np.array([acceleration]),
-        jerk_m_s3=np.array([jerk]),
-        jerk_rise_s=np.array([rise]),
+        SpeedLimits(np.array([acceleration]), np.array([jerk]), np.array([rise])),
     )
     _, speed, reached = ramp.begun(0.5 * ramp.duration_s)
     assert speed[0] == pytest.approx(0.5 * change, rel=1e-9)

@@ -10,7 +10,7 @@ J t_j² t / 40 (2 mm/s for 1 m/s³ and 0.3 s).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+
+
+class SpeedLimits(NamedTuple):
+    """What a change of speed keeps to, one row each."""
+
+    acceleration_m_s2: FloatArray
+    jerk_m_s3: FloatArray
+    jerk_rise_s: FloatArray
+    """Time t_j the jerk takes to rise to its limit. (n,) [s]"""
+
+    def select(self, rows: IntArray | BoolArray) -> SpeedLimits:
+        """Return the limits of some rows."""
+        return SpeedLimits(*(limit[rows] for limit in self))
 
 
 _NEWTON_ROUNDS = 8
@@ -95,38 +108,26 @@ class SpeedRamps(Value, eq=False):
         return way, speed, np.where(rising, acceleration * _ALMOST, acceleration)
 
 
-def speed_ramps(
-    change_m_s: FloatArray,
-    *,
-    acceleration_m_s2: FloatArray,
-    jerk_m_s3: FloatArray,
-    jerk_rise_s: FloatArray,
-) -> SpeedRamps:
+def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
     """Return the fastest changes of speed within limits.
 
     Parameters
     ----------
     change_m_s : ndarray
         Changes of speed, zero or more. (n,) [m s⁻¹]
-    acceleration_m_s2, jerk_m_s3 : ndarray
-        Limits. (n,) [m s⁻², m s⁻³]
-    jerk_rise_s : ndarray
-        Time t_j the jerk takes to rise to its limit. (n,) [s]
+    limits : SpeedLimits
+        Of as many rows.
 
     Notes
     -----
     ``SCurve::calculate_path``: ΔV = a (t_j + a/J) without steady acceleration, ΔV = A (t_j + A/J + t_4)
     with it.  Where the whole limits do not fit, the rise is shortened at the same snap.
     """
-    rise, jerk = _shortened(
-        jerk_rise_s,
-        np.cbrt(change_m_s * jerk_rise_s / (2.0 * jerk_m_s3)),
-        acceleration_m_s2,
-        jerk_m_s3,
-    )
+    fitting_s = np.cbrt(change_m_s * limits.jerk_rise_s / (2.0 * limits.jerk_m_s3))
+    rise, jerk = _shortened(fitting_s, limits)
     half = 0.5 * jerk * rise
     reached = np.sqrt(half**2 + jerk * change_m_s) - half
-    acceleration = np.minimum(acceleration_m_s2, reached)
+    acceleration = np.minimum(limits.acceleration_m_s2, reached)
     moving = acceleration > 0.0
     jerk_s = np.divide(acceleration, jerk, out=np.zeros_like(jerk), where=moving)
     whole = np.divide(change_m_s, acceleration, out=np.zeros_like(jerk), where=moving)
@@ -140,33 +141,24 @@ def speed_ramps(
     )
 
 
-def peak_speed_from_rest_m_s(
-    length_m: FloatArray,
-    *,
-    acceleration_m_s2: FloatArray,
-    jerk_m_s3: FloatArray,
-    jerk_rise_s: FloatArray,
-) -> FloatArray:
+def peak_speed_from_rest_m_s(length_m: FloatArray, limits: SpeedLimits) -> FloatArray:
     """Return the highest speed on the way from rest to rest where no speed limit holds. (n,) [m s⁻¹]
 
     Parameters
     ----------
     length_m : ndarray
         Way from rest to rest. (n,) [m]
-    acceleration_m_s2, jerk_m_s3, jerk_rise_s : ndarray
-        As in :func:`speed_ramps`. (n,)
+    limits : SpeedLimits
+        Of as many rows.
 
     Notes
     -----
     Each half of the way is one ramp: V (V/A + A/J + t_j) = L with steady acceleration, and
     2 a (t_j + a/J)² = L without: x = t_j + a/J solves x³ − t_j x² = L/2J.
     """
-    rise, jerk = _shortened(
-        jerk_rise_s,
-        np.sqrt(np.sqrt(length_m * jerk_rise_s / (8.0 * jerk_m_s3))),
-        acceleration_m_s2,
-        jerk_m_s3,
-    )
+    most = limits.acceleration_m_s2
+    fitting_s = np.sqrt(np.sqrt(length_m * limits.jerk_rise_s / (8.0 * limits.jerk_m_s3)))
+    rise, jerk = _shortened(fitting_s, limits)
     safe_jerk = np.where(jerk > 0.0, jerk, 1.0)
     volume = length_m / (2.0 * safe_jerk)
     x = rise + np.cbrt(volume)
@@ -174,19 +166,15 @@ def peak_speed_from_rest_m_s(
         slope = x * (3.0 * x - 2.0 * rise)
         x -= np.divide(x * x * (x - rise) - volume, slope, out=np.zeros_like(x), where=slope > 0.0)
     reached = jerk * (x - rise)
-    ramp_s = acceleration_m_s2 / safe_jerk + rise
-    steady = 0.5 * (
-        np.sqrt((acceleration_m_s2 * ramp_s) ** 2 + 4.0 * acceleration_m_s2 * length_m)
-        - acceleration_m_s2 * ramp_s
-    )
-    return np.where(reached < acceleration_m_s2, reached * x, steady)
+    ramp_s = most / safe_jerk + rise
+    steady = 0.5 * (np.sqrt((most * ramp_s) ** 2 + 4.0 * most * length_m) - most * ramp_s)
+    return np.where(reached < most, reached * x, steady)
 
 
-def _shortened(
-    rise_s: FloatArray, fitting_s: FloatArray, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _shortened(fitting_s: FloatArray, limits: SpeedLimits) -> tuple[FloatArray, FloatArray]:
     """Return rise and jerk where the whole rise does not fit: snap stays, π J / 2 t_j."""
-    limit = np.sqrt(acceleration_m_s2 * rise_s / jerk_m_s3)
+    most, jerk_m_s3, rise_s = limits
+    limit = np.sqrt(most * rise_s / jerk_m_s3)
     rise = np.minimum(np.minimum(rise_s, fitting_s), limit)
     share = np.divide(rise, rise_s, out=np.ones_like(rise), where=rise_s > 0.0)
     return rise, jerk_m_s3 * share
@@ -280,11 +268,9 @@ def _summed_before(first: FloatArray | float, change: FloatArray) -> FloatArray:
 
 def s_curves(
     length_m: FloatArray,
+    limits: SpeedLimits,
     *,
     speed_m_s: FloatArray,
-    acceleration_m_s2: FloatArray,
-    jerk_m_s3: FloatArray,
-    jerk_rise_s: FloatArray,
     start_m_s: FloatArray | None = None,
     end_m_s: FloatArray | None = None,
     first_m_s: FloatArray | None = None,
@@ -296,10 +282,10 @@ def s_curves(
     ----------
     length_m : ndarray
         Lengths, greater than zero. (n,) [m]
-    speed_m_s, acceleration_m_s2, jerk_m_s3 : ndarray
-        Limits along each line. (n,) [m s⁻¹, m s⁻², m s⁻³]
-    jerk_rise_s : ndarray
-        Time the jerk takes to rise to its limit. (n,) [s]
+    limits : SpeedLimits
+        Along each line.
+    speed_m_s : ndarray
+        Highest speed along each line. (n,) [m s⁻¹]
     start_m_s, end_m_s : ndarray, optional
         Speeds at the ends; default at rest, and never above the limit. (n,) [m s⁻¹]
     first_m_s : ndarray, optional
@@ -308,15 +294,10 @@ def s_curves(
     wait_s : ndarray, optional
         Time before anything moves; default none. (n,) [s]
     """
-    limits = {
-        "acceleration_m_s2": acceleration_m_s2,
-        "jerk_m_s3": jerk_m_s3,
-        "jerk_rise_s": jerk_rise_s,
-    }
     zero = np.zeros_like(length_m)
     start = zero if start_m_s is None else np.minimum(start_m_s, speed_m_s)
     end = zero if end_m_s is None else np.minimum(end_m_s, speed_m_s)
-    peak = np.minimum(speed_m_s, peak_speed_from_rest_m_s(length_m, **limits))
+    peak = np.minimum(speed_m_s, peak_speed_from_rest_m_s(length_m, limits))
     moving = np.flatnonzero((start > 0.0) | (end > 0.0))
     if len(moving):
         peak[moving] = _peak_between(
@@ -324,7 +305,7 @@ def s_curves(
             start[moving],
             end[moving],
             speed_m_s[moving],
-            {name: limit[moving] for name, limit in limits.items()},
+            limits.select(moving),
         )
         # A speed that the length cannot take away or build up is left out at the end.
         start, end = np.minimum(start, peak), np.minimum(end, peak)
@@ -333,9 +314,9 @@ def s_curves(
     if first_m_s is not None and (first_m_s < peak).any():
         first, peak = _peak_again(length_m, first_m_s, peak, end, limits)
         end = np.minimum(end, peak)
-        again = speed_ramps(peak - first, **limits)
-    up = speed_ramps(first - start, **limits)
-    down = up if again is None and start is end else speed_ramps(peak - end, **limits)
+        again = speed_ramps(peak - first, limits)
+    up = speed_ramps(first - start, limits)
+    down = up if again is None and start is end else speed_ramps(peak - end, limits)
     ramps_m = 0.5 * ((start + first) * up.duration_s + (end + peak) * down.duration_s)
     if again is not None:
         ramps_m += 0.5 * (first + peak) * again.duration_s
@@ -358,7 +339,7 @@ def _peak_again(
     first_m_s: FloatArray,
     peak_m_s: FloatArray,
     end_m_s: FloatArray,
-    limits: dict[str, FloatArray],
+    limits: SpeedLimits,
 ) -> tuple[FloatArray, FloatArray]:
     """Return first speed and peak where lines from rest speed up twice.
 
@@ -366,17 +347,17 @@ def _peak_again(
     (``SCurve::set_speed_max``); where they are not there, the first speed stays.
     """
     first = np.minimum(first_m_s, peak_m_s)
-    ramp_s = speed_ramps(first, **limits).duration_s
+    ramp_s = speed_ramps(first, limits).duration_s
     room = length_m - first * ramp_s
-    twice = (first < peak_m_s) & (room > _ROOM_RISES * limits["jerk_rise_s"] * first)
-    rows = {name: limit[twice] for name, limit in limits.items()}
+    twice = (first < peak_m_s) & (room > _ROOM_RISES * limits.jerk_rise_s * first)
+    rows = limits.select(twice)
     begun, last = first[twice], end_m_s[twice]
     length = length_m[twice] - 0.5 * (first * ramp_s)[twice]
 
     def fits(peak: FloatArray) -> BoolArray:
-        more = 0.5 * (begun + peak) * speed_ramps(peak - begun, **rows).duration_s
+        more = 0.5 * (begun + peak) * speed_ramps(peak - begun, rows).duration_s
         end = np.minimum(last, peak)
-        return more + 0.5 * (end + peak) * speed_ramps(peak - end, **rows).duration_s <= length
+        return more + 0.5 * (end + peak) * speed_ramps(peak - end, rows).duration_s <= length
 
     peak = first.copy()
     peak[twice] = _highest(fits, begun, peak_m_s[twice])
@@ -388,7 +369,7 @@ def _peak_between(
     start_m_s: FloatArray,
     end_m_s: FloatArray,
     speed_m_s: FloatArray,
-    limits: dict[str, FloatArray],
+    limits: SpeedLimits,
 ) -> FloatArray:
     """Return the highest speed on ways that begin or end in motion, by bisection."""
 
@@ -396,7 +377,7 @@ def _peak_between(
         needed = np.zeros_like(peak)
         for other in (start_m_s, end_m_s):
             ends = np.minimum(other, peak)
-            needed += 0.5 * (ends + peak) * speed_ramps(peak - ends, **limits).duration_s
+            needed += 0.5 * (ends + peak) * speed_ramps(peak - ends, limits).duration_s
         return needed <= length_m
 
     return _highest(fits, np.zeros_like(speed_m_s), speed_m_s)

@@ -234,8 +234,8 @@ def _pieces_between(
     )
 
 
-class _Pace(Value):
-    """What a speed response says of every leg, whatever its speed."""
+class _SpeedAnswer(Value):
+    """What a speed response tells of every leg, whatever its speed."""
 
     steady: float
     """Steady speed over commanded speed. [-]"""
@@ -247,10 +247,10 @@ class _Pace(Value):
 
 # The same few responses are asked for every mission: these questions need root finding.
 @lru_cache(maxsize=64)
-def _pace(speed_response: ManoeuvreResponse) -> _Pace:
+def _speed_answer(speed_response: ManoeuvreResponse) -> _SpeedAnswer:
     unit = speed_response.unit_step
     steady = unit.final_value
-    return _Pace(
+    return _SpeedAnswer(
         steady=steady,
         reached_s=given(unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)),
         stop_s=float(unit.settling_times_s(SPEED_TOLERANCE * steady)),
@@ -329,10 +329,10 @@ def fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
     way, length = way[stage], length[stage]
     speed = legs.speed_m_s[stage]
     unit = speed_response.unit_step
-    pace = _pace(speed_response)
-    steady, stop_s = pace.steady, pace.stop_s
+    answer = _speed_answer(speed_response)
+    steady, stop_s = answer.steady, answer.stop_s
     pulse = length / (speed * steady)
-    cruising = pulse > pace.reached_s
+    cruising = pulse > answer.reached_s
     end = pulse + stop_s
 
     climbing = legs.end_m[stage, 2] > legs.start_m[stage, 2]
@@ -347,7 +347,7 @@ def fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
         pulse_s=pulse,
     )
     rows = np.arange(len(stage))
-    reached = np.where(cruising, pace.reached_s, pulse)
+    reached = np.where(cruising, answer.reached_s, pulse)
     reached_m = speed * unit.integral(reached)
     pulse_m = speed * unit.integral(pulse)
     peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)
@@ -414,7 +414,7 @@ def fly_circles(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
     """
     stage = np.flatnonzero(legs.turns > 0.0)
     radius = np.abs(legs.circle_m[stage])
-    speed = legs.speed_m_s[stage] * _pace(speed_response).steady
+    speed = legs.speed_m_s[stage] * _speed_answer(speed_response).steady
     length = legs.turns[stage] * 2.0 * np.pi * radius
     law = CircleLaw(
         start_m=legs.end_m[stage],

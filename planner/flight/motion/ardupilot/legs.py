@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.stages import is_kind, return_height_m
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.s_curve import s_curves, speed_ramps
+from planner.flight.motion.s_curve import SpeedLimits, s_curves, speed_ramps
 from planner.mission.route.stage import StageKind
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
@@ -213,6 +213,15 @@ def jerk_rise_s(parameters: ArduPilotParameters) -> float:
     return max(2.0 * parameters.attitude_time_constant_s, _SHORTEST_RISE_S)
 
 
+def _level_limits(shape: tuple[int, ...], parameters: ArduPilotParameters) -> SpeedLimits:
+    """Return the limits of level flight, in a shape."""
+    return SpeedLimits(
+        np.full(shape, parameters.acceleration_m_s2),
+        np.full(shape, parameters.jerk_m_s3),
+        np.full(shape, jerk_rise_s(parameters)),
+    )
+
+
 def stopping_distance_m(
     speed_m_s: FloatArray,
     parameters: ArduPilotParameters,
@@ -238,13 +247,7 @@ def stopping_distance_m(
     if response is not None:
         different, where = np.unique(speed, return_inverse=True)
         return _followed_stop_m(different, parameters, response)[where]
-    full = np.ones(speed.shape)
-    ramps = speed_ramps(
-        speed,
-        acceleration_m_s2=full * parameters.acceleration_m_s2,
-        jerk_m_s3=full * parameters.jerk_m_s3,
-        jerk_rise_s=full * jerk_rise_s(parameters),
-    )
+    ramps = speed_ramps(speed, _level_limits(speed.shape, parameters))
     lost = (1.0 - BRAKING_FRACTION) * speed
     since = np.sqrt(2.0 * lost / np.where(ramps.jerk_m_s3 > 0.0, ramps.jerk_m_s3, 1.0))
     before = speed * (ramps.rest_s + since) - ramps.jerk_m_s3 * since**3 / 6.0
@@ -259,13 +262,7 @@ def _followed_stop_m(
     from planner.physics.response import Edge, ShapedResponse
 
     system = response.transfer_function
-    full = np.ones(speed.shape)
-    ramps = speed_ramps(
-        speed,
-        acceleration_m_s2=full * parameters.acceleration_m_s2,
-        jerk_m_s3=full * parameters.jerk_m_s3,
-        jerk_rise_s=full * jerk_rise_s(parameters),
-    )
+    ramps = speed_ramps(speed, _level_limits(speed.shape, parameters))
     jerk = ramps.jerk_m_s3 / _steady_gain(system)
     begun, steady = ramps.rest_s, ramps.rest_s + ramps.jerk_s
     eased = steady + ramps.steady_s
@@ -459,10 +456,8 @@ def plan_legs(
     )
     curves = s_curves(
         np.maximum(length, shortest),
+        _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration),
         speed_m_s=speed,
-        acceleration_m_s2=acceleration,
-        jerk_m_s3=np.full(len(key), parameters.jerk_m_s3),
-        jerk_rise_s=np.full(len(key), jerk_rise_s(parameters)),
         start_m_s=np.where(leaves, splines.speed_at_end_m_s[before], 0.0),
         end_m_s=np.where(joins, splines.speed_at_start_m_s[after], 0.0),
         first_m_s=first,
