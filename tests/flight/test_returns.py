@@ -20,6 +20,7 @@ from made_missions import (
 )
 
 from planner.flight.conditions import Conditions
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.returns.destination import make_destinations
@@ -262,6 +263,49 @@ def test_a_return_stands_still_first_then_climbs_goes_home_and_lands() -> None:
     assert corners[2].tolist() == [corners[1, 0], corners[1, 1], 15.0]
     assert corners[3].tolist() == [0.0, 0.0, 15.0]
     assert corners[4].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_the_energy_of_a_stop_is_that_of_braking_evenly() -> None:
+    home = returns_of(MISSIONS["out and back"])
+    cruise = int(np.argmax(home.flight.motion.segments.distance_m))
+    points = home.points(np.array([cruise]), np.array([0.5]))
+    speed_m_s = np.linspace(10.0, 0.0, 1000)
+    zero = np.zeros_like(speed_m_s)
+    state = KinematicState(
+        east_m=zero,
+        north_m=zero,
+        height_m=zero + 50.0,
+        east_m_s=zero,
+        north_m_s=speed_m_s,
+        climb_m_s=zero,
+    )
+    brakes = np.full(len(zero), STATE_INDEX[FlightState.BRAKE])
+    mean_w = float(home.flight.power.power_w(state, brakes, zero + 10.0).mean())
+    # The power bends over the speed: Simpson's three points are within a percent of its mean.
+    assert points.stop_wh[0] == pytest.approx(mean_w * points.stop_s[0] / 3600.0, rel=0.01)
+    assert np.hypot(*(points.stop_m - points.place_m)[0, :2]) == pytest.approx(
+        0.5 * 10.0 * points.stop_s[0], rel=2e-3
+    )
+
+
+def test_a_leg_into_a_stop_stops_where_and_when_the_leg_does() -> None:
+    home = returns_of(MISSIONS["out and back"], None)
+    columns = home.flight.motion.segments
+    brake = int(np.flatnonzero(columns.state == STATE_INDEX[FlightState.BRAKE])[0])
+    fraction = np.linspace(0.0, 1.0, 5)
+    braking = home.points(np.full(5, brake), fraction)
+    assert braking.time_s + braking.stop_s == pytest.approx(columns.end_s[brake])
+    assert braking.used_wh + braking.stop_wh == pytest.approx(home.used_wh[brake + 1])
+    cruising = home.points(np.full(5, brake - 1), fraction)
+    ahead_m = np.hypot(*(cruising.stop_m - cruising.place_m)[:, :2].T)
+    assert ahead_m == pytest.approx(columns.distance_m[brake])
+    assert cruising.stop_s == pytest.approx(columns.duration_s[brake])
+
+
+def test_reference_steps_stop_at_half_their_speed_on_average() -> None:
+    speed_m_s = np.array([ARTICLE.default_speed_m_s or 0.0])
+    length_m, stop_s = make_pilot(ARTICLE, None, Conditions()).stop(speed_m_s)
+    assert length_m == pytest.approx(0.5 * speed_m_s * stop_s)
 
 
 def test_a_straight_return_takes_its_cruise_power_over_its_cruise_time() -> None:

@@ -11,7 +11,12 @@ from made_missions import METRES_PER_DEGREE_NORTH, mission, rtl, takeoff, waypoi
 from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.flight.conditions import Conditions
-from planner.flight.failsafe import ardupilot_events, battery_profile, px4_safe_return_s
+from planner.flight.failsafe import (
+    _mean_current_a,
+    ardupilot_events,
+    battery_profile,
+    px4_safe_return_s,
+)
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
 from planner.flight.returns.destination import make_destinations
@@ -295,3 +300,9 @@ def test_a_hover_that_takes_most_of_the_thrust_is_told(
 
 def test_a_throttle_nobody_measured_and_a_battery_without_curve_tell_nothing() -> None:
     assert not told(checked(battery=LABEL, MOT_THST_HOVER=0.9), "E116")
+
+
+def test_px4_averages_its_current_over_50_s() -> None:
+    # A step from 2 to 12 A is followed to 1 - 1/e after the time constant.
+    mean_a = _mean_current_a(np.full(25, 12.0), 2.0, 2.0)
+    assert mean_a[-1] == pytest.approx(12.0 - 10.0 / np.e)
