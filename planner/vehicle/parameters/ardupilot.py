@@ -6,7 +6,7 @@ Version 4.7 renamed and rescaled most of them, from centimetres to metres (ArduP
 
 from __future__ import annotations
 
-from functools import partial
+from typing import Any
 
 from planner.vehicle.declared import NOT_NEGATIVE, POSITIVE, Range
 from planner.vehicle.parameters.table import AutopilotParameters, parameter
@@ -18,79 +18,84 @@ _SLOWEST_M_S = 0.1
 _SPEED = Range(_SLOWEST_M_S, _FASTEST_M_S)
 _SI_NAMES = (4, 7)
 """The version that renamed parameters and counts in metres."""
-_renamed = partial(parameter, since=_SI_NAMES)
+
+
+def _renamed(
+    now: str,
+    formerly: str,
+    *row: Any,  # noqa: ANN401 - those of `parameter`
+    **more: Any,  # noqa: ANN401
+) -> Any:  # noqa: ANN401 - as `parameter`
+    """Make the row of a parameter that had another name and unit before 4.7."""
+    return parameter(now, *row, formerly=formerly, since=_SI_NAMES, **more)
 
 
 class ArduPilotParameters(AutopilotParameters, eq=False):
     """Copter's parameters in SI; without arguments its defaults."""
 
     cruise_speed_m_s: float = _renamed(
-        "WP_SPD m/s",
-        10.0,
-        "speed of missions; 5 m/s before 4.1",
-        _SPEED,
-        formerly="WPNAV_SPEED cm/s",
+        "WP_SPD m/s", "WPNAV_SPEED cm/s", 10.0, "speed of missions; 5 m/s before 4.1", _SPEED
     )
     climb_speed_m_s: float = _renamed(
-        "WP_SPD_UP m/s", 2.5, "climb rate of missions", _SPEED, formerly="WPNAV_SPEED_UP cm/s"
+        "WP_SPD_UP m/s", "WPNAV_SPEED_UP cm/s", 2.5, "climb rate of missions", _SPEED
     )
     descent_speed_m_s: float = _renamed(
-        "WP_SPD_DN m/s", 1.5, "descent rate of missions", _SPEED, formerly="WPNAV_SPEED_DN cm/s"
+        "WP_SPD_DN m/s", "WPNAV_SPEED_DN cm/s", 1.5, "descent rate of missions", _SPEED
     )
     acceleration_m_s2: float = _renamed(
         "WP_ACC m/s²",
+        "WPNAV_ACCEL cm/s²",
         2.5,
         "horizontal acceleration of missions",
         Range(0.1, 50.0),
-        formerly="WPNAV_ACCEL cm/s²",
     )
     corner_acceleration_m_s2: float = _renamed(
         "WP_ACC_CNR m/s²",
+        "WPNAV_ACCEL_C cm/s²",
         0.0,
         "acceleration in corners; 0: twice WP_ACC",
         Range(0.0, 50.0),
         zero_means=("acceleration_m_s2", 2.0),
         usual=5.0,
-        formerly="WPNAV_ACCEL_C cm/s²",
     )
     vertical_acceleration_m_s2: float = _renamed(
         "WP_ACC_Z m/s²",
+        "WPNAV_ACCEL_Z cm/s²",
         1.0,
         "vertical acceleration of missions",
         Range(0.1, 50.0),
-        formerly="WPNAV_ACCEL_Z cm/s²",
     )
     jerk_m_s3: float = _renamed(
         "WP_JERK m/s³",
+        "WPNAV_JERK m/s³",
         1.0,
         "jerk of missions",
         Range(0.0, 500.0, excludes_low=True),
-        formerly="WPNAV_JERK m/s³",
     )
     waypoint_radius_m: float = _renamed(
         "WP_RADIUS_M m",
+        "WPNAV_RADIUS cm",
         2.0,
         "radius in which a waypoint counts as reached",
         Range(0.05, 100.0),
-        formerly="WPNAV_RADIUS cm",
     )
     terrain_margin_m: float = _renamed(
         "WP_TER_MARGIN m",
+        "WPNAV_TER_MARGIN m",
         10.0,
         "error over terrain at which the vehicle waits",
         NOT_NEGATIVE,
-        formerly="WPNAV_TER_MARGIN m",
     )
     yaw_behavior: int = parameter("WP_YAW_BEHAVIOR", 2, "heading along the way", NOT_NEGATIVE)
     yaw_rate_rad_s: float = _renamed(
         "ATC_RATE_WPY_MAX deg/s",
+        "ATC_SLEW_YAW cdeg/s",
         60.0,
         "yaw rate of missions",
         Range(0.0, 20.0, excludes_low=True),
-        formerly="ATC_SLEW_YAW cdeg/s",
     )
     lean_angle_max_rad: float = _renamed(
-        "ATC_ANGLE_MAX deg", 30.0, "greatest lean angle", Range(0.1, 1.5), formerly="ANGLE_MAX cdeg"
+        "ATC_ANGLE_MAX deg", "ANGLE_MAX cdeg", 30.0, "greatest lean angle", Range(0.1, 1.5)
     )
     attitude_time_constant_s: float = parameter(
         "ATC_INPUT_TC s",
@@ -100,10 +105,10 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
     )
     circle_radius_m: float = _renamed(
         "CIRCLE_RADIUS_M m",
+        "CIRCLE_RADIUS cm",
         10.0,
         "radius of circles without one of their own",
         NOT_NEGATIVE,
-        formerly="CIRCLE_RADIUS cm",
     )
     circle_rate_rad_s: float = parameter(
         "CIRCLE_RATE deg/s", 20.0, "greatest turn rate of circles; negative: counter-clockwise"
@@ -111,58 +116,58 @@ class ArduPilotParameters(AutopilotParameters, eq=False):
 
     land_speed_m_s: float = _renamed(
         "LAND_SPD_MS m/s",
+        "LAND_SPEED cm/s",
         0.5,
         "descent rate below LAND_ALT_LOW_M",
         Range(_SLOWEST_M_S, 10.0),
-        formerly="LAND_SPEED cm/s",
     )
     land_high_speed_m_s: float = _renamed(
         "LAND_SPD_HIGH_MS m/s",
+        "LAND_SPEED_HIGH cm/s",
         0.0,
         "descent rate of a landing above it; 0: WP_SPD_DN",
         Range(0.0, _FASTEST_M_S),
         zero_means=("descent_speed_m_s", 1.0),
         usual=1.5,
-        formerly="LAND_SPEED_HIGH cm/s",
     )
     land_slow_height_m: float = _renamed(
         "LAND_ALT_LOW_M m",
+        "LAND_ALT_LOW cm",
         10.0,
         "height below which a landing is slow",
         Range(0.0, 1000.0),
-        formerly="LAND_ALT_LOW cm",
     )
     return_altitude_m: float = _renamed(
         "RTL_ALT_M m",
+        "RTL_ALT cm",
         15.0,
         "height over home of the way back; 0: as it is",
         Range(0.0, 3000.0),
-        formerly="RTL_ALT cm",
     )
     return_final_altitude_m: float = _renamed(
         "RTL_ALT_FINAL_M m",
+        "RTL_ALT_FINAL cm",
         0.0,
         "height at which a return ends; 0: landed",
         Range(0.0, 1000.0),
         usual=5.0,
-        formerly="RTL_ALT_FINAL cm",
     )
     return_climb_min_m: float = _renamed(
         "RTL_CLIMB_MIN_M m",
+        "RTL_CLIMB_MIN cm",
         0.0,
         "least climb of a return",
         Range(0.0, 1000.0),
         usual=5.0,
-        formerly="RTL_CLIMB_MIN cm",
     )
     return_speed_m_s: float = _renamed(
         "RTL_SPEED_MS m/s",
+        "RTL_SPEED cm/s",
         0.0,
         "speed of a return; 0: WP_SPD",
         Range(0.0, _FASTEST_M_S),
         zero_means=("cruise_speed_m_s", 1.0),
         usual=5.0,
-        formerly="RTL_SPEED cm/s",
     )
     return_loiter_s: float = parameter(
         "RTL_LOIT_TIME ms", 5000.0, "wait over home before landing", NOT_NEGATIVE

@@ -22,15 +22,26 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.table import Parameter, Version
 
 
-FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
+PARAMETERS_ASSUMED = Rule(
+    "P101 parameters-assumed",
+    Severity.INFO,
+    summary="Autopilot parameters the flight depends on are not given; defaults are assumed.",
+    why="Speeds, accelerations and return heights are set on every vehicle; a plan checked against "
+    "the defaults is a plan for another vehicle.",
+    how="A parameter is taken from the parameter file, else from the model's [parameters], else the "
+    "autopilot's multicopter default is assumed; the finding names those assumed.",
+    fix="give the vehicle's own parameters with --params",
+)
 
-PARAMETERS_OF: Mapping[Autopilot, type[Px4Parameters] | type[ArduPilotParameters]] = {
-    Autopilot.PX4: Px4Parameters,
-    Autopilot.ARDUPILOT: ArduPilotParameters,
-}
-"""The parameters each autopilot flies missions with."""
+PARAMETERS_OF_ANOTHER_AUTOPILOT = Rule(
+    "P106 parameters-of-another-autopilot",
+    Severity.ERROR,
+    summary="The parameter file belongs to another autopilot than the one predicted.",
+    why="None of its names means anything to the other: the prediction would rest on defaults.",
+    how="The file's header, or else the names in it, show whose it is.",
+    fix="give the file of this vehicle, or choose the autopilot with --autopilot",
+)
 
-_OTHER = {Autopilot.PX4: Autopilot.ARDUPILOT, Autopilot.ARDUPILOT: Autopilot.PX4}
 PARAMETER_RENAMED = Rule(
     "P102 parameter-renamed",
     Severity.ERROR,
@@ -96,7 +107,15 @@ PARAMETER_MISSPELT = Rule(
     fix="correct the name, or delete the line",
 )
 
+FlightParameters: TypeAlias = Px4Parameters | ArduPilotParameters
 
+PARAMETERS_OF: Mapping[Autopilot, type[Px4Parameters] | type[ArduPilotParameters]] = {
+    Autopilot.PX4: Px4Parameters,
+    Autopilot.ARDUPILOT: ArduPilotParameters,
+}
+"""The parameters each autopilot flies missions with."""
+
+_OTHER = {Autopilot.PX4: Autopilot.ARDUPILOT, Autopilot.ARDUPILOT: Autopilot.PX4}
 _NOTED = (
     PARAMETER_RENAMED,
     PARAMETER_IMPOSSIBLE,
@@ -118,27 +137,6 @@ class ResolvedParameters(Value):
     values: FlightParameters
     """In SI, each with its origin."""
     findings: tuple[Finding, ...]
-
-
-PARAMETERS_ASSUMED = Rule(
-    "P101 parameters-assumed",
-    Severity.INFO,
-    summary="Autopilot parameters the flight depends on are not given; defaults are assumed.",
-    why="Speeds, accelerations and return heights are set on every vehicle; a plan checked against "
-    "the defaults is a plan for another vehicle.",
-    how="A parameter is taken from the parameter file, else from the model's [parameters], else the "
-    "autopilot's multicopter default is assumed; the finding names those assumed.",
-    fix="give the vehicle's own parameters with --params",
-)
-
-PARAMETERS_OF_ANOTHER_AUTOPILOT = Rule(
-    "P106 parameters-of-another-autopilot",
-    Severity.ERROR,
-    summary="The parameter file belongs to another autopilot than the one predicted.",
-    why="None of its names means anything to the other: the prediction would rest on defaults.",
-    how="The file's header, or else the names in it, show whose it is.",
-    fix="give the file of this vehicle, or choose the autopilot with --autopilot",
-)
 
 
 def resolve_parameters(
