@@ -86,7 +86,7 @@ def motion_of(autopilot: Autopilot, *items: MissionItem) -> Motion:
     parameters = None
     if autopilot is not Autopilot.STEP:
         parameters = resolve_parameters(autopilot, model=vehicle).values
-    route = make_route(mission(*items), meaning=autopilot)
+    route = make_route(mission(*items), dialect=autopilot)
     return make_pilot(vehicle, parameters, Conditions()).fly(route)[0]
 
 

@@ -12,18 +12,18 @@ from planner import (
     service,
 )
 from planner.flight.returns.destination import HOME
-from planner.mission.parts import ENDS, part_of, possible_cuts, resumption
+from planner.mission.parts import ENDS, mission_part, resumption, split_points
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.arrays import FloatArray
-    from planner.mission.parts import Cut, Steps
+    from planner.mission.parts import FlownItems, SplitPoint
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
-    Range = tuple[Cut | None, Cut | None]
+    Range = tuple[SplitPoint | None, SplitPoint | None]
     """Where a part begins and ends; ``None``: where the mission does."""
 
 MENDED = frozenset({"E101", "E102", "E103", "E104", "E119"})
@@ -55,11 +55,11 @@ class _Forecast(Value, eq=False):
     home_wh: FloatArray
     """For the return from there. (stages,) [Wh]"""
 
-    def at(self, steps: Steps, cut: Cut) -> tuple[float, float]:
+    def at(self, flown: FlownItems, cut: SplitPoint) -> tuple[float, float]:
         """Return the energy used up to a cut, and for the return from there. [Wh], [Wh]"""
-        stage = steps.stages[cut.step]
+        stage = flown.stages[cut.step]
         assert stage is not None  # cuts are at steps that fly
-        place = np.array([1.0 - cut.share, cut.share])
+        place = np.array([1.0 - cut.fraction, cut.fraction])
         rows = slice(stage - 1, stage + 1)
         return float(place @ self.used_wh[rows]), float(place @ self.home_wh[rows])
 
@@ -85,33 +85,33 @@ class _Budget:
     """How far parts reach among places they may end at, as far as is known."""
 
     def __init__(
-        self, forecast: _Forecast, steps: Steps, cuts: Sequence[Cut], above_wh: float
+        self, forecast: _Forecast, flown: FlownItems, cuts: Sequence[SplitPoint], above_wh: float
     ) -> None:
         self._forecast = forecast
-        self._steps = steps
+        self._steps = flown
         self._above_wh = above_wh
-        both = [forecast.at(steps, cut) for cut in cuts]
+        both = [forecast.at(flown, cut) for cut in cuts]
         self._needed_wh = np.maximum.accumulate(np.array([used + home for used, home in both]))
         self._off_wh = 0.0
         """What parts take beyond their forecast, by the one checked last."""
 
-    def reach(self, start: Cut | None) -> int:
+    def reach(self, start: SplitPoint | None) -> int:
         """Return the last place a part should end at; below 0: none."""
         limit_wh = self._above_wh + self._begun_wh(start) - self._off_wh
         return int(np.searchsorted(self._needed_wh, limit_wh, side="right")) - 1
 
-    def learn(self, start: Cut | None, end: int, margin_wh: float | None) -> None:
+    def learn(self, start: SplitPoint | None, end: int, margin_wh: float | None) -> None:
         """Take what the check found left of a part."""
         if margin_wh is not None and math.isfinite(margin_wh):
             forecast_wh = float(self._needed_wh[end]) - self._begun_wh(start)
             self._off_wh = self._above_wh - margin_wh - forecast_wh
 
-    def is_rest_too_much(self, start: Cut | None) -> bool:
+    def is_rest_too_much(self, start: SplitPoint | None) -> bool:
         """Return whether the legs from a place to the end alone take more than there is."""
         used_wh = 0.0 if start is None else self._forecast.at(self._steps, start)[0]
         return float(self._forecast.used_wh[-1]) - used_wh > _TOO_MUCH * self._above_wh
 
-    def _begun_wh(self, start: Cut | None) -> float:
+    def _begun_wh(self, start: SplitPoint | None) -> float:
         """Return what a part saves by beginning there, with its way out taken for one home."""
         if start is None:
             return 0.0
@@ -124,7 +124,7 @@ class PartSearch:
 
     Parameters
     ----------
-    steps : Steps
+    flown : FlownItems
         The mission in flown order.
     vehicle : VehicleModel
         What flies it.
@@ -138,14 +138,14 @@ class PartSearch:
 
     def __init__(
         self,
-        steps: Steps,
+        flown: FlownItems,
         vehicle: VehicleModel,
         options: dict[str, Any],
         whole: CheckResult,
         on_step: Callable[[str], None],
     ) -> None:
         self.refusal = ""
-        self._steps = steps
+        self._steps = flown
         self._vehicle = vehicle
         self._options = options | {"with_trace": False}
         self._on_step = on_step
@@ -164,12 +164,12 @@ class PartSearch:
         if self.fewest() > _MOST_PARTS:
             self._refuse_so_many()
             return None
-        cuts = possible_cuts(self._steps, inside_legs=inside_legs)
+        cuts = split_points(self._steps, inside_legs=inside_legs)
         budget = None
         if self._forecast is not None and self._above_wh is not None and cuts:
             budget = _Budget(self._forecast, self._steps, cuts, self._above_wh)
         found: list[Range] = []
-        start: Cut | None = None
+        start: SplitPoint | None = None
         first = 0
         while True:
             is_last = budget is None or not budget.is_rest_too_much(start)
@@ -187,7 +187,7 @@ class PartSearch:
             start = resumption(self._steps, cuts[end])
             first = end + 1
 
-    def _tell(self, found: list[Range], end: Cut, *, inside_legs: bool) -> None:
+    def _tell(self, found: list[Range], end: SplitPoint, *, inside_legs: bool) -> None:
         where = "inside legs too" if inside_legs else "between items"
         self._on_step(
             f"cutting {where}: {quantity.count(len(found), 'part')}, up to item "
@@ -195,7 +195,7 @@ class PartSearch:
         )
 
     def _farthest(
-        self, start: Cut | None, cuts: list[Cut], first: int, budget: _Budget | None
+        self, start: SplitPoint | None, cuts: list[SplitPoint], first: int, budget: _Budget | None
     ) -> int | None:
         """Return the last cut that a part may end at; ``None``: none.
 
@@ -222,7 +222,7 @@ class PartSearch:
                 return end
         return None
 
-    def _trial(self, start: Cut | None, end: Cut | None) -> _Trial:
+    def _trial(self, start: SplitPoint | None, end: SplitPoint | None) -> _Trial:
         if (start, end) not in self._tried:
             result = self._check(start, end)
             battery, plan = result.battery, result.return_plan
@@ -241,8 +241,8 @@ class PartSearch:
             )
         return self._tried[start, end]
 
-    def _check(self, start: Cut | None, end: Cut | None) -> CheckResult:
-        part = part_of(self._steps, start, end, name=self._steps.mission.source)
+    def _check(self, start: SplitPoint | None, end: SplitPoint | None) -> CheckResult:
+        part = mission_part(self._steps, start, end, name=self._steps.mission.source)
         return service.check(part.mission, self._vehicle, **self._options)
 
     def _refuse_so_many(self) -> None:
@@ -251,13 +251,13 @@ class PartSearch:
             "what would help is a larger battery or a smaller reserve"
         )
 
-    def _refuse(self, start: Cut | None, end: Cut | None) -> None:
+    def _refuse(self, start: SplitPoint | None, end: SplitPoint | None) -> None:
         result = self._check(start, end)
         battery, totals = result.battery, result.totals
         flying = self._steps.flying
         places = [one for one in flying if self._steps.stage(one).kind not in ENDS] or flying
-        step = end.step if end is not None and end.share else places[-1]
-        if end is not None and not end.share:
+        step = end.step if end is not None and end.fraction else places[-1]
+        if end is not None and not end.fraction:
             step = max(one for one in flying if one < end.step)
         elif start is not None and end is None:
             step = start.step

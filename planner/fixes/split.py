@@ -20,7 +20,7 @@ from planner.mission.convert import convert_mission, mission_at_speed
 from planner.mission.files import read_mission
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.items import MissionFormat
-from planner.mission.parts import is_output, make_steps, part_of
+from planner.mission.parts import flown_items, is_output, mission_part
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.fixes.part_search import Range
     from planner.mission.items import Mission
-    from planner.mission.parts import Cut, Steps
+    from planner.mission.parts import FlownItems, SplitPoint
     from planner.service import CheckResult
     from planner.vehicle.model import VehicleModel
 
@@ -121,9 +121,9 @@ def split_mission(
     _refuse_not_mended(whole)
     assessment = whole.assessment
     assert assessment is not None  # else nothing is flown, an error, and it is refused
-    meaning = None if assessment.target is None else assessment.target.autopilot
-    steps = make_steps(mission, assessment.route, meaning)
-    search = PartSearch(steps, vehicle, options, whole, on_step)
+    dialect = None if assessment.target is None else assessment.target.autopilot
+    flown = flown_items(mission, assessment.route, dialect)
+    search = PartSearch(flown, vehicle, options, whole, on_step)
     ranges = search.ranges(inside_legs=False)
     if ranges is None or len(ranges) > search.fewest():
         finer = search.ranges(inside_legs=True)
@@ -140,14 +140,14 @@ def split_mission(
     before = [None, *(end for _, end in ranges)]
     for number, (ends, after) in enumerate(zip(ranges, before, strict=False), start=1):
         file = str(Path(folder) / f"part-{number:02}.plan")
-        part, lost = _written(steps, ends, after, file, check)
+        part, lost = _written(flown, ends, after, file, check)
         parts.append(part)
         losses = {finding.code: finding for finding in lost} | losses
     return Split(
         file=mission.source,
         whole=whole,
         parts=tuple(parts),
-        findings=(*_remarks(steps, parts), *losses.values()),
+        findings=(*_remarks(flown, parts), *losses.values()),
     )
 
 
@@ -215,48 +215,48 @@ def _refuse_not_mended(whole: CheckResult) -> None:
 
 
 def _written(
-    steps: Steps,
+    flown: FlownItems,
     ends: Range,
-    after: Cut | None,
+    after: SplitPoint | None,
     file: str,
     check: Callable[[Mission], CheckResult],
 ) -> tuple[SplitPart, tuple[Finding, ...]]:
     """Return a part as it is written, checked once more as it reads back, and what that loses."""
     start, end = ends
-    made = part_of(steps, start, end, name=file)
+    made = mission_part(flown, start, end, name=file)
     conversion = convert_mission(made.mission, MissionFormat.PLAN)
     text = conversion.text
     result = check(read_plan_text(text, source=file))
     if result.verdict != "go":
         msg = f"{file}: reads back as a no-go: {result.findings[0].message}"
         raise SplitError(msg)
-    flying = steps.flying
+    flying = flown.flying
     first = flying[0] if start is None else start.step
     last = flying[-1] if end is None else end.step
-    if end is not None and not end.share:
+    if end is not None and not end.fraction:
         last = max(one for one in flying if one < end.step)
     part = SplitPart(
         file=file,
         text=text,
         result=result,
-        first_item=steps.numbers[first],
-        last_item=steps.numbers[last],
-        begins_m=start.share * steps.length_m(start.step) if start and start.share else None,
-        ends_m=end.share * steps.length_m(end.step) if end and end.share else None,
-        flown_twice_m=_way_m(steps, start, after),
+        first_item=flown.numbers[first],
+        last_item=flown.numbers[last],
+        begins_m=start.fraction * flown.length_m(start.step) if start and start.fraction else None,
+        ends_m=end.fraction * flown.length_m(end.step) if end and end.fraction else None,
+        flown_twice_m=_way_m(flown, start, after),
         first_own_item=made.first_own,
         last_own_item=made.last_own,
     )
     return part, conversion.findings
 
 
-def _way_m(steps: Steps, start: Cut | None, end: Cut | None) -> float:
+def _way_m(flown: FlownItems, start: SplitPoint | None, end: SplitPoint | None) -> float:
     """Return the way from where a part is taken up to where the one before broke off. [m]"""
     if start is None or end is None:
         return 0.0
-    legs = [one for one in steps.flying if start.step <= one < end.step]
-    way_m = sum(map(steps.length_m, legs)) - start.share * steps.length_m(start.step)
-    return way_m + end.share * steps.length_m(end.step)
+    legs = [one for one in flown.flying if start.step <= one < end.step]
+    way_m = sum(map(flown.length_m, legs)) - start.fraction * flown.length_m(start.step)
+    return way_m + end.fraction * flown.length_m(end.step)
 
 
 LOOPS_WRITTEN_OUT = Rule(
@@ -299,14 +299,14 @@ OUTPUTS_SET_AGAIN = Rule(
 )
 
 
-def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
+def _remarks(flown: FlownItems, parts: list[SplitPart]) -> Iterator[Finding]:
     """Yield what is other in the parts than in the mission."""
-    if steps.has_jumps:
+    if flown.has_jumps:
         yield LOOPS_WRITTEN_OUT.finding(
-            f"jumps are written out: {quantity.count(len(steps.items), 'item')} flown of "
-            f"{len(steps.mission.items)} in the file"
+            f"jumps are written out: {quantity.count(len(flown.items), 'item')} flown of "
+            f"{len(flown.mission.items)} in the file"
         )
-    if not steps.ends:
+    if not flown.ends:
         yield RETURN_ADDED.finding(
             "the mission ends in the air: its last part returns home and lands"
         )
@@ -316,10 +316,10 @@ def _remarks(steps: Steps, parts: list[SplitPart]) -> Iterator[Finding]:
             f"so that no photo is missing, up to {quantity.distance(max(twice))} are flown twice where "
             f"{quantity.count(len(twice), 'part begins', 'parts begin')}"
         )
-    if len(parts) > 1 and (outputs := steps.states[-1].outputs()):
+    if len(parts) > 1 and (outputs := flown.states[-1].outputs()):
         first = next(
             number
-            for number, item in zip(steps.numbers, steps.items, strict=True)
+            for number, item in zip(flown.numbers, flown.items, strict=True)
             if is_output(item)
         )
         yield OUTPUTS_SET_AGAIN.finding(

@@ -227,8 +227,8 @@ _CIRCLE_TOLERANCE_M = 0.001
 _SEAM_M = 0.01
 
 
-class Stretch(Value):
-    """A stretch of a path beyond one area of the fence."""
+class OutsideSpan(Value):
+    """A span of a path beyond one area of the fence."""
 
     start_m: float
     """Where it begins, from the start of the path. [m]"""
@@ -285,10 +285,10 @@ class FenceArea(Value):
         inside: npt.NDArray[np.bool_] = self.signed_distance_m(east_m, north_m) >= 0.0
         return inside
 
-    def stretches_outside(
+    def spans_outside(
         self, east_m: npt.ArrayLike, north_m: npt.ArrayLike
-    ) -> tuple[Stretch, ...]:
-        """Return the stretches of a path beyond each barrier, in the order they begin.
+    ) -> tuple[OutsideSpan, ...]:
+        """Return the spans of a path beyond each barrier, in the order they begin.
 
         Parameters
         ----------
@@ -297,8 +297,8 @@ class FenceArea(Value):
 
         Returns
         -------
-        tuple of Stretch
-            One stretch goes on over corners of the path; different barriers have their own.
+        tuple of OutsideSpan
+            One span goes on over corners of the path; different barriers have their own.
 
         Raises
         ------
@@ -307,22 +307,22 @@ class FenceArea(Value):
         """
         legs = path_legs(east_m, north_m)
         offset = np.concatenate([[0.0], np.cumsum(legs.length_m)])
-        found: list[Stretch] = []
+        found: list[OutsideSpan] = []
         for barrier in self.barriers:
-            leg, start, end = barrier.stretches_outside(legs)
+            leg, start, end = barrier.spans_outside(legs)
             if not len(leg):
                 continue
             start, end = offset[leg] + start, offset[leg] + end
-            # Rounding of sums parts the pieces of one stretch by less than a micrometre.
+            # Rounding of sums parts the pieces of one span by less than a micrometre.
             first = np.flatnonzero(np.concatenate([[True], start[1:] > end[:-1] + 1e-6]))
             last = np.concatenate([first[1:], [len(leg)]]) - 1
             found.extend(
-                Stretch(
+                OutsideSpan(
                     start_m=float(start[i]), end_m=float(end[j]), leg=int(leg[i]), barrier=barrier
                 )
                 for i, j in zip(first, last, strict=True)
             )
-        return tuple(sorted(found, key=lambda stretch: stretch.start_m))
+        return tuple(sorted(found, key=lambda span: span.start_m))
 
 
 def make_fence_area(

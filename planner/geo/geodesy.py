@@ -281,14 +281,14 @@ _STEEPEST_DEG = 85.0
 """Beyond it ArduPilot's metres are none, and nobody flies it there. [°]"""
 
 
-def bow_m(way_m: FloatArray, share: FloatArray, latitude_deg: float) -> FloatArray:
+def bow_m(way_m: FloatArray, fraction: FloatArray, latitude_deg: float) -> FloatArray:
     """Return how far a leg is from the straight line of a local frame.
 
     Parameters
     ----------
     way_m : ndarray, shape (n, 2)
         East and north way of the whole leg. [m]
-    share : ndarray, shape (n,)
+    fraction : ndarray, shape (n,)
         Where on it, from 0 to 1. [-]
     latitude_deg : float
         Latitude of the origin. [°]
@@ -300,13 +300,13 @@ def bow_m(way_m: FloatArray, share: FloatArray, latitude_deg: float) -> FloatArr
 
     Notes
     -----
-    With e, n the way, u the share and k = tan φ / 2R: u (1 − u) k (e n, −e²).  At 47° the middle of a leg
+    With e, n the way, u the fraction and k = tan φ / 2R: u (1 − u) k (e n, −e²).  At 47° the middle of a leg
     of 20 km along a parallel lies 8.4 m south of the straight line: on the parallel.
     """
     latitude = math.radians(max(-_STEEPEST_DEG, min(_STEEPEST_DEG, latitude_deg)))
     bend = math.tan(latitude) / (2.0 * SEMI_MAJOR_AXIS_M)
     east, north = way_m[:, 0], way_m[:, 1]
-    weight = share * (1.0 - share) * bend
+    weight = fraction * (1.0 - fraction) * bend
     return np.column_stack((weight * east * north, -weight * east**2))
 
 

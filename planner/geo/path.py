@@ -33,7 +33,7 @@ class LegClearance(NamedTuple):
     """Where on the leg, from its start. Shape (n,). [m]"""
 
 
-class LegStretches(NamedTuple):
+class LegSpans(NamedTuple):
     """The pieces of legs on the wrong side of a barrier."""
 
     leg: IndexArray
@@ -81,7 +81,7 @@ class CircleBarrier(Value):
         foot = np.clip(self._foot_m(legs), 0.0, legs.length_m)
         return LegClearance(self.signed_distance_m(legs.point_m(foot)), foot)
 
-    def stretches_outside(self, legs: PathLegs) -> LegStretches:
+    def spans_outside(self, legs: PathLegs) -> LegSpans:
         """Return the pieces of legs beyond the circle: the roots of |start + t u − centre| = r."""
         foot = self._foot_m(legs)
         offset = self._centre_m - legs.start_m
@@ -100,7 +100,7 @@ class CircleBarrier(Value):
         middle = legs.point_m((start + end) / 2.0, leg)
         standing = legs.length_m[leg] == 0.0
         beyond = (self.signed_distance_m(middle) < 0.0) & ((end > start) | standing)
-        return _sorted_stretches(leg[beyond], start[beyond], end[beyond])
+        return _sorted_spans(leg[beyond], start[beyond], end[beyond])
 
     @property
     def _centre_m(self) -> FloatArray:
@@ -157,7 +157,7 @@ class PolygonBarrier(Value, eq=False):
         touch = shapely.get_coordinates(shapely.shortest_line(lines, nearest))[::2]
         along = np.hypot(*(touch - legs.start_m).T)
 
-        outside = self.stretches_outside(legs)
+        outside = self.spans_outside(legs)
         if len(outside.leg):
             start = legs.point_m(outside.start_m, outside.leg)
             depth, fraction = self._greatest_depth_m(
@@ -170,7 +170,7 @@ class PolygonBarrier(Value, eq=False):
             along[leg] = where[deepest_last]
         return LegClearance(clearance, along)
 
-    def stretches_outside(self, legs: PathLegs) -> LegStretches:
+    def spans_outside(self, legs: PathLegs) -> LegSpans:
         """Return the pieces of legs on the wrong side, by cutting each leg with the polygon."""
         import shapely
 
@@ -192,7 +192,7 @@ class PolygonBarrier(Value, eq=False):
         standing = np.flatnonzero(legs.length_m == 0.0)
         standing = standing[self.signed_distance_m(legs.start_m[standing]) < 0.0]
         zero = np.zeros(len(standing))
-        return _sorted_stretches(
+        return _sorted_spans(
             np.concatenate([leg, standing]),
             np.concatenate([np.minimum(*ends), zero]),
             np.concatenate([np.maximum(*ends), zero]),
@@ -285,9 +285,9 @@ def _segment_distance_m(points_m: FloatArray, segments_m: FloatArray) -> FloatAr
     return distance
 
 
-def _sorted_stretches(leg: IndexArray, start_m: FloatArray, end_m: FloatArray) -> LegStretches:
+def _sorted_spans(leg: IndexArray, start_m: FloatArray, end_m: FloatArray) -> LegSpans:
     order = np.lexsort((start_m, leg))
-    return LegStretches(leg[order], start_m[order], end_m[order])
+    return LegSpans(leg[order], start_m[order], end_m[order])
 
 
 _NEAR_HOME_M = 50_000.0

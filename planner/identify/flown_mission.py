@@ -13,7 +13,7 @@ from planner.findings import Rule, Severity
 from planner.flight.conditions import MOST_NOISE_M
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.states import find_states
-from planner.logs.modes import AUTO, AUTO_MISSION
+from planner.logs.record import AUTO, AUTO_MISSION
 from planner.mission.commands import Command
 from planner.mission.items import (
     Home,

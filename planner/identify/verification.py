@@ -501,7 +501,7 @@ def verify_flight(
     conditions, assumed = _conditions(record, known)
     route = make_route(
         mission,
-        meaning=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
+        dialect=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
         home_amsl_m=conditions.home_amsl_m,
     )
     if not route.stages:

@@ -22,8 +22,14 @@ from planner.mission.formats.fence_items import (
     make_rally_points,
     rally_items,
 )
-from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, MissionItem
-from planner.mission.route.jumps import numbered_in_order
+from planner.mission.items import (
+    MOST_ITEMS,
+    Home,
+    Mission,
+    MissionFormat,
+    MissionItem,
+    numbered_in_order,
+)
 from planner.mission.vehicle_kind import tell_vehicle
 from planner.values import replace
 

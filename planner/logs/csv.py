@@ -18,9 +18,8 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import LogFileError
-from planner.logs.positions import electrical_series, euler_angles_deg
 from planner.logs.record import LOG_DAMAGED, Recording
-from planner.logs.series import Clock, Series
+from planner.logs.series import Clock, Series, electrical_series, euler_angles_deg
 from planner.values import Value
 
 if TYPE_CHECKING:

@@ -11,10 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.logs.modes import AUTO, copter_mode
-from planner.logs.positions import NO_CURRENT_A, electrical_series
-from planner.logs.record import BATTERIES_LEFT_OUT, LoggedHome, LoggedItem, sources
-from planner.logs.series import Series
+from planner.logs.record import (
+    AUTO,
+    BATTERIES_LEFT_OUT,
+    LoggedHome,
+    LoggedItem,
+    copter_mode,
+    sources,
+)
+from planner.logs.series import NO_CURRENT_A, Series, electrical_series
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

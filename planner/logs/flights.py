@@ -9,9 +9,16 @@ import numpy as np
 from planner import quantity
 from planner.errors import LogFileError
 from planner.findings import Rule, Severity
-from planner.logs.positions import height_columns, home_of, position_columns, speed_columns
-from planner.logs.record import ABSENCE_COSTS, STEP_S, Boundary, FlightRecord, Quantity
-from planner.logs.series import GAP_INTERVALS, LEAST_GAP_S, Column, Grid, Series
+from planner.logs.positions import (
+    Grid,
+    GridColumn,
+    height_columns,
+    home_of,
+    position_columns,
+    speed_columns,
+)
+from planner.logs.record import ABSENCE_COSTS, STEP_S, Boundary, FlightRecord, LoggedQuantity
+from planner.logs.series import GAP_INTERVALS, LEAST_GAP_S, Series
 from planner.units import SECONDS_PER_HOUR
 from planner.values import Value, replace
 
@@ -277,42 +284,6 @@ def _between_silences(span: FlightSpan, recording: Recording) -> Iterable[Flight
         )
 
 
-def items_flown(
-    told_s: FloatArray,
-    items: FloatArray,
-    modes: tuple[tuple[float, str], ...],
-    mission_mode: str,
-    found_in: str,
-) -> Series:
-    """Return the items flown, from those current: an item stays current in other modes too.
-
-    Parameters
-    ----------
-    told_s : ndarray
-        When each item was told to be current. [s]
-    items : ndarray
-        Items, from 1.
-    modes : tuple
-        Time and name of each mode entered.
-    mission_mode : str
-        The mode that flies missions.
-    found_in : str
-        Message and field of the items.
-
-    Returns
-    -------
-    Series
-        Events; 0 outside the mission mode.
-    """
-    current = Series.of(told_s, items, found_in, is_event=True)
-    entered_s = np.array([time_s for time_s, _ in modes])
-    is_mission = np.array([False, *(name == mission_mode for _, name in modes)])
-    times = np.union1d(told_s, entered_s)
-    is_flown = is_mission[np.searchsorted(entered_s, times, side="right")]
-    flown = np.where(is_flown, np.nan_to_num(current.at(times), nan=0.0), 0.0)
-    return Series.of(times, flown, found_in, is_event=True)
-
-
 _LIMITS: Mapping[str, float] = {
     "latitude_deg": 90.0,
     "_deg": 720.0,
@@ -476,7 +447,7 @@ def _modes(grid: Grid) -> tuple[TextArray, str | None]:
     return modes, grid.recording.modes_found_in if np.any(modes != "") else None
 
 
-def _landed(grid: Grid, height: Column | None) -> tuple[BoolArray, str | None]:
+def _landed(grid: Grid, height: GridColumn | None) -> tuple[BoolArray, str | None]:
     """Return whether the vehicle stands on the ground, as the detector or the heights tell."""
     detector = grid.recording.is_landed
     if detector is not None:
@@ -530,16 +501,16 @@ def _mission_changes(recording: Recording, span: FlightSpan, number: int) -> Ite
 
 
 def _quantities(
-    columns: Mapping[str, Column],
+    columns: Mapping[str, GridColumn],
     events: Mapping[str, str | None],
     remarks: Mapping[str, str],
-) -> Iterator[Quantity]:
+) -> Iterator[LoggedQuantity]:
     for name, cost in ABSENCE_COSTS.items():
         column = columns.get(name)
         found_in, coverage = events.get(name), 1.0
         if column is not None:
             found_in, coverage = column.found_in, float(np.mean(np.isfinite(column.values)))
-        yield Quantity(
+        yield LoggedQuantity(
             name=name,
             found_in=found_in,
             rate_hz=None if column is None else column.rate_hz,

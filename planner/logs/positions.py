@@ -1,4 +1,4 @@
-"""Where the vehicle and its references were, from home: positions and heights of one flight."""
+"""The columns of a flight computed from its series: positions, heights and speeds from home."""
 
 from __future__ import annotations
 
@@ -7,13 +7,80 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from planner.geo.geodesy import LocalFrame
-from planner.logs.record import LoggedHome
-from planner.logs.series import Series
-from planner.values import replace
+from planner.logs.record import STEP_S, LoggedHome
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
-    from planner.logs.series import Column, Grid
+    from planner.logs.flights import FlightSpan
+    from planner.logs.record import Recording
+
+
+class GridColumn(Value, eq=False):
+    """A quantity on the time base of a flight."""
+
+    values: FloatArray
+    """NaN where it is not known."""
+    found_in: str
+    """Message and fields of the log, or what it is computed from."""
+    rate_hz: float | None
+    """Rate of the samples in the log."""
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is a value at all."""
+        return bool(np.isfinite(self.values).any())
+
+    def else_from(self, other: GridColumn) -> GridColumn:
+        """Return the column with what it does not know filled from another."""
+        known = np.isfinite(self.values)
+        if not np.any(np.isfinite(other.values[~known])):
+            return self
+        return replace(
+            self,
+            values=np.where(known, self.values, other.values),
+            found_in=f"{self.found_in}, else {other.found_in}",
+        )
+
+    def plus(self, offset: float) -> GridColumn:
+        """Return the column with an offset added."""
+        return replace(self, values=self.values + offset)
+
+
+class Grid(Value, eq=False):
+    """The times of a record's samples."""
+
+    recording: Recording
+    span: FlightSpan
+    time_s: FloatArray
+    """On the recording's clock, :data:`~planner.logs.record.STEP_S` apart. [s]"""
+
+    @classmethod
+    def of(cls, recording: Recording, span: FlightSpan) -> Grid:
+        """Return the grid of a flight: from its beginning, as far as it goes."""
+        # The nudge keeps the last sample of a flight of whole steps.
+        count = int((span.end_s - span.begin_s) / STEP_S + 1e-6) + 1
+        return cls(
+            recording=recording,
+            span=span,
+            time_s=span.begin_s + np.arange(count, dtype=np.float64) * STEP_S,
+        )
+
+    def column(self, name: str, *, is_mean: bool = False) -> GridColumn | None:
+        """Return a series of the recording on the grid; ``None`` where it tells nothing here."""
+        series = self.recording.series.get(name)
+        if series is None:
+            return None
+        values = series.mean_at(self.time_s) if is_mean else series.at(self.time_s)
+        if series.period is not None:
+            values %= series.period
+        column = GridColumn(values=values, found_in=series.found_in, rate_hz=series.rate_hz)
+        return column if column.is_known else None
+
+    def together(self, values: FloatArray, found_in: str, *sources: GridColumn) -> GridColumn:
+        """Return a column computed from others; its rate is that of the slowest."""
+        rates = [source.rate_hz for source in sources if source.rate_hz is not None]
+        return GridColumn(values=values, found_in=found_in, rate_hz=min(rates, default=None))
 
 
 Longitude = TypeVar("Longitude", float, "FloatArray")
@@ -59,7 +126,7 @@ def home_of(grid: Grid) -> LoggedHome:
     return replace(logged, altitude_amsl_m=_first(altitude))
 
 
-def position_columns(grid: Grid, home: LoggedHome) -> dict[str, Column]:
+def position_columns(grid: Grid, home: LoggedHome) -> dict[str, GridColumn]:
     """Return latitude, longitude, north and east, of the vehicle and of its reference.
 
     The local frame of the log, in which the references are given, is laid over the global
@@ -82,9 +149,9 @@ def position_columns(grid: Grid, home: LoggedHome) -> dict[str, Column]:
     return columns
 
 
-def height_columns(grid: Grid, home: LoggedHome) -> dict[str, Column]:
+def height_columns(grid: Grid, home: LoggedHome) -> dict[str, GridColumn]:
     """Return altitude and height above home, of the vehicle, and the height of its reference."""
-    columns: dict[str, Column] = {}
+    columns: dict[str, GridColumn] = {}
     home_amsl_m = home.altitude_amsl_m
     altitude, height = grid.column("altitude_amsl_m"), grid.column("height_above_home_m")
     local = grid.column("local_height_m")
@@ -116,7 +183,7 @@ def height_columns(grid: Grid, home: LoggedHome) -> dict[str, Column]:
     return columns
 
 
-def _global_columns(grid: Grid, frame: LocalFrame | None) -> dict[str, Column]:
+def _global_columns(grid: Grid, frame: LocalFrame | None) -> dict[str, GridColumn]:
     latitude, longitude = grid.column("latitude_deg"), grid.column("longitude_deg")
     if latitude is None or longitude is None:
         return {}
@@ -127,7 +194,7 @@ def _global_columns(grid: Grid, frame: LocalFrame | None) -> dict[str, Column]:
     return columns
 
 
-def _local_columns(grid: Grid, known: Column | None, axis: str) -> dict[str, Column]:
+def _local_columns(grid: Grid, known: GridColumn | None, axis: str) -> dict[str, GridColumn]:
     """Return a coordinate and its reference from the local frame; ``known`` tells its origin."""
     local, reference = grid.column(f"local_{axis}"), grid.column(f"reference_{axis}")
     if local is None:
@@ -142,7 +209,7 @@ def _local_columns(grid: Grid, known: Column | None, axis: str) -> dict[str, Col
     return columns
 
 
-def _global_reference(grid: Grid, frame: LocalFrame) -> dict[str, Column]:
+def _global_reference(grid: Grid, frame: LocalFrame) -> dict[str, GridColumn]:
     latitude, longitude = (
         grid.column(f"reference_{axis}_deg") for axis in ("latitude", "longitude")
     )
@@ -152,7 +219,9 @@ def _global_reference(grid: Grid, frame: LocalFrame) -> dict[str, Column]:
     return {"reference_east_m": east, "reference_north_m": north}
 
 
-def _in_frame(frame: LocalFrame, latitude: Column, longitude: Column) -> tuple[Column, Column]:
+def _in_frame(
+    frame: LocalFrame, latitude: GridColumn, longitude: GridColumn
+) -> tuple[GridColumn, GridColumn]:
     """Return the columns east and north."""
     east_m, north_m = frame.east_north_m(latitude.values, longitude.values)
     return replace(longitude, values=east_m), replace(latitude, values=north_m)
@@ -162,7 +231,7 @@ def _wrapped(longitude_deg: Longitude) -> Longitude:
     return (longitude_deg + 180.0) % 360.0 - 180.0
 
 
-def _first(column: Column | None) -> float | None:
+def _first(column: GridColumn | None) -> float | None:
     """Return the first value that is known."""
     if column is None:
         return None
@@ -179,7 +248,7 @@ _CALM_M_S = 1e-6
 """An autopilot that estimates no wind logs exactly none. [m s⁻¹]"""
 
 
-def speed_columns(grid: Grid) -> dict[str, Column]:
+def speed_columns(grid: Grid) -> dict[str, GridColumn]:
     """Return velocities and speeds, of the vehicle, its references and the wind, and the airspeed.
 
     What is logged directly is taken; a horizontal speed is the length of its velocity where that
@@ -208,7 +277,7 @@ def speed_columns(grid: Grid) -> dict[str, Column]:
     return columns
 
 
-def _velocity_by_course(grid: Grid, columns: dict[str, Column]) -> dict[str, Column]:
+def _velocity_by_course(grid: Grid, columns: dict[str, GridColumn]) -> dict[str, GridColumn]:
     speed, course = columns.get("ground_speed_m_s"), grid.column("course_deg")
     if speed is None or course is None:
         return {}
@@ -224,7 +293,9 @@ def _velocity_by_course(grid: Grid, columns: dict[str, Column]) -> dict[str, Col
     }
 
 
-def _length(grid: Grid, columns: dict[str, Column], what: str, name: str) -> dict[str, Column]:
+def _length(
+    grid: Grid, columns: dict[str, GridColumn], what: str, name: str
+) -> dict[str, GridColumn]:
     """Return the length of a horizontal velocity, where both components are known."""
     north, east = columns.get(f"{what}_north_m_s"), columns.get(f"{what}_east_m_s")
     if north is None or east is None:
@@ -235,7 +306,7 @@ def _length(grid: Grid, columns: dict[str, Column], what: str, name: str) -> dic
     return {name: length.else_from(columns[name]) if name in columns else length}
 
 
-def _wind(grid: Grid) -> dict[str, Column]:
+def _wind(grid: Grid) -> dict[str, GridColumn]:
     """Return the wind; an estimate of exactly none throughout is no estimate."""
     north, east = grid.column("wind_north_m_s"), grid.column("wind_east_m_s")
     if north is None or east is None:
@@ -246,7 +317,7 @@ def _wind(grid: Grid) -> dict[str, Column]:
     return {"wind_north_m_s": north, "wind_east_m_s": east}
 
 
-def _airspeed(grid: Grid, columns: dict[str, Column]) -> dict[str, Column]:
+def _airspeed(grid: Grid, columns: dict[str, GridColumn]) -> dict[str, GridColumn]:
     names = ("velocity_north_m_s", "velocity_east_m_s", "wind_north_m_s", "wind_east_m_s")
     if not all(name in columns for name in names):
         return {}
@@ -254,87 +325,3 @@ def _airspeed(grid: Grid, columns: dict[str, Column]) -> dict[str, Column]:
     speed = np.hypot(north.values - wind_north.values, east.values - wind_east.values)
     found_in = f"{north.found_in}, {wind_north.found_in}"
     return {"airspeed_m_s": grid.together(speed, found_in, north, wind_north)}
-
-
-NO_CURRENT_A = 0.2
-"""No multirotor flies on less; a sensor that never shows more is none. [A]"""
-_NO_VOLTAGE_V = 0.5
-"""A monitor that never shows more is not connected. [V]"""
-
-
-def electrical_series(
-    time_s: FloatArray,
-    voltage_v: FloatArray | None,
-    current_a: FloatArray | None,
-    *,
-    message: str,
-    fields: tuple[str, str],
-) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return voltage, current and power of one battery message, and what is wrong with them.
-
-    Parameters
-    ----------
-    time_s : ndarray
-        Times of the messages. [s]
-    voltage_v, current_a : ndarray, optional
-        Voltage and current of each, NaN where not known; ``None`` where the message has none.
-    message : str
-        Its name; empty for columns of a file.
-    fields : tuple of str
-        Names of its fields for voltage and current.
-
-    Returns
-    -------
-    series : dict
-        ``voltage_v``, ``current_a`` and ``power_w``, as far as a sensor is there.
-    remarks : dict
-        Sentences by the same names, where none is.
-    """
-    of_voltage, of_current = (f"{message}.{field}" if message else field for field in fields)
-    series: dict[str, Series] = {}
-    remarks: dict[str, str] = {}
-    if voltage_v is not None:
-        # A monitor that has measured nothing yet shows zero.
-        voltage_v = np.where(voltage_v > _NO_VOLTAGE_V, voltage_v, np.nan)
-        if np.isfinite(voltage_v).any():
-            series["voltage_v"] = Series.of(time_s, voltage_v, of_voltage)
-        else:
-            remarks["voltage_v"] = (
-                f"{of_voltage} never exceeds {_NO_VOLTAGE_V:g} V: no voltage sensor"
-            )
-    if current_a is not None:
-        if np.any(current_a > NO_CURRENT_A):
-            series["current_a"] = Series.of(time_s, current_a, of_current)
-        else:
-            remarks["current_a"] = (
-                f"{of_current} never exceeds {NO_CURRENT_A:g} A: no current sensor"
-            )
-    if voltage_v is not None and current_a is not None and len(series) == 2:
-        power = Series.of(time_s, voltage_v * current_a, f"{of_voltage} × {fields[1]}")
-        if len(power):
-            series["power_w"] = power
-    return series, remarks
-
-
-def euler_angles_deg(
-    w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return roll, pitch and yaw of a rotation from the body to its frame of reference.
-
-    The order of rotation is yaw, pitch, roll, about axes forward, right, down in a frame north,
-    east, down (Diebel, "Representing Attitude", 2006, section 8.2).
-
-    Parameters
-    ----------
-    w, x, y, z : ndarray
-        Unit quaternions, scalar first.
-
-    Returns
-    -------
-    roll_deg, pitch_deg, yaw_deg : ndarray
-        Roll and yaw in [−180, 180], pitch in [−90, 90]. [°]
-    """
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.degrees(roll), np.degrees(pitch), np.degrees(yaw)

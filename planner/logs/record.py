@@ -1,4 +1,4 @@
-"""What a log tells of one flight: columns on one time base, and what was found where."""
+"""What a log reports about one flight: columns on one time base, and what was found where."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot
     from planner.findings import Finding
     from planner.logs.series import Series
+
 LOG_DAMAGED = Rule(
     "R101 log-damaged",
     Severity.WARNING,
@@ -101,7 +102,7 @@ class LoggedItem(Value):
     """In the altitude reference of ``frame``. [m]"""
 
 
-class Quantity(Value):
+class LoggedQuantity(Value):
     """A row of the table that says what was found where."""
 
     name: str
@@ -214,7 +215,7 @@ class FlightRecord(Value, eq=False):
     sha256: str
     """Of the file as it is, compressed or not."""
     log_format: LogFormat
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[LoggedQuantity, ...]
     """A row for every column but the time, in the order of the columns."""
     findings: tuple[Finding, ...] = ()
     """What is odd about this flight or its log; what concerns the whole log, every flight has."""
@@ -230,7 +231,7 @@ class FlightRecord(Value, eq=False):
         values = field_values(self)
         return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
-    def quantity(self, name: str) -> Quantity:
+    def quantity(self, name: str) -> LoggedQuantity:
         """Return the row of the table about a column.
 
         Raises
@@ -388,3 +389,106 @@ def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
             )
         )
     return tuple(found)
+
+
+AUTO = "AUTO"
+"""The mode that flies missions."""
+
+COPTER_MODES: Mapping[int, str] = {
+    0: "STABILIZE",
+    1: "ACRO",
+    2: "ALT_HOLD",
+    3: AUTO,
+    4: "GUIDED",
+    5: "LOITER",
+    6: "RTL",
+    7: "CIRCLE",
+    8: "POSITION",
+    9: "LAND",
+    10: "OF_LOITER",
+    11: "DRIFT",
+    13: "SPORT",
+    14: "FLIP",
+    15: "AUTOTUNE",
+    16: "POSHOLD",
+    17: "BRAKE",
+    18: "THROW",
+    19: "AVOID_ADSB",
+    20: "GUIDED_NOGPS",
+    21: "SMART_RTL",
+    22: "FLOWHOLD",
+    23: "FOLLOW",
+    24: "ZIGZAG",
+    25: "SYSTEMID",
+    26: "AUTOROTATE",
+    27: "AUTO_RTL",
+    28: "TURTLE",
+}
+
+
+def copter_mode(number: int) -> str:
+    """Return the name of a mode; its number where it has none here."""
+    return COPTER_MODES.get(number, f"mode {number}")
+
+
+AUTO_MISSION = "AUTO_MISSION"
+"""The mode that flies missions."""
+
+PX4_MODES: Mapping[int, str] = {
+    0: "MANUAL",
+    1: "ALTCTL",
+    2: "POSCTL",
+    3: AUTO_MISSION,
+    4: "AUTO_LOITER",
+    5: "AUTO_RTL",
+    6: "POSITION_SLOW",
+    8: "ALTITUDE_CRUISE",
+    10: "ACRO",
+    12: "DESCEND",
+    13: "TERMINATION",
+    14: "OFFBOARD",
+    15: "STAB",
+    17: "AUTO_TAKEOFF",
+    18: "AUTO_LAND",
+    19: "AUTO_FOLLOW_TARGET",
+    20: "AUTO_PRECLAND",
+    21: "ORBIT",
+    22: "AUTO_VTOL_TAKEOFF",
+}
+
+
+def px4_mode(number: int) -> str:
+    """Return the name of a mode; its number where it has none here."""
+    return PX4_MODES.get(number, f"mode {number}")
+
+
+_MAIN_MODES: Mapping[int, str] = {
+    1: "MANUAL",
+    2: "ALTCTL",
+    3: "POSCTL",
+    5: "ACRO",
+    6: "OFFBOARD",
+    7: "STAB",
+}
+_AUTO = 4
+_SUB_MODES: Mapping[int, str] = {
+    2: "AUTO_TAKEOFF",
+    3: "AUTO_LOITER",
+    4: AUTO_MISSION,
+    5: "AUTO_RTL",
+    6: "AUTO_LAND",
+    8: "AUTO_FOLLOW_TARGET",
+    9: "AUTO_PRECLAND",
+    10: "AUTO_VTOL_TAKEOFF",
+}
+
+
+def px4_custom_mode(number: int) -> str:
+    """Return the name of a mode as a heartbeat tells it.
+
+    The third byte is the main mode, the fourth the sub mode of the automatic ones
+    (``px4_custom_mode.h``).
+    """
+    main, sub = number >> 16 & 255, number >> 24 & 255
+    names = _SUB_MODES if main == _AUTO else _MAIN_MODES
+    return names.get(sub if main == _AUTO else main, f"mode {main}.{sub}")

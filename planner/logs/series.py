@@ -1,4 +1,4 @@
-"""One quantity as a log has it: samples at their own times; and the way onto a common time base."""
+"""Series: one quantity as a log has it, samples at their own times; and the clock of a log."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
-    from planner.logs.flights import FlightSpan
-    from planner.logs.record import Recording
 
 
 LEAST_GAP_S = 1.0
@@ -151,73 +149,6 @@ class Series(Value, eq=False):
         return values
 
 
-class Column(Value, eq=False):
-    """A quantity on the time base of a flight."""
-
-    values: FloatArray
-    """NaN where it is not known."""
-    found_in: str
-    """Message and fields of the log, or what it is computed from."""
-    rate_hz: float | None
-    """Rate of the samples in the log."""
-
-    @property
-    def is_known(self) -> bool:
-        """Whether there is a value at all."""
-        return bool(np.isfinite(self.values).any())
-
-    def else_from(self, other: Column) -> Column:
-        """Return the column with what it does not know filled from another."""
-        known = np.isfinite(self.values)
-        if not np.any(np.isfinite(other.values[~known])):
-            return self
-        return replace(
-            self,
-            values=np.where(known, self.values, other.values),
-            found_in=f"{self.found_in}, else {other.found_in}",
-        )
-
-    def plus(self, offset: float) -> Column:
-        """Return the column with an offset added."""
-        return replace(self, values=self.values + offset)
-
-
-class Grid(Value, eq=False):
-    """The times of a record's samples."""
-
-    recording: Recording
-    span: FlightSpan
-    time_s: FloatArray
-    """On the recording's clock, :data:`~planner.logs.record.STEP_S` apart. [s]"""
-
-    @classmethod
-    def of(cls, recording: Recording, span: FlightSpan) -> Grid:
-        """Return the grid of a flight: from its beginning, as far as it goes."""
-        # The nudge keeps the last sample of a flight of whole steps.
-        count = int((span.end_s - span.begin_s) / STEP_S + 1e-6) + 1
-        return cls(
-            recording=recording,
-            span=span,
-            time_s=span.begin_s + np.arange(count, dtype=np.float64) * STEP_S,
-        )
-
-    def column(self, name: str, *, is_mean: bool = False) -> Column | None:
-        """Return a series of the recording on the grid; ``None`` where it tells nothing here."""
-        series = self.recording.series.get(name)
-        if series is None:
-            return None
-        values = series.mean_at(self.time_s) if is_mean else series.at(self.time_s)
-        if series.period is not None:
-            values %= series.period
-        column = Column(values=values, found_in=series.found_in, rate_hz=series.rate_hz)
-        return column if column.is_known else None
-
-    def together(self, values: FloatArray, found_in: str, *sources: Column) -> Column:
-        """Return a column computed from others; its rate is that of the slowest."""
-        rates = [source.rate_hz for source in sources if source.rate_hz is not None]
-        return Column(values=values, found_in=found_in, rate_hz=min(rates, default=None))
-
-
 _BACK_S = 1.0
 """Messages are written in the order of time but for less than this. [s]"""
 _MOST_STRAYS = 5
@@ -301,3 +232,123 @@ class Clock(Value, eq=False):
             yield LOG_CLOCK.finding(
                 f"{source}: out of time and left out: {quantity.count(self.strays, 'message')}"
             )
+
+
+def items_flown(
+    told_s: FloatArray,
+    items: FloatArray,
+    modes: tuple[tuple[float, str], ...],
+    mission_mode: str,
+    found_in: str,
+) -> Series:
+    """Return the items flown, from those current: an item stays current in other modes too.
+
+    Parameters
+    ----------
+    told_s : ndarray
+        When each item was told to be current. [s]
+    items : ndarray
+        Items, from 1.
+    modes : tuple
+        Time and name of each mode entered.
+    mission_mode : str
+        The mode that flies missions.
+    found_in : str
+        Message and field of the items.
+
+    Returns
+    -------
+    Series
+        Events; 0 outside the mission mode.
+    """
+    current = Series.of(told_s, items, found_in, is_event=True)
+    entered_s = np.array([time_s for time_s, _ in modes])
+    is_mission = np.array([False, *(name == mission_mode for _, name in modes)])
+    times = np.union1d(told_s, entered_s)
+    is_flown = is_mission[np.searchsorted(entered_s, times, side="right")]
+    flown = np.where(is_flown, np.nan_to_num(current.at(times), nan=0.0), 0.0)
+    return Series.of(times, flown, found_in, is_event=True)
+
+
+NO_CURRENT_A = 0.2
+"""No multirotor flies on less; a sensor that never shows more is none. [A]"""
+_NO_VOLTAGE_V = 0.5
+"""A monitor that never shows more is not connected. [V]"""
+
+
+def electrical_series(
+    time_s: FloatArray,
+    voltage_v: FloatArray | None,
+    current_a: FloatArray | None,
+    *,
+    message: str,
+    fields: tuple[str, str],
+) -> tuple[dict[str, Series], dict[str, str]]:
+    """Return voltage, current and power of one battery message, and what is wrong with them.
+
+    Parameters
+    ----------
+    time_s : ndarray
+        Times of the messages. [s]
+    voltage_v, current_a : ndarray, optional
+        Voltage and current of each, NaN where not known; ``None`` where the message has none.
+    message : str
+        Its name; empty for columns of a file.
+    fields : tuple of str
+        Names of its fields for voltage and current.
+
+    Returns
+    -------
+    series : dict
+        ``voltage_v``, ``current_a`` and ``power_w``, as far as a sensor is there.
+    remarks : dict
+        Sentences by the same names, where none is.
+    """
+    of_voltage, of_current = (f"{message}.{field}" if message else field for field in fields)
+    series: dict[str, Series] = {}
+    remarks: dict[str, str] = {}
+    if voltage_v is not None:
+        # A monitor that has measured nothing yet shows zero.
+        voltage_v = np.where(voltage_v > _NO_VOLTAGE_V, voltage_v, np.nan)
+        if np.isfinite(voltage_v).any():
+            series["voltage_v"] = Series.of(time_s, voltage_v, of_voltage)
+        else:
+            remarks["voltage_v"] = (
+                f"{of_voltage} never exceeds {_NO_VOLTAGE_V:g} V: no voltage sensor"
+            )
+    if current_a is not None:
+        if np.any(current_a > NO_CURRENT_A):
+            series["current_a"] = Series.of(time_s, current_a, of_current)
+        else:
+            remarks["current_a"] = (
+                f"{of_current} never exceeds {NO_CURRENT_A:g} A: no current sensor"
+            )
+    if voltage_v is not None and current_a is not None and len(series) == 2:
+        power = Series.of(time_s, voltage_v * current_a, f"{of_voltage} × {fields[1]}")
+        if len(power):
+            series["power_w"] = power
+    return series, remarks
+
+
+def euler_angles_deg(
+    w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return roll, pitch and yaw of a rotation from the body to its frame of reference.
+
+    The order of rotation is yaw, pitch, roll, about axes forward, right, down in a frame north,
+    east, down (Diebel, "Representing Attitude", 2006, section 8.2).
+
+    Parameters
+    ----------
+    w, x, y, z : ndarray
+        Unit quaternions, scalar first.
+
+    Returns
+    -------
+    roll_deg, pitch_deg, yaw_deg : ndarray
+        Roll and yaw in [−180, 180], pitch in [−90, 90]. [°]
+    """
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.degrees(roll), np.degrees(pitch), np.degrees(yaw)

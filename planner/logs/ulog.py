@@ -12,18 +12,23 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.geo.geodesy import LocalFrame
-from planner.logs.flights import items_flown
-from planner.logs.modes import AUTO_MISSION, px4_mode
-from planner.logs.positions import NO_CURRENT_A, electrical_series, euler_angles_deg
 from planner.logs.record import (
+    AUTO_MISSION,
     BATTERIES_LEFT_OUT,
     LOG_DAMAGED,
     LoggedHome,
     LoggedItem,
     Recording,
+    px4_mode,
     sources,
 )
-from planner.logs.series import Series
+from planner.logs.series import (
+    NO_CURRENT_A,
+    Series,
+    electrical_series,
+    euler_angles_deg,
+    items_flown,
+)
 from planner.values import Value
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from planner.mission.commands import (
     load_command_table,
     parameter_names,
 )
-from planner.mission.route.jumps import numbered_in_order
+from planner.mission.items import numbered_in_order
 from planner.mission.route.walk import stored_hold_s, stored_radius_m, stored_turns
 from planner.values import Value
 

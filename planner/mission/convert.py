@@ -19,9 +19,8 @@ from planner.mission.formats.plan import PlanDocument, read_plan_text
 from planner.mission.formats.simple_item import is_complex
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import plan_text, wpl_text, written_items
-from planner.mission.items import MissionFormat, MissionItem
-from planner.mission.route.jumps import flown_order, numbered_in_order
-from planner.mission.route.route import make_route
+from planner.mission.items import MissionFormat, MissionItem, numbered_in_order
+from planner.mission.route.route import flown_order, make_route
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import FASTEST_M_S
 from planner.values import Value, field_names, replace
@@ -373,7 +372,7 @@ def level_speeds(route: Route) -> frozenset[float | None]:
 
 
 def mission_at_speed(
-    mission: Mission, speed_m_s: float, *, meaning: Autopilot | None = None
+    mission: Mission, speed_m_s: float, *, dialect: Autopilot | None = None
 ) -> Mission:
     """Return a mission that commands one speed for every level leg.
 
@@ -384,7 +383,7 @@ def mission_at_speed(
         where none governs that one, and the jumps lead where they led before.
     speed_m_s : float
         Over ground. [m s⁻¹]
-    meaning : Autopilot, optional
+    dialect : Autopilot, optional
         Whose reading of the items counts; default the file's firmware.  PX4 takes every
         DO_CHANGE_SPEED for the speed of level flight.
 
@@ -401,9 +400,9 @@ def mission_at_speed(
         If the mission cannot be flown.
     """
     _refuse(speed_m_s)
-    meaning = mission.autopilot if meaning is None else meaning
-    items = tuple(_changed(item, speed_m_s, meaning) for item in mission.items)
-    first = _first_ungoverned(mission, meaning)
+    dialect = mission.autopilot if dialect is None else dialect
+    items = tuple(_changed(item, speed_m_s, dialect) for item in mission.items)
+    first = _first_ungoverned(mission, dialect)
     if first is not None:
         before = items[first - 1]
         # it takes over the id, so that a jump to that leg passes it too
@@ -432,30 +431,30 @@ def _refuse(speed_m_s: object) -> None:
         raise UsageError(msg)
 
 
-def _sets_level_speed(item: MissionItem, meaning: Autopilot | None) -> bool:
+def _sets_level_speed(item: MissionItem, dialect: Autopilot | None) -> bool:
     return item.command == Command.DO_CHANGE_SPEED and (
-        meaning is Autopilot.PX4 or item.param1 in _HORIZONTAL
+        dialect is Autopilot.PX4 or item.param1 in _HORIZONTAL
     )
 
 
-def _changed(item: MissionItem, speed_m_s: float, meaning: Autopilot | None) -> MissionItem:
-    if not _sets_level_speed(item, meaning):
+def _changed(item: MissionItem, speed_m_s: float, dialect: Autopilot | None) -> MissionItem:
+    if not _sets_level_speed(item, dialect):
         return item
     kind = item.param1 if item.param1 in _HORIZONTAL else _GROUND_SPEED
     return replace(item, param1=kind, param2=speed_m_s)
 
 
-def _first_ungoverned(mission: Mission, meaning: Autopilot | None) -> int | None:
+def _first_ungoverned(mission: Mission, dialect: Autopilot | None) -> int | None:
     """Return the item of the first level leg where no speed is commanded before; else ``None``."""
-    route = make_route(mission, meaning=meaning)
+    route = make_route(mission, dialect=dialect)
     first = next(_level_stages(route), None)
     if first is None:
         return None
     item = route.stages[first].item
-    for number in flown_order(mission.items, meaning).visits:
+    for number in flown_order(mission.items, dialect).visits:
         if number == item:
             return number
-        if _sets_level_speed(mission.items[number - 1], meaning):
+        if _sets_level_speed(mission.items[number - 1], dialect):
             return None
     return None
 

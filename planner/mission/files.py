@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 from planner.errors import MissionFileError, UsageError
 from planner.files import write_output_file
 from planner.findings import Rule, Severity
-from planner.mission.formats.area_text import (
+from planner.mission.formats.exchange import describe_text, describe_xml, read_bytes, read_text
+from planner.mission.formats.json_document import parse_json
+from planner.mission.formats.legacy import (
     is_fence_line,
     is_rally_line,
     read_fence_list,
     read_rally_list,
 )
-from planner.mission.formats.exchange import describe_text, describe_xml, read_bytes, read_text
-from planner.mission.formats.json_document import parse_json
 from planner.mission.formats.plan import is_legacy, read_plan
 from planner.mission.formats.wpl import has_wpl_header, is_row, read_lines, read_wpl
 from planner.mission.items import MissionFormat

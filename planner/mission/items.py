@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
-from planner.values import Value
+from planner.mission.commands import Command, Frame
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,6 +85,116 @@ class MissionItem(Value, kw_only=False):
 def make_items(rows: Sequence[tuple[Any, ...]]) -> list[MissionItem]:
     """Return items from their values, each in the order of the fields of `MissionItem`."""
     return list(starmap(MissionItem, rows))
+
+
+_NOWHERE = 0.0
+"""No item has this number: a jump there stays one that leads nowhere."""
+
+
+def numbered_in_order(items: Sequence[MissionItem]) -> tuple[MissionItem, ...]:
+    """Return items whose jump ids are 1, 2, 3 and so on, DO_JUMP targets renamed with them.
+
+    That is the number ground stations give an item in a plan, and a row after the home row in a
+    text file.  A jump whose target is missing keeps it, unless an item would now answer to it.
+    """
+    number_of: dict[int, int] = {}
+    for number, item in enumerate(items, start=1):
+        if item.jump_id is not None:
+            number_of.setdefault(item.jump_id, number)
+    return tuple(
+        replace(
+            item,
+            jump_id=number,
+            param1=_target(item.param1, number_of, last=len(items))
+            if item.command == Command.DO_JUMP
+            else item.param1,
+        )
+        for number, item in enumerate(items, start=1)
+    )
+
+
+def _target(named: float | None, number_of: dict[int, int], *, last: int) -> float | None:
+    """Return the new number of what a jump names."""
+    if named is None:
+        return None
+    number = number_of.get(int(named))
+    if number is not None:
+        return float(number)
+    return _NOWHERE if 1 <= int(named) <= last else named
+
+
+@dataclass(slots=True, kw_only=True)
+class ItemSequence:
+    """The items of one complex item, numbered on; all of them stand at its place in the file."""
+
+    first_number: int
+    """Number of the first item in flown order, which is its jump id too, as ground stations do."""
+    place: Place
+    items: list[MissionItem] = field(default_factory=list)
+
+    def add(
+        self,
+        command: int,
+        *parameters: float | None,
+        frame: int = Frame.MISSION,
+        position: tuple[float, float, float | None] | None = None,
+    ) -> None:
+        """Add an item.
+
+        Parameters
+        ----------
+        command : int
+            MAV_CMD number.
+        *parameters : float or None
+            All seven, or the first four where there is a position; the rest is 0.
+        frame : int
+            MAV_FRAME number.
+        position : tuple of float, optional
+            Latitude [°], longitude [°] and altitude [m] of the frame.
+        """
+        values = [*parameters, *(0.0,) * (7 - len(parameters))]
+        if position is not None:
+            values[4:] = position
+        self.items.append(
+            MissionItem(
+                command=int(command),
+                frame=frame,
+                param1=values[0],
+                param2=values[1],
+                param3=values[2],
+                param4=values[3],
+                latitude_deg=values[4],
+                longitude_deg=values[5],
+                altitude_m=values[6],
+                jump_id=self.first_number + len(self.items),
+                place=self.place,
+            )
+        )
+
+    def add_waypoint(
+        self,
+        latitude_deg: float,
+        longitude_deg: float,
+        altitude_m: float,
+        *,
+        frame: int,
+        hold_s: float = 0.0,
+    ) -> None:
+        """Add a waypoint with free yaw.
+
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : float
+            Its place. [°]
+        altitude_m : float
+            Altitude in the reference of ``frame``. [m]
+        frame : int
+            MAV_FRAME number.
+        hold_s : float
+            How long to stay there. [s]
+        """
+        position = (latitude_deg, longitude_deg, altitude_m)
+        self.add(Command.NAV_WAYPOINT, hold_s, 0.0, 0.0, None, frame=frame, position=position)
 
 
 class Home(Value):

@@ -11,8 +11,7 @@ from planner.autopilot import Autopilot
 from planner.errors import SplitError
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
 from planner.mission.formats.plan import PlanDocument
-from planner.mission.items import Mission, MissionFormat, MissionItem
-from planner.mission.route.jumps import numbered_in_order
+from planner.mission.items import Mission, MissionFormat, MissionItem, numbered_in_order
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
@@ -102,19 +101,19 @@ class CarriedState(Value):
         return tuple(stops.values())
 
 
-def carried_state(items: Iterable[MissionItem], meaning: Autopilot | None) -> CarriedState:
+def carried_state(items: Iterable[MissionItem], dialect: Autopilot | None) -> CarriedState:
     """Return the state that items leave behind, flown one after the other.
 
     Parameters
     ----------
     items : iterable of MissionItem
         In flown order.
-    meaning : Autopilot, optional
+    dialect : Autopilot, optional
         PX4 takes every DO_CHANGE_SPEED for the speed of level flight.
     """
     found: dict[object, MissionItem] = {}
     for item in items:
-        family = _family(item, meaning)
+        family = _family(item, dialect)
         if family is not None:
             found.pop(family, None)
             found[family] = item
@@ -138,9 +137,9 @@ def is_repeatable(item: MissionItem) -> bool:
     return (is_setting and not is_output(item)) or item.command in _PHOTOS
 
 
-def _family(item: MissionItem, meaning: Autopilot | None) -> object | None:
+def _family(item: MissionItem, dialect: Autopilot | None) -> object | None:
     if item.command == Command.DO_CHANGE_SPEED:
-        kind = 1.0 if meaning is Autopilot.PX4 or not item.param1 else item.param1
+        kind = 1.0 if dialect is Autopilot.PX4 or not item.param1 else item.param1
         return ("speed", kind)
     if item.command == _START_IMAGES and item.param3 == _ONE_IMAGE:
         return None  # one photo, taken
@@ -173,12 +172,12 @@ ENDS = frozenset({StageKind.LAND, StageKind.RETURN})
 """Stages after which a flight is over."""
 
 
-class Steps(Value):
+class FlownItems(Value):
     """A mission in flown order, jumps written out, each step with the stage that it makes."""
 
     mission: Mission
     route: Route
-    meaning: Autopilot | None
+    dialect: Autopilot | None
     items: tuple[MissionItem, ...]
     numbers: tuple[int, ...]
     """The item of the mission each step is, from 1."""
@@ -189,7 +188,7 @@ class Steps(Value):
     first: int
     """The first step behind the take-off."""
     flying: tuple[int, ...]
-    """The steps behind the take-off that fly."""
+    """The steps after the take-off that fly."""
     has_jumps: bool
 
     @property
@@ -215,7 +214,7 @@ class Steps(Value):
         return math.hypot(there.east_m - here.east_m, there.north_m - here.north_m)
 
 
-def make_steps(mission: Mission, route: Route, meaning: Autopilot | None) -> Steps:
+def flown_items(mission: Mission, route: Route, dialect: Autopilot | None) -> FlownItems:
     """Return a mission in flown order.
 
     Parameters
@@ -224,7 +223,7 @@ def make_steps(mission: Mission, route: Route, meaning: Autopilot | None) -> Ste
         It has a home.
     route : Route
         What the mission asks for.
-    meaning : Autopilot, optional
+    dialect : Autopilot, optional
         Whose reading of the items counts.
 
     Raises
@@ -246,15 +245,15 @@ def make_steps(mission: Mission, route: Route, meaning: Autopilot | None) -> Ste
             numbers.append(number)
             stages.append(at if flies else None)
             before = states[-1]
-            states.append(before if flies else carried_state((*before.items, item), meaning))
+            states.append(before if flies else carried_state((*before.items, item), dialect))
         at += flies
     first = next(step for step, stage in enumerate(stages) if stage is not None)
     if not is_takeoff_assumed(route):
         first += 1
-    return Steps(
+    return FlownItems(
         mission=mission,
         route=route,
-        meaning=meaning,
+        dialect=dialect,
         items=tuple(items),
         numbers=tuple(numbers),
         stages=tuple(stages),
@@ -311,16 +310,16 @@ _UNCUT_BEFORE = frozenset({StageKind.SPLINE, StageKind.TAKEOFF, StageKind.RETURN
 _UNCUT_BEHIND = frozenset({StageKind.SPLINE, StageKind.CIRCLE, StageKind.TAKEOFF})
 
 
-class Cut(Value):
-    """A point of a mission: everything before a step is done, and a share of the leg to it."""
+class SplitPoint(Value):
+    """A point of a mission: everything before a step is done, and a fraction of the leg to it."""
 
     step: int
-    """Position among the steps."""
-    share: float = 0.0
+    """Position among the flown."""
+    fraction: float = 0.0
     """Of the leg to that step. [-]"""
 
 
-class Part(Value):
+class MissionPart(Value):
     """A part of a mission, as a mission of its own."""
 
     mission: Mission
@@ -330,51 +329,51 @@ class Part(Value):
     """The last of them; those behind lead home."""
 
 
-def possible_cuts(steps: Steps, *, inside_legs: bool) -> list[Cut]:
+def split_points(flown: FlownItems, *, inside_legs: bool) -> list[SplitPoint]:
     """Return where a mission may be cut, in flown order.
 
     Parameters
     ----------
-    steps : Steps
+    flown : FlownItems
         The mission.
     inside_legs : bool
         Whether straight legs may be cut too, every 10 m.
     """
-    flying = steps.flying
-    cuts: list[Cut] = []
+    flying = flown.flying
+    cuts: list[SplitPoint] = []
     for previous, step in pairwise(flying):
-        if not _may_cut(steps, previous, step):
+        if not _may_cut(flown, previous, step):
             continue
-        if resumption(steps, Cut(step=step)) is not None:
-            cuts.append(Cut(step=step))
-        if inside_legs and _is_straight(steps, step):
-            length_m = steps.length_m(step)
+        if resumption(flown, SplitPoint(step=step)) is not None:
+            cuts.append(SplitPoint(step=step))
+        if inside_legs and _is_straight(flown, step):
+            length_m = flown.length_m(step)
             count = min(int(length_m / _STEP_M), _MOST_CUTS_A_LEG)
-            inside = (Cut(step=step, share=number / count) for number in range(1, count))
-            cuts += [cut for cut in inside if resumption(steps, cut) is not None]
+            inside = (SplitPoint(step=step, fraction=number / count) for number in range(1, count))
+            cuts += [cut for cut in inside if resumption(flown, cut) is not None]
     return cuts
 
 
-def _may_cut(steps: Steps, previous: int, step: int) -> bool:
+def _may_cut(flown: FlownItems, previous: int, step: int) -> bool:
     """Return whether the flight may be broken off between two steps that fly."""
-    between = steps.items[previous + 1 : step]
+    between = flown.items[previous + 1 : step]
     return (
-        steps.stage(step).kind not in _UNCUT_BEFORE
-        and steps.stage(previous).kind not in _UNCUT_BEHIND
+        flown.stage(step).kind not in _UNCUT_BEFORE
+        and flown.stage(previous).kind not in _UNCUT_BEHIND
         and not any(item.command in _DELAYING or is_relative_yaw(item) for item in between)
     )
 
 
-def _is_straight(steps: Steps, step: int) -> bool:
+def _is_straight(flown: FlownItems, step: int) -> bool:
     """Return whether the leg to a step is a straight line that can be cut anywhere.
 
     A spline leaves with the whole leg before it as its tangent: a shorter one would bend it otherwise.
     """
-    here, there = steps.stage_before(step), steps.stage(step)
-    after = bisect_left(steps.flying, step) + 1
-    bends = after < len(steps.flying) and steps.stage(steps.flying[after]).kind is StageKind.SPLINE
-    item = steps.items[step]
-    before = steps.mission.items[here.item - 1]
+    here, there = flown.stage_before(step), flown.stage(step)
+    after = bisect_left(flown.flying, step) + 1
+    bends = after < len(flown.flying) and flown.stage(flown.flying[after]).kind is StageKind.SPLINE
+    item = flown.items[step]
+    before = flown.mission.items[here.item - 1]
     is_terrain = item.frame in TERRAIN_FRAMES
     return (
         there.kind in {StageKind.GO, StageKind.LOITER}
@@ -386,127 +385,129 @@ def _is_straight(steps: Steps, step: int) -> bool:
     )
 
 
-def resumption(steps: Steps, cut: Cut) -> Cut | None:
+def resumption(flown: FlownItems, cut: SplitPoint) -> SplitPoint | None:
     """Return where the flight is taken up again after a cut; ``None`` where that is impossible.
 
     Where a camera is triggered on the way, it is so much before the cut that no photo is missing: the
     way between two photos, and `OVERLAP_M`.
     """
-    flying = steps.flying
-    step, share = cut.step, cut.share
-    overlap_m = _spacing_m(steps, step)
+    flying = flown.flying
+    step, fraction = cut.step, cut.fraction
+    overlap_m = _spacing_m(flown, step)
     if overlap_m == 0.0:
         return cut
     overlap_m += OVERLAP_M
     while True:
-        length_m = steps.length_m(step)
-        room_m = share * length_m
+        length_m = flown.length_m(step)
+        room_m = fraction * length_m
         if room_m >= overlap_m:
-            return Cut(step=step, share=share - overlap_m / length_m)
+            return SplitPoint(step=step, fraction=fraction - overlap_m / length_m)
         at = bisect_left(flying, step)
         if at == 0:
             return None
         previous = flying[at - 1]
-        if _spacing_m(steps, previous) == 0.0:
-            return Cut(step=step)
-        repeated = steps.items[previous + 1 : step]
+        if _spacing_m(flown, previous) == 0.0:
+            return SplitPoint(step=step)
+        repeated = flown.items[previous + 1 : step]
         if (
             at == 1
-            or not _is_straight(steps, previous)
-            or not _may_cut(steps, flying[at - 2], previous)
+            or not _is_straight(flown, previous)
+            or not _may_cut(flown, flying[at - 2], previous)
             or not all(map(is_repeatable, repeated))
-            or steps.items[previous].param1  # a hold
+            or flown.items[previous].param1  # a hold
         ):
             return None
         overlap_m -= room_m
-        step, share = previous, 1.0
+        step, fraction = previous, 1.0
 
 
-def _spacing_m(steps: Steps, step: int) -> float:
+def _spacing_m(flown: FlownItems, step: int) -> float:
     """Return the way between two photos on the leg to a step; 0 where none is taken. [m]"""
-    speed_m_s = steps.stage(step).speed_m_s or _SPEED_UNKNOWN_M_S
-    return steps.states[step].trigger_spacing_m(speed_m_s)
+    speed_m_s = flown.stage(step).speed_m_s or _SPEED_UNKNOWN_M_S
+    return flown.states[step].trigger_spacing_m(speed_m_s)
 
 
-def part_of(steps: Steps, start: Cut | None, end: Cut | None, *, name: str) -> Part:
-    """Return one part: take-off, way to where it begins, its steps, return.
+def mission_part(
+    flown: FlownItems, start: SplitPoint | None, end: SplitPoint | None, *, name: str
+) -> MissionPart:
+    """Return one part: take-off, way to where it begins, its flown, return.
 
     Parameters
     ----------
-    steps : Steps
+    flown : FlownItems
         The whole.
-    start : Cut or None
+    start : SplitPoint or None
         Where it is taken up, as `resumption` says; ``None``: at the beginning.
-    end : Cut or None
+    end : SplitPoint or None
         Where it is broken off; ``None``: at the end.
     name : str
         Its file.
     """
     if start is None:
-        begin, items = steps.first, list(steps.items[: steps.first])
-        if is_takeoff_assumed(steps.route):
-            items.append(_takeoff(steps, 0.0))
+        begin, items = flown.first, list(flown.items[: flown.first])
+        if is_takeoff_assumed(flown.route):
+            items.append(_takeoff(flown, 0.0))
     else:
-        begin, items = start.step, _way_out(steps, start)
+        begin, items = start.step, _way_out(flown, start)
     before = len(items)
-    items += steps.items[begin : len(steps.items) if end is None else end.step]
-    if end is not None and end.share > 0.0:
-        items.append(_waypoint(steps, end, steps.items[end.step]))
-    returns = end is None and steps.route.stages[-1].kind is StageKind.RETURN
+    items += flown.items[begin : len(flown.items) if end is None else end.step]
+    if end is not None and end.fraction > 0.0:
+        items.append(_waypoint(flown, end, flown.items[end.step]))
+    returns = end is None and flown.route.stages[-1].kind is StageKind.RETURN
     last_own = len(items) - int(returns)
     if end is not None:
-        items += steps.states[end.step].stopping_items()
-    if end is not None or not steps.ends:
+        items += flown.states[end.step].stopping_items()
+    if end is not None or not flown.ends:
         items.append(bare_command(Command.NAV_RETURN_TO_LAUNCH))
-    document = steps.mission.document
+    document = flown.mission.document
     mission = replace(
-        steps.mission,
+        flown.mission,
         source=name,
         file_format=MissionFormat.PLAN,
         items=numbered_in_order([replace(item, jump_id=None) for item in items]),
         findings=(),
         document=document if isinstance(document, PlanDocument) else None,
     )
-    return Part(mission=mission, first_own=before + 1, last_own=last_own)
+    return MissionPart(mission=mission, first_own=before + 1, last_own=last_own)
 
 
-def _way_out(steps: Steps, start: Cut) -> list[MissionItem]:
+def _way_out(flown: FlownItems, start: SplitPoint) -> list[MissionItem]:
     """Return what leads from home to where a part is taken up, and sets there what was set.
 
     The way is level: at the height of the take-off or of that place, whichever is higher.
     """
-    before = steps.items[: start.step]
-    state = steps.states[start.step]
-    place = _waypoint(steps, start, steps.items[_previous(steps, start.step)])
-    rise_m = _height_m(steps, start) - steps.route.stages[0].height_m
+    before = flown.items[: start.step]
+    state = flown.states[start.step]
+    place = _waypoint(flown, start, flown.items[_previous(flown, start.step)])
+    rise_m = _height_m(flown, start) - flown.route.stages[0].height_m
     items = [
         item
-        for item, stage in zip(before[: steps.first], steps.stages, strict=False)
+        for item, stage in zip(before[: flown.first], flown.stages, strict=False)
         if stage is None
         and item.command not in {Command.NAV_DELAY, *_DELAYING}
         and not (is_repeatable(item) or is_output(item))
     ]
-    items.append(_takeoff(steps, max(rise_m, 0.0)))
+    items.append(_takeoff(flown, max(rise_m, 0.0)))
     items += state.speeds()
     if rise_m < -_SAME_HEIGHT_M:
         items.append(replace(place, altitude_m=(place.altitude_m or 0.0) - rise_m))
     return [*items, place, *state.settings()]
 
 
-def _takeoff(steps: Steps, higher_m: float) -> MissionItem:
+def _takeoff(flown: FlownItems, higher_m: float) -> MissionItem:
     """Return the take-off of a part, from home, so much higher than that of the mission."""
-    home = steps.mission.home
+    home = flown.mission.home
     assert home is not None  # else the mission is refused
-    if is_takeoff_assumed(steps.route):
+    if is_takeoff_assumed(flown.route):
         own = replace(
             bare_command(Command.NAV_RETURN_TO_LAUNCH),
             command=int(Command.NAV_TAKEOFF),
             frame=int(Frame.GLOBAL_RELATIVE_ALT),
             param4=None,
-            altitude_m=steps.route.stages[0].height_m,
+            altitude_m=flown.route.stages[0].height_m,
         )
     else:
-        own = steps.items[steps.first - 1]
+        own = flown.items[flown.first - 1]
     return replace(
         own,
         latitude_deg=home.latitude_deg,
@@ -515,34 +516,34 @@ def _takeoff(steps: Steps, higher_m: float) -> MissionItem:
     )
 
 
-def _previous(steps: Steps, step: int) -> int:
+def _previous(flown: FlownItems, step: int) -> int:
     """Return the flying step before one."""
-    return next(one for one in range(step - 1, -1, -1) if steps.stages[one] is not None)
+    return next(one for one in range(step - 1, -1, -1) if flown.stages[one] is not None)
 
 
-def _height_m(steps: Steps, cut: Cut) -> float:
-    here, there = steps.stage_before(cut.step), steps.stage(cut.step)
-    return here.height_m + cut.share * (there.height_m - here.height_m)
+def _height_m(flown: FlownItems, cut: SplitPoint) -> float:
+    here, there = flown.stage_before(cut.step), flown.stage(cut.step)
+    return here.height_m + cut.fraction * (there.height_m - here.height_m)
 
 
-def _waypoint(steps: Steps, cut: Cut, like: MissionItem) -> MissionItem:
+def _waypoint(flown: FlownItems, cut: SplitPoint, like: MissionItem) -> MissionItem:
     """Return a waypoint at a cut, in the altitude reference and with the heading of an item."""
-    here, there = steps.stage_before(cut.step), steps.stage(cut.step)
-    before = steps.items[_previous(steps, cut.step)]
-    latitude_deg, longitude_deg = steps.route.frame.latitude_longitude_deg(
-        here.east_m + cut.share * (there.east_m - here.east_m),
-        here.north_m + cut.share * (there.north_m - here.north_m),
+    here, there = flown.stage_before(cut.step), flown.stage(cut.step)
+    before = flown.items[_previous(flown, cut.step)]
+    latitude_deg, longitude_deg = flown.route.frame.latitude_longitude_deg(
+        here.east_m + cut.fraction * (there.east_m - here.east_m),
+        here.north_m + cut.fraction * (there.north_m - here.north_m),
     )
     place = (float(latitude_deg), float(longitude_deg))
-    if cut.share == 0.0 and before.latitude_deg and before.longitude_deg:
+    if cut.fraction == 0.0 and before.latitude_deg and before.longitude_deg:
         place = (before.latitude_deg, before.longitude_deg)  # as the file says, to the last digit
-    frame, altitude_m = int(Frame.GLOBAL_RELATIVE_ALT), _height_m(steps, cut)
+    frame, altitude_m = int(Frame.GLOBAL_RELATIVE_ALT), _height_m(flown, cut)
     if before.frame in AMSL_FRAMES:
-        frame, altitude_m = before.frame, altitude_m + steps.route.home_amsl_m
+        frame, altitude_m = before.frame, altitude_m + flown.route.home_amsl_m
     elif before.frame in TERRAIN_FRAMES and before.altitude_m:
-        above_m = steps.items[cut.step].altitude_m if cut.share > 0.0 else before.altitude_m
+        above_m = flown.items[cut.step].altitude_m if cut.fraction > 0.0 else before.altitude_m
         frame = before.frame
-        altitude_m = before.altitude_m + cut.share * ((above_m or 0.0) - before.altitude_m)
+        altitude_m = before.altitude_m + cut.fraction * ((above_m or 0.0) - before.altitude_m)
     return replace(
         bare_command(Command.NAV_RETURN_TO_LAUNCH),
         command=int(Command.NAV_WAYPOINT),

@@ -17,7 +17,7 @@ from planner import quantity
 from planner.findings import Remarks, Rule, Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.commands import Command
-from planner.mission.route.jumps import is_counted
+from planner.mission.route.route import is_counted
 from planner.rules.declaration import ARDUPILOT, ARDUPILOT_TARGET, PX4, PX4_TARGET, judges
 
 if TYPE_CHECKING:

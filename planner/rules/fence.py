@@ -318,7 +318,7 @@ def _crossings(flown: FencedFlight, barriers: list[Barrier]) -> tuple[set[int], 
         chosen = flown.legs_near(barrier)
         if not len(chosen):
             continue
-        pieces = barrier.stretches_outside(flown.legs(chosen))
+        pieces = barrier.spans_outside(flown.legs(chosen))
         legs = chosen[pieces.leg].tolist()
         crossing.update(flown.group[legs].tolist())
         starts_m, ends_m = pieces.start_m.tolist(), pieces.end_m.tolist()

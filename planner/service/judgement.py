@@ -329,7 +329,7 @@ def _route(
     """Return the route of a mission, and that it asks for another speed than the one given."""
     route = make_route(
         mission,
-        meaning=None if judged_by is None else judged_by.autopilot,
+        dialect=None if judged_by is None else judged_by.autopilot,
         home_amsl_m=home_amsl_m,
         terrain=terrain,
     )

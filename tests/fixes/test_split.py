@@ -18,7 +18,7 @@ from planner.errors import OutputError, SplitError, UsageError
 from planner.fixes.split import Split, split_mission, write_split
 from planner.geo.fence import Fence, FenceCircle, RallyPoint
 from planner.mission.formats.plan import read_plan_text
-from planner.mission.parts import make_steps, possible_cuts
+from planner.mission.parts import flown_items, split_points
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -284,10 +284,10 @@ def cut_items(whole: Mission) -> tuple[set[int], set[int]]:
     """Return the items before which a mission may be cut, and on whose legs."""
     assessment = planner.check(whole, SURVEYOR).assessment
     assert assessment is not None
-    steps = make_steps(whole, assessment.route, Autopilot.ARDUPILOT)
-    cuts = possible_cuts(steps, inside_legs=True)
-    before = {steps.numbers[cut.step] for cut in cuts if not cut.share}
-    return before, {steps.numbers[cut.step] for cut in cuts if cut.share}
+    flown = flown_items(whole, assessment.route, Autopilot.ARDUPILOT)
+    cuts = split_points(flown, inside_legs=True)
+    before = {flown.numbers[cut.step] for cut in cuts if not cut.fraction}
+    return before, {flown.numbers[cut.step] for cut in cuts if cut.fraction}
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ PACK = Battery(
 
 def flown(conditions: Conditions | None = None) -> Flight:
     conditions = conditions or Conditions()
-    route = make_route(DELIVERY, meaning=Autopilot.ARDUPILOT, home_amsl_m=400.0)
+    route = make_route(DELIVERY, dialect=Autopilot.ARDUPILOT, home_amsl_m=400.0)
     pilot = make_pilot(SURVEY, ArduPilotParameters(), conditions)
     return predict_flight(route, SURVEY, conditions, pilot)
 

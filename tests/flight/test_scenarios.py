@@ -60,7 +60,7 @@ def flown(vehicle: VehicleModel, conditions: Conditions) -> Returns:
     parameters = None
     if vehicle.reference is not Autopilot.STEP:
         parameters = resolve_parameters(vehicle.reference, file=None, model=vehicle).values
-    route = make_route(ROWS, meaning=vehicle.reference, home_amsl_m=None, terrain=None)
+    route = make_route(ROWS, dialect=vehicle.reference, home_amsl_m=None, terrain=None)
     pilot = make_pilot(vehicle, parameters, conditions)
     flight = predict_flight(route, vehicle, conditions, pilot)
     destinations = make_destinations(ROWS, route, parameters, terrain=None)

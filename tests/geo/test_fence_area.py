@@ -76,7 +76,7 @@ def clearance_m(area: FenceArea, east: npt.ArrayLike, north: npt.ArrayLike) -> F
 
 
 def stretches_m(area: FenceArea, east: Sequence[float], north: Sequence[float]) -> list[float]:
-    return [m for s in area.stretches_outside(east, north) for m in (s.start_m, s.end_m)]
+    return [m for s in area.spans_outside(east, north) for m in (s.start_m, s.end_m)]
 
 
 def test_a_mission_without_a_fence_does_not_wait_for_shapely_or_rasterio() -> None:
@@ -95,7 +95,7 @@ def test_without_a_fence_everything_is_allowed() -> None:
     assert area.signed_distance_m([0.0, 1e6], [0.0, 0.0]).tolist() == [math.inf, math.inf]
     assert area.is_inside([0.0], [0.0]).all()
     assert clearance_m(area, [0.0, 1.0], [0.0, 0.0]).tolist() == [math.inf]
-    assert area.stretches_outside([0.0, 1.0], [0.0, 0.0]) == ()
+    assert area.spans_outside([0.0, 1.0], [0.0, 0.0]) == ()
     assert area.findings == ()
 
 
@@ -194,19 +194,19 @@ def test_the_rim_of_a_loiter_is_found_in_an_exclusion_its_centre_is_out_of(
     area = area_of(exclusion)
     assert area.is_inside([0.0], [0.0])[0]
     assert clearance_m(area, east, north).min() == pytest.approx(-28.9, abs=BOW_M)
-    # Two turns from the easternmost point: half a stretch, a whole one, half a stretch.
-    stretches = area.stretches_outside(east, north)
-    assert len(stretches) == 3
-    whole = stretches[1].end_m - stretches[1].start_m
-    ends = stretches[0].end_m - stretches[0].start_m, stretches[2].end_m - stretches[2].start_m
+    # Two turns from the easternmost point: half a span, a whole one, half a span.
+    spans = area.spans_outside(east, north)
+    assert len(spans) == 3
+    whole = spans[1].end_m - spans[1].start_m
+    ends = spans[0].end_m - spans[0].start_m, spans[2].end_m - spans[2].start_m
     assert sum(ends) == pytest.approx(whole, rel=1e-3)
 
 
 def test_a_stretch_goes_on_around_a_corner() -> None:
     area = area_of(rectangle(0.0, 0.0, 100.0, 100.0))
-    (stretch,) = area.stretches_outside([50.0, 150.0, 150.0, 50.0], [10.0, 10.0, 60.0, 60.0])
-    assert (stretch.start_m, stretch.end_m) == pytest.approx((50.0, 200.0), abs=BOW_M)
-    assert stretch.leg == 0
+    (span,) = area.spans_outside([50.0, 150.0, 150.0, 50.0], [10.0, 10.0, 60.0, 60.0])
+    assert (span.start_m, span.end_m) == pytest.approx((50.0, 200.0), abs=BOW_M)
+    assert span.leg == 0
 
 
 @pytest.mark.parametrize("outside", [rectangle(0.0, 0.0, 100.0, 100.0), circle(50.0, 50.0, 60.0)])
@@ -214,10 +214,10 @@ def test_standing_still_outside_is_a_stretch_without_length(
     outside: FencePolygon | FenceCircle,
 ) -> None:
     area = area_of(outside)
-    (stretch,) = area.stretches_outside([200.0, 200.0], [50.0, 50.0])
-    assert (stretch.start_m, stretch.end_m) == (0.0, 0.0)
+    (span,) = area.spans_outside([200.0, 200.0], [50.0, 50.0])
+    assert (span.start_m, span.end_m) == (0.0, 0.0)
     assert clearance_m(area, [200.0, 200.0], [50.0, 50.0])[0] < 0.0
-    assert area.stretches_outside([50.0, 50.0], [50.0, 50.0]) == ()
+    assert area.spans_outside([50.0, 50.0], [50.0, 50.0]) == ()
     assert clearance_m(area, [200.0, 200.0 + 1e-180], [50.0, 50.0])[0] < 0.0
     assert clearance_m(area, [50.0, 50.0], [50.0, 50.0])[0] > 0.0
 
@@ -260,7 +260,7 @@ def test_a_seam_between_united_areas_is_no_boundary() -> None:
     across = HERE.east_north_m([47.005, 47.005], [8.002, 8.018])
     # 0.002° of longitude at 47.005°: 0.002 · 76 049 m/° (cos φ · N · π/180).
     assert clearance_m(area, *across)[0] == pytest.approx(152.1, abs=0.1)
-    assert area.stretches_outside(*across) == ()
+    assert area.spans_outside(*across) == ()
 
 
 def test_united_circles_and_a_corridor_can_be_flown_through() -> None:
@@ -551,10 +551,10 @@ def test_no_sample_of_a_path_contradicts_its_clearance_and_stretches(
 
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     offsets = np.concatenate([[0.0], np.cumsum(lengths)])
-    stretches = area.stretches_outside(*corners.T)
+    spans = area.spans_outside(*corners.T)
     for along in np.linspace(0.0, offsets[-1], 101):
         point = [[np.interp(along, offsets, axis)] for axis in corners.T]
         distance = area.signed_distance_m(*point)[0]
-        if abs(distance) > 1e-5:  # nearer the ends of stretches, rounding decides
-            outside = any(s.start_m - 1e-6 <= along <= s.end_m + 1e-6 for s in stretches)
+        if abs(distance) > 1e-5:  # nearer the ends of spans, rounding decides
+            outside = any(s.start_m - 1e-6 <= along <= s.end_m + 1e-6 for s in spans)
             assert outside == (distance < 0.0)

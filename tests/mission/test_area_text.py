@@ -5,10 +5,7 @@ import pytest
 from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import FencePolygon, RallyPoint
-from planner.mission.formats.area_text import (
-    read_fence_list,
-    read_rally_list,
-)
+from planner.mission.formats.legacy import read_fence_list, read_rally_list
 
 FENCE = "47.05\t8.05\n47.0\t8.0\n47.0\t8.1\n47.1\t8.1\n47.0\t8.0\n"
 

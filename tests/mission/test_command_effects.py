@@ -67,8 +67,8 @@ FLOWN_AS_MULTICOPTERS = {Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND}
 JUMPING = {Command.DO_JUMP, Command.JUMP_TAG, Command.DO_JUMP_TAG}
 
 
-def flown(*items: MissionItem, meaning: Autopilot | None = Autopilot.ARDUPILOT) -> Route:
-    return make_route(mission(*items), meaning=meaning)
+def flown(*items: MissionItem, dialect: Autopilot | None = Autopilot.ARDUPILOT) -> Route:
+    return make_route(mission(*items), dialect=dialect)
 
 
 def findings(route: Route, code: str) -> list[str]:
@@ -119,7 +119,7 @@ def test_any_other_command_is_without_effect_or_told_with_what_is_assumed(comman
     effect = command_effect(command)
     if effect is CommandEffect.MODELLED:
         return
-    route = flown(TAKEOFF, item(command, frame=2), LEG, rtl(), meaning=None)
+    route = flown(TAKEOFF, item(command, frame=2), LEG, rtl(), dialect=None)
     told = findings(route, "T102")
     if effect is CommandEffect.NO_EFFECT:
         assert told == []
@@ -140,7 +140,7 @@ def test_no_command_ardupilot_takes_is_passed_over_in_silence() -> None:
             continue
         odd = item(number, north(200), 50.0, params=(1.0, 0.0, 0.0, 0.0))
         made = mission(takeoff(50), waypoint(100, 50), odd, rtl())
-        found = make_route(made, meaning=Autopilot.ARDUPILOT)
+        found = make_route(made, dialect=Autopilot.ARDUPILOT)
         flown = any(stage.item == 3 for stage in found.stages)
         told = any(finding.item == 3 for finding in found.findings)
         assert told or flown, number
@@ -167,7 +167,7 @@ def test_what_is_not_modelled_is_no_go_where_the_vehicle_may_fly_otherwise(comma
         return
     if command in FLOWN_AS_MULTICOPTERS:
         return
-    route = flown(TAKEOFF, item(command, frame=2), LEG, rtl(), meaning=None)
+    route = flown(TAKEOFF, item(command, frame=2), LEG, rtl(), dialect=None)
     [finding] = [one for one in route.findings if one.code == "T102"]
     is_warning = DIALECTS.get(command) in STAYS_A_WARNING
     assert finding.severity is (Severity.WARNING if is_warning else Severity.ERROR)
@@ -178,12 +178,12 @@ def test_what_is_not_modelled_is_no_go_where_the_vehicle_may_fly_otherwise(comma
 )
 def test_an_arc_flown_straight_is_no_go(angle_deg: float, severity: Severity) -> None:
     arc = item(36, north(100), 30.0, params=(angle_deg, 0.0, 0.0, 0.0))
-    found = make_route(mission(TAKEOFF, arc, rtl()), meaning=Autopilot.ARDUPILOT).findings
+    found = make_route(mission(TAKEOFF, arc, rtl()), dialect=Autopilot.ARDUPILOT).findings
     assert [one.severity for one in found if one.code == "T102"] == [severity]
 
 
 def test_what_the_autopilot_skips_is_no_go_only_where_it_is_not_known_who_flies() -> None:
     set_mode = item(176, frame=2, params=(1.0, 6.0, 0.0, 0.0))
-    for meaning, severity in ((Autopilot.ARDUPILOT, Severity.WARNING), (None, Severity.ERROR)):
-        found = make_route(mission(TAKEOFF, set_mode, LEG, rtl()), meaning=meaning).findings
+    for dialect, severity in ((Autopilot.ARDUPILOT, Severity.WARNING), (None, Severity.ERROR)):
+        found = make_route(mission(TAKEOFF, set_mode, LEG, rtl()), dialect=dialect).findings
         assert [one.severity for one in found if one.code == "T102"] == [severity]

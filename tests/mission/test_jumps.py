@@ -6,17 +6,14 @@ import pytest
 from made_missions import item, jump, mission, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.mission.route.jumps import (
-    MOST_VISITS,
-    flown_order,
-)
+from planner.mission.route.route import MOST_VISITS, flown_order
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem
 
 
-def order(*items: MissionItem, meaning: Autopilot | None = None) -> tuple[int, ...]:
-    return flown_order(mission(*items).items, meaning).visits
+def order(*items: MissionItem, dialect: Autopilot | None = None) -> tuple[int, ...]:
+    return flown_order(mission(*items).items, dialect).visits
 
 
 def test_without_jumps_items_are_flown_as_they_stand() -> None:
@@ -51,8 +48,8 @@ def test_an_endless_jump_is_flown_once_round() -> None:
 
 def test_a_count_of_65535_is_minus_one_in_16_bits_and_endless() -> None:
     items = mission(takeoff(10), waypoint(5, 10), jump(2, 65_535)).items
-    for meaning in (Autopilot.PX4, Autopilot.ARDUPILOT):
-        assert flown_order(items, meaning).lap_item == 3
+    for dialect in (Autopilot.PX4, Autopilot.ARDUPILOT):
+        assert flown_order(items, dialect).lap_item == 3
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_commanded_speeds_are_changed_in_place_and_others_left() -> None:
 
 def test_px4_takes_every_speed_for_that_of_level_flight() -> None:
     made = mission(takeoff(30.0), speed(3.0, kind=2.0), waypoint(100.0, 30.0), rtl())
-    changed = mission_at_speed(made, 7.0, meaning=Autopilot.PX4)
+    changed = mission_at_speed(made, 7.0, dialect=Autopilot.PX4)
     assert commanded(changed) == [(1.0, 7.0)]
 
 

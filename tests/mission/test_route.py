@@ -35,9 +35,9 @@ PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 
 
 def route(
-    *items: MissionItem, meaning: Autopilot | None = None, home_amsl_m: float | None = None
+    *items: MissionItem, dialect: Autopilot | None = None, home_amsl_m: float | None = None
 ) -> Route:
-    return make_route(mission(*items), meaning=meaning, home_amsl_m=home_amsl_m)
+    return make_route(mission(*items), dialect=dialect, home_amsl_m=home_amsl_m)
 
 
 def codes(found: Route) -> list[str]:
@@ -73,30 +73,30 @@ def test_amsl_altitudes_without_a_home_altitude_are_said() -> None:
 
 def test_speeds_are_carried_along_and_each_autopilot_reads_them_its_own_way() -> None:
     items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(3.0, kind=2.0), waypoint(1, 9), rtl())
-    ardupilot = route(*items, meaning=ARDUPILOT).stages
+    ardupilot = route(*items, dialect=ARDUPILOT).stages
     # A return is flown at the speed set in the vehicle.
     assert [s.speed_m_s for s in ardupilot] == [None, 7.0, 7.0, None]
     assert [s.climb_speed_m_s for s in ardupilot] == [None, None, 3.0, 3.0]
     # PX4 does not look at the type of a speed.
-    assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, 3.0, None]
+    assert [s.speed_m_s for s in route(*items, dialect=PX4).stages] == [None, 7.0, 3.0, None]
 
 
 def test_a_speed_of_zero_or_less_resets_px4_and_means_nothing_to_ardupilot() -> None:
     items = (takeoff(9), speed(7.0), waypoint(9, 9), speed(-2.0), waypoint(1, 9), rtl())
-    assert [s.speed_m_s for s in route(*items, meaning=PX4).stages] == [None, 7.0, None, None]
-    assert [s.speed_m_s for s in route(*items, meaning=ARDUPILOT).stages] == [None, 7.0, 7.0, None]
+    assert [s.speed_m_s for s in route(*items, dialect=PX4).stages] == [None, 7.0, None, None]
+    assert [s.speed_m_s for s in route(*items, dialect=ARDUPILOT).stages] == [None, 7.0, 7.0, None]
 
 
 def test_altitude_zero_keeps_the_height_on_ardupilot_and_is_zero_on_px4() -> None:
     items = (takeoff(20), waypoint(100, 0), rtl())
-    assert heights(route(*items, meaning=ARDUPILOT))[1] == 20.0
-    assert heights(route(*items, meaning=PX4))[1] == 0.0
+    assert heights(route(*items, dialect=ARDUPILOT))[1] == 20.0
+    assert heights(route(*items, dialect=PX4))[1] == 0.0
 
 
 def test_altitude_zero_in_the_air_is_told_where_it_does_not_mean_as_before() -> None:
     items = (takeoff(20), waypoint(100, 0), rtl())
-    assert codes(route(*items, meaning=ARDUPILOT)) == []
-    assert codes(route(*items, meaning=PX4)) == ["A111"]
+    assert codes(route(*items, dialect=ARDUPILOT)) == []
+    assert codes(route(*items, dialect=PX4)) == ["A111"]
     unknown = route(*items)
     assert codes(unknown) == ["A111"]
     assert heights(unknown)[1] == 20.0
@@ -114,10 +114,10 @@ def test_an_amsl_altitude_that_is_not_above_home_is_an_error() -> None:
 
 def test_zero_latitude_and_longitude_mean_here_and_not_so_to_px4() -> None:
     items = (takeoff(20), waypoint(100, 20), item(21, 0.0, 0.0, longitude_deg=0.0))
-    ardupilot = route(*items, meaning=ARDUPILOT)
+    ardupilot = route(*items, dialect=ARDUPILOT)
     assert ardupilot.stages[-1].north_m == pytest.approx(100.0, abs=0.1)
     assert codes(ardupilot) == []
-    px4 = route(*items, meaning=PX4)
+    px4 = route(*items, dialect=PX4)
     assert px4.stages[-1].north_m == pytest.approx(100.0, abs=0.1)
     assert codes(px4) == ["M110"]
 
@@ -133,8 +133,8 @@ def test_a_place_at_zero_zero_is_an_error_where_px4_flies_there(
     odd = item(command, 0.0, 20.0, longitude_deg=0.0)
     items = (odd, rtl()) if command == 22 else (takeoff(20), waypoint(50, 20), odd, rtl())
     severities = {
-        meaning: [f.severity for f in route(*items, meaning=meaning).findings if f.code == "M110"]
-        for meaning in (PX4, ARDUPILOT, None)
+        dialect: [f.severity for f in route(*items, dialect=dialect).findings if f.code == "M110"]
+        for dialect in (PX4, ARDUPILOT, None)
     }
     assert severities[PX4] == [Severity.ERROR]
     assert severities[ARDUPILOT] == []
@@ -143,22 +143,22 @@ def test_a_place_at_zero_zero_is_an_error_where_px4_flies_there(
 
 def test_ardupilot_takes_off_where_it_stands_px4_flies_to_the_takeoffs_place() -> None:
     items = (item(22, north(30), 20.0), waypoint(100, 20), rtl())
-    assert route(*items, meaning=ARDUPILOT).stages[0].north_m == pytest.approx(0.0, abs=1e-9)
-    assert route(*items, meaning=PX4).stages[0].north_m == pytest.approx(30.0, abs=0.05)
+    assert route(*items, dialect=ARDUPILOT).stages[0].north_m == pytest.approx(0.0, abs=1e-9)
+    assert route(*items, dialect=PX4).stages[0].north_m == pytest.approx(30.0, abs=0.05)
 
 
 def test_ardupilot_holds_whole_seconds() -> None:
     items = (takeoff(20), waypoint(100, 20, hold_s=2.7), rtl())
-    assert route(*items, meaning=ARDUPILOT).stages[1].hold_s == 2.0
-    assert route(*items, meaning=PX4).stages[1].hold_s == 2.7
+    assert route(*items, dialect=ARDUPILOT).stages[1].hold_s == 2.0
+    assert route(*items, dialect=PX4).stages[1].hold_s == 2.7
 
 
 def test_ardupilot_says_what_it_keeps_of_a_hold() -> None:
     half = waypoint(100, 20, hold_s=2.5)
-    assert codes(route(takeoff(20), half, rtl(), meaning=ARDUPILOT)) == ["M113"]
-    assert codes(route(takeoff(20), half, rtl(), meaning=PX4)) == []
+    assert codes(route(takeoff(20), half, rtl(), dialect=ARDUPILOT)) == ["M113"]
+    assert codes(route(takeoff(20), half, rtl(), dialect=PX4)) == []
     with pytest.raises(MissionFileError, match="ArduPilot cannot keep a hold of 65536 s"):
-        route(takeoff(20), waypoint(100, 20, hold_s=65_536), rtl(), meaning=ARDUPILOT)
+        route(takeoff(20), waypoint(100, 20, hold_s=65_536), rtl(), dialect=ARDUPILOT)
 
 
 def test_a_heading_of_zero_turns_px4_north() -> None:
@@ -166,18 +166,18 @@ def test_a_heading_of_zero_turns_px4_north() -> None:
         return item(16, north(9), 20.0, params=(0.0, 0.0, 0.0, yaw_deg))
 
     items = (takeoff(20), heading(0.0), heading(None), rtl())
-    px4 = route(*items, meaning=PX4)
+    px4 = route(*items, dialect=PX4)
     assert [stage.yaw_deg for stage in px4.stages] == [None, 0.0, None, None]
     assert codes(px4) == ["M114"]
-    assert codes(route(*items, meaning=ARDUPILOT)) == []
+    assert codes(route(*items, dialect=ARDUPILOT)) == []
 
 
 def test_px4_refuses_a_takeoff_that_is_not_the_first_place() -> None:
     items = (waypoint(100, 40), takeoff(40), rtl())
-    [px4] = [f for f in route(*items, meaning=PX4).findings if f.code == "M101"]
+    [px4] = [f for f in route(*items, dialect=PX4).findings if f.code == "M101"]
     assert px4.severity is Severity.ERROR
     assert "PX4 refuses" in px4.message
-    [ardupilot] = [f for f in route(*items, meaning=ARDUPILOT).findings if f.code == "M101"]
+    [ardupilot] = [f for f in route(*items, dialect=ARDUPILOT).findings if f.code == "M101"]
     assert ardupilot.severity is Severity.WARNING
 
 
@@ -260,11 +260,11 @@ def test_a_delay_until_a_time_of_day_cannot_be_counted() -> None:
     [finding] = [f for f in found.findings if f.code == "T107"]
     assert "14:30:--" in finding.message
     # PX4 looks at the seconds only, and takes none for none.
-    px4 = route(takeoff(20), item(93, params=(-1.0, 14.0, 30.0, -1.0), frame=2), rtl(), meaning=PX4)
+    px4 = route(takeoff(20), item(93, params=(-1.0, 14.0, 30.0, -1.0), frame=2), rtl(), dialect=PX4)
     [finding] = [f for f in px4.findings if f.code == "T107"]
     assert finding.message == "PX4 has no time of day: it does not wait until 14:30:-- UTC"
     nothing = item(93, params=(0.0, -1.0, -1.0, -1.0), frame=2)
-    assert codes(route(takeoff(20), nothing, rtl(), meaning=PX4)) == []
+    assert codes(route(takeoff(20), nothing, rtl(), dialect=PX4)) == []
 
 
 def test_an_unlimited_loiter_ends_the_prediction_as_an_error() -> None:
@@ -296,7 +296,7 @@ def test_ardupilot_keeps_turns_and_radius_in_8_bits_each(
     turns: float, radius_m: float, kept_turns: float, kept_radius_m: float
 ) -> None:
     circle = item(18, north(200), 30.0, params=(turns, 0.0, radius_m, 0.0))
-    found = route(takeoff(20), circle, rtl(), meaning=ARDUPILOT)
+    found = route(takeoff(20), circle, rtl(), dialect=ARDUPILOT)
     assert (found.stages[1].turns, found.stages[1].radius_m) == (kept_turns, kept_radius_m)
     changed = (turns, radius_m) != (kept_turns, kept_radius_m)
     assert codes(found) == (["M113"] if changed else [])
@@ -380,9 +380,9 @@ class Hill:
         return np.ma.masked_array(400.0 + 50.0 * np.maximum(rise, 0.0))
 
 
-def over_the_hill(frame: int, meaning: Autopilot | None) -> list[str]:
+def over_the_hill(frame: int, dialect: Autopilot | None) -> list[str]:
     made = mission(takeoff(60), item(16, 47.002, 60.0, frame=frame), rtl())
-    found = make_route(made, meaning=meaning, terrain=Hill())  # type: ignore[arg-type]  # as much of a grid as is asked
+    found = make_route(made, dialect=dialect, terrain=Hill())  # type: ignore[arg-type]  # as much of a grid as is asked
     return [f.message for f in found.findings if f.code == "A112"]
 
 
@@ -397,7 +397,7 @@ def test_ground_that_ardupilot_follows_and_the_prediction_does_not_is_told() -> 
 
 def test_ground_in_a_straight_line_is_not_told() -> None:
     made = mission(takeoff(20), item(16, 47.001, 30.0, frame=10), item(16, 47.002, 30.0, frame=10))
-    found = make_route(made, meaning=ARDUPILOT, terrain=Slope())  # type: ignore[arg-type]  # as much of a grid as is asked
+    found = make_route(made, dialect=ARDUPILOT, terrain=Slope())  # type: ignore[arg-type]  # as much of a grid as is asked
     assert "A112" not in codes(found)
 
 
@@ -407,14 +407,14 @@ def test_an_arc_is_flown_straight_and_how_much_longer_it_is_is_told(
 ) -> None:
     # θ/2 over sin θ/2: π/2 for half a circle, 0.785/0.707, 2.356/0.707
     arc = item(36, north(300), 50.0, params=(angle, 0.0, 0.0, None))
-    found = route(takeoff(50), waypoint(100, 50), arc, rtl(), meaning=ARDUPILOT)
+    found = route(takeoff(50), waypoint(100, 50), arc, rtl(), dialect=ARDUPILOT)
     [told] = [f for f in found.findings if f.code == "T102"]
     assert f"{longer} times as long" in told.message
     assert found.stages[2].north_m == pytest.approx(300.0, abs=0.5)
 
 
 @pytest.mark.parametrize(
-    ("enable", "meaning", "expected"),
+    ("enable", "dialect", "expected"),
     [
         (1.0, ARDUPILOT, [("T108", Severity.ERROR)]),
         (0.0, ARDUPILOT, []),
@@ -422,10 +422,10 @@ def test_an_arc_is_flown_straight_and_how_much_longer_it_is_is_told(
     ],
 )
 def test_handing_over_to_a_companion_never_ends_by_itself(
-    enable: float, meaning: Autopilot | None, expected: list[tuple[str, Severity]]
+    enable: float, dialect: Autopilot | None, expected: list[tuple[str, Severity]]
 ) -> None:
     guided = item(92, params=(enable, 0.0, 0.0, 0.0), frame=2)
-    found = route(takeoff(50), waypoint(100, 50), guided, rtl(), meaning=meaning)
+    found = route(takeoff(50), waypoint(100, 50), guided, rtl(), dialect=dialect)
     assert [(f.code, f.severity) for f in found.findings if f.code != "X902"] == expected
 
 
@@ -461,8 +461,8 @@ def test_an_unknown_frame_is_an_error() -> None:
 
 def test_autocontinue_off_stops_px4_for_ever_and_not_ardupilot() -> None:
     held = item(16, north(9), 20.0, autocontinue=False)
-    assert codes(route(takeoff(20), held, rtl(), meaning=PX4)) == ["T108"]
-    assert codes(route(takeoff(20), held, rtl(), meaning=ARDUPILOT)) == []
+    assert codes(route(takeoff(20), held, rtl(), dialect=PX4)) == ["T108"]
+    assert codes(route(takeoff(20), held, rtl(), dialect=ARDUPILOT)) == []
     [unknown] = [f for f in route(takeoff(20), held, rtl()).findings if f.code == "T108"]
     assert unknown.severity is Severity.WARNING
 
@@ -565,9 +565,9 @@ def test_an_endless_mission_carries_its_lap() -> None:
     st.sampled_from([None, PX4, ARDUPILOT]),
 )
 def test_any_items_make_a_route_of_finite_stages(
-    items: list[MissionItem], meaning: Autopilot | None
+    items: list[MissionItem], dialect: Autopilot | None
 ) -> None:
-    found = route(*items, meaning=meaning)
+    found = route(*items, dialect=dialect)
     for stage in found.stages:
         assert np.isfinite([stage.east_m, stage.north_m, stage.height_m, stage.hold_s]).all()
         assert stage.hold_s >= 0.0
@@ -606,7 +606,7 @@ def test_a_second_takeoff_behind_a_landing_is_an_error() -> None:
 
 
 @pytest.mark.parametrize(
-    ("meaning", "before", "severity"),
+    ("dialect", "before", "severity"),
     [
         (ARDUPILOT, (takeoff(20), waypoint(100, 20)), Severity.ERROR),
         (None, (takeoff(20), waypoint(100, 20)), Severity.ERROR),
@@ -615,8 +615,8 @@ def test_a_second_takeoff_behind_a_landing_is_an_error() -> None:
     ],
 )
 def test_a_wait_in_the_air_until_a_time_of_day_is_no_go(
-    meaning: Autopilot | None, before: tuple[MissionItem, ...], severity: Severity
+    dialect: Autopilot | None, before: tuple[MissionItem, ...], severity: Severity
 ) -> None:
     wait = item(93, frame=2, params=(-1.0, 14.0, 30.0, 0.0))
-    found = route(*before, wait, takeoff(30), waypoint(200, 20), rtl(), meaning=meaning)
+    found = route(*before, wait, takeoff(30), waypoint(200, 20), rtl(), dialect=dialect)
     assert [one.severity for one in found.findings if one.code == "T107"] == [severity]

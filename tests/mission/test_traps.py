@@ -505,7 +505,7 @@ def test_a_trap_is_seen_and_said(trap: Trap | Refusal) -> None:
         return
     mission = read_mission_bytes(content, source="a file")
     assert tuple(item.command for item in mission.items) == trap.commands
-    route = make_route(mission, meaning=trap.flown_by)
+    route = make_route(mission, dialect=trap.flown_by)
     findings = checked(mission, trap.flown_by).findings
     told = {finding.code for finding in (*mission.findings, *route.findings)}
     assert told == (trap.codes - JUDGED) | {NO_TERRAIN}

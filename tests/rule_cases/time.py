@@ -8,7 +8,7 @@ from fenced_missions import rally
 from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
-from planner.mission.route.jumps import flown_order
+from planner.mission.route.route import flown_order
 from planner.values import replace
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from planner.mission.expand.survey import (
     read_survey,
 )
 from planner.mission.formats.json_document import JsonFields, describe
-from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN, PLAN_VALUE, ItemSequence
-from planner.mission.items import MOST_ITEMS, make_items
+from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN, PLAN_VALUE
+from planner.mission.items import MOST_ITEMS, ItemSequence, make_items
 from planner.values import Value
 
 if TYPE_CHECKING:

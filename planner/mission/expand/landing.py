@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner.findings import Rule, Severity
 from planner.mission.commands import Command, Frame
-from planner.mission.formats.simple_item import ItemSequence
+from planner.mission.items import ItemSequence
 
 if TYPE_CHECKING:
     from planner.findings import Place, Remarks

@@ -12,8 +12,7 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, Frame
 from planner.mission.formats.json_document import LARGEST_LENGTH_M
-from planner.mission.formats.simple_item import ItemSequence
-from planner.mission.items import MOST_ITEMS
+from planner.mission.items import MOST_ITEMS, ItemSequence
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray

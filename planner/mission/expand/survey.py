@@ -10,8 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, Frame
-from planner.mission.formats.simple_item import ItemSequence
-from planner.mission.items import MOST_ITEMS
+from planner.mission.items import MOST_ITEMS, ItemSequence
 from planner.values import Value
 
 if TYPE_CHECKING:

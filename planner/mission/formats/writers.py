@@ -33,8 +33,7 @@ from planner.mission.formats.simple_item import (
     is_complex,
 )
 from planner.mission.formats.wpl import HEADER
-from planner.mission.items import Mission, VehicleKind
-from planner.mission.route.jumps import numbered_in_order
+from planner.mission.items import Mission, VehicleKind, numbered_in_order
 from planner.values import Value, replace
 
 if TYPE_CHECKING:

@@ -1,4 +1,10 @@
-"""From a mission to the route it asks for: jumps followed, places in metres, heights above home."""
+"""From a mission to the route it asks for: jumps followed, places in metres, heights above home.
+
+DO_JUMP names its target by id (``doJumpId`` of a plan, the row's number in a text file),
+DO_JUMP_TAG by the tag of a JUMP_TAG item.  Both autopilots count how often each jump was taken for
+the whole mission: an outer loop does not start an inner one again (ArduPilot AP_Mission
+``jump_tracking``; PX4 ``do_jump_current_count``).
+"""
 
 from __future__ import annotations
 
@@ -13,14 +19,163 @@ from planner.findings import Rule, Severity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.items import MissionFormat, VehicleKind
-from planner.mission.route.jumps import flown_order
 from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import TAKEOFFS, Course, Draft, ground_amsl_m, is_on_earth
+from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.geo.terrain import TerrainGrid
-    from planner.mission.items import Home, Mission
+    from planner.mission.items import Home, Mission, MissionItem
+
+
+MOST_VISITS = 20_000
+"""A mission whose jumps lead past so many items again is cut here, and said to be."""
+_FOREVER = -1
+_FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
+_ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
+
+
+class FlownOrder(Value):
+    """The items of a mission in the order they are reached."""
+
+    visits: tuple[int, ...]
+    """Item numbers from 1, repeated where a jump leads back."""
+    lap_start: int | None = None
+    """Where the last lap of an endless loop begins, as a position in ``visits``; it is flown once
+    more after the loop closed, to its end.  ``None`` where the mission ends."""
+    lap_item: int | None = None
+    """The item that closes the endless loop."""
+    findings: tuple[Finding, ...] = ()
+
+
+JUMPS_TOO_LONG = Rule(
+    "T106 jumps-too-long",
+    Severity.ERROR,
+    summary="The jumps of the mission lead past too many items to predict.",
+    why="A count mistaken by a digit makes a mission of days, which is reported, not computed.",
+    how="Items are followed in flown order, up to 20,000 more than there are in the file.",
+    fix="give the jumps smaller counts",
+)
+
+
+def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> FlownOrder:
+    """Return in which order items are reached, from the first to the end or once round for ever.
+
+    Parameters
+    ----------
+    items : tuple of MissionItem
+        In file order.
+    dialect : Autopilot, optional
+        By whose rules; PX4 has no jump tags.
+    """
+    jumps = {Command.DO_JUMP, Command.DO_JUMP_TAG}
+    if not any(item.command in jumps for item in items):
+        return FlownOrder(visits=tuple(range(1, len(items) + 1)))
+    targets, findings = _targets(items, dialect)
+    visits: list[int] = []
+    taken: dict[int, int] = {}
+    closed: tuple[int, int] | None = None
+    at = 0
+    while at < len(items):
+        if len(visits) == len(items) + MOST_VISITS:
+            findings.append(
+                JUMPS_TOO_LONG.finding(
+                    f"the jumps lead past more than {MOST_VISITS:,} items: "
+                    "the prediction ends there, the mission continues",
+                )
+            )
+            break
+        item = items[at]
+        visits.append(at + 1)
+        target = targets.get(at)
+        if target is None:
+            at += 1
+        elif closed is not None and closed[0] == at:
+            break
+        else:
+            repeats = _repeats(item)
+            is_endless = repeats in _ENDLESS
+            if is_endless and target <= at:
+                closed = (at, len(visits))
+                at = target
+            elif is_endless or taken.get(at, 0) < repeats:
+                taken[at] = taken.get(at, 0) + 1
+                at = target
+            else:
+                at += 1
+    return FlownOrder(
+        visits=tuple(visits),
+        lap_start=None if closed is None else closed[1],
+        lap_item=None if closed is None else closed[0] + 1,
+        findings=tuple(findings),
+    )
+
+
+JUMP_TARGET = Rule(
+    "M103 jump-target",
+    Severity.ERROR,
+    summary="A jump leads nowhere.",
+    why="A jump to a missing item ends the mission or makes the autopilot refuse it; a jump to itself "
+    "once skipped the whole mission (ArduPilot #28604).",
+    how="The target of DO_JUMP or DO_JUMP_TAG is no item of the mission, or the jump itself.",
+    fix="give the jump the id of an item before or after it",
+)
+
+
+def _targets(
+    items: tuple[MissionItem, ...], dialect: Autopilot | None
+) -> tuple[dict[int, int], list[Finding]]:
+    """Return for each jump that leads somewhere its target, both as positions in ``items``."""
+    by_id = {item.jump_id: at for at, item in reversed(list(enumerate(items)))}
+    by_tag = {
+        item.param1: at
+        for at, item in reversed(list(enumerate(items)))
+        if item.command == Command.JUMP_TAG
+    }
+    targets: dict[int, int] = {}
+    findings: list[Finding] = []
+    for at, item in enumerate(items):
+        if item.command not in {Command.DO_JUMP, Command.DO_JUMP_TAG}:
+            continue
+        is_tag = item.command == Command.DO_JUMP_TAG
+        named = item.param1
+        target = None
+        if named is not None:
+            target = by_tag.get(named) if is_tag else by_id.get(int(named))
+        problem = None
+        if is_tag and dialect is Autopilot.PX4:
+            problem = "PX4 has no jump tags"
+        elif target is None:
+            problem = f"no {'tag' if is_tag else 'item'} {_plain(named)}"
+        elif target == at:
+            problem = "jumps to itself"
+        if problem is None and target is not None:
+            targets[at] = target
+        else:
+            findings.append(
+                JUMP_TARGET.finding(
+                    f"{command_name(item.command)}: {problem}; predicted without the jump",
+                    item=at + 1,
+                    place=item.place,
+                )
+            )
+    return targets, findings
+
+
+def is_counted(item: MissionItem) -> bool:
+    """Return whether a jump is taken a number of times, and not for ever."""
+    return _repeats(item) not in _ENDLESS
+
+
+def _repeats(item: MissionItem) -> int:
+    """Return how often a jump is taken; any negative count is for ever."""
+    repeats = 0.0 if item.param2 is None else item.param2
+    return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
+
+
+def _plain(number: float | None) -> str:
+    return "(not given)" if number is None else f"{number:g}"
 
 
 _ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
@@ -36,7 +191,7 @@ _FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
 def make_route(
     mission: Mission,
     *,
-    meaning: Autopilot | None = None,
+    dialect: Autopilot | None = None,
     home_amsl_m: float | None = None,
     terrain: TerrainGrid | None = None,
 ) -> Route:
@@ -46,7 +201,7 @@ def make_route(
     ----------
     mission : Mission
         As read from its file.
-    meaning : Autopilot, optional
+    dialect : Autopilot, optional
         Whose reading of the items counts: of the vehicle that flies, else of the file's firmware.
     home_amsl_m : float, optional
         Altitude of the take-off place; default the mission's own. [m AMSL]
@@ -66,8 +221,8 @@ def make_route(
     MissionFileError
         If an item holds a number no vehicle can fly.
     """
-    order = flown_order(mission.items, meaning)
-    course, findings = _begin(mission, meaning, home_amsl_m, terrain)
+    order = flown_order(mission.items, dialect)
+    course, findings = _begin(mission, dialect, home_amsl_m, terrain)
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []
@@ -103,7 +258,7 @@ HOME_UNKNOWN = Rule(
 
 def _begin(
     mission: Mission,
-    meaning: Autopilot | None,
+    dialect: Autopilot | None,
     home_amsl_m: float | None,
     terrain: TerrainGrid | None,
 ) -> tuple[Course, list[Finding]]:
@@ -141,7 +296,7 @@ def _begin(
         amsl_m = ground_amsl_m(terrain, *place)
     course = Course(
         source=mission.source,
-        meaning=meaning,
+        dialect=dialect,
         start_deg=place,
         home_deg=place,
         home_amsl_m=amsl_m,
@@ -296,10 +451,10 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
             f"a vertical take-off to {quantity.height(height_m)} is assumed"
         )
         severity = None
-        if course.meaning is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
+        if course.dialect is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
             message += "; PX4 refuses a mission with a take-off that is not its first place"
             severity = Severity.ERROR
-        elif course.meaning is Autopilot.ARDUPILOT:
+        elif course.dialect is Autopilot.ARDUPILOT:
             message += "; on the ground ArduPilot does not start it"
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)

@@ -248,7 +248,7 @@ class Whereabouts:
     """A place and a height, home, and what has been flown and told on the way there."""
 
     source: str
-    meaning: Autopilot | None
+    dialect: Autopilot | None
     """Whose reading of the items counts; ``None`` where neither file nor vehicle says."""
     start_deg: tuple[float, float]
     """Where the flight starts. [°]"""
@@ -292,9 +292,9 @@ class Whereabouts:
         if latitude != 0.0 or longitude != 0.0:
             return True
         is_going = item.command in _GOING
-        if self.meaning is Autopilot.PX4 or (is_going and self.meaning is None):
+        if self.dialect is Autopilot.PX4 or (is_going and self.dialect is None):
             # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
-            is_lost = self.meaning is Autopilot.PX4
+            is_lost = self.dialect is Autopilot.PX4
             self.remark(
                 ZERO_POSITION,
                 number,
@@ -313,7 +313,7 @@ class Whereabouts:
         if not abs(altitude) <= HIGHEST_M:
             self.refuse(number, item, f"an altitude of {altitude:g} m cannot be flown")
         if altitude == 0.0 and self.drafts:
-            if self.meaning is Autopilot.ARDUPILOT:
+            if self.dialect is Autopilot.ARDUPILOT:
                 return self.height_m
             if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
                 return self._zero_height_m(number, item)
@@ -324,7 +324,7 @@ class Whereabouts:
         frame = item.frame
         if frame in RELATIVE_FRAMES:
             return altitude + self.datum_m
-        if frame in AMSL_FRAMES or (frame == Frame.MISSION and self.meaning is Autopilot.ARDUPILOT):
+        if frame in AMSL_FRAMES or (frame == Frame.MISSION and self.dialect is Autopilot.ARDUPILOT):
             self.amsl_items.append(number)
             height_m = altitude - (self.home_amsl_m or 0.0)
             self._doubt_amsl(number, item, height_m)
@@ -364,7 +364,7 @@ class Whereabouts:
     def _zero_height_m(self, number: int, item: MissionItem) -> float:
         """Return the height of an item in the air with altitude 0, where not ArduPilot's is meant."""
         ways = "PX4 flies to home's level, ArduPilot keeps its height"
-        if self.meaning is Autopilot.PX4:
+        if self.dialect is Autopilot.PX4:
             self.remark(ZERO_ALTITUDE, number, item, f"altitude 0: {ways}")
             return self.datum_m
         message = f"has altitude 0: {ways}; the height is taken to be kept"
@@ -545,8 +545,8 @@ class Course(Whereabouts):
             If the item holds a number no vehicle can fly.
         """
         _WAYS.get(item.command, Course.pass_by)(self, number, item)
-        if not item.autocontinue and self.meaning is not Autopilot.ARDUPILOT:
-            is_px4 = self.meaning is Autopilot.PX4
+        if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
+            is_px4 = self.dialect is Autopilot.PX4
             other = "" if is_px4 else ", ArduPilot continues"
             message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
             severity = Severity.ERROR if is_px4 else Severity.WARNING
@@ -554,7 +554,7 @@ class Course(Whereabouts):
 
     def waypoint(self, number: int, item: MissionItem) -> None:
         """Fly to a place and hold there."""
-        if item.param4 == 0.0 and self.meaning is Autopilot.PX4:
+        if item.param4 == 0.0 and self.dialect is Autopilot.PX4:
             message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it goes on"
             self.remark(HEADING_NORTH, number, item, message)
         self._go(StageKind.GO, number, item, hold_s=self._hold_s(number, item))
@@ -604,7 +604,7 @@ class Course(Whereabouts):
         from_deg = (self.latitude_deg, self.longitude_deg)
         self.move_to(number, item)
         ground_m: tuple[float, ...] = ()
-        if item.frame in TERRAIN_FRAMES and self.meaning is Autopilot.ARDUPILOT:
+        if item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT:
             ground_m = self._followed_ground_m(number, item, from_deg)
         self.height_m = self.height_of_m(number, item)
         draft = self._add(kind, number)
@@ -638,7 +638,7 @@ class Course(Whereabouts):
 
     def take_off(self, number: int, item: MissionItem) -> None:
         """Leave the ground."""
-        if self.meaning is not Autopilot.ARDUPILOT:  # ArduPilot takes off where it stands
+        if self.dialect is not Autopilot.ARDUPILOT:  # ArduPilot takes off where it stands
             self.move_to(number, item)
         self.height_m = self.height_of_m(number, item)
         is_first = not any(d.kind is not StageKind.DELAY for d in self.drafts)
@@ -667,7 +667,7 @@ class Course(Whereabouts):
             self.refuse(
                 number, item, f"{quantity.count(turns, 'turn')} of {radius:g} m cannot be flown"
             )
-        if self.meaning is Autopilot.ARDUPILOT:
+        if self.dialect is Autopilot.ARDUPILOT:
             kept_turns = stored_turns(turns)
             kept_radius = stored_radius_m(radius)
             if (kept_turns, kept_radius) != (turns, radius):
@@ -694,7 +694,7 @@ class Course(Whereabouts):
                 where = "in the air" if in_air else "on the ground"
                 message = f"waits {where} until {until} UTC: not counted"
                 severity = Severity.ERROR if in_air else None  # a hover of any length
-                if self.meaning is Autopilot.PX4:
+                if self.dialect is Autopilot.PX4:
                     message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
                 self.remark(WAIT_NOT_COUNTED, number, item, message, severity=severity)
@@ -743,7 +743,7 @@ class Course(Whereabouts):
 
     def guided(self, number: int, item: MissionItem) -> None:
         """Hand over to a companion computer, which decides when the mission goes on."""
-        if self.meaning is not Autopilot.ARDUPILOT:
+        if self.dialect is not Autopilot.ARDUPILOT:
             self.pass_by(number, item)
         elif item.param1 is not None and item.param1 > 0.0:
             message = (
@@ -757,7 +757,7 @@ class Course(Whereabouts):
         kind, speed = item.param1 or 0.0, item.param2
         if speed is not None and speed > FASTEST_M_S:
             self.refuse(number, item, f"a speed of {speed:g} m/s cannot be flown")
-        if self.meaning is Autopilot.PX4:
+        if self.dialect is Autopilot.PX4:
             # PX4 does not look at the type; nothing above zero resets to its own cruise speed.
             self.speed_m_s = speed if speed is not None and speed > 0.0 else None
         elif speed is None or speed <= 0.0:
@@ -814,8 +814,8 @@ class Course(Whereabouts):
         }:
             return
         name = command_name(item.command)
-        if self.meaning is not None and support(item.command, self.meaning) is Support.SKIPPED:
-            assumed = f"{self.meaning.label} skips it, 0 s and 0 Wh are assumed"
+        if self.dialect is not None and support(item.command, self.dialect) is Support.SKIPPED:
+            assumed = f"{self.dialect.label} skips it, 0 s and 0 Wh are assumed"
         elif is_destination(item.command) and self.has_place(number, item):
             self._go(StageKind.GO, number, item)
             assumed = "a straight flight to its place is assumed"
@@ -826,7 +826,7 @@ class Course(Whereabouts):
             number,
             item,
             f"{name} is not modelled: {assumed}",
-            severity=None if goes_on_flying(item.command, self.meaning) else Severity.ERROR,
+            severity=None if goes_on_flying(item.command, self.dialect) else Severity.ERROR,
         )
 
     def _hold_s(self, number: int, item: MissionItem) -> float:
@@ -843,7 +843,7 @@ class Course(Whereabouts):
                 f"{command_name(item.command)}: its hold of {hold:g} s is predicted as 0 s",
             )
             return 0.0
-        if self.meaning is not Autopilot.ARDUPILOT:
+        if self.dialect is not Autopilot.ARDUPILOT:
             return hold
         if hold > LONGEST_STORED_HOLD_S:
             self.refuse(number, item, f"ArduPilot cannot keep a hold of {hold:g} s")
