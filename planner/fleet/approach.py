@@ -29,7 +29,7 @@ _BLOCK = 1_000_000
 """Cells that are looked at together."""
 
 
-class Approach(Value):
+class ClosestApproach(Value):
     """Where two vehicles come nearest to each other."""
 
     distance_m: float
@@ -104,7 +104,7 @@ def closest_approach(
     second_above_m: float = 0.0,
     within_m: float = np.inf,
     accuracy_m: float = ACCURACY_M,
-) -> Approach | None:
+) -> ClosestApproach | None:
     """Return the closest approach of two vehicles while not both are near the ground.
 
     Parameters
@@ -126,7 +126,7 @@ def closest_approach(
 
     Returns
     -------
-    Approach or None
+    ClosestApproach or None
         ``None`` where they do not come so near, or where never one of both flies.
     """
     cells = _cells(
@@ -148,7 +148,7 @@ def closest_approach(
     )
     two.control_m[..., 2] += second_above_m
     limit_m = within_m
-    best: Approach | None = None
+    best: ClosestApproach | None = None
     for _ in range(_MOST_ROUNDS):
         one, two = _side_by_side(one, two, second_later_s, shift_s)
         near = np.flatnonzero(_box_distance_m(one.control_m, two.control_m) < limit_m)
@@ -167,7 +167,7 @@ def closest_approach(
         if is_done.any():
             at = int(np.flatnonzero(is_done)[np.argmin(least_m[is_done])])
             if least_m[at] < min(within_m, np.inf if best is None else best.distance_m):
-                best = Approach(
+                best = ClosestApproach(
                     distance_m=float(least_m[at]),
                     first_s=float(first_s[at]),
                     second_s=float(second_s[at]),

@@ -13,7 +13,7 @@ from planner.values import Value
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.fleet.approach import Approach
+    from planner.fleet.approach import ClosestApproach
     from planner.fleet.trajectory import Trajectory
 
 SAME_HOME_M = 1.0
@@ -51,7 +51,7 @@ class Conflict(Value):
 
     first: int
     second: int
-    approach: Approach
+    approach: ClosestApproach
 
 
 def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Conflict]:
@@ -75,7 +75,7 @@ def predict_conflicts(fleet: Sequence[Member], spacing: Spacing) -> Iterator[Con
             yield Conflict(first=first, second=second, approach=approach)
 
 
-def predict_approach(first: Member, second: Member, spacing: Spacing) -> Approach | None:
+def predict_approach(first: Member, second: Member, spacing: Spacing) -> ClosestApproach | None:
     """Return the closest approach of two members at whatever starts; ``None``: not too near."""
     return _approach(first, second, spacing)
 
@@ -137,7 +137,7 @@ def _approach(
     *,
     delay_s: float = 0.0,
     accuracy_m: float = ACCURACY_M,
-) -> Approach | None:
+) -> ClosestApproach | None:
     """Return the closest approach where it is too close."""
     above_m = 0.0
     if not _have_one_home(first, second):

@@ -14,7 +14,7 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.flight.motion.steps import Legs, fly_step_references
+from planner.flight.motion.steps import StepLegs, fly_step_references
 from planner.flight.power import NO_TRANSIENTS
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
@@ -225,7 +225,9 @@ class StepPilot(Value):
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route and its power transients."""
-        motion, transients = self._along(Legs.of(route.stages, default_speed_m_s=self._speed_m_s))
+        motion, transients = self._along(
+            StepLegs.of(route.stages, default_speed_m_s=self._speed_m_s)
+        )
         assumed = _return_height_finding(route)
         if assumed is None:
             return motion, transients
@@ -235,10 +237,10 @@ class StepPilot(Value):
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route
     ) -> tuple[Motion, Transients]:
         """Return level legs home at the height of each point, and landings there."""
-        legs = Legs.home_from(points_m, targets.ground_m, speed_m_s=self._speed_m_s)
+        legs = StepLegs.home_from(points_m, targets.ground_m, speed_m_s=self._speed_m_s)
         return self._along(legs)
 
-    def _along(self, legs: Legs) -> tuple[Motion, Transients]:
+    def _along(self, legs: StepLegs) -> tuple[Motion, Transients]:
         if self.vehicle.ramps is None:
             return fly_step_references(legs, self.vehicle.responses)
         from planner.flight.motion.ramps import fly_ramps

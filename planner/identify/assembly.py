@@ -17,8 +17,8 @@ from planner.findings import Rule, Severity
 from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
-from planner.identify.manoeuvres import Answer
-from planner.identify.outcome import Evidence, Identification, Status
+from planner.identify.manoeuvres import ResponseKind
+from planner.identify.outcome import Evidence, FitStatus, Identification
 from planner.identify.spread import left_out_spread, ramp_spread
 from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
@@ -110,7 +110,7 @@ def flown_box(
     steps = [
         abs(float(m.reference[-1] - m.reference[0]))
         for r in parts.responses
-        if r.evidence is not None and r.evidence.name == Answer.ALTITUDE.value
+        if r.evidence is not None and r.evidence.name == ResponseKind.ALTITUDE.value
         for m in r.evidence.manoeuvres
     ]
     is_stepped = settings.reference is Autopilot.STEP
@@ -195,7 +195,7 @@ def made_provenance(
     )
     fit: list[tuple[str, float]] = [("flights", float(len(records)))]
     for outcome in outcomes:
-        if outcome.status is not Status.IDENTIFIED:
+        if outcome.status is not FitStatus.IDENTIFIED:
             continue
         name = outcome.name.replace(" ", "_")
         fit.append((f"{name}_segments", float(outcome.used)))
@@ -284,7 +284,7 @@ class IdentificationSettings(Value):
 
 _LEAST_DAMPING = 0.3
 """Of a response to a reference that was shaped to be followed. [-]"""
-_MOTIONS = (Answer.ALTITUDE.value, Answer.SPEED.value)
+_MOTIONS = (ResponseKind.ALTITUDE.value, ResponseKind.SPEED.value)
 
 
 class Parts(Value, eq=False):
@@ -509,7 +509,7 @@ def _air_readings(
 
 def _of_base(outcome: StateOutcome, base: VehicleModel) -> StateOutcome:
     return replace(
-        outcome, status=Status.BASE, said=f"taken from {base.name}: {outcome.said}", estimates=()
+        outcome, status=FitStatus.BASE, said=f"taken from {base.name}: {outcome.said}", estimates=()
     )
 
 
@@ -548,7 +548,7 @@ def _said(
 ) -> list[Finding]:
     findings = []
     for outcome in outcomes:
-        if outcome.status is Status.LEFT_OUT:
+        if outcome.status is FitStatus.LEFT_OUT:
             # how closely an autopilot is followed is told, and predicted with by nobody
             is_beside = settings.reference is not Autopilot.STEP and outcome.name in _MOTIONS
             findings.append(
@@ -557,11 +557,13 @@ def _said(
                     severity=Severity.INFO if is_beside else None,
                 )
             )
-        elif outcome.status is Status.BASE:
+        elif outcome.status is FitStatus.BASE:
             findings.append(STATE_OF_BASE.finding(f"{outcome.name}: {outcome.said}"))
     if mass_kg is None:
         findings.append(MASS_UNKNOWN.finding("mass unknown: payload and air density not modelled"))
-    fitted = [o.name for o in outcomes if o.status is Status.IDENTIFIED and o.whiteness is not None]
+    fitted = [
+        o.name for o in outcomes if o.status is FitStatus.IDENTIFIED and o.whiteness is not None
+    ]
     if settings.method is Method.ARX and fitted:
         findings.append(
             ARX_BIASED.finding(

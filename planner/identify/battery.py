@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from planner.errors import IdentificationError
 from planner.identify.noise import Noise, fit_noise, least_squares_covariance
-from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
+from planner.identify.outcome import Estimate, FitStatus, SegmentUse, StateOutcome
 from planner.units import SECONDS_PER_HOUR
 from planner.values import Value
 from planner.vehicle.battery import Battery
@@ -224,7 +224,7 @@ def identify_battery(
         battery=battery,
         outcome=StateOutcome(
             name="battery",
-            status=Status.IDENTIFIED,
+            status=FitStatus.IDENTIFIED,
             said=said,
             unit="V",
             estimates=(resistance,),
@@ -278,7 +278,7 @@ def _with_curve(
         ),
         outcome=StateOutcome(
             name="battery",
-            status=Status.IDENTIFIED,
+            status=FitStatus.IDENTIFIED,
             said=(
                 f"{capacity_ah:g} Ah, {cells} {chemistry} cells with the voltage times {scale:.4f}, "
                 f"{resistance_ohm * 1e3:.0f} mohm; used down to {low:.0%}"
@@ -348,7 +348,9 @@ def _parameter(
 def _nothing(why: str, segments: tuple[SegmentUse, ...]) -> BatteryIdentification:
     return BatteryIdentification(
         battery=None,
-        outcome=StateOutcome(name="battery", status=Status.LEFT_OUT, said=why, segments=segments),
+        outcome=StateOutcome(
+            name="battery", status=FitStatus.LEFT_OUT, said=why, segments=segments
+        ),
     )
 
 

@@ -17,10 +17,10 @@ from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Method, Parts, assemble_model
 from planner.identify.manoeuvres import (
-    Answer,
+    ResponseKind,
     cut_manoeuvres,
 )
-from planner.identify.outcome import SegmentUse, Status
+from planner.identify.outcome import FitStatus, SegmentUse
 from planner.identify.power_states import (
     PowerIdentification,
     at_mean_load,
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.identify.assembly import IdentificationSettings
-    from planner.identify.manoeuvres import Cut
+    from planner.identify.manoeuvres import ManoeuvreCut
     from planner.identify.outcome import Identification
     from planner.identify.response_states import ResponseIdentification
     from planner.identify.steady import MeasuredPower, SteadyStretch
@@ -129,7 +129,7 @@ def _identify_shaped(
     mass_kg = _flown_mass_kg(settings)
     steady: list[MeasuredPower] = []
     refusals: list[SegmentUse] = []
-    cuts: list[Cut] = []
+    cuts: list[ManoeuvreCut] = []
     for record in records:
         on_step(_flight_step(record))
         density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
@@ -142,7 +142,11 @@ def _identify_shaped(
             steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
         ),
         responses=_responses(
-            (Answer.ALTITUDE, Answer.SPEED), cuts, on_step, use_arx=use_arx, is_shaped=True
+            (ResponseKind.ALTITUDE, ResponseKind.SPEED),
+            cuts,
+            on_step,
+            use_arx=use_arx,
+            is_shaped=True,
         ),
         steady=tuple(steady),
         loads=_loads(records),
@@ -164,7 +168,7 @@ def _identify_stepped(
     hovers = [s.power for s in stretches if s.power is not None and not s.power.airspeed_m_s]
     cruises = [s.power for s in stretches if s.power is not None and s.power.airspeed_m_s]
     power = _stepped_power(hovers, cruises, tuple(refusals))
-    cuts: list[Cut] = []
+    cuts: list[ManoeuvreCut] = []
     for record in records:
         hover_w = None
         if isinstance(power.hover, AltitudeLaw) and np.isfinite(record.power_w).any():
@@ -180,7 +184,9 @@ def _identify_stepped(
         power=power,
         responses=tuple(
             _counted_from_hover(found, cuts, hovers)
-            for found in _responses(tuple(Answer), cuts, on_step, use_arx=use_arx, is_shaped=False)
+            for found in _responses(
+                tuple(ResponseKind), cuts, on_step, use_arx=use_arx, is_shaped=False
+            )
         ),
         steady=(*hovers, *cruises),
         hovers=tuple(hovers),
@@ -221,8 +227,8 @@ def _flight_step(record: FlightRecord) -> str:
 
 
 def _responses(
-    answers: Sequence[Answer],
-    cuts: Sequence[Cut],
+    answers: Sequence[ResponseKind],
+    cuts: Sequence[ManoeuvreCut],
     on_step: Callable[[str], None],
     *,
     use_arx: bool,
@@ -237,7 +243,7 @@ def _responses(
 
 
 def _counted_from_hover(
-    found: ResponseIdentification, cuts: Sequence[Cut], hovers: Sequence[MeasuredPower]
+    found: ResponseIdentification, cuts: Sequence[ManoeuvreCut], hovers: Sequence[MeasuredPower]
 ) -> ResponseIdentification:
     """Return a brake response only where the power before it is that of hover, as in the article.
 
@@ -245,14 +251,14 @@ def _counted_from_hover(
     cruise ends c below hover, and the energy of every stop is short by c times its window: the cruise
     power, followed down with the speed, is nearer.
     """
-    if found.response is None or found.outcome.name != Answer.BRAKE_POWER.value or not hovers:
+    if found.response is None or found.outcome.name != ResponseKind.BRAKE_POWER.value or not hovers:
         return found
     before_w = float(
         np.median(
             [
                 cut.manoeuvre.answer_before
                 for cut in cuts
-                if cut.answer is Answer.BRAKE_POWER and cut.manoeuvre is not None
+                if cut.answer is ResponseKind.BRAKE_POWER and cut.manoeuvre is not None
             ]
         )
     )
@@ -265,7 +271,7 @@ def _counted_from_hover(
     )
     outcome = replace(
         found.outcome,
-        status=Status.LEFT_OUT,
+        status=FitStatus.LEFT_OUT,
         said=said,
         estimates=(),
         fit_percent=None,

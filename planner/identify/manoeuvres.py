@@ -146,7 +146,7 @@ class Manoeuvre(Value, eq=False):
         Returns
         -------
         ndarray, shape (…, n)
-            Answer, zero at rest. [output]
+            ResponseKind, zero at rest. [output]
         """
         samples = self.time_s.size
         edges = self._edges()
@@ -237,7 +237,7 @@ _STEPPED = 0.5
 """Share of the change in one sample from which on a reference is a step. [-]"""
 
 
-class Answer(StrEnum):
+class ResponseKind(StrEnum):
     """What answers a command; the names of the responses of a vehicle model."""
 
     ALTITUDE = "altitude"
@@ -247,10 +247,10 @@ class Answer(StrEnum):
     BRAKE_POWER = "brake_power"
 
 
-class Cut(Value):
+class ManoeuvreCut(Value):
     """A command of a record, and the manoeuvre it gives for one answer, if any."""
 
-    answer: Answer
+    answer: ResponseKind
     start_s: float
     """When the reference begins to change, in the record. [s]"""
     change: float
@@ -283,15 +283,15 @@ class _Command(Value):
 class _Signal(NamedTuple):
     """Columns of a record: what was told, and what answers."""
 
-    answer: Answer
+    answer: ResponseKind
     reference: FloatArray
     column: FloatArray
 
 
 def cut_manoeuvres(
     record: FlightRecord, *, hover_power_w: FloatArray | None = None
-) -> tuple[Cut, ...]:
-    """Cut the manoeuvres of a record that its references tell.
+) -> tuple[ManoeuvreCut, ...]:
+    """ManoeuvreCut the manoeuvres of a record that its references tell.
 
     Parameters
     ----------
@@ -302,7 +302,7 @@ def cut_manoeuvres(
 
     Returns
     -------
-    tuple of Cut
+    tuple of ManoeuvreCut
         Every command with every answer to it, used or refused.
     """
     step_s = float(record.time_s[1] - record.time_s[0])
@@ -317,34 +317,34 @@ def cut_manoeuvres(
         least=_LEAST_SPEED_M_S,
     )
     all_commands = sorted([*vertical, *level], key=lambda command: command.first)
-    height = _Signal(Answer.ALTITUDE, record.reference_height_m, record.height_above_home_m)
-    speed = _Signal(Answer.SPEED, record.reference_speed_m_s, speed_through_air_m_s(record))
+    height = _Signal(ResponseKind.ALTITUDE, record.reference_height_m, record.height_above_home_m)
+    speed = _Signal(ResponseKind.SPEED, record.reference_speed_m_s, speed_through_air_m_s(record))
     wanted = [(command, height) for command in vertical] + [(command, speed) for command in level]
     if hover_power_w is not None:
         power_w = record.power_w - hover_power_w
         for command in vertical:
-            kind = Answer.CLIMB_POWER if command.change > 0.0 else Answer.DESCENT_POWER
+            kind = ResponseKind.CLIMB_POWER if command.change > 0.0 else ResponseKind.DESCENT_POWER
             wanted.append((command, _Signal(kind, record.reference_height_m, power_w)))
-        brake = _Signal(Answer.BRAKE_POWER, record.reference_speed_m_s, power_w)
+        brake = _Signal(ResponseKind.BRAKE_POWER, record.reference_speed_m_s, power_w)
         wanted += [(command, brake) for command in level if command.change < 0.0]
     cuts = [_cut(record, command, all_commands, signal) for command, signal in wanted]
     return tuple(sorted(cuts, key=lambda cut: cut.start_s))
 
 
-def hold_out(cuts: Sequence[Cut]) -> tuple[Cut, ...]:
+def hold_out(cuts: Sequence[ManoeuvreCut]) -> tuple[ManoeuvreCut, ...]:
     """Keep the last of every four manoeuvres of each answer and direction from the fit.
 
     Parameters
     ----------
-    cuts : sequence of Cut
+    cuts : sequence of ManoeuvreCut
         Of any number of flights.
 
     Returns
     -------
-    tuple of Cut
+    tuple of ManoeuvreCut
         The same, some manoeuvres marked.
     """
-    seen: dict[tuple[Answer, bool], int] = {}
+    seen: dict[tuple[ResponseKind, bool], int] = {}
     marked = []
     for cut in cuts:
         if cut.manoeuvre is None:
@@ -385,8 +385,8 @@ def _cut(
     command: _Command,
     commands: Sequence[_Command],
     signal: _Signal,
-) -> Cut:
-    """Cut one answer to one command out of a record, or say why not."""
+) -> ManoeuvreCut:
+    """ManoeuvreCut one answer to one command out of a record, or say why not."""
     step_s = float(record.time_s[1] - record.time_s[0])
     others = [other for other in commands if other is not command]
     last_end = max((o.end for o in others if o.first <= command.first), default=0)
@@ -419,7 +419,7 @@ def _cut(
             reference_form=command.form,
             source=f"{record.source}#{record.number}",
         )
-    return Cut(
+    return ManoeuvreCut(
         answer=signal.answer,
         start_s=float(record.time_s[command.first]),
         change=command.change,

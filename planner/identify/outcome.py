@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 
-class Status(StrEnum):
+class FitStatus(StrEnum):
     """What became of a state."""
 
     IDENTIFIED = "identified"
@@ -60,7 +60,7 @@ class StateOutcome(Value):
 
     name: str
     """``altitude``, ``speed``, ``climb_power`` …, ``hover``, ``cruise``, ``vertical``, ``battery``."""
-    status: Status
+    status: FitStatus
     said: str
     """What was identified by which law, or why it was not."""
     unit: str = ""

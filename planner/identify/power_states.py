@@ -15,7 +15,7 @@ from planner.identify.hover import (
     fit_density_law,
 )
 from planner.identify.noise import mean_with_error
-from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
+from planner.identify.outcome import Estimate, FitStatus, SegmentUse, StateOutcome
 from planner.identify.quality import fit_percent
 from planner.identify.ramps import timed_flight
 from planner.identify.steady import (
@@ -84,7 +84,7 @@ def identify_power(
     if not steady:
         why = refusals[0].refusal if refusals else "no flight is steady for 3 s"
         outcome = StateOutcome(
-            name="hover", status=Status.LEFT_OUT, said=why, segments=tuple(refusals)
+            name="hover", status=FitStatus.LEFT_OUT, said=why, segments=tuple(refusals)
         )
         return PowerIdentification(outcomes=(outcome,))
     try:
@@ -119,7 +119,7 @@ def _by_momentum_theory(
         doubt = f"; not told by the flights: {', '.join(fitted.from_prior)}"
     outcome = StateOutcome(
         name="steady power",
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=(
             "momentum theory over airspeed, climb rate and air density, "
             f"{quantity.count(len(steady), 'steady stretch', 'steady stretches')} in "
@@ -160,7 +160,7 @@ def _by_tables(
     hovers = [f for f in steady if cell_of(f) == (0, 0)]
     if not hovers:
         outcome = StateOutcome(
-            name="hover", status=Status.LEFT_OUT, said="no flight hovers", segments=refusals
+            name="hover", status=FitStatus.LEFT_OUT, said="no flight hovers", segments=refusals
         )
         return PowerIdentification(outcomes=(outcome,))
     hover, hover_outcome, readings = identify_hover(hovers, refusals)
@@ -261,7 +261,7 @@ def identify_hover(
     )
     outcome = StateOutcome(
         name="hover",
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=said,
         unit="W",
         estimates=estimates,
@@ -295,7 +295,7 @@ def identify_cruise(
         curve = fit_cruise_curve(cruises, hover_powers_w)
     except IdentificationError as error:
         return None, StateOutcome(
-            name="cruise", status=Status.LEFT_OUT, said=str(error), segments=segments
+            name="cruise", status=FitStatus.LEFT_OUT, said=str(error), segments=segments
         )
     law = CruisePower(
         speed_m_s=tuple(round(v, 3) for v in curve.speed_m_s),
@@ -303,7 +303,7 @@ def identify_cruise(
     )
     return law, StateOutcome(
         name="cruise",
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=(
             f"table over {quantity.count(len(curve.speed_m_s) - 1, 'airspeed')}, from "
             f"{quantity.count(len(cruises), 'cruise')}"
@@ -326,7 +326,7 @@ def _climbs(
     """Return a table of power above hover over climb rate: the mean of each cell."""
     if not flights:
         why = "no steady climb or descent"
-        return None, StateOutcome(name="vertical", status=Status.LEFT_OUT, said=why)
+        return None, StateOutcome(name="vertical", status=FitStatus.LEFT_OUT, said=why)
     cells: dict[int, list[tuple[MeasuredPower, float]]] = {}
     for flight, hover_w in flights:
         cells.setdefault(cell_of(flight)[1], []).append((flight, hover_w))
@@ -348,7 +348,7 @@ def _climbs(
     )
     return law, StateOutcome(
         name="vertical",
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=(
             f"table over {quantity.count(len(rows) - 1, 'climb rate')}, from {len(flights)} climbs and "
             "descents"
@@ -536,7 +536,9 @@ def identify_manoeuvre_power(
     level = [m for m in means if m.climb_rate_m_s == 0.0]
     if len(level) < _LEAST_LEGS:
         said = f"too few level legs with power and airspeed: {len(level)}"
-        outcome = StateOutcome(name="hover", status=Status.LEFT_OUT, said=said, segments=refusals)
+        outcome = StateOutcome(
+            name="hover", status=FitStatus.LEFT_OUT, said=said, segments=refusals
+        )
         return PowerIdentification(outcomes=(outcome,))
     speeds = np.array([m.airspeed_m_s for m in level])
     powers = np.array([m.power_w for m in level])
@@ -553,7 +555,7 @@ def identify_manoeuvre_power(
     rates, excess = _vertical_w(means, float(hover_w), float(growth))
     outcome = StateOutcome(
         name="steady power",
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=(
             f"{'the same at every airspeed' if is_flat else 'parabola over airspeed'}, table over "
             f"climb rate, from {quantity.count(len(means), 'manoeuvre')}"

@@ -21,7 +21,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.outcome import Estimate, SegmentUse, StateOutcome, Status
+from planner.identify.outcome import Estimate, FitStatus, SegmentUse, StateOutcome
 from planner.identify.quality import fit_percent
 from planner.identify.states import run_bounds
 from planner.values import Value
@@ -302,7 +302,7 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
         others = [fit_ramps([o for o in told if o is not flight]) for flight in told]
     except IdentificationError as error:
         outcome = StateOutcome(
-            name="ramps", status=Status.LEFT_OUT, said=str(error), segments=tuple(refused)
+            name="ramps", status=FitStatus.LEFT_OUT, said=str(error), segments=tuple(refused)
         )
         return RampIdentification(ramps=None, default_speed_m_s=None, outcome=outcome)
     measured, predicted = [], []
@@ -314,7 +314,7 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
     names = Ramps.__struct_fields__
     outcome = StateOutcome(
         name="ramps",
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=(
             f"from rest to rest, by the durations of "
             f"{quantity.count(len(measured), 'manoeuvre')}: the logs tell no references"

@@ -9,11 +9,11 @@ import numpy as np
 from planner import quantity
 from planner.errors import IdentificationError
 from planner.identify.manoeuvres import (
-    Answer,
-    Cut,
+    ManoeuvreCut,
+    ResponseKind,
     hold_out,
 )
-from planner.identify.outcome import ResponseEvidence, SegmentUse, StateOutcome, Status
+from planner.identify.outcome import FitStatus, ResponseEvidence, SegmentUse, StateOutcome
 from planner.identify.output_error import select_response
 from planner.identify.quality import evaluate_model
 from planner.identify.structure import FOLLOWING, MOTION, POWER, POWER_WITHOUT_ZERO
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from planner.physics.response import TransferFunction
 
 
-_POWERS = (Answer.CLIMB_POWER, Answer.DESCENT_POWER, Answer.BRAKE_POWER)
-_HEIGHTS = (Answer.ALTITUDE, Answer.CLIMB_POWER, Answer.DESCENT_POWER)
+_POWERS = (ResponseKind.CLIMB_POWER, ResponseKind.DESCENT_POWER, ResponseKind.BRAKE_POWER)
+_HEIGHTS = (ResponseKind.ALTITUDE, ResponseKind.CLIMB_POWER, ResponseKind.DESCENT_POWER)
 _LONGEST_DELAY_S = 10.0
 _MOTION_S = 60.0
 """After a command of motion: a vehicle that takes longer does not follow. [s]"""
@@ -71,7 +71,11 @@ class ResponseIdentification(Value, eq=False):
 
 
 def identify_response(
-    answer: Answer, cuts: Sequence[Cut], *, use_arx: bool = False, is_shaped: bool = False
+    answer: ResponseKind,
+    cuts: Sequence[ManoeuvreCut],
+    *,
+    use_arx: bool = False,
+    is_shaped: bool = False,
 ) -> ResponseIdentification:
     """Fit one answer to all of its manoeuvres, and test the method on some held out.
 
@@ -80,9 +84,9 @@ def identify_response(
 
     Parameters
     ----------
-    answer : Answer
+    answer : ResponseKind
         Which answer.
-    cuts : sequence of Cut
+    cuts : sequence of ManoeuvreCut
         Of all flights; those of other answers are passed over.
     use_arx : bool
         Fit by ARX alone, as the article does.
@@ -133,7 +137,7 @@ def identify_response(
     )
 
 
-def _prepared(manoeuvre: Manoeuvre, answer: Answer) -> Manoeuvre:
+def _prepared(manoeuvre: Manoeuvre, answer: ResponseKind) -> Manoeuvre:
     return manoeuvre if answer in _POWERS else manoeuvre.up_to(_command_s(manoeuvre) + _MOTION_S)
 
 
@@ -256,7 +260,7 @@ def _quiet_after_s(manoeuvres: Sequence[Manoeuvre]) -> float:
 
 
 def _model_response(
-    answer: Answer, cuts: Sequence[Cut], fitted: FittedResponse
+    answer: ResponseKind, cuts: Sequence[ManoeuvreCut], fitted: FittedResponse
 ) -> ManoeuvreResponse:
     system = fitted.transfer_function
     rounded = replace(
@@ -287,8 +291,8 @@ def _model_response(
 
 
 def _outcome(
-    answer: Answer,
-    cuts: Sequence[Cut],
+    answer: ResponseKind,
+    cuts: Sequence[ManoeuvreCut],
     fitted: FittedResponse,
     of_all: Sequence[Quality],
     judged: Sequence[Quality],
@@ -300,9 +304,9 @@ def _outcome(
     order = "first" if len(fitted.transfer_function.denominator) == 2 else "second"
     return StateOutcome(
         name=answer.value,
-        status=Status.IDENTIFIED,
+        status=FitStatus.IDENTIFIED,
         said=f"{order} order with a delay, from {quantity.count(used, 'manoeuvre')}{window}{beside}",
-        unit="W" if answer in _POWERS else "m" if answer is Answer.ALTITUDE else "m/s",
+        unit="W" if answer in _POWERS else "m" if answer is ResponseKind.ALTITUDE else "m/s",
         estimates=fitted.estimates,
         segments=_segments(cuts, of_all),
         fit_percent=float(np.median([q.fit_percent for q in tested])),
@@ -311,7 +315,9 @@ def _outcome(
     )
 
 
-def _segments(cuts: Sequence[Cut], qualities: Sequence[Quality] = ()) -> tuple[SegmentUse, ...]:
+def _segments(
+    cuts: Sequence[ManoeuvreCut], qualities: Sequence[Quality] = ()
+) -> tuple[SegmentUse, ...]:
     left = iter(qualities)
     rows = []
     for cut in cuts:
@@ -332,11 +338,13 @@ def _segments(cuts: Sequence[Cut], qualities: Sequence[Quality] = ()) -> tuple[S
     return tuple(rows)
 
 
-def _nothing(answer: Answer, why: str, cuts: Sequence[Cut]) -> ResponseIdentification:
+def _nothing(
+    answer: ResponseKind, why: str, cuts: Sequence[ManoeuvreCut]
+) -> ResponseIdentification:
     return ResponseIdentification(
         response=None,
         outcome=StateOutcome(
-            name=answer.value, status=Status.LEFT_OUT, said=why, segments=_segments(cuts)
+            name=answer.value, status=FitStatus.LEFT_OUT, said=why, segments=_segments(cuts)
         ),
     )
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Severity
-from planner.identify.outcome import Status
+from planner.identify.outcome import FitStatus
 from planner.report.text import finding_lines, note_lines, printable, table_lines
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
 
 
-_STYLES = {Status.IDENTIFIED: "green", Status.BASE: "yellow", Status.LEFT_OUT: "yellow"}
+_STYLES = {FitStatus.IDENTIFIED: "green", FitStatus.BASE: "yellow", FitStatus.LEFT_OUT: "yellow"}
 _COLOURED_NOISE = 0.01
 """Chance of white noise below which residuals are said to have a memory. [-]"""
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from planner.findings import Finding
-    from planner.fleet.approach import Approach
+    from planner.fleet.approach import ClosestApproach
     from planner.fleet.separation import Conflict
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
@@ -154,7 +154,7 @@ def check_together(
     conflicts = list(predict_conflicts(fleet, spacing))
 
     @cache  # each of both is told
-    def details(conflict: Conflict) -> tuple[Approach, float | None]:
+    def details(conflict: Conflict) -> tuple[ClosestApproach, float | None]:
         pair = fleet[conflict.first], fleet[conflict.second]
         nearest = predict_approach(*pair, spacing) or conflict.approach
         return nearest, clearing_delay_s(*pair, spacing)
@@ -209,7 +209,7 @@ def _too_near(
     spacing: Spacing,
     mission: Mission,
     *,
-    details: Callable[[Conflict], tuple[Approach, float | None]],
+    details: Callable[[Conflict], tuple[ClosestApproach, float | None]],
 ) -> Iterator[Finding]:
     """Yield one finding about all that one member comes too near to: the nearest, and how many."""
     own = [conflict for conflict in conflicts if number in {conflict.first, conflict.second}]

@@ -19,7 +19,7 @@ from planner.flight.motion.px4.pieces import (
     wright_omega,
 )
 from planner.flight.motion.px4.speeds import (
-    Ramps,
+    Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
     braking_time_s,
@@ -94,7 +94,9 @@ def test_slowing_down_in_steps_takes_as_long_as_in_one() -> None:
 
 def test_speeding_up_to_12_m_s_takes_4_75_seconds_and_28_5_m() -> None:
     # v/a + a/j = 4 + 0.75 s at half the speed on the mean.
-    ramp = Ramps.of(np.array([12.0]), acceleration_m_s2=np.array([3.0]), jerk_m_s3=np.array([4.0]))
+    ramp = Px4Ramps.of(
+        np.array([12.0]), acceleration_m_s2=np.array([3.0]), jerk_m_s3=np.array([4.0])
+    )
     way, speed, acceleration = ramp.gained(ramp.duration_s)
     assert ramp.duration_s == pytest.approx(4.75)
     assert (way[0], speed[0], acceleration[0]) == pytest.approx((28.5, 12.0, 0.0), abs=1e-9)
@@ -103,7 +105,7 @@ def test_speeding_up_to_12_m_s_takes_4_75_seconds_and_28_5_m() -> None:
 @given(st.floats(0.01, 20.0), st.floats(0.0, 1.0))
 def test_a_ramp_has_gained_a_fraction_when_it_says(change_m_s: float, fraction: float) -> None:
     limits = {"acceleration_m_s2": np.array([3.0]), "jerk_m_s3": np.array([4.0])}
-    ramp = Ramps.of(np.array([change_m_s]), **limits)
+    ramp = Px4Ramps.of(np.array([change_m_s]), **limits)
     _, gained, _ = ramp.gained(ramp.time_at_s(np.array([fraction])))
     assert gained == pytest.approx(fraction * change_m_s, abs=1e-6)
     assert ramp.duration_s == pytest.approx(ramp_time_s(np.array([change_m_s]), **limits))

@@ -13,7 +13,7 @@ from planner.identify.battery import (
     charge_used_ah,
     identify_battery,
 )
-from planner.identify.outcome import Status
+from planner.identify.outcome import FitStatus
 from planner.physics.battery import open_circuit_voltage_v
 from planner.values import replace
 from planner.vehicle.reader import load_chemistry
@@ -87,5 +87,5 @@ def test_what_is_not_told_leaves_the_battery_out(change: dict[str, object], why:
     record = replace(discharge(1), **change)
     found = identify_battery([record], PackSettings())
     assert found.battery is None
-    assert found.outcome.status is Status.LEFT_OUT
+    assert found.outcome.status is FitStatus.LEFT_OUT
     assert why in found.outcome.said

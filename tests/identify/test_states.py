@@ -19,8 +19,8 @@ from simulated_experiment import (
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.hover import fit_altitude_law
 from planner.identify.manoeuvres import (
-    Answer,
     ReferenceForm,
+    ResponseKind,
     cut_manoeuvres,
     hold_out,
 )
@@ -163,7 +163,7 @@ def test_stretches_that_are_not_steady_are_refused_with_their_reason() -> None:
 
 def test_commands_are_cut_or_refused_with_their_reason() -> None:
     cuts = cut_manoeuvres(vertical())
-    assert [cut.answer for cut in cuts] == [Answer.ALTITUDE] * 8
+    assert [cut.answer for cut in cuts] == [ResponseKind.ALTITUDE] * 8
     assert [cut.change for cut in cuts] == [100.0] * 4 + [-100.0] * 4
     refused = [cut for cut in cuts if not cut.is_used]
     assert [cut.start_s for cut in refused] == pytest.approx([19.9, 19.9 + 7 * LEVEL_S])
@@ -176,7 +176,7 @@ def test_commands_are_cut_or_refused_with_their_reason() -> None:
 
 def test_a_record_without_power_has_no_power_cuts_and_one_without_references_none() -> None:
     answers = {cut.answer for cut in cut_manoeuvres(level())}
-    assert answers == {Answer.SPEED}
+    assert answers == {ResponseKind.SPEED}
     silent = make_record(
         is_landed=np.zeros(300, dtype=np.bool_),
         height_above_home_m=np.linspace(0.0, 50.0, 300),
@@ -234,13 +234,13 @@ def test_from_record_to_models() -> None:
         law, height_above_home_m=record.height_above_home_m, mass_kg=None, air_density_kg_m3=1.2
     )
     cuts = cut_manoeuvres(record, hover_power_w=hover_w)
-    of: dict[Answer, list[Manoeuvre]] = {answer: [] for answer in Answer}
+    of: dict[ResponseKind, list[Manoeuvre]] = {answer: [] for answer in ResponseKind}
     for cut in cuts:
         if cut.manoeuvre is not None:
             of[cut.answer].append(cut.manoeuvre)
-    altitude = fit_response([m.up_to(60.0) for m in of[Answer.ALTITUDE]], MOTION)
+    altitude = fit_response([m.up_to(60.0) for m in of[ResponseKind.ALTITUDE]], MOTION)
     assert altitude.transfer_function.natural_frequency_rad_s == pytest.approx(0.175243, rel=0.03)
     assert altitude.transfer_function.delay_s == pytest.approx(2.9, rel=0.03)
-    climb = fit_response([m.up_to(24.0) for m in of[Answer.CLIMB_POWER]], POWER)
+    climb = fit_response([m.up_to(24.0) for m in of[ResponseKind.CLIMB_POWER]], POWER)
     gain = climb.estimate("steady_gain")
     assert abs(gain.value - 0.342533) < 3.5 * gain.error

@@ -26,7 +26,7 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.steps import Legs
+    from planner.flight.motion.steps import StepLegs
     from planner.vehicle.model import Ramps
 
 _START, _CLIMB, _WAIT, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, _STOP, _HOLD, _SLOTS = (
@@ -96,12 +96,12 @@ class _Part(Value, eq=False):
         return rows
 
 
-def fly_ramps(legs: Legs, ramps: Ramps) -> Motion:
+def fly_ramps(legs: StepLegs, ramps: Ramps) -> Motion:
     """Return how a vehicle that flies ramps of its own follows legs.
 
     Parameters
     ----------
-    legs : Legs
+    legs : StepLegs
         At least one.
     ramps : Ramps
         Speeds, accelerations and waits.
@@ -116,7 +116,7 @@ def fly_ramps(legs: Legs, ramps: Ramps) -> Motion:
     return _joined(legs, parts, circles)
 
 
-def _vertical(legs: Legs, ramps: Ramps) -> list[_Part]:
+def _vertical(legs: StepLegs, ramps: Ramps) -> list[_Part]:
     """Return climbs, descents, and the two parts of landings."""
     rise = legs.end_m[:, 2] - legs.start_m[:, 2]
     up, down = np.flatnonzero(rise > 0.0), np.flatnonzero(rise < 0.0)
@@ -175,7 +175,7 @@ def _ramp(way_m: FloatArray, speed_m_s: FloatArray, ramps: Ramps) -> _Pieces:
     )
 
 
-def _level(legs: Legs, ramps: Ramps) -> list[_Part]:
+def _level(legs: StepLegs, ramps: Ramps) -> list[_Part]:
     """Return accelerations, cruises and brakes of the level legs."""
     way = legs.end_m[:, :2] - legs.start_m[:, :2]
     length = np.hypot(way[:, 0], way[:, 1])
@@ -205,7 +205,7 @@ def _level(legs: Legs, ramps: Ramps) -> list[_Part]:
     ]
 
 
-def _standing(legs: Legs, ramps: Ramps) -> list[_Part]:
+def _standing(legs: StepLegs, ramps: Ramps) -> list[_Part]:
     """Return what is spent standing: on the ground, before legs, and as the mission asks."""
     way = legs.end_m - legs.start_m
     is_leg = np.hypot(way[:, 0], way[:, 1]) > 0.0
@@ -253,7 +253,7 @@ def _stand(
     )
 
 
-def _joined(legs: Legs, parts: list[_Part], circles: IntArray) -> Motion:
+def _joined(legs: StepLegs, parts: list[_Part], circles: IntArray) -> Motion:
     """Return parts and circles in flown order."""
     radius = np.abs(legs.circle_m[circles])
     speed = legs.speed_m_s[circles]

@@ -100,7 +100,7 @@ class SpeedPulseLaw(Value, eq=False):
 _LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
 
 
-class Legs(Value, eq=False):
+class StepLegs(Value, eq=False):
     """Stages as columns, one row per stage; each begins and ends standing still."""
 
     item: IntArray
@@ -121,7 +121,7 @@ class Legs(Value, eq=False):
     """First and last row that serve each stage of the route. (stages, 2)"""
 
     @classmethod
-    def of(cls, stages: Sequence[Stage], *, default_speed_m_s: float) -> Legs:
+    def of(cls, stages: Sequence[Stage], *, default_speed_m_s: float) -> StepLegs:
         """Return the stages of a route, each beginning where the one before ends.
 
         Setting down a load takes two rows: down to the level of home, and back up.
@@ -158,7 +158,7 @@ class Legs(Value, eq=False):
         )
 
     @classmethod
-    def home_from(cls, points_m: FloatArray, home_m: FloatArray, *, speed_m_s: float) -> Legs:
+    def home_from(cls, points_m: FloatArray, home_m: FloatArray, *, speed_m_s: float) -> StepLegs:
         """Return level legs from many points (n, 3) to home (n, 3), and landings, each on its own."""
         count = len(points_m)
         rows = np.arange(count)
@@ -197,7 +197,7 @@ SPEED_TOLERANCE = 0.02
 _CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, HOLD, SLOTS = range(8)
 
 
-class Part(Value, eq=False):
+class StepPart(Value, eq=False):
     """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
 
     law: MotionLaw
@@ -271,7 +271,7 @@ def steepest(altitude: ManoeuvreResponse) -> Extremum:
     return altitude.unit_step.peak_slope()
 
 
-def fly_vertical(legs: Legs, altitude: AltitudeResponse) -> Part:
+def fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
     """Return the climbs and descents of all stages."""
     change = legs.end_m[:, 2] - legs.start_m[:, 2]
     stage = np.flatnonzero(change)
@@ -294,7 +294,7 @@ def fly_vertical(legs: Legs, altitude: AltitudeResponse) -> Part:
         (np.zeros(len(stage)), np.full(len(stage), unit.system.delay_s), peak, peak + pause, end)
     )
     segment, row, offset, duration = _pieces_between(np.minimum(breaks, end[:, None]), count, count)
-    return Part(
+    return StepPart(
         law=VerticalStepLaw(
             response=unit,
             east_m=place[:, 0],
@@ -321,7 +321,7 @@ def fly_vertical(legs: Legs, altitude: AltitudeResponse) -> Part:
     )
 
 
-def fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
+def fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     """Return the level legs of all stages: accelerate, cruise where there is time for it, brake."""
     way = legs.end_m[:, :2] - legs.start_m[:, :2]
     length = np.hypot(way[:, 0], way[:, 1])
@@ -359,7 +359,7 @@ def fly_level(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
     stop = np.concatenate((reached, pulse[only], end))
     breaks = np.column_stack((start, np.minimum(start + unit.system.delay_s, stop), stop))
     segment, row, offset, duration = _pieces_between(breaks, np.arange(len(slot)), row_of)
-    return Part(
+    return StepPart(
         law=law,
         order=stage[row_of] * SLOTS + slot,
         state=np.choose(
@@ -407,7 +407,7 @@ def _peak_speed_m_s(
     return peak
 
 
-def fly_circles(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
+def fly_circles(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     """Return the circles of all stages, flown at the steady speed from the moment they are reached.
 
     The article identifies no turning flight; starting and stopping are in the leg to the circle.
@@ -429,7 +429,7 @@ def fly_circles(legs: Legs, speed_response: ManoeuvreResponse) -> Part:
     )
 
 
-def hold_in_place(legs: Legs) -> Part:
+def hold_in_place(legs: StepLegs) -> StepPart:
     """Return the holds of all stages."""
     stage = np.flatnonzero(legs.hold_s > 0.0)
     coefficients = np.zeros((len(stage), 3, 4))
@@ -438,10 +438,12 @@ def hold_in_place(legs: Legs) -> Part:
     return _steady(law, stage * SLOTS + HOLD, FlightState.HOVER, legs.hold_s[stage])
 
 
-def _steady(law: MotionLaw, order: IntArray, state: FlightState, duration_s: FloatArray) -> Part:
+def _steady(
+    law: MotionLaw, order: IntArray, state: FlightState, duration_s: FloatArray
+) -> StepPart:
     """Return segments of one piece each that go nowhere and begin no window of power."""
     rows, zero = np.arange(len(order)), np.zeros(len(order))
-    return Part(
+    return StepPart(
         law=law,
         order=order,
         state=np.full(len(order), STATE_INDEX[state]),
@@ -470,12 +472,12 @@ def given(value: T | None) -> T:
 _CLIMB_POWER, _DESCENT_POWER, _BRAKE_POWER = range(3)
 
 
-def fly_step_references(legs: Legs, responses: Responses) -> tuple[Motion, Transients]:
+def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, Transients]:
     """Return how a vehicle that answers reference steps flies, and its power transients.
 
     Parameters
     ----------
-    legs : Legs
+    legs : StepLegs
         At least one stage.
     responses : Responses
         The identified responses, of altitude and speed at least; a power response that is not

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray
-    from planner.flight.motion.ardupilot.legs import Legs
+    from planner.flight.motion.ardupilot.legs import ArduPilotLegs
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
     from planner.flight.motion.kinematics import (
@@ -195,7 +195,7 @@ def _flown(
 
 
 def _settling(
-    legs: Legs, responses: Responses | None, parameters: ArduPilotParameters
+    legs: ArduPilotLegs, responses: Responses | None, parameters: ArduPilotParameters
 ) -> list[Manoeuvres]:
     """Return the waits at the ends of legs until the vehicle has come near enough."""
     waits = settling_waits_s(legs, responses, parameters)
@@ -307,7 +307,9 @@ def _set_down(stages: StageColumns, parameters: ArduPilotParameters) -> tuple[Ma
     return set_down(rows * SLOTS + 1, stages.end_m[rows], stages.climb_m_s[rows], parameters)
 
 
-def _flown_splines(stages: StageColumns, splines: Splines, legs: Legs) -> tuple[Manoeuvres, ...]:
+def _flown_splines(
+    stages: StageColumns, splines: Splines, legs: ArduPilotLegs
+) -> tuple[Manoeuvres, ...]:
     """Return the splines, as fast at their ends as the legs they join."""
     if not len(splines.stage):
         return ()

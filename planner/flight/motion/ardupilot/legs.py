@@ -286,13 +286,13 @@ def _followed_stop_m(
 
 
 def settling_waits_s(
-    legs: Legs, responses: Responses | None, parameters: ArduPilotParameters
+    legs: ArduPilotLegs, responses: Responses | None, parameters: ArduPilotParameters
 ) -> FloatArray:
     """Return how long after its reference the vehicle is within WP_RADIUS of where legs stop. (n,) [s]
 
     Parameters
     ----------
-    legs : Legs
+    legs : ArduPilotLegs
         Any; nothing is waited for where the end is passed.
     responses : Responses or None
         How the vehicle follows speed and altitude; level legs wait for the first, steep ones for the
@@ -319,7 +319,9 @@ def settling_waits_s(
     return waits
 
 
-def _waits_s(legs: Legs, rows: IntArray, system: TransferFunction, radius_m: float) -> FloatArray:
+def _waits_s(
+    legs: ArduPilotLegs, rows: IntArray, system: TransferFunction, radius_m: float
+) -> FloatArray:
     """Return the waits of some legs that stop, each begun at rest. (rows,) [s]"""
     from planner.physics.response import Edge, ShapedResponse
 
@@ -368,7 +370,7 @@ _HEIGHT_STEP_M = 0.01
 """Altitudes of locations are whole centimetres. [m]"""
 
 
-class Legs(Value, eq=False):
+class ArduPilotLegs(Value, eq=False):
     """Straight legs, one per row, in flown order."""
 
     key: IntArray
@@ -394,7 +396,7 @@ def plan_legs(
     *,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
-) -> Legs:
+) -> ArduPilotLegs:
     """Return the legs of stages, with their corners.
 
     Parameters
@@ -479,7 +481,7 @@ def plan_legs(
             vertical_acceleration_m_s2=parameters.vertical_acceleration_m_s2,
         )
         corner_speed[rows] = corners.speed_m_s(half[rows])
-    return Legs(
+    return ArduPilotLegs(
         key=key,
         start_m=start,
         direction=direction,

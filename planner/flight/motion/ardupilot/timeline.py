@@ -1,4 +1,4 @@
-"""Legs and manoeuvres put one after the other in time: the pieces and segments of a flight."""
+"""ArduPilotLegs and manoeuvres put one after the other in time: the pieces and segments of a flight."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
     from planner.flight.motion.ardupilot.circles import Circles
-    from planner.flight.motion.ardupilot.legs import Legs
+    from planner.flight.motion.ardupilot.legs import ArduPilotLegs
     from planner.flight.motion.kinematics import Manoeuvres
 
 
@@ -34,8 +34,8 @@ INSTANT_S = 1e-9
 """Shorter pieces are rounding. [s]"""
 
 
-class Pieces(Value, eq=False):
-    """Pieces of motion of one source."""
+class ArduPilotPieces(Value, eq=False):
+    """ArduPilotPieces of motion of one source."""
 
     start_s: FloatArray
     end_s: FloatArray
@@ -45,7 +45,7 @@ class Pieces(Value, eq=False):
     is_grounded: BoolArray
 
 
-class SegmentRows(Value, eq=False):
+class FlownSegments(Value, eq=False):
     """Segments of one source."""
 
     start_s: FloatArray
@@ -56,9 +56,9 @@ class SegmentRows(Value, eq=False):
 
 
 class LegTimes(Value, eq=False):
-    """Legs on the clock of the flight."""
+    """ArduPilotLegs on the clock of the flight."""
 
-    legs: Legs
+    legs: ArduPilotLegs
     phases: FloatArray
     """Way, speed, half the acceleration, a sixth of the jerk at the beginning of each phase. (n, k, 4)"""
     breaks_s: FloatArray
@@ -70,7 +70,7 @@ class LegTimes(Value, eq=False):
     """When its end is announced: half-way through the corner after. (n,) [s]"""
 
     @classmethod
-    def of(cls, legs: Legs, start_s: FloatArray) -> LegTimes:
+    def of(cls, legs: ArduPilotLegs, start_s: FloatArray) -> LegTimes:
         """Return legs that begin at times. (n,) [s]"""
         phases = legs.curves.phases()
         end = start_s + legs.curves.duration_s
@@ -93,7 +93,7 @@ class LegTimes(Value, eq=False):
             reached_s=end - legs.half_overlap_s,
         )
 
-    def pieces(self, per_metre: FloatArray) -> Pieces:
+    def pieces(self, per_metre: FloatArray) -> ArduPilotPieces:
         """Return the sum of the legs under way between any two breaks.
 
         Parameters
@@ -141,7 +141,7 @@ class LegTimes(Value, eq=False):
             # The way still to go to the waypoint that the leg after counts from.
             share[:, 0] -= direction[:, leg] * legs.curves.length_m[leg]
             columns[..., curved] += share
-        return Pieces(
+        return ArduPilotPieces(
             start_s=start,
             end_s=end,
             columns=columns,
@@ -179,7 +179,7 @@ class LegTimes(Value, eq=False):
         cruising = self.legs.curves.cruise_s > INSTANT_S
         return np.where(cruising, accelerated, middle), np.where(cruising, braked, middle)
 
-    def segments(self, stopping_distance_m: Callable[[FloatArray], FloatArray]) -> SegmentRows:
+    def segments(self, stopping_distance_m: Callable[[FloatArray], FloatArray]) -> FlownSegments:
         """Return the segments of the legs: accelerate, cruise, brake; climb or descend; hover."""
         legs = self.legs
         count = len(legs.key)
@@ -209,7 +209,7 @@ class LegTimes(Value, eq=False):
         stopping = np.full((3, count), np.nan)
         stopping[1:] = np.where(single, np.nan, stopping_distance_m(legs.flown_peak_m_s * level))
         lasting = end - start > INSTANT_S
-        return SegmentRows(
+        return FlownSegments(
             start_s=start[lasting],
             stage=np.tile(legs.key // SLOTS, 3)[lasting],
             state=state[lasting],
@@ -222,7 +222,7 @@ _NODES, _WEIGHTS = unit_quadrature(3)
 
 
 def make_motion(
-    legs: Legs,
+    legs: ArduPilotLegs,
     manoeuvres: Sequence[Manoeuvres],
     circles: Circles,
     *,
@@ -235,7 +235,7 @@ def make_motion(
 
     Parameters
     ----------
-    legs : Legs
+    legs : ArduPilotLegs
         Straight legs.
     manoeuvres : sequence of Manoeuvres
         Everything else in cubic pieces.
@@ -284,7 +284,7 @@ def make_motion(
     ]
     if len(circles.key):
         segments.append(
-            SegmentRows(
+            FlownSegments(
                 start_s=circle_start,
                 stage=circles.key // SLOTS,
                 state=np.full(len(circles.key), STATE_INDEX[FlightState.CRUISE]),
@@ -304,12 +304,14 @@ def make_motion(
     )
 
 
-def _manoeuvre_pieces(manoeuvres: Manoeuvres, start_s: FloatArray, per_metre: FloatArray) -> Pieces:
+def _manoeuvre_pieces(
+    manoeuvres: Manoeuvres, start_s: FloatArray, per_metre: FloatArray
+) -> ArduPilotPieces:
     """Return the pieces of manoeuvres that begin at times, in true metres."""
     duration = manoeuvres.duration_s
     end = start_s[:, None] + np.cumsum(duration, axis=1)
     kept = duration > INSTANT_S
-    return Pieces(
+    return ArduPilotPieces(
         start_s=(end - duration)[kept],
         end_s=end[kept],
         columns=(manoeuvres.coefficients[kept] * per_metre[:, None]).transpose(1, 2, 0),
@@ -322,13 +324,13 @@ def _manoeuvre_segments(
     manoeuvres: Manoeuvres,
     start_s: FloatArray,
     stopping_distance_m: Callable[[FloatArray], FloatArray],
-) -> SegmentRows:
+) -> FlownSegments:
     """Return one segment per manoeuvre that lasts."""
     lasting = manoeuvres.duration_s.sum(axis=1) > INSTANT_S
     stopping = manoeuvres.stopping_distance_m
     if manoeuvres.state is FlightState.CRUISE:
         stopping = stopping_distance_m(manoeuvres.speed_m_s)
-    return SegmentRows(
+    return FlownSegments(
         start_s=start_s[lasting],
         stage=(manoeuvres.key // SLOTS)[lasting],
         state=manoeuvres.state_index[lasting],
@@ -338,8 +340,8 @@ def _manoeuvre_segments(
 
 
 def _joined(
-    sources: Sequence[Pieces],
-    segments: Sequence[SegmentRows],
+    sources: Sequence[ArduPilotPieces],
+    segments: Sequence[FlownSegments],
     circles: Circles,
     circle_start_s: FloatArray,
     *,

@@ -19,7 +19,7 @@ from planner.flight.motion.px4.pieces import (
     PAUSE,
     RAMP,
     Pace,
-    Pieces,
+    Px4Pieces,
     in_flown_order,
 )
 from planner.flight.motion.px4.speeds import stopping_distance_m
@@ -194,7 +194,7 @@ def _fly(
         if (waits > moves.hold_s).any():
             moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
             flown = fly_legs(moves, parameters)
-    pieces = Pieces()
+    pieces = Px4Pieces()
     add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters)
     add_legs(pieces, flown, parameters, pace=pace)
     add_holds(pieces, flown, parameters)

@@ -11,7 +11,7 @@ from planner.flight.motion.px4.moves import Columns
 from planner.flight.motion.px4.pieces import RAMP, Curves, Lines, Places, SettlingLaw, wright_omega
 from planner.flight.motion.px4.speeds import (
     STILL_M,
-    Ramps,
+    Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
     half_b_m_s,
@@ -20,8 +20,8 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.legs import Layout
-    from planner.flight.motion.px4.pieces import Pace, Pieces
+    from planner.flight.motion.px4.legs import LegLayout
+    from planner.flight.motion.px4.pieces import Pace, Px4Pieces
     from planner.flight.motion.px4.straights import Limits, Straights
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -90,7 +90,7 @@ class DescentProfile(Value):
 
 
 def add_landings(
-    pieces: Pieces,
+    pieces: Px4Pieces,
     move: IntArray,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
@@ -105,7 +105,7 @@ def add_landings(
 
     Parameters
     ----------
-    pieces : Pieces
+    pieces : Px4Pieces
         To add to.
     move : ndarray of int
         Moves that are landings. (k,)
@@ -216,19 +216,19 @@ class _Descents:
         }
         first = profile.speed_m_s(self.height_m)
         change = first - begun_m_s
-        ramp = Ramps.of(np.abs(change), **limits)
+        ramp = Px4Ramps.of(np.abs(change), **limits)
         # A landing from lower than its ramp is taken at its speed throughout.
         fits = 0.5 * (first + begun_m_s) * ramp.duration_s <= self.height_m
-        ramp = Ramps.of(np.where(fits, np.abs(change), 0.0), **limits)
+        ramp = Px4Ramps.of(np.where(fits, np.abs(change), 0.0), **limits)
         self._ramp(ramp, begun_m_s, np.sign(change))
         self._steadily(profile.fast_m_s, down_to_m=profile.high_m)
         self._slow_down(profile)
         self._steadily(profile.slow_m_s, down_to_m=profile.crawl_height_m)
         change = np.full_like(first, profile.slow_m_s - profile.crawl_m_s)
-        ramp = Ramps.of(np.where(self.height_m > 0.0, np.maximum(change, 0.0), 0.0), **limits)
+        ramp = Px4Ramps.of(np.where(self.height_m > 0.0, np.maximum(change, 0.0), 0.0), **limits)
         braked = 0.5 * (profile.slow_m_s + profile.crawl_m_s) * ramp.duration_s
         fits = (braked <= self.height_m) & (profile.crawl_height_m > 0.0)
-        ramp = Ramps.of(np.where(fits, np.maximum(change, 0.0), 0.0), **limits)
+        ramp = Px4Ramps.of(np.where(fits, np.maximum(change, 0.0), 0.0), **limits)
         self._ramp(ramp, np.full_like(first, profile.slow_m_s), -1.0)
         self._steadily(profile.crawl_m_s, down_to_m=0.0)
 
@@ -251,7 +251,7 @@ class _Descents:
         fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
         return np.where(fine, creeping_s, np.inf)
 
-    def add_to(self, pieces: Pieces, move: IntArray, pace: Pace) -> None:
+    def add_to(self, pieces: Px4Pieces, move: IntArray, pace: Pace) -> None:
         """Add the parts as pieces, each at its mean pace."""
         count = len(self.parts)
         rows = np.tile(np.arange(len(move)), count)
@@ -289,7 +289,7 @@ class _Descents:
         offset: FloatArray = (self.settling_m * fading[:, None, :]).sum(axis=-1)
         return offset
 
-    def _ramp(self, ramps: Ramps, from_m_s: FloatArray, sign: FloatArray | float) -> None:
+    def _ramp(self, ramps: Px4Ramps, from_m_s: FloatArray, sign: FloatArray | float) -> None:
         """Change the speed downwards."""
         speed, acceleration = from_m_s, np.zeros_like(from_m_s)
         for duration, jerk in (
@@ -343,7 +343,7 @@ _ASTRAY_M = 0.1
 """Distance from its target at which a straight may pass and yet lead to it. [m]"""
 
 
-def creeps(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
+def creeps(layout: LegLayout, limits: Limits, straights: Straights) -> BoolArray:
     """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
 
     They arrive at the speed the braking law has there.
@@ -359,7 +359,7 @@ def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
     return half_b
 
 
-def _leads_to_target(layout: Layout, limits: Limits, straights: Straights) -> BoolArray:
+def _leads_to_target(layout: LegLayout, limits: Limits, straights: Straights) -> BoolArray:
     """Return which straights go on to their targets by a braking law that stops there. (n,)"""
     rows = np.arange(len(limits.tail_m))
     near = straights.near
@@ -419,7 +419,7 @@ def settlings(
 
 
 def ends_of_moves(
-    part: Layout,
+    part: LegLayout,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     limits: Limits,
@@ -542,7 +542,7 @@ def make_takeoffs(
 
 
 def add_takeoffs(
-    pieces: Pieces, move: IntArray, takeoffs: Takeoffs, parameters: Px4Parameters
+    pieces: Px4Pieces, move: IntArray, takeoffs: Takeoffs, parameters: Px4Parameters
 ) -> None:
     """Add the pieces of take-offs, which are these moves.
 

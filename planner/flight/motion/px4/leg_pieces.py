@@ -1,4 +1,4 @@
-"""Pieces of legs: turn, ramp, cruise, braking, hold."""
+"""Px4Pieces of legs: turn, ramp, cruise, braking, hold."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.legs import FlownMoves, Legs
-    from planner.flight.motion.px4.pieces import Pace, Pieces
+    from planner.flight.motion.px4.legs import FlownMoves, Px4Legs
+    from planner.flight.motion.px4.pieces import Pace, Px4Pieces
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 BRAKING_FRACTION = 0.98
@@ -38,13 +38,15 @@ _TURN, _PAUSE, _RAMP, _CRUISE, _ONSET = 3, 4, 5, 8, 9
 _FAR, _HELD, _NEAR, _FINAL, _HOLD, _REST = range(12, 18)
 
 
-def steep_moves(legs: Legs) -> BoolArray:
+def steep_moves(legs: Px4Legs) -> BoolArray:
     """Return which moves climb or descend more than they advance. (n,)"""
     direction = legs.limits.direction
     return np.abs(direction[:, 2]) > np.hypot(direction[:, 0], direction[:, 1])
 
 
-def add_legs(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pace: Pace) -> None:
+def add_legs(
+    pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pace: Pace
+) -> None:
     """Add the pieces of all legs; those of steep ones are one segment."""
     move = np.flatnonzero(flown.layout.is_leg)
     if not len(move):
@@ -58,7 +60,7 @@ def add_legs(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pa
 
 
 def _add_turns(
-    pieces: Pieces,
+    pieces: Px4Pieces,
     move: IntArray,
     flown: FlownMoves,
     parameters: Px4Parameters,
@@ -126,7 +128,7 @@ def _add_turns(
 
 
 def _add_changes(
-    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: Pace
+    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, pace: Pace
 ) -> FloatArray:
     """Add ramps and the onsets of braking; return how far along their legs cruises begin. (n,) [m]
 
@@ -210,9 +212,9 @@ def _add_changes(
 
 
 def _add_steady_parts(
-    pieces: Pieces,
+    pieces: Px4Pieces,
     move: IntArray,
-    legs: Legs,
+    legs: Px4Legs,
     cruise_from_m: FloatArray,
     *,
     steep: BoolArray,
@@ -262,7 +264,9 @@ def _add_steady_parts(
         )
 
 
-def _brake_law(legs: Legs, law: IntArray, half_b_m_s: FloatArray, beyond_m: FloatArray) -> BrakeLaw:
+def _brake_law(
+    legs: Px4Legs, law: IntArray, half_b_m_s: FloatArray, beyond_m: FloatArray
+) -> BrakeLaw:
     """Return the braking of legs by one of their laws, from their end speeds on."""
     limits = legs.limits
     rows = np.arange(len(law))
@@ -279,7 +283,7 @@ def _brake_law(legs: Legs, law: IntArray, half_b_m_s: FloatArray, beyond_m: Floa
 
 
 def _add_brakes(
-    pieces: Pieces, move: IntArray, legs: Legs, *, steep: BoolArray, pace: Pace
+    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, pace: Pace
 ) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
@@ -322,7 +326,7 @@ def _add_brakes(
         )
 
 
-def add_holds(pieces: Pieces, flown: FlownMoves, parameters: Px4Parameters) -> None:
+def add_holds(pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters) -> None:
     """Add holds: going on to brake to the target, or settling on it."""
     layout = flown.layout
     holding = (layout.hold_s > 0.0) & (layout.is_leg | layout.stands)

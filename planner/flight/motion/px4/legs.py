@@ -1,4 +1,4 @@
-"""Legs: the moves of a flight, flown one after the other."""
+"""Px4Legs: the moves of a flight, flown one after the other."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
 
-class Layout(Columns, eq=False):
+class LegLayout(Columns, eq=False):
     """Moves laid out between their waypoints, before anything is known of speeds handed on."""
 
     begins_m: FloatArray
@@ -209,7 +209,7 @@ class Layout(Columns, eq=False):
     is_takeoff: BoolArray
 
 
-def lay_out(moves: Moves, parameters: Px4Parameters) -> Layout:
+def lay_out(moves: Moves, parameters: Px4Parameters) -> LegLayout:
     """Return moves laid out between their waypoints: corner speeds, waits for headings, order."""
     begins = moves.begins_m
     way = moves.target_m - begins
@@ -239,7 +239,7 @@ def lay_out(moves: Moves, parameters: Px4Parameters) -> Layout:
     first_of_flight = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(moves)), 0))
     before = np.where(before >= first_of_flight, before, -1)
     final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
-    return Layout(
+    return LegLayout(
         begins_m=begins,
         target_m=moves.target_m,
         direction=direction,
@@ -302,7 +302,7 @@ _ROUNDS = 100
 """Short legs hand on their speed to the next; each round carries it one leg further, ever less of it."""
 
 
-class Legs(Columns, eq=False):
+class Px4Legs(Columns, eq=False):
     """Moves as they are flown, as columns of length n; of landings only how they begin."""
 
     place_m: FloatArray
@@ -324,8 +324,8 @@ class Legs(Columns, eq=False):
 class FlownMoves(Value, eq=False):
     """All there is to know of the moves of a flight."""
 
-    layout: Layout
-    legs: Legs
+    layout: LegLayout
+    legs: Px4Legs
     takeoffs: Takeoffs
     """Of the moves that are take-offs, in their order."""
 
@@ -365,7 +365,7 @@ def fly_legs(moves: Moves, parameters: Px4Parameters) -> FlownMoves:
     return FlownMoves(layout=layout, legs=legs, takeoffs=takeoffs)
 
 
-def _guessed(layout: Layout, moves: Moves, parameters: Px4Parameters) -> Legs:
+def _guessed(layout: LegLayout, moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     """Return legs as flown by a vehicle that is never short of way."""
     count = len(moves)
     straight = limits_along(
@@ -381,7 +381,7 @@ def _guessed(layout: Layout, moves: Moves, parameters: Px4Parameters) -> Legs:
     moving = layout.is_leg & ~(layout.hold_s > 0.0)
     end_speed = np.where(moving, end_speed, 0.0)
     zero = np.zeros(count)
-    return Legs(
+    return Px4Legs(
         place_m=layout.begins_m.copy(),
         velocity_m_s=np.zeros((count, 3)),
         turn_s=zero.copy(),
@@ -395,13 +395,13 @@ def _guessed(layout: Layout, moves: Moves, parameters: Px4Parameters) -> Legs:
 
 def _flown(
     rows: IntArray,
-    layout: Layout,
-    legs: Legs,
+    layout: LegLayout,
+    legs: Px4Legs,
     takeoffs: Takeoffs,
     *,
     moves: Moves,
     parameters: Px4Parameters,
-) -> Legs:
+) -> Px4Legs:
     """Return some of the moves as flown, after what is known of the moves before them."""
     part = layout.select(rows)
     place, velocity = _beginnings(rows, part, legs, moves)
@@ -441,7 +441,7 @@ def _flown(
     end, end_speed = ends_of_moves(
         part, turns.end_m, velocity, limits, straights, parameters=parameters
     )
-    return Legs(
+    return Px4Legs(
         place_m=place,
         velocity_m_s=velocity,
         turn_s=turns.duration_s,
@@ -454,7 +454,7 @@ def _flown(
 
 
 def _beginnings(
-    rows: IntArray, part: Layout, legs: Legs, moves: Moves
+    rows: IntArray, part: LegLayout, legs: Px4Legs, moves: Moves
 ) -> tuple[FloatArray, FloatArray]:
     """Return where and how fast moves begin."""
     begun = (part.before >= 0)[:, None]

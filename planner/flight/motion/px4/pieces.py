@@ -1,4 +1,4 @@
-"""Pieces: the parts of moves collected kind by kind, and put into flown order as one motion."""
+"""Px4Pieces: the parts of moves collected kind by kind, and put into flown order as one motion."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class SettlingLaw(Value, eq=False):
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
 """Segments a move may have, in flown order."""
 ORDERS = 24
-"""Pieces a move may have at most."""
+"""Px4Pieces a move may have at most."""
 
 _CUBIC, _BRAKE, _SETTLING = range(3)
 _SHORTEST_S = 1e-9
@@ -286,7 +286,7 @@ class Lines(Columns, eq=False):
 
 
 class _Collected(Value, eq=False):
-    """Pieces of one kind, in the order they were added."""
+    """Px4Pieces of one kind, in the order they were added."""
 
     law: int
     places: Places
@@ -297,8 +297,8 @@ class _Collected(Value, eq=False):
 
 
 @dataclass(slots=True)
-class Pieces:
-    """Pieces while they are collected; those of no duration are left out."""
+class Px4Pieces:
+    """Px4Pieces while they are collected; those of no duration are left out."""
 
     parts: list[_Collected] = field(default_factory=list)
     coefficients: list[FloatArray] = field(default_factory=list)
@@ -409,7 +409,7 @@ def _level(vectors: FloatArray) -> FloatArray:
 
 
 class Ordered(Value, eq=False):
-    """Pieces in flown order, and the segments they make."""
+    """Px4Pieces in flown order, and the segments they make."""
 
     segment: IntArray
     """Segment each piece belongs to. (p,)"""
@@ -425,7 +425,7 @@ class Ordered(Value, eq=False):
     segment_climb_m: FloatArray
 
 
-def in_flown_order(pieces: Pieces) -> Ordered:
+def in_flown_order(pieces: Px4Pieces) -> Ordered:
     """Return collected pieces in flown order, with their segments."""
     parts = pieces.parts
     counts = [len(part.flight_s) for part in parts]

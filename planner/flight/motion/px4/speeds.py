@@ -48,7 +48,7 @@ def cut_ramp_time_s(
     )
 
 
-class Ramps(Value, eq=False):
+class Px4Ramps(Value, eq=False):
     """Changes of speed: jerk, steady acceleration, jerk back; one per row."""
 
     jerk_m_s3: FloatArray
@@ -63,7 +63,7 @@ class Ramps(Value, eq=False):
     @classmethod
     def of(
         cls, change_m_s: FloatArray, *, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
-    ) -> Ramps:
+    ) -> Px4Ramps:
         """Return the fastest ramps of changes of zero or more within limits."""
         peak = np.minimum(acceleration_m_s2, np.sqrt(jerk_m_s3 * change_m_s))
         jerk_s = peak / jerk_m_s3
@@ -74,13 +74,13 @@ class Ramps(Value, eq=False):
 
     def cut(
         self, is_cut: BoolArray, change_m_s: FloatArray, *, acceleration_m_s2: FloatArray
-    ) -> Ramps:
+    ) -> Px4Ramps:
         """Return ramps of the same changes, some of them cut off at their acceleration."""
         peak = np.minimum(acceleration_m_s2, np.sqrt(2.0 * self.jerk_m_s3 * change_m_s))
         jerk_s = peak / self.jerk_m_s3
         moving = peak > 0.0
         steady = np.divide(change_m_s, peak, out=np.zeros_like(peak), where=moving) - 0.5 * jerk_s
-        return Ramps(
+        return Px4Ramps(
             jerk_m_s3=self.jerk_m_s3,
             jerk_s=np.where(is_cut, jerk_s, self.jerk_s),
             steady_s=np.where(is_cut, np.maximum(steady, 0.0), self.steady_s),

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.flight.motion.px4.moves import Columns
 from planner.flight.motion.px4.speeds import (
-    Ramps,
+    Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
     cut_ramp_time_s,
@@ -308,10 +308,10 @@ class Straights(Columns, eq=False):
         left: FloatArray = way / (2.0 * a) - self.beyond_m
         return left
 
-    def ramps(self, limits: Limits) -> Ramps:
+    def ramps(self, limits: Limits) -> Px4Ramps:
         """Return the ramps to the peak speeds."""
         change = np.abs(self.peak_m_s - self.ramp_from_m_s)
-        whole = Ramps.of(change, acceleration_m_s2=limits.ramp_m_s2, jerk_m_s3=limits.ramp_m_s3)
+        whole = Px4Ramps.of(change, acceleration_m_s2=limits.ramp_m_s2, jerk_m_s3=limits.ramp_m_s3)
         return whole.cut(self.is_cut, change, acceleration_m_s2=limits.ramp_m_s2)
 
 

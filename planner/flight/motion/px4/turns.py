@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.px4.moves import Columns
-from planner.flight.motion.px4.speeds import STILL_M, Ramps, braking_distance_m, ramp_time_s
+from planner.flight.motion.px4.speeds import STILL_M, Px4Ramps, braking_distance_m, ramp_time_s
 from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
-    from planner.flight.motion.px4.legs import Layout
+    from planner.flight.motion.px4.legs import LegLayout
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -45,7 +45,7 @@ class Turns(Columns, eq=False):
     """Horizontal acceleration there, zero or more. [m s⁻²]"""
 
 
-class Approach(Columns, eq=False):
+class TurnApproach(Columns, eq=False):
     """How vehicles come to the waypoints at which new legs begin, as columns of length n."""
 
     place_m: FloatArray
@@ -66,12 +66,12 @@ class Approach(Columns, eq=False):
     """Vertical acceleration. [m s⁻²]"""
 
 
-def turns_onto_legs(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
+def turns_onto_legs(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
     """Return the turns onto new legs.
 
     Parameters
     ----------
-    approach : Approach
+    approach : TurnApproach
         How the vehicle comes. (n rows)
     acceleration_m_s2, jerk_m_s3 : float
         MPC_ACC_HOR and MPC_JERK_AUTO. [m s⁻², m s⁻³]
@@ -127,7 +127,7 @@ class _LegFrame(Value, eq=False):
     speed_m_s: FloatArray
 
     @classmethod
-    def of(cls, approach: Approach) -> _LegFrame:
+    def of(cls, approach: TurnApproach) -> _LegFrame:
         """Return the frames of new legs."""
         leg = approach.target_m[:, :2] - approach.begins_m[:, :2]
         length = np.hypot(leg[:, 0], leg[:, 1])
@@ -157,7 +157,7 @@ class _LegFrame(Value, eq=False):
         return begins_m[:, :2] + self.along * x_m[:, None] + self.across * y_m[:, None]
 
 
-def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
+def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
     """Return the turns of vehicles that all turn."""
     frame = _LegFrame.of(approach)
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
@@ -177,7 +177,7 @@ def _swings(approach: Approach, *, acceleration_m_s2: float, jerk_m_s3: float) -
         )[:, None] * frame.across
         widest = np.abs(swing).max(axis=1)
         lifts = lift_s > ramp_time_s(widest, acceleration_m_s2=acceleration_m_s2, jerk_m_s3=jerk)
-        ramps = Ramps.of(
+        ramps = Px4Ramps.of(
             np.where(lifts, lift, widest),
             acceleration_m_s2=np.where(lifts, approach.vertical_m_s2, acceleration_m_s2),
             jerk_m_s3=jerk,
@@ -278,7 +278,7 @@ def _held_speed_m_s(
 
 
 def _climbed_m(
-    approach: Approach,
+    approach: TurnApproach,
     held_m_s: FloatArray,
     l1_m: FloatArray,
     *,
@@ -315,12 +315,12 @@ _LEAST_SHARE = 0.1
 
 
 def turns_onto_moves(
-    part: Layout, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
+    part: LegLayout, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
 ) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
     rising = part.target_m[:, 2] > place_m[:, 2]
     turns = turns_onto_legs(
-        Approach(
+        TurnApproach(
             place_m=place_m,
             velocity_m_s=velocity_m_s[:, :2],
             begins_m=part.begins_m,
@@ -355,7 +355,7 @@ def turns_onto_moves(
 
 
 def slowed_turns(
-    part: Layout,
+    part: LegLayout,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     turns: Turns,
@@ -408,7 +408,7 @@ def slowed_turns(
 
 
 def joined_turns(
-    part: Layout,
+    part: LegLayout,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     turns: Turns,
@@ -421,7 +421,7 @@ def joined_turns(
 
     What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
     limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
-    Legs too short for that are joined at a share of the speed.
+    Px4Legs too short for that are joined at a share of the speed.
     """
     way = part.ends_m - place_m
     length = np.sqrt((way**2).sum(axis=1))
@@ -513,7 +513,7 @@ def joined_turns(
 
 
 def cut_short(
-    part: Layout,
+    part: LegLayout,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     turns: Turns,
