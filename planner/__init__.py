@@ -11,12 +11,6 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
-    from planner.fixes.comparison import Comparison, compare_results
-    from planner.fixes.speed import predict_speed_curve
-    from planner.fixes.speed_curve import SpeedCurve
-    from planner.fixes.split import Split, split_mission, write_split
-    from planner.flight.budget import Reserve
-    from planner.flight.conditions import Conditions, Spread
     from planner.logs.csv import (
         CsvMapping,
         read_csv_mapping,
@@ -27,8 +21,13 @@ if TYPE_CHECKING:
     from planner.mission.files import read_mission, write_mission
     from planner.mission.items import Mission
     from planner.physics.wind import Wind
+    from planner.quantity import Spread
     from planner.selection import Selection
     from planner.service import CheckResult, check, check_together
+    from planner.service.comparison import Comparison, compare_results
+    from planner.service.speed import SpeedCurve, predict_speed_curve
+    from planner.service.split import Split, split_mission, write_split
+    from planner.setup import Reserve, Setup
     from planner.site_profile import read_profile
     from planner.vehicle.battery import Battery
     from planner.vehicle.library import load_vehicle
@@ -41,7 +40,6 @@ __all__ = [
     "Battery",
     "CheckResult",
     "Comparison",
-    "Conditions",
     "CsvMapping",
     "Finding",
     "FlightRecord",
@@ -50,6 +48,7 @@ __all__ = [
     "Place",
     "Reserve",
     "Selection",
+    "Setup",
     "Severity",
     "SpeedCurve",
     "Split",
@@ -77,36 +76,36 @@ _HOMES = {
     "Autopilot": "planner.autopilot",
     "Battery": "planner.vehicle.battery",
     "CheckResult": "planner.service",
-    "Comparison": "planner.fixes.comparison",
-    "Conditions": "planner.flight.conditions",
+    "Comparison": "planner.service.comparison",
     "CsvMapping": "planner.logs.csv",
     "Finding": "planner.findings",
     "FlightRecord": "planner.logs.record",
     "MavjouleError": "planner.errors",
     "Mission": "planner.mission.items",
     "Place": "planner.findings",
-    "Reserve": "planner.flight.budget",
+    "Reserve": "planner.setup",
     "Selection": "planner.selection",
     "Severity": "planner.findings",
-    "SpeedCurve": "planner.fixes.speed_curve",
-    "Split": "planner.fixes.split",
-    "Spread": "planner.flight.conditions",
+    "Setup": "planner.setup",
+    "SpeedCurve": "planner.service.speed",
+    "Split": "planner.service.split",
+    "Spread": "planner.quantity",
     "Target": "planner.autopilot",
     "VehicleModel": "planner.vehicle.model",
     "Wind": "planner.physics.wind",
-    "compare_results": "planner.fixes.comparison",
+    "compare_results": "planner.service.comparison",
     "check": "planner.service",
     "check_together": "planner.service",
     "load_vehicle": "planner.vehicle.library",
     "mission_at_speed": "planner.mission.convert",
-    "predict_speed_curve": "planner.fixes.speed",
+    "predict_speed_curve": "planner.service.speed",
     "read_csv_mapping": "planner.logs.csv",
     "read_log": "planner.logs.files",
     "read_mission": "planner.mission.files",
     "read_profile": "planner.site_profile",
-    "split_mission": "planner.fixes.split",
+    "split_mission": "planner.service.split",
     "write_mission": "planner.mission.files",
-    "write_split": "planner.fixes.split",
+    "write_split": "planner.service.split",
 }
 
 

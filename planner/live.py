@@ -21,7 +21,6 @@ from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
 from planner.service import check_read
 from planner.values import Value, replace
-from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +33,8 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleSnapshot
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
-    from planner.service import CheckRequest, CheckResult, UnreadableMission
+    from planner.service import CheckResult, UnreadableMission
+    from planner.setup import Setup
 
 
 class LinkRequest(Value):
@@ -145,7 +145,7 @@ CHARGE_NOT_TOLD = Rule(
 
 def check_vehicle(
     snapshot: VehicleSnapshot,
-    request: CheckRequest,
+    setup: Setup,
     *,
     mission: Mission | None = None,
     is_charge_given: bool = False,
@@ -156,16 +156,16 @@ def check_vehicle(
     ----------
     snapshot : VehicleSnapshot
         As `fetch_vehicle` returns it.
-    request : CheckRequest
-        What it names counts more than what the vehicle says.
+    setup : Setup
+        What it names counts more than what the vehicle reports.
     mission : Mission, optional
         Default the one on the vehicle.
     is_charge_given : bool
-        Whether the charge of the request was meant, and is not its default.
+        Whether the charge of the setup was given, and is not its default.
     """
     identity, state = snapshot.identity, snapshot.state
     findings = list(snapshot.findings)
-    if request.battery is None and load_vehicle(request.vehicle).battery is None:
+    if setup.battery is None and setup.vehicle.battery is None:
         findings += check_capacity(snapshot)
     taken: list[str] = []
     if not is_charge_given:
@@ -174,25 +174,23 @@ def check_vehicle(
             message = "charge not reported by the vehicle: full battery assumed"
             findings.append(CHARGE_NOT_TOLD.finding(message))
         else:
-            request = replace(request, charge=told)
+            setup = replace(setup, charge=told)
             taken.append(f"charge {told * 100:.0f} %")
-    conditions = request.conditions
     home = snapshot.mission.home
-    if conditions.home_amsl_m is None and home is not None and home.altitude_amsl_m is not None:
+    if setup.home_amsl_m is None and home is not None and home.altitude_amsl_m is not None:
         taken.append(f"home {home.altitude_amsl_m:.1f} m AMSL")
-    parameters = None
-    if request.parameters is None and snapshot.parameters:
-        parameters = parameter_set(snapshot)
+    if setup.parameters is None and snapshot.parameters:
+        setup = replace(setup, parameters=parameter_set(snapshot))
         taken.append(quantity.count(len(snapshot.parameters), "parameter"))
     if taken:
         message = f"taken from {identity.label}: {', '.join(taken)}"
         findings.append(CONDITIONS_FROM_VEHICLE.finding(message))
     own = snapshot.mission if mission is None else mission
     judged = replace(own, findings=(*own.findings, *findings))
-    if mission is not None and request.conditions.home_amsl_m is None and home is not None:
+    if mission is not None and setup.home_amsl_m is None and home is not None:
         judged = replace(judged, home=home)
     file = snapshot.address if mission is None else mission.source
-    return check_read(lambda: judged, request, file=file, parameters=parameters)
+    return check_read(lambda: judged, setup, file=file)
 
 
 CAPACITY_NOT_TAKEN = Rule(

@@ -23,7 +23,6 @@ from planner.link.parameters import Purpose
 from planner.live import check_vehicle, open_link, silent
 from planner.service import UnreadableMission
 from planner.values import Value, replace
-from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
     from planner.link.pymavlink_link import OnProgress
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
-    from planner.service import CheckRequest
+    from planner.setup import Setup
 
 _REOPEN_S = 2.0
 """Until a line that broke is opened again. [s]"""
@@ -48,7 +47,7 @@ class GuardRequest(Value):
 
     settings: GuardSettings = GuardSettings()
     is_charge_given: bool = False
-    """Whether the charge of the check was meant, and is not to be the vehicle's."""
+    """Whether the charge of the setup was given, and is not to be the vehicle's."""
     uses_mavsdk: bool = False
     """Whether MAVSDK answers requests, and not this program's own messages."""
     lost_after_s: float = 30.0
@@ -59,7 +58,7 @@ class GuardRequest(Value):
 
 def guard_vehicle(
     request: LinkRequest,
-    check: CheckRequest,
+    check: Setup,
     guard: GuardRequest,
     *,
     on_decision: Callable[[Decision], None],
@@ -73,7 +72,7 @@ def guard_vehicle(
     ----------
     request : LinkRequest
         Which vehicle.
-    check : CheckRequest
+    check : Setup
         What its mission is checked against; its own parameters, charge and home are used.
     guard : GuardRequest
         How to guard it.
@@ -93,7 +92,6 @@ def guard_vehicle(
     InputError, UsageError
         If the vehicle model is unusable, or a library is missing.
     """
-    load_vehicle(check.vehicle)  # a model that cannot be read is said at once
     while True:
         try:
             _guard_once(
@@ -113,7 +111,7 @@ def guard_vehicle(
 
 def _guard_once(
     request: LinkRequest,
-    check: CheckRequest,
+    check: Setup,
     guard: GuardRequest,
     *,
     on_decision: Callable[[Decision], None],
@@ -152,7 +150,7 @@ def _guard_once(
 
 
 def judge_vehicle(
-    snapshot: VehicleSnapshot, check: CheckRequest, *, is_charge_given: bool = False
+    snapshot: VehicleSnapshot, check: Setup, *, is_charge_given: bool = False
 ) -> tuple[Judgement, Prediction | None]:
     """Return what the check of a vehicle comes to, and the flight that it predicts.
 
@@ -160,7 +158,7 @@ def judge_vehicle(
     ----------
     snapshot : VehicleSnapshot
         Everything read of the vehicle.
-    check : CheckRequest
+    check : Setup
         What it is checked against.
     is_charge_given : bool
         Whether the charge of the request was meant.

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
     from planner.mission.items import Mission
-    from planner.service import CheckRequest, CheckResult, UnreadableMission
+    from planner.service import CheckResult, UnreadableMission
+    from planner.setup import Setup
 
 
 class Upload(Value):
@@ -50,7 +51,7 @@ class UploadProposal(Value):
 def send_mission(
     mission: Mission,
     request: LinkRequest,
-    check_request: CheckRequest,
+    setup: Setup,
     *,
     may_send: Callable[[UploadProposal], bool],
     listen_s: float,
@@ -67,14 +68,14 @@ def send_mission(
         What is to be on the vehicle, with its fence and rally points.
     request : LinkRequest
         The vehicle.
-    check_request : CheckRequest
-        What the mission is checked against; what it names counts more than what the vehicle says.
+    setup : Setup
+        What the mission is checked under; what it names counts more than what the vehicle reports.
     may_send : callable
         Asked once, with the verdict and what is lost; nothing is sent without its yes.
     listen_s : float
         How long the vehicle is listened to afterwards. [s]
     is_charge_given : bool
-        Whether the charge of the request was meant, and is not its default.
+        Whether the charge of the setup was given, and is not its default.
     keeps_areas : bool
         Whether the vehicle keeps its fence and rally points where the mission has none; it is
         checked with them then.
@@ -97,9 +98,7 @@ def send_mission(
         kept = _unset_areas(mission, snapshot) if keeps_areas else ()
         mission = _with_kept(mission, snapshot, kept)
         judged = replace(mission, findings=(*mission.findings, *check_removal(mission, snapshot)))
-        check = check_vehicle(
-            snapshot, check_request, mission=judged, is_charge_given=is_charge_given
-        )
+        check = check_vehicle(snapshot, setup, mission=judged, is_charge_given=is_charge_given)
         proposal = UploadProposal(
             snapshot=snapshot,
             check=check,

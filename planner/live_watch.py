@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.guard.session import GuardStatus
     from planner.link.vehicle import VehicleSnapshot
     from planner.live import LinkRequest
-    from planner.service import CheckRequest
+    from planner.setup import Setup
 
 _REOPEN_S = 2.0
 """Until a line that broke is opened again. [s]"""
@@ -53,7 +53,7 @@ class _OverError(Exception):
 
 def watch_vehicle(
     request: LinkRequest,
-    check: CheckRequest,
+    check: Setup,
     *,
     is_over: Event,
     tell: Watcher,
@@ -65,7 +65,7 @@ def watch_vehicle(
     ----------
     request : LinkRequest
         Which vehicle.
-    check : CheckRequest
+    check : Setup
         What its flight is predicted with.
     is_over : threading.Event
         Set when it is enough; looked at whenever something is told.
@@ -93,7 +93,7 @@ def watch_vehicle(
 
 def _watch_once(
     request: LinkRequest,
-    check: CheckRequest,
+    check: Setup,
     is_over: Event,
     tell: Watcher,
     *,

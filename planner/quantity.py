@@ -1,4 +1,4 @@
-"""The only place where a quantity becomes text.
+"""The only place where a quantity becomes text, and where text becomes one.
 
 Three significant digits, as far as a pilot reads them; a value that is not zero is never printed
 as zero, and a shortfall never loses its sign.  ``None`` is a dash.
@@ -7,13 +7,22 @@ as zero, and a shortfall never loses its sign.  ``None`` is a dash.
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
+
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 
 ABSENT = "—"
+NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)"
+"""A number as people and TOML write it."""
+_PERCENT = re.compile(rf"{NUMBER}\s*%", re.IGNORECASE)
+PLUS_MINUS = re.compile(r"±|\+/?-")
+
+
 _MOST_IN_FULL = 1e9
 """From here on nothing a vehicle flies, and no digit of it is worth reading."""
 
@@ -153,3 +162,79 @@ def _three_digits(value: float | None, unit: str) -> str:
 
 def _whole(value: float | None, unit: str) -> str:
     return f"{decimals(value, 0)} {unit}" if value is not None else ABSENT
+
+
+class Spread(Value):
+    """A normally distributed quantity, for example a payload of 0.5 ± 0.1 kg."""
+
+    mean: float
+    sd: float
+    """Standard deviation. [unit of the mean]"""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.mean) and math.isfinite(self.sd) and self.sd >= 0.0):
+            msg = f"a spread is a number ± zero or more, got {self.mean} ± {self.sd}"
+            raise ValueError(msg)
+
+
+def read_number(text: str, *, unit: str = "") -> float:
+    """Return the number of ``15``, or with its unit ``15C`` or ``15 °C``; case does not matter.
+
+    Raises
+    ------
+    ValueError
+        If it is no number of this unit.
+    """
+    found = re.fullmatch(rf"{NUMBER}\s*(?:°?{re.escape(unit)})?", text.strip(), re.IGNORECASE)
+    if found is None:
+        msg = f"expected a number{f' of {unit}' if unit else ''}, got {text!r}"
+        raise ValueError(msg)
+    return float(found[1])
+
+
+def read_fraction(text: str) -> float:
+    """Return the fraction of ``20%`` or ``0.2``; a bare ``1`` is refused: 1 % or all of it?
+
+    Raises
+    ------
+    ValueError
+        If it is no fraction from 0 to 1.
+    """
+    bare = text.strip()
+    if found := _PERCENT.fullmatch(bare):
+        value = float(found[1]) / 100.0
+    elif re.fullmatch(NUMBER, bare, re.IGNORECASE):
+        value = float(bare)
+        if value >= 1.0 and bare != "1.0":
+            msg = f"{text!r} is ambiguous: write {bare}%, or a fraction below 1 such as 0.2"
+            raise ValueError(msg)
+    else:
+        msg = f"expected a percentage or fraction, such as 20% or 0.2, got {text!r}"
+        raise ValueError(msg)
+    if not 0.0 <= value <= 1.0:
+        msg = f"expected 0% to 100%, got {text!r}"
+        raise ValueError(msg)
+    return value
+
+
+def exact(value: float) -> str:
+    """Return a number as the shortest text that reads back as the same number."""
+    return f"{value:g}" if float(f"{value:g}") == value else repr(float(value))
+
+
+def exact_percent(fraction: float) -> str:
+    """Return a fraction as a percentage, where that reads back as the same fraction."""
+    percent = float(f"{100.0 * fraction:.10g}")
+    if percent / 100.0 == fraction:
+        return f"{exact(percent)}%"
+    return "1.0" if fraction == 1.0 else exact(fraction)
+
+
+def mean_of(value: float | Spread) -> float:
+    """Return the mean of a quantity, which is itself where it is known exactly."""
+    return value.mean if isinstance(value, Spread) else value
+
+
+def sd_of(value: float | Spread | None) -> float:
+    """Return the standard deviation of a quantity, zero where it is known exactly or not at all."""
+    return value.sd if isinstance(value, Spread) else 0.0

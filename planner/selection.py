@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
@@ -19,12 +21,14 @@ from planner.findings import Severity
 from planner.values import Value, field_values, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from planner.findings import Finding
 
 SCHEMA = 1
 ENERGY_FAMILY = "E"
+_ITEM = re.compile(r"(?P<pattern>.+)#(?P<item>\d+)")
+_ANY_FOLDERS = "**"
 
 
 class KnownFinding(Value, order=True):
@@ -66,6 +70,64 @@ class Exemption(Value):
         """Return whether a finding of the mission is not to be reported."""
         is_here = self.item is None or self.item == finding.item
         return is_here and finding.code.startswith(self.codes)
+
+
+class FileIgnore(Value):
+    """Codes not to report of the missions whose path meets a pattern.
+
+    A pattern without a slash is met by a file of that name in any folder below the configuration's;
+    one with a slash counts from that folder.  A star stays within a name, ``**`` stands for any
+    folders.
+    """
+
+    folder: Path
+    """Where the configuration is."""
+    pattern: str
+    item: int | None
+    """``None``: every item."""
+    codes: tuple[str, ...]
+    origin: str
+    """The configuration and the key, for whoever wonders."""
+
+    def meets(self, mission: Path) -> bool:
+        """Return whether the path of a mission below the folder meets the pattern."""
+        parts = self.pattern.split("/")
+        if len(parts) == 1:
+            parts = [_ANY_FOLDERS, *parts]
+        return _meet(mission.relative_to(self.folder).parts, parts)
+
+    def exemption(self) -> Exemption:
+        """Return what is not reported of a mission that meets the pattern."""
+        return Exemption(codes=self.codes, item=self.item, origin=self.origin)
+
+
+def make_file_ignore(key: str, codes: tuple[str, ...], *, configuration: Path) -> FileIgnore:
+    """Return what one key of ``[per_file_ignores]`` and its codes ignore.
+
+    ``#12`` at the end of a key means the mission's item 12.
+
+    Raises
+    ------
+    ValueError
+        If the key can mean no file or no item.
+    """
+    with_item = _ITEM.fullmatch(key)
+    pattern = with_item["pattern"] if with_item else key
+    item = int(with_item["item"]) if with_item else None
+    if item == 0:
+        msg = "items count from 1, home is none"
+        raise ValueError(msg)
+    parts = pattern.split("/")
+    if not all(parts) or ".." in parts or "." in parts or "\\" in pattern:
+        msg = "must be a path below this folder, with forward slashes, such as *.plan"
+        raise ValueError(msg)
+    return FileIgnore(
+        folder=configuration.parent.resolve(),
+        pattern=pattern,
+        item=item,
+        codes=codes,
+        origin=f"{key} in {configuration.name}",
+    )
 
 
 class Selection(Value):
@@ -213,3 +275,11 @@ def _path_from(folder: Path, file: str) -> str:
         return PurePath(os.path.relpath(whole, folder)).as_posix()
     except ValueError:  # another drive
         return PurePath(whole).as_posix()
+
+
+def _meet(parts: Sequence[str], patterns: Sequence[str]) -> bool:
+    if not patterns:
+        return not parts
+    if patterns[0] == _ANY_FOLDERS:
+        return any(_meet(parts[start:], patterns[1:]) for start in range(len(parts) + 1))
+    return bool(parts) and fnmatchcase(parts[0], patterns[0]) and _meet(parts[1:], patterns[1:])

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError, MavjouleError
+from planner.flight.budget import battery_temperature_c
 from planner.mission.items import Home
-from planner.service import CheckRequest, UnreadableMission, check_read
+from planner.service import UnreadableMission, check_read
 from planner.simulator.faults import Faults
 from planner.simulator.flown import fly_prediction
 from planner.simulator.lines import SimulatedWire
@@ -20,7 +21,6 @@ from planner.simulator.setup import (
 )
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import Value, replace
-from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.link.address import LinkAddress
     from planner.mission.items import Mission
     from planner.service import CheckResult
+    from planner.setup import Setup
     from planner.simulator.flown import FlownMission
 
 _LOG_PATHS = {
@@ -45,7 +46,7 @@ class SimulationRequest(Value):
 
     autopilot: Autopilot
     """Whose manners it has, PX4's or ArduPilot's."""
-    check: CheckRequest = CheckRequest()
+    setup: Setup
     """The model that flies, and in what conditions."""
     speed_up: float = 1.0
     """Seconds of flight in a second of the clock. [-]"""
@@ -73,14 +74,12 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
         If the model, the parameters or a log is unusable, or an item cannot be sent.
     """
     autopilot = request.autopilot
-    model = load_vehicle(request.check.vehicle)
+    model = request.setup.vehicle
     given = dict(model.parameters) if model.reference is autopilot else {}
-    if request.check.parameters is not None:
-        from planner.vehicle.parameters.files import read_parameters
-
-        values = read_parameters(request.check.parameters).values
+    if request.setup.parameters is not None:
+        values = request.setup.parameters.values
         given |= {name: one.value for name, one in values.items() if one.value is not None}
-    target = request.check.target
+    target = request.setup.target
     version = FIRMWARE[autopilot]
     if target is not None and target.autopilot is autopilot and target.version is not None:
         version = (*target.version, 0)
@@ -92,12 +91,12 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
             autopilot,
             version[:2],
             given=given,
-            battery=request.check.battery or model.battery,
+            battery=request.setup.battery or model.battery,
             system=request.system,
             authoriser=request.authoriser,
         ),
         logs=_read_logs(request),
-        wind=wind if (wind := request.check.conditions.wind).speed_m_s > 0.0 else None,
+        wind=wind if (wind := request.setup.wind).speed_m_s > 0.0 else None,
         system=request.system,
         version=version,
         misbehaviour=request.faults.vehicle,
@@ -144,9 +143,6 @@ def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission 
     if result is None or result.assessment is None or result.trace is None:
         return None
     assessment = result.assessment
-    battery_c = request.check.conditions.battery_temperature_c
-    if battery_c is None:
-        battery_c = assessment.flight.power.home_temperature_c
     return fly_prediction(
         assessment.flight,
         assessment.route,
@@ -154,19 +150,21 @@ def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission 
         battery=assessment.pack,
         discharge=assessment.discharge,
         charge=assessment.charge,
-        temperature_c=battery_c,
+        temperature_c=battery_temperature_c(assessment.setup, assessment.flight),
     )
 
 
 def _predicted(mission: Mission, request: SimulationRequest) -> CheckResult | None:
-    model = load_vehicle(request.check.vehicle)
-    is_stepped = model.reference is Autopilot.STEP  # the model's own way, whoever it speaks as
+    setup = request.setup
+    is_stepped = (
+        setup.vehicle.reference is Autopilot.STEP
+    )  # the model's own way, whoever it speaks as
     result = check_read(
         lambda: mission,
         replace(
-            request.check,
+            setup,
             autopilot=None if is_stepped else request.autopilot,
-            target=None if is_stepped else request.check.target,
+            target=None if is_stepped else setup.target,
             with_trace=True,
         ),
         file=mission.source,

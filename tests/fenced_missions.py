@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 from made_missions import HOME, item, mission
 
 from planner.autopilot import Autopilot
-from planner.flight.conditions import Conditions
 from planner.flight.pilot import make_pilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.geo.geodesy import LocalFrame
 from planner.mission.route.route import make_route
 from planner.service import check
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -87,7 +87,7 @@ def motion_of(autopilot: Autopilot, *items: MissionItem) -> Motion:
     if autopilot is not Autopilot.STEP:
         parameters = resolve_parameters(autopilot, model=vehicle).values
     route = make_route(mission(*items), dialect=autopilot)
-    return make_pilot(vehicle, parameters, Conditions()).fly(route)[0]
+    return make_pilot(Setup(vehicle), parameters).fly(route)[0]
 
 
 def findings_of(

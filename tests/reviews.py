@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from textual.widgets import Input, Static
 
 from planner.cli.configuration import mission_settings
-from planner.cli.settings import SETTINGS
+from planner.setup import read_battery
 from planner.tui.app import ReviewApp
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 TOO_FAR = "crossing-too-far.plan"
 SURVEY = "survey-vineyard.plan"
-TOO_SMALL = {"battery": SETTINGS["battery"].read("1.3Ah@14.8V")}
+TOO_SMALL = {"battery": read_battery("1.3Ah@14.8V")}
 """Too small for the survey in one flight at its speed."""
 
 

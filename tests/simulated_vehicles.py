@@ -11,11 +11,10 @@ from fenced_missions import box, rally
 from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.flight.conditions import Conditions
 from planner.geo.fence import Fence
 from planner.link.codec import Message
 from planner.physics.wind import Wind
-from planner.service import CheckRequest
+from planner.setup import Setup
 from planner.simulation import (
     SimulationRequest,
     make_simulated_vehicle,
@@ -26,6 +25,7 @@ from planner.simulator.faults import read_faults
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping
@@ -50,11 +50,9 @@ def out_and_back() -> Mission:
 
 def request(autopilot: Autopilot, faults: str = "", **changes: Any) -> SimulationRequest:  # noqa: ANN401 - as it comes
     """Return what a simulated quadrotor with a battery and wind is asked for with."""
-    check = CheckRequest(
-        vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND)
-    )
+    setup = Setup(load_vehicle("arducopter-sitl-quad"), battery=BATTERY, wind=WIND)
     return SimulationRequest(
-        autopilot=autopilot, check=check, faults=read_faults(faults), **changes
+        autopilot=autopilot, setup=setup, faults=read_faults(faults), **changes
     )
 
 

@@ -1,4 +1,4 @@
-"""``mavjoule check``: the pre-flight check."""
+"""``mavjoule check`` and ``mavjoule segments``: the pre-flight check, and the decomposition alone."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner import service
-from planner.cli.attachments import attach_baseline, refuse_attachments, write_attachments
-from planner.cli.configuration import mission_settings
-from planner.cli.formats import refuse_statistics, rendered
-from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options
-from planner.cli.options import MISSION_PATH, given_settings, setting_options
-from planner.cli.output import narrate, progress, refuse_overwriting, write_data
-from planner.cli.requests import check_request, fleet_request, report_request
-from planner.cli.settings import (
-    BUDGET_SETTINGS,
-    FLEET_SETTINGS,
-    FLIGHT_SETTINGS,
-    REPORT_SETTINGS,
-    START,
+from planner import __version__, service
+from planner.cli.check_output import attach_baseline, refuse_output, rendered, write_attachments
+from planner.cli.configuration import common_settings, mission_settings
+from planner.cli.link import is_vehicle, link_options, taken_link
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    data_options,
+    given_settings,
+    setting_options,
 )
+from planner.cli.output import narrate, progress, refuse_overwriting, write_data
 from planner.errors import ExitCode, UsageError
 from planner.report.text import caveat, tally
 from planner.service import UnreadableMission
+from planner.setting import Group, declared
+from planner.setup import Output, Setup, Together
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -41,7 +40,7 @@ _READ = ("vehicle", "params", "profile")
 
 @click.command("check")
 @click.argument("missions", metavar="MISSION...", nargs=-1, required=True, type=MISSION_PATH)
-@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS, *FLEET_SETTINGS, START, *REPORT_SETTINGS))
+@setting_options(*CHECK_GROUPS, Group.FLEET, Group.REPORT)
 @click.option(
     "--write-baseline",
     metavar="FILE",
@@ -62,8 +61,7 @@ def command(
     Exit codes: 0 every mission is a go, 1 one is a no-go, 2 unusable input, usage or
     configuration, 3 a vehicle did not answer.
     """
-    link = {key: options.pop(key) for key in LINK_KEYS}
-    starts_s = options.pop(START.key)
+    link = taken_link(options)
     if missions.count("-") > 1:
         msg = "standard input can be read once: give - once"
         raise UsageError(msg)
@@ -71,34 +69,33 @@ def command(
     settings = [
         mission_settings("-" if is_vehicle(mission) else mission, given) for mission in missions
     ]
-    fleet = _fleet_request(settings, given, starts_s)
-    report = report_request(settings)
-    refuse_statistics(report)
-    refuse_attachments(report, missions=len(missions))
+    together = _together(settings, given)
+    output = Output.of(common_settings(settings, Output))
+    refuse_output(output, missions=len(missions))
     read = [*missions, *(str(v[k]) for v in settings for k in _READ if k in v)]
-    for written in (report.output, report.trace, report.report, write_baseline):
+    for written in (output.output, output.trace, output.report, write_baseline):
         refuse_overwriting(written, read)
     if write_baseline is not None:
         settings = [values | {"baseline": None} for values in settings]
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
         results = [_checked(mission, values, link) for mission, values in jobs]
-    if fleet is not None:
-        results = list(service.check_together(results, **fleet))
-    write_attachments(results, report)
+    if together is not None:
+        results = list(service.keep_apart(results, together))
+    write_attachments(results, output)
     if write_baseline is not None:
         attach_baseline(results, write_baseline)
-    exit_code = _exit_code(results, is_zero=report.exit_zero)
-    write_data(rendered(results, report, exit_code=exit_code), output=report.output)
-    if report.format == "github":
+    exit_code = _exit_code(results, is_zero=output.exit_zero)
+    write_data(rendered(results, output, exit_code=exit_code), output=output.output)
+    if output.format == "github":
         _add_summary(results)
-    if report.output is not None:
-        narrate(f"{tally(results)}{caveat(results)}; the report is in {report.output}")
+    if output.output is not None:
+        narrate(f"{tally(results)}{caveat(results)}; the report is in {output.output}")
     return exit_code
 
 
-def _fleet_request(
-    settings: Sequence[Mapping[str, object]], given: Mapping[str, object], starts_s: object
-) -> Mapping[str, Any] | None:
+def _together(
+    settings: Sequence[Mapping[str, Any]], given: Mapping[str, object]
+) -> Together | None:
     """Return what is asked of the missions together; ``None`` where each stands for itself.
 
     Raises
@@ -106,35 +103,36 @@ def _fleet_request(
     UsageError
         If it is asked of one mission alone, or starts are given for others than these missions.
     """
-    fleet = fleet_request(settings)
-    if fleet is None:
-        lonely = [setting.option for setting in FLEET_SETTINGS if setting.key in given]
-        if starts_s is not None or lonely:
-            msg = f"{(lonely or [START.option])[0]} goes with --separation"
+    common = common_settings(settings, Together)
+    if "separation_m" not in common:
+        alone = [setting.option for setting in declared(Together) if setting.key in given]
+        if alone:
+            msg = f"{alone[0]} goes with --separation"
             raise UsageError(msg)
         return None
     if len(settings) == 1:
-        if starts_s is not None or "separation_m" in given:
+        if not {"separation_m", "starts_s"}.isdisjoint(given):
             msg = "--separation is kept from other missions: give those of one flight together"
             raise UsageError(msg)
         return None  # the configuration is for calls of several
-    if isinstance(starts_s, tuple) and len(starts_s) != len(settings):
-        msg = f"{START.option} must give one time for each of the {len(settings)} missions"
+    together = Together.of(common)
+    if together.starts_s and len(together.starts_s) != len(settings):
+        msg = f"--start must give one time for each of the {len(settings)} missions"
         raise UsageError(msg)
-    return {**fleet, "starts_s": starts_s or ()}
+    return together
 
 
 def _checked(
-    mission: str, values: Mapping[str, object], link: Mapping[str, object]
+    mission: str, values: Mapping[str, Any], link: Mapping[str, object]
 ) -> CheckResult | UnreadableMission:
-    request = check_request(values)
+    setup = Setup.of(values)
     if not is_vehicle(mission):
-        return service.check_file(mission, request)
+        return service.check_file(mission, setup)
     from planner import live
-    from planner.cli.link_options import TransferProgress, link_request
+    from planner.cli.link import TransferProgress, link_request
 
     snapshot = live.fetch_vehicle(link_request(mission, link), on_progress=TransferProgress())
-    return live.check_vehicle(snapshot, request, is_charge_given="charge" in values)
+    return live.check_vehicle(snapshot, setup, is_charge_given="charge" in values)
 
 
 def _add_summary(results: Results) -> None:
@@ -156,4 +154,36 @@ def _exit_code(results: Results, *, is_zero: bool) -> ExitCode:
         return ExitCode.UNUSABLE
     if any(result.verdict == "no-go" for result in results) and not is_zero:
         return ExitCode.NO_GO
+    return ExitCode.GO
+
+
+@click.command("segments")
+@click.argument("mission", type=MISSION_PATH)
+@setting_options(Group.FLIGHT)
+@data_options("text", "json", "csv")
+def segments(mission: str, *, file_format: str, output: Path | None, **options: object) -> ExitCode:
+    """Show a flight cut into states, a row per segment.
+
+    Nothing is judged: the exit code is 0 for every mission that can be read, and 2 otherwise.
+    """
+    from planner.report.columns import (
+        segments_csv,
+        segments_text,
+    )
+    from planner.report.json import segments_json
+
+    refuse_overwriting(output, (mission,))
+    settings = mission_settings(mission, given_settings(options))
+    result = service.check_file(mission, Setup.of(settings))
+    if isinstance(result, UnreadableMission):
+        narrate(result.findings[0].message)
+        return ExitCode.UNUSABLE
+    match file_format:
+        case "json":
+            text = segments_json(result, version=__version__)
+        case "csv":
+            text = segments_csv(result)
+        case _:
+            text = segments_text(result)
+    write_data(text, output=output)
     return ExitCode.GO

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from planner import __version__
 from planner.cli.configuration import mission_settings
-from planner.cli.format_option import data_options
-from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    data_options,
+    given_settings,
+    page_option,
+    setting_options,
+)
 from planner.cli.output import refuse_overwriting, standard_medium, write_data
-from planner.cli.requests import check_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
-from planner.fixes.comparison import compare_files
+from planner.service.comparison import compare_files
+from planner.setup import Setup
 
-_SETTINGS = (*FLIGHT_SETTINGS, *BUDGET_SETTINGS)
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @click.command("compare", short_help="Show two checks side by side.")
@@ -30,14 +36,9 @@ _SETTINGS = (*FLIGHT_SETTINGS, *BUDGET_SETTINGS)
     default="",
     help="options for B alone, as one text: --b '--wind 8@270 --payload 0.3'",
 )
-@setting_options(_SETTINGS)
+@setting_options(*CHECK_GROUPS)
 @data_options("text", "json")
-@click.option(
-    "--report",
-    metavar="FILE.html",
-    type=click.Path(path_type=Path),
-    help="write both checks, side by side and each with its pictures, as a page as well",
-)
+@page_option("both checks")
 def command(
     mission_a: str,
     mission_b: str | None,
@@ -71,9 +72,9 @@ def command(
     given = given_settings(options)
     comparison = compare_files(
         mission_a,
-        check_request(mission_settings(mission_a, given)),
+        Setup.of(mission_settings(mission_a, given)),
         other,
-        check_request(mission_settings(other, given | _own_settings(options_b))),
+        Setup.of(mission_settings(other, given | _settings_of_b(options_b))),
     )
     from planner.report.comparison import comparison_json, comparison_text
 
@@ -84,7 +85,7 @@ def command(
         text = comparison_text(comparison, options=own, medium=standard_medium(output))
     write_data(text, output=output)
     if report is not None:
-        from planner.cli.attachments import write_page
+        from planner.cli.check_output import write_page
         from planner.report.html.comparison import comparison_section
 
         section = comparison_section(comparison.a, comparison.b)
@@ -94,7 +95,7 @@ def command(
     return ExitCode.GO
 
 
-def _own_settings(text: str) -> dict[str, object]:
+def _settings_of_b(text: str) -> dict[str, object]:
     """Return the settings in the options of B, read as any others."""
     try:
         words = shlex.split(text)
@@ -104,7 +105,7 @@ def _own_settings(text: str) -> dict[str, object]:
     found: dict[str, object] = {}
 
     @click.command("--b", add_help_option=False)
-    @setting_options(_SETTINGS)
+    @setting_options(*CHECK_GROUPS)
     def own(**options: object) -> None:
         found.update(given_settings(options))
 

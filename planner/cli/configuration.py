@@ -11,15 +11,15 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.setting import Kind, Setting
-from planner.cli.settings import SETTINGS
-from planner.errors import ConfigurationError, described, is_number, nearest_hint
+from planner.errors import ConfigurationError, UsageError, described, nearest_hint
+from planner.setting import declared
+from planner.setup import settings
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from planner.cli.file_ignores import FileIgnore
+    from planner.setting import Declared
 
 OWN_FILE = "mavjoule.toml"
 SHARED_FILE = "pyproject.toml"
@@ -56,15 +56,15 @@ def find_configuration(folder: Path) -> Configuration:
     start = folder.resolve()
     for place in (start, *start.parents):
         for name in (OWN_FILE, SHARED_FILE):
-            if _is_there(place / name):
+            if _exists(place / name):
                 found = read_configuration(place / name)
                 if found is not None:
                     return found
     return Configuration(values={})
 
 
-def _is_there(path: Path) -> bool:
-    """Return whether a file is there, or something else by the name of our own file."""
+def _exists(path: Path) -> bool:
+    """Return whether there is a file, or something else by the name of our own file."""
     try:
         return path.is_file() or (path.name == OWN_FILE and os.path.lexists(path))
     except OSError:  # a folder that may not be looked into holds no settings for us
@@ -89,19 +89,20 @@ def read_configuration(path: Path) -> Configuration | None:
         if not isinstance(document, dict):
             msg = f"{path}: {_SHARED_TABLE} must be a table, got {described(document)}"
             raise ConfigurationError(msg)
+    known = {key: setting for key, setting in settings().items() if setting.in_file}
     values = {}
     for name, raw in document.items():
         key = name.replace("-", "_")
-        setting = SETTINGS.get(key)
+        setting = known.get(key)
         if setting is None:
             shown = name if name.isprintable() else repr(name)
-            msg = f"{path}: {prefix}{shown} is no setting{nearest_hint(key, SETTINGS)}"
+            msg = f"{path}: {prefix}{shown} is not a setting{nearest_hint(key, known)}"
             raise ConfigurationError(msg)
         if key in values:
             msg = f"{path}: {prefix}{name} is given twice, with hyphens and with underscores"
             raise ConfigurationError(msg)
         try:
-            values[key] = _value(setting, raw, path=path)
+            values[key] = setting.kind.from_toml(raw, path)
         except ValueError as error:
             msg = f"{path}: {prefix}{name}: {error}"
             raise ConfigurationError(msg) from error
@@ -132,54 +133,7 @@ def _document(path: Path) -> dict[str, Any]:
         raise ConfigurationError(msg) from error
 
 
-def _value(setting: Setting, raw: object, *, path: Path) -> object:
-    """Return the value of a setting from what TOML holds, by the reader of its option."""
-    folder = path.parent
-    if setting.kind is Kind.TABLE and isinstance(raw, dict):
-        return tuple(_file_ignore(setting, key, codes, path=path) for key, codes in raw.items())
-    if isinstance(raw, list) and all(isinstance(one, str) for one in raw):
-        if setting.kind is Kind.TEXTS:
-            return setting.read(",".join(raw))
-        if setting.kind is Kind.PATHS:
-            return tuple(folder / one for one in raw)
-    return _single(setting, raw, folder=folder)
-
-
-def _file_ignore(setting: Setting, key: str, raw: object, *, path: Path) -> FileIgnore:
-    from planner.cli.file_ignores import make_file_ignore
-
-    codes = [raw] if isinstance(raw, str) else raw
-    if not isinstance(codes, list) or not all(isinstance(one, str) for one in codes):
-        msg = f"{key!r}: must be {Kind.TEXTS.value}, got {described(raw)}"
-        raise ValueError(msg)
-    try:
-        return make_file_ignore(key, setting.read(",".join(codes)), configuration=path)
-    except ValueError as error:
-        msg = f"{key!r}: {error}"
-        raise ValueError(msg) from error
-
-
-def _single(setting: Setting, raw: object, *, folder: Path) -> object:
-    if raw == "" and setting.kind in {Kind.PATH, Kind.PATHS, Kind.MODEL}:
-        msg = f"must be {setting.kind.value}, got an empty text"
-        raise ValueError(msg)
-    match setting.kind:
-        case Kind.NUMBER | Kind.QUANTITY if is_number(raw):
-            return setting.read(repr(raw))
-        case Kind.SWITCH if isinstance(raw, bool):
-            return raw
-        case Kind.PATH | Kind.PATHS if isinstance(raw, str):
-            return folder / raw if setting.kind is Kind.PATH else (folder / raw,)
-        case Kind.MODEL if isinstance(raw, str):
-            is_path = raw.endswith(".toml") or Path(raw).name != raw
-            return str(folder / raw) if is_path else raw
-        case Kind.TEXT | Kind.QUANTITY | Kind.TEXTS if isinstance(raw, str):
-            return setting.read(raw)
-    msg = f"must be {setting.kind.value}, got {described(raw)}"
-    raise ValueError(msg)
-
-
-def mission_settings(mission: str, given: Mapping[str, object]) -> dict[str, object]:
+def mission_settings(mission: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of one mission by key: the command line's over its configuration's.
 
     Parameters
@@ -196,10 +150,31 @@ def mission_settings(mission: str, given: Mapping[str, object]) -> dict[str, obj
     """
     path = Path(mission)
     values = {**find_configuration(path.parent).values, **given}
-    ignores = values.get("per_file_ignores", ())
-    if ignores:
+    if ignores := values.get("per_file_ignores", ()):
         whole = path.parent.resolve() / path.name
         values["per_file_ignores"] = tuple(
             ignore.exemption() for ignore in ignores if ignore.meets(whole)
         )
     return values
+
+
+def common_settings(missions: Sequence[Mapping[str, Any]], cls: type[Declared]) -> dict[str, Any]:
+    """Return the settings of a value that is one for all missions of a call, by key.
+
+    Raises
+    ------
+    UsageError
+        If the configurations of two missions see it differently.
+    """
+    common: dict[str, Any] = {}
+    for setting in declared(cls):
+        values = {mission.get(setting.key) for mission in missions}
+        if len(values) > 1:
+            msg = (
+                f"the configurations of these missions disagree about {setting.key}: "
+                f"give {setting.option}, or check them one by one"
+            )
+            raise UsageError(msg)
+        if (value := values.pop()) is not None:
+            common[setting.key] = value
+    return common

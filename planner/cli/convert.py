@@ -10,9 +10,8 @@ from planner import (
     quantity,
     service,
 )
-from planner.cli.options import SettingType
+from planner.cli.options import setting_option
 from planner.cli.output import narrate, refuse_overwriting
-from planner.cli.settings import SETTINGS
 from planner.errors import UsageError
 from planner.report.medium import Medium
 from planner.report.text import finding_lines
@@ -21,24 +20,18 @@ from planner.report.text import finding_lines
 @click.command("convert")
 @click.argument("source", metavar="IN")
 @click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
-@click.option("--force", is_flag=True, help="write over OUT where there is such a file already")
-@click.option(
-    "--speed",
-    "speed_m_s",
-    metavar="M_S",
-    type=SettingType(SETTINGS["speed_m_s"]),
-    help="command this ground speed for every level leg",
-)
+@click.option("--force", is_flag=True, help="overwrite OUT")
+@setting_option("speed_m_s", help="command this ground speed for every level leg", unset="")
 def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) -> None:
     """Write a mission in another file format.
 
     IN is a QGroundControl plan, an older JSON mission or a QGC WPL file, or - for standard input.
-    OUT ends in .plan or .json for a plan, in .waypoints or .txt for QGC WPL text.  What is odd
-    about the mission and what OUT cannot hold is said on standard error.
+    OUT ends in .plan or .json for a plan, in .waypoints or .txt for QGC WPL text.  What is
+    odd about the mission and what OUT cannot hold is reported on standard error.
     """
     refuse_overwriting(target, (source,))
     if target.exists() and not force:
-        msg = f"{target} exists already: give another file to write to, or --force"
+        msg = f"{target} exists: give another file, or --force to overwrite it"
         raise UsageError(msg)
     result = service.convert_file(source, target, speed_m_s=speed_m_s)
     for file, findings in ((result.file, result.findings), (result.target, result.losses)):

@@ -15,11 +15,9 @@ import click
 
 from planner import __version__, live_guard
 from planner.cli.configuration import mission_settings
-from planner.cli.link_options import LINK_KEYS, link_options, link_request
-from planner.cli.options import given_settings, setting_options
+from planner.cli.link import link_options, link_request, taken_link
+from planner.cli.options import CHECK_GROUPS, given_settings, setting_options
 from planner.cli.output import narrate
-from planner.cli.requests import check_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import OutputError
 from planner.guard.guard import GuardSettings
 from planner.report.json import decision_json
@@ -28,6 +26,7 @@ from planner.report.vehicle import (
     decision_text,
     status_line,
 )
+from planner.setup import Setup
 
 if TYPE_CHECKING:
     from planner.guard.guard import Decision
@@ -68,7 +67,7 @@ _DEFAULTS = GuardSettings()
 
 @click.command("guard", short_help="Watch a vehicle and answer its requests to arm.")
 @click.argument("url", metavar="URL")
-@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@setting_options(*CHECK_GROUPS)
 @click.option(
     "--valid-for",
     metavar="TIME",
@@ -143,7 +142,7 @@ def command(
 
     Exit codes: 2 unusable usage or configuration, 3 the vehicle was lost, 130 interrupted.
     """
-    link = {key: options.pop(key) for key in LINK_KEYS}
+    link = taken_link(options)
     values = mission_settings("-", given_settings(options))
     request = link_request(url, link)
     show = GuardDisplay()
@@ -156,7 +155,7 @@ def command(
 
     live_guard.guard_vehicle(
         request,
-        check_request(values),
+        Setup.of(values),
         live_guard.GuardRequest(
             settings=GuardSettings(
                 valid_for_s=int(valid_for), confirmed_s=confirm_within, oldest_s=reread

@@ -9,8 +9,7 @@ import click
 
 from planner import __version__, service
 from planner.autopilot import Autopilot
-from planner.cli.format_option import format_option
-from planner.cli.number_option import FiniteRange
+from planner.cli.options import FiniteRange, format_option
 from planner.cli.output import (
     narrate,
     narrate_seldom,

@@ -19,26 +19,27 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 COMMANDS = {
-    "check": "planner.cli.check",
-    "segments": "planner.cli.segments",
-    "review": "planner.cli.review",
-    "speed": "planner.cli.speed",
-    "split": "planner.cli.split",
-    "compare": "planner.cli.compare",
-    "convert": "planner.cli.convert",
-    "identify": "planner.cli.identify",
-    "verify": "planner.cli.verify",
-    "simulate": "planner.cli.simulate",
-    "fetch": "planner.cli.fetch",
-    "guard": "planner.cli.guard",
-    "diff": "planner.cli.diff",
-    "upload": "planner.cli.upload",
-    "logs": "planner.cli.logs",
-    "models": "planner.cli.models",
-    "rules": "planner.cli.rules",
-    "explain": "planner.cli.explain",
+    "check": "check",
+    "segments": "check:segments",
+    "review": "review",
+    "speed": "speed",
+    "split": "split",
+    "compare": "compare",
+    "convert": "convert",
+    "identify": "identify",
+    "verify": "verify",
+    "simulate": "simulate",
+    "fetch": "link:fetch",
+    "guard": "guard",
+    "diff": "link:diff",
+    "upload": "upload",
+    "logs": "link:logs",
+    "models": "listings:models",
+    "rules": "listings:rules",
+    "explain": "listings:explain",
 }
-"""Sub-commands in the order of the help, and the modules that hold them as ``command``."""
+"""Sub-commands in the order of the help, each with its module here, and its name there where that
+is not ``command``."""
 
 TRACEBACK_VARIABLE = "MAVJOULE_TRACEBACK"
 
@@ -52,10 +53,10 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - given by click
         """Return a command by its name."""
-        home = COMMANDS.get(cmd_name)
-        if home is None:
+        if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(home).command
+        module, _, name = COMMANDS[cmd_name].partition(":")
+        command: click.Command = getattr(import_module(f"planner.cli.{module}"), name or "command")
         return command
 
 
@@ -102,8 +103,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return ExitCode.UNUSABLE
     except (click.Abort, KeyboardInterrupt):
         return ExitCode.INTERRUPTED
-    except Exception as error:  # noqa: BLE001 - a pilot is told in a sentence, not in a traceback
-        _tell_bug(error)
+    except Exception as error:  # noqa: BLE001 - a pilot reads a sentence, not in a traceback
+        _report_bug(error)
         return ExitCode.UNUSABLE
     return ExitCode(done or ExitCode.GO)
 
@@ -123,7 +124,7 @@ def _where_help_is(error: click.ClickException) -> str:
     return "" if context is None else f" (see {context.command_path} --help)"
 
 
-def _tell_bug(error: Exception) -> None:
+def _report_bug(error: Exception) -> None:
     if os.environ.get(TRACEBACK_VARIABLE):
         import traceback
 

@@ -1,31 +1,40 @@
-"""Settings as options of click commands."""
+"""Options of click commands: those of the settings, as they are declared, and those of the output."""
 
 from __future__ import annotations
 
+import math
+import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner.cli.setting import Kind, Setting
+from planner.setting import Group, Switch
+from planner.setup import settings
+from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from click.shell_completion import CompletionItem
+
+    from planner.setting import Kind
 
     Command = Callable[..., Any]
 
 MISSION_PATH = click.Path(readable=False)
 """A mission's path as text, completed by a shell; whether it can be read is a finding."""
+CHECK_GROUPS = (Group.FLIGHT, Group.BATTERY, Group.JUDGEMENT)
+"""What decides how a mission is flown and whether it is a go."""
 
 
-class SettingType(click.ParamType[object]):
-    """The text of an option, read as its setting reads it."""
+class KindType(click.ParamType[object]):
+    """The text of an option, read as its kind is written."""
 
     name = "setting"
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
+    def __init__(self, kind: Kind) -> None:
+        self.kind = kind
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
@@ -34,7 +43,7 @@ class SettingType(click.ParamType[object]):
         if not isinstance(value, str):
             return value
         try:
-            return self.setting.read(value)
+            return self.kind.read(value)
         except ValueError as error:
             self.fail(str(error), param, ctx)
 
@@ -47,50 +56,157 @@ class SettingType(click.ParamType[object]):
         """Return what a shell offers for the text so far: files, then the setting's choices."""
         from click.shell_completion import CompletionItem
 
-        offers = []
-        if self.setting.kind in {Kind.PATH, Kind.PATHS, Kind.MODEL}:
-            offers.append(CompletionItem(incomplete, type="file"))
+        offers = [CompletionItem(incomplete, type="file")] if self.kind.is_file else []
         before, comma, start = "", "", incomplete
-        if self.setting.kind is Kind.TEXTS:
+        if self.kind.is_repeated:
             before, comma, start = incomplete.rpartition(",")
         return offers + [
             CompletionItem(f"{before}{comma}{choice}")
-            for choice in self.setting.choices()
+            for choice in self.kind.choices()
             if choice.lower().startswith(start.lower())
         ]
 
 
-def setting_options(settings: Sequence[Setting]) -> Callable[[Command], Command]:
-    """Return a decorator that adds an option for each setting, none of them with a default."""
+class FiniteRange(click.FloatRange):
+    """A number in a range; click's own lets NaN through, and infinity where no end is given."""
+
+    def convert(
+        self,
+        value: Any,  # noqa: ANN401 - text or a default: click's own signature
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> float:
+        """Return the number of the text; fail where it is none, not finite, or out of range."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number", param, ctx)
+        return float(number)
+
+
+def setting_option(
+    key: str,
+    *,
+    name: str | None = None,
+    option: str | None = None,
+    help: str | None = None,  # noqa: A002 - as click's
+    unset: str | None = None,
+) -> Callable[[Command], Command]:
+    """Return a decorator that adds the option of a setting, with no default.
+
+    Parameters
+    ----------
+    key : str
+        Of the setting.
+    name : str, optional
+        Of the command's parameter; default the key.
+    option, help, unset : str, optional
+        Where they are otherwise in this command than declared.
+    """
+    setting = settings()[key]
+    setting = replace(
+        setting,
+        option=setting.option if option is None else option,
+        help=setting.help if help is None else help,
+        unset=setting.unset if unset is None else unset,
+    )
+    if isinstance(setting.kind, Switch):
+        return click.option(setting.option, name or key, default=None, help=setting.help_text)
+    return click.option(
+        setting.option,
+        name or key,
+        type=KindType(setting.kind),
+        metavar=setting.metavar,
+        multiple=setting.kind.is_repeated,
+        help=setting.help_text,
+    )
+
+
+def setting_options(*groups: Group, without: Iterable[str] = ()) -> Callable[[Command], Command]:
+    """Return a decorator that adds an option for each setting of some groups."""
+    keys = [
+        key
+        for group in groups
+        for key, setting in settings().items()
+        if setting.group is group and setting.option and key not in without
+    ]
 
     def decorate(command: Command) -> Command:
-        for setting in reversed(settings):
-            command = _option(setting)(command)
+        for key in reversed(keys):
+            command = setting_option(key)(command)
         return command
 
     return decorate
 
 
-def given_settings(options: Mapping[str, object]) -> dict[str, object]:
+def given_settings(options: Mapping[str, object]) -> dict[str, Any]:
     """Return what the command line sets, by key: what is absent leaves room for a configuration."""
-    given: dict[str, object] = {}
+    declared = settings()
+    given: dict[str, Any] = {}
     for key, value in options.items():
-        if isinstance(value, tuple):  # a repeatable option: one tuple for each time
-            if value:
+        if isinstance(value, tuple) and declared[key].kind.is_repeated:
+            if value:  # one tuple for each time
                 given[key] = tuple(one for several in value for one in several)
         elif value is not None:
             given[key] = value
     return given
 
 
-def _option(setting: Setting) -> Callable[[Command], Command]:
-    if setting.kind is Kind.SWITCH:
-        return click.option(setting.option, setting.key, default=None, help=setting.meaning)
+def option_words(key: str, value: object) -> list[str]:
+    """Return the words of a command line that set a value.
+
+    Raises
+    ------
+    ValueError
+        If no text of an option is this value.
+    """
+    setting = settings()[key]
+    several = value if isinstance(value, tuple) and setting.kind.is_file else (value,)
+    return [word for one in several for word in (setting.option, setting.kind.text(one))]
+
+
+def command_text(words: Sequence[str]) -> str:
+    """Return words as one types them in the shell of this system."""
+    if os.name == "nt":
+        import subprocess
+
+        return subprocess.list2cmdline(words)
+    import shlex
+
+    return shlex.join(words)
+
+
+def format_option(*formats: str) -> Callable[[Command], Command]:
+    """Return a decorator that adds ``--format``, the first of the formats being the default."""
     return click.option(
-        setting.option,
-        setting.key,
-        type=SettingType(setting),
-        metavar=setting.metavar,
-        multiple=setting.kind in {Kind.TEXTS, Kind.PATHS},
-        help=setting.meaning,
+        "--format",
+        "file_format",
+        type=click.Choice(formats),
+        default=formats[0],
+        metavar="|".join(formats),
+        help=f"format of the output [default: {formats[0]}]",
+    )
+
+
+def data_options(*formats: str) -> Callable[[Command], Command]:
+    """Return a decorator that adds ``--format`` and ``--output``, for a command that prints data."""
+
+    def decorate(command: Command) -> Command:
+        output = click.option(
+            "--output",
+            metavar="FILE",
+            type=click.Path(path_type=Path),
+            help="write to a file instead of standard output",
+        )
+        return format_option(*formats)(output(command))
+
+    return decorate
+
+
+def page_option(holding: str) -> Callable[[Command], Command]:
+    """Return a decorator that adds ``--report`` for a page beside the output of a command."""
+    return click.option(
+        "--report",
+        metavar="FILE.html",
+        type=click.Path(path_type=Path),
+        help=f"write {holding}, side by side and each with its pictures, as a page as well",
     )

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import OutputError, UsageError
 from planner.report.medium import Medium
-from planner.report.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from contextlib import AbstractContextManager
 
 _SILENCE_S = 2.0
-"""Nobody has to be told what takes less."""
+"""What takes less needs no report."""
 One = TypeVar("One")
 
 STANDARD_OUTPUT = Path("-")
@@ -85,22 +84,24 @@ def progress(jobs: Sequence[One], *, label: str) -> AbstractContextManager[Itera
 
 
 def narrate(text: str) -> None:
-    """Say something on standard error, on one line, as long as someone listens."""
+    """Report something on standard error, on one line, as long as someone listens."""
+    from planner.report.text import printable
+
     with suppress(OSError):
         print(f"mavjoule: {printable(text)}", file=sys.stderr)  # noqa: T201 - the only print
 
 
 def narrate_seldom() -> Callable[[str], None]:
-    """Return what says a thing if nothing was said for seconds: steps of which there are many."""
+    """Return what reports a step if nothing was reported for seconds: for steps of which there are many."""
     from time import monotonic
 
-    said_s = monotonic()
+    reported_s = monotonic()
 
     def narrate_step(text: str) -> None:
-        nonlocal said_s
-        if monotonic() - said_s >= _SILENCE_S:
+        nonlocal reported_s
+        if monotonic() - reported_s >= _SILENCE_S:
             narrate(text)
-            said_s = monotonic()
+            reported_s = monotonic()
 
     return narrate_step
 

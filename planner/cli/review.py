@@ -10,10 +10,14 @@ from pathlib import Path
 import click
 
 from planner.cli.configuration import mission_settings
-from planner.cli.link_options import LINK_KEYS, is_vehicle, link_options, link_request
-from planner.cli.options import MISSION_PATH, given_settings, setting_options
-from planner.cli.setting_text import command_text
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
+from planner.cli.link import is_vehicle, link_options, link_request, taken_link
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    command_text,
+    given_settings,
+    setting_options,
+)
 from planner.errors import ExitCode, LinkError, UsageError
 
 LEAST_COLUMNS, LEAST_ROWS = 60, 16
@@ -22,7 +26,7 @@ LEAST_COLUMNS, LEAST_ROWS = 60, 16
 
 @click.command("review")
 @click.argument("missions", metavar="[MISSION|FOLDER|URL]...", nargs=-1, type=MISSION_PATH)
-@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@setting_options(*CHECK_GROUPS)
 @link_options
 def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     """Review missions on the terminal: why go or no-go, and what if.
@@ -32,7 +36,7 @@ def command(missions: tuple[str, ...], **options: object) -> ExitCode:
     vehicle, as for fetch: what is on it, its charge and home are followed, and its flight; nothing
     is ever commanded.
     """
-    link = {key: options.pop(key) for key in LINK_KEYS}
+    link = taken_link(options)
     is_live = any(is_vehicle(mission) for mission in missions)
     if is_live and len(missions) > 1:
         msg = "a vehicle is reviewed by itself: give its address alone"

@@ -11,12 +11,11 @@ import click
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.cli.configuration import mission_settings
-from planner.cli.number_option import FiniteRange
-from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.options import MISSION_PATH, FiniteRange, given_settings, setting_options
 from planner.cli.output import narrate
-from planner.cli.requests import check_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import UsageError
+from planner.setting import Group
+from planner.setup import Setup
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -27,14 +26,6 @@ if TYPE_CHECKING:
 _AUTOPILOTS = {"px4": Autopilot.PX4, "arducopter": Autopilot.ARDUPILOT}
 _RETRY_S = 10.0
 """A pilot who may not arm tries again after this. [s]"""
-_NO_SETTINGS = frozenset(
-    {"autopilot", "clearance_m", "profile", "reserve", "reaction_time_s", "position_error_m"}
-    | {"risk", "select", "extend_select", "ignore", "baseline", "fail_on"}
-)
-"""Settings by which a mission is judged: nothing is judged here."""
-_SETTINGS = tuple(
-    setting for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS) if setting.key not in _NO_SETTINGS
-)
 
 
 @click.command("simulate", short_help="Speak as a vehicle that holds a mission and flies it.")
@@ -90,7 +81,7 @@ _SETTINGS = tuple(
     metavar="FILE",
     help="a flight log that it has to be downloaded; repeatable [default: one of no use]",
 )
-@setting_options(_SETTINGS)
+@setting_options(Group.FLIGHT, Group.BATTERY, without={"autopilot"})
 def command(
     *,
     mission: str,
@@ -120,14 +111,14 @@ def command(
     from planner.simulator.faults import read_faults
 
     address = read_address(url)
-    check = check_request(mission_settings(mission, given_settings(options)))
+    setup = Setup.of(mission_settings(mission, given_settings(options)))
     autopilot = _AUTOPILOTS[stack]
-    if check.target is not None and check.target.autopilot is not autopilot:
-        msg = f"--target {check.target.label} is no firmware of a vehicle simulated as {stack}"
+    if setup.target is not None and setup.target.autopilot is not autopilot:
+        msg = f"--target {setup.target.label} is not firmware of a vehicle simulated as {stack}"
         raise UsageError(msg)
     request = SimulationRequest(
         autopilot=autopilot,
-        check=replace(check, profile=None, baseline=None),
+        setup=setup,
         speed_up=speed_up,
         faults=read_faults(faults),
         system=system_id,

@@ -9,44 +9,44 @@ import click
 
 from planner import __version__
 from planner.cli.configuration import mission_settings
-from planner.cli.format_option import data_options
-from planner.cli.options import MISSION_PATH, SettingType, given_settings, setting_options
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    data_options,
+    given_settings,
+    setting_option,
+    setting_options,
+)
 from planner.cli.output import narrate, refuse_overwriting, write_data
-from planner.cli.requests import check_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS, SETTINGS
 from planner.errors import ExitCode
-from planner.fixes.speed import predict_file_speed_curve
+from planner.mission.files import read_mission
+from planner.service.speed import speed_curve
+from planner.setup import Setup
 
 if TYPE_CHECKING:
-    from planner.fixes.speed_curve import SpeedCurve
-
-_SPEED = SettingType(SETTINGS["speed_m_s"])
-_OTHER_SETTINGS = tuple(
-    setting for setting in (*FLIGHT_SETTINGS, *BUDGET_SETTINGS) if setting.key != "speed_m_s"
-)
+    from planner.service.speed import SpeedCurve
 
 
 @click.command("speed")
 @click.argument("mission", type=MISSION_PATH)
-@click.option(
-    "--from", "from_m_s", metavar="M_S", type=_SPEED, help="slowest speed over ground [default: 1]"
+@setting_option(
+    "speed_m_s", name="from_m_s", option="--from", help="slowest speed over ground", unset="1"
 )
-@click.option(
-    "--to",
-    "to_m_s",
-    metavar="M_S",
-    type=_SPEED,
-    help="fastest speed over ground [default: the fastest the model was identified at, or the "
-    "vehicle's limit]",
+@setting_option(
+    "speed_m_s",
+    name="to_m_s",
+    option="--to",
+    help="fastest speed over ground",
+    unset="the fastest the model was identified at, or the vehicle's limit",
 )
-@click.option(
-    "--step",
-    "step_m_s",
-    metavar="M_S",
-    type=_SPEED,
-    help="between two rows [default: a fifteenth of the range]",
+@setting_option(
+    "speed_m_s",
+    name="step_m_s",
+    option="--step",
+    help="between two rows",
+    unset="a fifteenth of the range",
 )
-@setting_options(_OTHER_SETTINGS)
+@setting_options(*CHECK_GROUPS, without={"speed_m_s"})
 @data_options("text", "json", "csv")
 @click.option(
     "--plots",
@@ -74,19 +74,23 @@ def command(
     """
     refuse_overwriting(output, (mission,))
     settings = mission_settings(mission, given_settings(options))
-    settings.pop("speed_m_s", None)  # a range is looked at, not the one speed of a configuration
-    curve = predict_file_speed_curve(
-        mission, check_request(settings), from_m_s=from_m_s, to_m_s=to_m_s, step_m_s=step_m_s
+    settings.pop("speed_m_s", None)  # a range, not the one speed of a configuration
+    curve = speed_curve(
+        read_mission(mission),
+        Setup.of(settings),
+        from_m_s=from_m_s,
+        to_m_s=to_m_s,
+        step_m_s=step_m_s,
     )
-    from planner.report import speed_curve
+    from planner.report import speed_curve as report
 
     match file_format:
         case "json":
-            text = speed_curve.speed_curve_json(curve, version=__version__)
+            text = report.speed_curve_json(curve, version=__version__)
         case "csv":
-            text = speed_curve.speed_curve_csv(curve)
+            text = report.speed_curve_csv(curve)
         case _:
-            text = speed_curve.speed_curve_text(curve)
+            text = report.speed_curve_text(curve)
     if plots is not None:
         _draw(curve, plots)
     write_data(text, output=output)

@@ -11,8 +11,14 @@ from planner import (
     quantity,
 )
 from planner.cli.configuration import mission_settings
-from planner.cli.format_option import format_option
-from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    format_option,
+    given_settings,
+    page_option,
+    setting_options,
+)
 from planner.cli.output import (
     narrate,
     narrate_seldom,
@@ -20,10 +26,10 @@ from planner.cli.output import (
     standard_medium,
     write_data,
 )
-from planner.cli.requests import check_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
-from planner.fixes.split import split_file, write_split
+from planner.mission.files import read_mission
+from planner.service.split import split_under, write_split
+from planner.setup import Setup
 
 
 @click.command("split", short_help="Split a mission into flights that each fit the battery.")
@@ -37,14 +43,9 @@ from planner.fixes.split import split_file, write_split
     help="where the parts are written [default: the mission's name, with -parts]",
 )
 @click.option("--force", is_flag=True, help="write over parts that are there already")
-@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@setting_options(*CHECK_GROUPS)
 @format_option("text", "json")
-@click.option(
-    "--report",
-    metavar="FILE.html",
-    type=click.Path(path_type=Path),
-    help="write the parts, side by side and each with its pictures, as a page as well",
-)
+@page_option("the parts")
 def command(
     mission: str,
     *,
@@ -71,7 +72,9 @@ def command(
     settings = mission_settings(mission, given_settings(options))
     if folder is None:
         folder = Path(f"{'mission' if mission == '-' else Path(mission).stem}-parts")
-    split = split_file(mission, check_request(settings), folder=folder, on_step=narrate_seldom())
+    split = split_under(
+        read_mission(mission), Setup.of(settings), folder=folder, on_step=narrate_seldom()
+    )
     if report in {Path(part.file) for part in split.parts}:
         msg = f"{report} is one of the parts: give another file to write to"
         raise UsageError(msg)
@@ -84,7 +87,7 @@ def command(
         text = split_text(split, medium=standard_medium())
     write_data(text)
     if report is not None:
-        from planner.cli.attachments import write_page
+        from planner.cli.check_output import write_page
         from planner.report.html.split import split_section
 
         results = [part.result for part in split.parts]

@@ -11,17 +11,21 @@ from planner import (
     live_upload,
     quantity,
 )
+from planner.cli.check_output import rendered
 from planner.cli.configuration import mission_settings
-from planner.cli.formats import rendered
-from planner.cli.link_options import LINK_KEYS, TransferProgress, link_options, link_request
-from planner.cli.number_option import FiniteRange
-from planner.cli.options import MISSION_PATH, given_settings, setting_options
+from planner.cli.link import TransferProgress, link_options, link_request, taken_link
+from planner.cli.options import (
+    CHECK_GROUPS,
+    MISSION_PATH,
+    FiniteRange,
+    given_settings,
+    setting_options,
+)
 from planner.cli.output import narrate, write_data
-from planner.cli.requests import check_request, report_request
-from planner.cli.settings import BUDGET_SETTINGS, FLIGHT_SETTINGS
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.report.comparison import difference_lines
+from planner.setup import Output, Setup
 
 if TYPE_CHECKING:
     from planner.link.upload import UploadResult
@@ -50,7 +54,7 @@ if TYPE_CHECKING:
     default=5.0,
     help="how long to listen for the vehicle's own rejection [default: 5]",
 )
-@setting_options((*FLIGHT_SETTINGS, *BUDGET_SETTINGS))
+@setting_options(*CHECK_GROUPS)
 @link_options
 def command(
     *,
@@ -73,9 +77,9 @@ def command(
     refuses it or has something else, 2 unusable input or usage, or a vehicle that is armed or in
     the air, 3 the link failed, 130 interrupted.
     """
-    link = {key: options.pop(key) for key in LINK_KEYS}
+    link = taken_link(options)
     if not (yes or _can_ask()):
-        msg = "nobody can be asked whether to send it: give --yes"
+        msg = "no terminal to confirm on: add --yes to send"
         raise UsageError(msg)
     values = mission_settings(file, given_settings(options))
     mission = read_mission(file)
@@ -83,10 +87,10 @@ def command(
     def may_send(proposal: UploadProposal) -> bool:
         verdict = proposal.check.verdict
         exit_code = ExitCode.GO if verdict == "go" else ExitCode.NO_GO
-        write_data(rendered([proposal.check], report_request([{}]), exit_code=exit_code))
+        write_data(rendered([proposal.check], Output(), exit_code=exit_code))
         vehicle = proposal.snapshot.identity.label
         if verdict != "go" and not force:
-            narrate("a no-go is not sent: mend the mission, or give --force")
+            narrate("a no-go is not sent: correct the mission, or give --force")
             return False
         what = f"{quantity.count(len(mission.items), 'item')} of {file}"
         if proposal.removed:
@@ -99,7 +103,7 @@ def command(
         upload = live_upload.send_mission(
             mission,
             link_request(url, link),
-            check_request(values),
+            Setup.of(values),
             may_send=may_send,
             listen_s=listen_s,
             is_charge_given="charge" in values,
@@ -109,7 +113,7 @@ def command(
         )
     except (KeyboardInterrupt, click.Abort):  # one while it is sent says what became of it
         if sys.stderr is not None and sys.stderr.isatty():
-            click.echo(err=True)  # behind the question, or what is under way
+            click.echo(err=True)  # after the question, or the progress
         narrate("interrupted: nothing was sent")
         raise
     if upload.result is None:

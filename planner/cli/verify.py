@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from planner import __version__, service
-from planner.cli import quantities
-from planner.cli.format_option import data_options
-from planner.cli.options import SettingType
+from planner.cli.options import KindType, data_options, setting_option
 from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
-from planner.cli.settings import FLIGHT_SETTINGS
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
+from planner.setting import Fraction
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
@@ -25,23 +23,7 @@ if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet
 
-_SETTINGS = {setting.key: setting for setting in FLIGHT_SETTINGS}
 _FILE = click.Path(path_type=Path)
-
-
-class _Share(click.ParamType[float]):
-    """A share such as ``5%``."""
-
-    name = "share"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Return the fraction of the text; fail with the reader's sentence."""
-        try:
-            return quantities.fraction(str(value))
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
 
 
 @click.command("verify", short_help="Predict the flights in logs, and compare.")
@@ -54,41 +36,21 @@ class _Share(click.ParamType[float]):
 @click.option(
     "--mapping", metavar="FILE.toml", type=_FILE, help="which column of a CSV log is which"
 )
+@setting_option("wind", unset="the log's, else none")
+@setting_option("home_amsl_m", unset="the log's")
+@setting_option("temperature_c")
+@setting_option("payload_kg")
 @click.option(
-    "--wind",
-    type=SettingType(_SETTINGS["wind"]),
-    metavar="SPEED@FROM_DEG",
-    help="wind in m/s and where it blows from [default: the log's, else none]",
-)
-@click.option(
-    "--home-amsl",
-    "home_amsl_m",
-    type=SettingType(_SETTINGS["home_amsl_m"]),
-    metavar="M",
-    help="altitude of the take-off place [default: the log's]",
-)
-@click.option(
-    "--temperature",
-    "temperature_c",
-    type=SettingType(_SETTINGS["temperature_c"]),
-    metavar="C",
-    help="air temperature at home [default: standard for its altitude]",
-)
-@click.option(
-    "--payload",
-    "payload_kg",
-    type=SettingType(_SETTINGS["payload_kg"]),
-    metavar="KG",
-    help="mass carried beyond the model's own [default: 0]",
-)
-@click.option(
-    "--fail-on-time", metavar="SHARE", type=_Share(), help="exit with 1 at a larger error of time"
+    "--fail-on-time",
+    metavar="FRACTION",
+    type=KindType(Fraction()),
+    help="exit with 1 at a larger error of time",
 )
 @click.option(
     "--fail-on-energy",
-    metavar="SHARE",
-    type=_Share(),
-    help="exit with 1 at a larger error of energy, or where none can be told",
+    metavar="FRACTION",
+    type=KindType(Fraction()),
+    help="exit with 1 at a larger error of energy, or where the energy is unknown",
 )
 @click.option(
     "--leave-one-out",

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner import quantity
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.prediction import QUADRATURE_WEIGHTS, ItemArrival
 from planner.mission.commands import command_name
@@ -27,6 +25,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Flight
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
+    from planner.setup import Reserve, Setup
     from planner.vehicle.battery import Battery
 
 
@@ -234,6 +233,13 @@ class Discharge(Value, eq=False):
     """Energy from the charge at the start down to the cut-off, at the mean power. [Wh]"""
 
 
+def battery_temperature_c(setup: Setup, flight: Flight) -> float:
+    """Return the temperature of the battery: as set, else that of the air at home. [°C]"""
+    if setup.battery_temperature_c is not None:
+        return setup.battery_temperature_c
+    return flight.power.home_temperature_c
+
+
 def predict_discharge(
     flight: Flight, battery: Battery, *, charge: float, temperature_c: float
 ) -> Discharge | None:
@@ -316,49 +322,6 @@ def predict_discharge(
 
 HOVER_HEIGHT_M = 10.0
 """Height over home of the hover a reserve is counted in: low, over the landing place. [m]"""
-
-
-class Reserve(Value):
-    """What is to stay in a battery at landing; one of the three is given."""
-
-    fraction: float | None = None
-    """Of the capacity. [-]"""
-    energy_wh: float | None = None
-    hover_s: float | None = None
-    """Time of hover over home. [s]"""
-
-    def __post_init__(self) -> None:
-        given = [one for one in (self.fraction, self.energy_wh, self.hover_s) if one is not None]
-        if len(given) != 1 or not (math.isfinite(given[0]) and given[0] >= 0.0):
-            msg = "a reserve is one of fraction, energy_wh or hover_s, zero or more"
-            raise ValueError(msg)
-        if self.fraction is not None and self.fraction > 1.0:
-            msg = f"a reserve must be a fraction from 0 to 1, got {self.fraction}"
-            raise ValueError(msg)
-
-    def wh(self, *, capacity_wh: float, hover_power_w: float) -> float:
-        """Return the energy that is to stay.
-
-        Parameters
-        ----------
-        capacity_wh : float
-            Energy of the full battery. [Wh]
-        hover_power_w : float
-            Power of the hover its time counts in. [W]
-        """
-        if self.fraction is not None:
-            return self.fraction * capacity_wh
-        if self.energy_wh is not None:
-            return self.energy_wh
-        return (self.hover_s or 0.0) * hover_power_w / JOULES_PER_WATT_HOUR
-
-    def __str__(self) -> str:
-        """Return for example ``20 %``, ``12.0 Wh``, ``3 min 00 s of hover``."""
-        if self.fraction is not None:
-            return quantity.percent(self.fraction)
-        if self.energy_wh is not None:
-            return quantity.energy(self.energy_wh)
-        return f"{quantity.duration(self.hover_s)} of hover"
 
 
 def hover_power_w(power: SteadyPower) -> float:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.autopilot import Target
     from planner.findings import Finding
-    from planner.flight.conditions import Conditions
     from planner.flight.motion.kinematics import Motion
     from planner.flight.power import Transients
     from planner.flight.returns.destination import ReturnTargets
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
         Stage,
     )
     from planner.physics.wind import Wind
+    from planner.setup import Setup
     from planner.vehicle.model import Responses, VehicleModel
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
     from planner.vehicle.parameters.files import ParameterSet
@@ -119,9 +119,7 @@ CONDITION_NOT_MODELLED = Rule(
 
 
 def flight_parameters(
-    vehicle: VehicleModel,
-    flown_by: Autopilot,
-    given: ParameterSet | None,
+    setup: Setup,
     *,
     version: Version | None = None,
     has_rally: bool = True,
@@ -136,6 +134,7 @@ def flight_parameters(
     UsageError
         If the model cannot be flown this way.
     """
+    vehicle, flown_by, given = setup.vehicle, setup.flown_by, setup.parameters
     if (flown_by is Autopilot.STEP) is not (vehicle.reference is Autopilot.STEP):
         msg = (
             f"{vehicle.name} answers {vehicle.reference.label}; "
@@ -185,17 +184,16 @@ def fence_parameters_of(
     return resolved.values, reported
 
 
-def make_pilot(
-    vehicle: VehicleModel, parameters: FlightParameters | None, conditions: Conditions
-) -> Pilot:
+def make_pilot(setup: Setup, parameters: FlightParameters | None) -> Pilot:
     """Return who flies a vehicle: an autopilot with its parameters, else steps of the reference."""
+    vehicle = setup.vehicle
     if parameters is None:
         return StepPilot(vehicle=vehicle)
     from planner.vehicle.parameters.px4 import Px4Parameters
 
     limit_m_s = vehicle.airspeed_limit_m_s
     if isinstance(parameters, Px4Parameters):
-        noise_m = conditions.position_noise_m
+        noise_m = setup.position_noise_m
         if noise_m is None:
             noise_m = vehicle.position_noise_m
         if noise_m >= parameters.position_error_max_m:
@@ -206,13 +204,13 @@ def make_pilot(
             raise UsageError(msg)
         return Px4Pilot(
             parameters=parameters,
-            wind=conditions.wind,
+            wind=setup.wind,
             airspeed_limit_m_s=limit_m_s,
             position_noise_m=noise_m,
         )
     return ArduPilotPilot(
         parameters=parameters,
-        wind=conditions.wind,
+        wind=setup.wind,
         airspeed_limit_m_s=limit_m_s,
         responses=vehicle.responses,
     )

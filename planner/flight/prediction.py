@@ -12,6 +12,7 @@ from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.power import SteadyPower
 from planner.physics.atmosphere import standard_temperature_c
 from planner.physics.quadrature import unit_quadrature
+from planner.quantity import mean_of
 from planner.units import wh_from_j
 from planner.values import Value, field_values
 
@@ -19,12 +20,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.arrays import FloatArray, IntArray
-    from planner.flight.conditions import Conditions
     from planner.flight.motion.kinematics import KinematicState, Motion, SegmentColumns
     from planner.flight.pilot import Pilot
     from planner.flight.power import Transients
     from planner.mission.route.stage import Route
-    from planner.vehicle.model import VehicleModel
+    from planner.setup import Setup
 
 # Gauss-Legendre on [0, 1]: exact to degree 7; against 32 nodes within 1e-5 on the sample missions.
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = unit_quadrature(4)
@@ -226,19 +226,15 @@ class Flight(Value, eq=False, dict=True):
         return steady_w + self.transients.total_power_w(time_s)
 
 
-def predict_flight(
-    route: Route, vehicle: VehicleModel, conditions: Conditions, pilot: Pilot
-) -> Flight:
+def predict_flight(route: Route, setup: Setup, pilot: Pilot) -> Flight:
     """Return the flight of a vehicle along a route.
 
     Parameters
     ----------
     route : Route
         At least one stage.
-    vehicle : VehicleModel
-        What power it takes.
-    conditions : Conditions
-        Air and load.
+    setup : Setup
+        What flies, in which air, with which load.
     pilot : Pilot
         How it moves.
 
@@ -249,16 +245,17 @@ def predict_flight(
         form, plus the exact integrals of the transients.
     """
     motion, transients = pilot.fly(route)
+    vehicle = setup.vehicle
     power = SteadyPower(
         vehicle=vehicle,
-        mass_kg=None if vehicle.mass_kg is None else vehicle.mass_kg + conditions.payload_kg,
+        mass_kg=None if vehicle.mass_kg is None else vehicle.mass_kg + mean_of(setup.payload_kg),
         home_amsl_m=route.home_amsl_m,
         home_temperature_c=(
             standard_temperature_c(route.home_amsl_m)
-            if conditions.temperature_c is None
-            else conditions.temperature_c
+            if setup.temperature_c is None
+            else mean_of(setup.temperature_c)
         ),
-        wind=conditions.wind,
+        wind=setup.wind,
     )
     return make_flight(motion, transients, power)
 

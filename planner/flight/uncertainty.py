@@ -32,10 +32,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
-from planner.flight.budget import predict_discharge
+from planner.flight.budget import battery_temperature_c, predict_discharge
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.tightest import sweep_returns
+from planner.quantity import mean_of, sd_of
 from planner.units import j_from_wh, wh_from_j
 from planner.values import Value, replace
 from planner.vehicle.power import CruisePower
@@ -45,12 +46,12 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray, IntArray
     from planner.flight.budget import BatteryBudget, Totals
-    from planner.flight.conditions import Conditions
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.returns.path import ReturnPoints, Returns
     from planner.flight.returns.tightest import ReturnPlan, ReturnSweep
     from planner.physics.wind import Wind
+    from planner.setup import Setup
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import ModelSpread
 
@@ -86,21 +87,17 @@ class UnknownSamples(Value, eq=False):
     stopping_error: FloatArray
 
 
-def sample_unknowns(
-    spread: ModelSpread, conditions: Conditions, power: SteadyPower, *, charge: tuple[float, float]
-) -> UnknownSamples:
+def sample_unknowns(spread: ModelSpread, setup: Setup, power: SteadyPower) -> UnknownSamples:
     """Return samples of the conditions and of the errors of the model, always the same ones.
 
     Parameters
     ----------
     spread : ModelSpread
         Errors of the model.
-    conditions : Conditions
-        Mean conditions and their standard deviations.
+    setup : Setup
+        Wind, payload, temperature and charge with their standard deviations.
     power : SteadyPower
-        Whose temperature holds where the conditions give none.
-    charge : tuple of float
-        Mean and standard deviation of the state of charge at the start. [-]
+        Whose temperature holds where the setup gives none.
 
     Returns
     -------
@@ -109,17 +106,16 @@ def sample_unknowns(
         all.  The samples of one quantity do not depend on the spread of another.
     """
     normal, student = _standard_samples(spread.n_flights)
-    wind = conditions.wind
+    wind = setup.wind
     speed_m_s = wind.speed_m_s + wind.speed_sd_m_s * normal[0]
     from_rad = np.radians(wind.from_deg + wind.from_sd_deg * normal[1])
-    charge_mean, charge_sd = charge
     of_states = dict(spread.energy_state_fraction)
     return UnknownSamples(
         wind_east_m_s=-speed_m_s * np.sin(from_rad),
         wind_north_m_s=-speed_m_s * np.cos(from_rad),
-        payload_kg=np.maximum(conditions.payload_kg + conditions.payload_sd_kg * normal[2], 0.0),
-        temperature_c=power.home_temperature_c + conditions.temperature_sd_c * normal[3],
-        charge=np.clip(charge_mean + charge_sd * normal[4], 0.0, 1.0),
+        payload_kg=np.maximum(mean_of(setup.payload_kg) + sd_of(setup.payload_kg) * normal[2], 0.0),
+        temperature_c=power.home_temperature_c + sd_of(setup.temperature_c) * normal[3],
+        charge=np.clip(mean_of(setup.charge) + sd_of(setup.charge) * normal[4], 0.0, 1.0),
         time_error=(spread.time_fraction or 0.0) * student[0],
         energy_error=(spread.energy_fraction or 0.0) * student[1],
         stopping_error=(spread.stopping_distance_fraction or 0.0) * student[2],
@@ -312,10 +308,9 @@ class Scenarios(Value, eq=False):
 
 def predict_scenarios(
     returns: Returns,
-    conditions: Conditions,
+    setup: Setup,
     *,
     spread: ModelSpread,
-    charge: tuple[float, float] = (1.0, 0.0),
     battery: Battery | None = None,
     budget: BatteryBudget | None = None,
     sweep: ReturnSweep | None = None,
@@ -326,12 +321,10 @@ def predict_scenarios(
     ----------
     returns : Returns
         The flight in mean conditions, and the rules by which it can be broken off.
-    conditions : Conditions
-        With their standard deviations.
+    setup : Setup
+        With the standard deviations of what is not known exactly.
     spread : ModelSpread
         Of the model that flies.
-    charge : tuple of float
-        Mean and standard deviation of the state of charge at the start. [-]
     battery : Battery, optional
         The battery that flies.
     budget : BatteryBudget, optional
@@ -347,7 +340,7 @@ def predict_scenarios(
     """
     flight = returns.flight
     power = flight.power
-    samples = sample_unknowns(spread, conditions, power, charge=charge)
+    samples = sample_unknowns(spread, setup, power)
     timed = Scenarios(
         time_s=(
             None
@@ -370,7 +363,7 @@ def predict_scenarios(
     sampled = replace(timed, energy_wh=energy_wh[:, 0])
     if budget is None or battery is None:
         return sampled
-    above_wh = _usable_wh(flight, battery, budget, samples.charge, conditions) - budget.reserve_wh
+    above_wh = _usable_wh(flight, battery, budget, samples.charge, setup) - budget.reserve_wh
     return replace(
         sampled,
         margin_wh=above_wh - energy_wh[:, 0],
@@ -380,11 +373,10 @@ def predict_scenarios(
 
 def predict_energy_band(
     returns: Returns,
-    conditions: Conditions,
+    setup: Setup,
     segments: IntArray,
     *,
     spread: ModelSpread,
-    charge: tuple[float, float] = (1.0, 0.0),
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return the energy that one flight of ten stays below, and one exceeds, along a flight.
 
@@ -392,14 +384,12 @@ def predict_energy_band(
     ----------
     returns : Returns
         The flight in mean conditions.
-    conditions : Conditions
-        With their standard deviations.
+    setup : Setup
+        With the standard deviations of what is not known exactly.
     segments : ndarray of int
         Segments at whose ends it is asked for. (n,)
     spread : ModelSpread
         Of the model that flies.
-    charge : tuple of float
-        Mean and standard deviation of the state of charge at the start. [-]
 
     Returns
     -------
@@ -412,7 +402,7 @@ def predict_energy_band(
     power = flight.power
     if not power.vehicle.is_power_known or spread.energy_fraction is None:
         return None
-    samples = sample_unknowns(spread, conditions, power, charge=charge)
+    samples = sample_unknowns(spread, setup, power)
     weather = Weather(samples, power)
     powers = tuple(weather.powers())
     used_j = np.stack([used[segments + 1] for used in _used_by_state_j(flight, powers)])
@@ -482,15 +472,13 @@ def _usable_wh(
     battery: Battery,
     budget: BatteryBudget,
     sampled: FloatArray,
-    conditions: Conditions,
+    setup: Setup,
 ) -> FloatArray | float:
     """Return the energy in the battery at the start for sampled states of charge. (samples,) [Wh]"""
     axis = ChebyshevAxis(sampled, _CHARGE_POINTS)
     if len(axis.points) == 1:
         return budget.usable_wh
-    temperature_c = conditions.battery_temperature_c
-    if temperature_c is None:
-        temperature_c = flight.power.home_temperature_c
+    temperature_c = battery_temperature_c(setup, flight)
     usable_wh: list[float] = []
     for point in axis.points:
         discharge = predict_discharge(

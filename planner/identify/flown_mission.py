@@ -10,7 +10,6 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.findings import Rule, Severity
-from planner.flight.conditions import MOST_NOISE_M
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.states import find_states
 from planner.logs.record import AUTO, AUTO_MISSION
@@ -25,6 +24,7 @@ from planner.mission.items import (
 )
 from planner.mission.route.route import LANDING_MISSING
 from planner.physics.wind import Wind
+from planner.setup import MOST_NOISE_M
 from planner.values import Value, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 

@@ -9,7 +9,6 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATES, FlightState
 from planner.flight.pilot import flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight
@@ -25,6 +24,7 @@ from planner.identify.states import find_states
 from planner.logs.record import STEP_S
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
+from planner.setup import Setup
 from planner.units import wh_from_j
 from planner.values import Value, replace
 
@@ -428,7 +428,7 @@ class Verification(Value):
     """Where the mission comes from."""
     parameters: str | None
     """Where the autopilot's parameters come from; ``None``: the model's own."""
-    conditions: Conditions
+    setup: Setup
     measured: Figures
     predicted: Figures
     cut_before_s: float
@@ -497,18 +497,18 @@ def verify_flight(
             f"but {vehicle.name} answers {flown_by.label}: verify with a model of the same autopilot"
         )
         raise UsageError(msg)
-    flown_with, findings = flight_parameters(vehicle, flown_by, given)
-    conditions, assumed = _conditions(record, known)
+    setup, assumed = _setup(record, vehicle, given, known)
+    flown_with, findings = flight_parameters(setup)
     route = make_route(
         mission,
         dialect=mission.autopilot if flown_by is Autopilot.STEP else flown_by,
-        home_amsl_m=conditions.home_amsl_m,
+        home_amsl_m=setup.home_amsl_m,
     )
     if not route.stages:
         msg = f"{mission.source}: the mission holds no flight to compare with"
         raise UsageError(msg)
-    pilot = make_pilot(vehicle, flown_with, conditions)
-    flight = predict_flight(route, vehicle, conditions, pilot)
+    pilot = make_pilot(setup, flown_with)
+    flight = predict_flight(route, setup, pilot)
     window = flown_window(record, mission, route)
     foreseen = predicted_record(flight, window.flown)
     at_s = predicted_times_s(window.flown, foreseen)
@@ -521,7 +521,7 @@ def verify_flight(
         vehicle_name=vehicle.name,
         mission=mission.source,
         parameters=None if given is None else given.source,
-        conditions=conditions,
+        setup=setup,
         measured=Figures(
             time_s=window.flown.duration_s,
             energy_wh=energy_wh(window.flown),
@@ -565,7 +565,12 @@ CONDITIONS_ASSUMED = Rule(
 )
 
 
-def _conditions(record: FlightRecord, known: KnownConditions) -> tuple[Conditions, list[Finding]]:
+def _setup(
+    record: FlightRecord,
+    vehicle: VehicleModel,
+    parameters: ParameterSet | None,
+    known: KnownConditions,
+) -> tuple[Setup, list[Finding]]:
     """Return what is known of the air, and what had to be assumed."""
     wind = known.wind or flown_wind(record)
     home_amsl_m = known.home_amsl_m
@@ -579,7 +584,9 @@ def _conditions(record: FlightRecord, known: KnownConditions) -> tuple[Condition
         )
         if value is None
     ]
-    conditions = Conditions(
+    setup = Setup(
+        vehicle,
+        parameters=parameters,
         wind=wind or Wind(),
         home_amsl_m=home_amsl_m,
         temperature_c=known.temperature_c,
@@ -591,7 +598,7 @@ def _conditions(record: FlightRecord, known: KnownConditions) -> tuple[Condition
         ),
     )
     message = f"{record.source}: no {' and no '.join(assumed)}"
-    return conditions, [CONDITIONS_ASSUMED.finding(message)] if assumed else []
+    return setup, [CONDITIONS_ASSUMED.finding(message)] if assumed else []
 
 
 def _predicted(flight: Flight, *, has_power: bool) -> Figures:

@@ -11,11 +11,11 @@ from planner.report.text import finding_lines, printable, table_lines
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.fixes.comparison import Comparison
     from planner.live import MissionComparison
     from planner.mission.compare import Difference
     from planner.report.medium import Medium
     from planner.service import CheckResult
+    from planner.service.comparison import Comparison
 
 
 _STATE_KEYS = ("count", "time_s", "distance_m", "energy_wh")
@@ -34,7 +34,7 @@ def comparison_text(
     rows = [
         ("", "A", "B", "B - A"),
         ("verdict", a.verdict.upper(), b.verdict.upper(), ""),
-        ("vehicle", printable(a.vehicle_name), printable(b.vehicle_name), ""),
+        ("vehicle", printable(a.setup.vehicle.name), printable(b.setup.vehicle.name), ""),
         _row("time", comparison, quantity.duration, "time_s", lambda one: one.totals.time_s),
         _row(
             "distance",
@@ -120,8 +120,8 @@ def _document(result: CheckResult, options: str) -> dict[str, object]:
         "options": options,
         "verdict": result.verdict,
         "vehicle": {
-            "name": value(result, "vehicle_name"),
-            "source": value(result, "vehicle_source"),
+            "name": value(result.setup.vehicle, "name"),
+            "source": value(result.setup.vehicle, "source"),
         },
         **figures(result),
     }

@@ -226,7 +226,7 @@ def _figure_lines(one: Verification) -> list[str]:
             error_text(distance_fraction),
         ),
     ]
-    wind = one.conditions.wind
+    wind = one.setup.wind
     air = (
         f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
         if wind.speed_m_s
@@ -237,7 +237,7 @@ def _figure_lines(one: Verification) -> list[str]:
         "",
         (
             f"Vehicle     {printable(one.vehicle_name)}, {air}, "
-            f"home {quantity.height(one.conditions.home_amsl_m)} AMSL"
+            f"home {quantity.height(one.setup.home_amsl_m)} AMSL"
         ),
         f"Mission     {printable(one.mission)}",
         (

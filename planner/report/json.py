@@ -13,6 +13,7 @@ from planner.report.rule_text import way_off
 from planner.report.statistics import count_codes
 from planner.report.text import well_formed
 from planner.service import CheckResult
+from planner.setup import conditions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +34,11 @@ Document = dict[str, object]
 SCHEMA = 1
 
 
+_VERIFICATION_CONDITIONS = frozenset(
+    {"wind_m_s", "wind_from_deg", "home_amsl_m", "temperature_c", "payload_kg"}
+)
+
+
 def envelope(version: str) -> Document:
     """Return what every document begins with."""
     return {"schema": SCHEMA, "tool": {"name": "mavjoule", "version": version}}
@@ -46,9 +52,12 @@ def values(source: object | None, keys: Sequence[str]) -> Document:
 def value(source: object | None, key: str) -> object:
     """Return a named attribute as JSON can hold it; ``None`` where there is nothing."""
     found = None if source is None else getattr(source, key)
-    if isinstance(found, float) and not math.isfinite(found):
-        return None  # JSON has no NaN and no infinity: what is not a number is absent
-    return well_formed(found) if isinstance(found, str) else found
+    return well_formed(found) if isinstance(found, str) else finite(found)
+
+
+def finite(found: object) -> object:
+    """Return what JSON can hold: it has no NaN and no infinity, so what is not a number is absent."""
+    return None if isinstance(found, float) and not math.isfinite(found) else found
 
 
 def json_text(document: Document, *, indent: int | None = None) -> str:
@@ -101,19 +110,6 @@ _BATTERY_KEYS = (
     "reserve_wh",
     "hover_left_s",
     "below_reserve_probability",
-)
-_CONDITION_KEYS = (
-    "home_amsl_m",
-    "temperature_c",
-    "payload_kg",
-    "position_noise_m",
-    "reaction_time_s",
-    "position_error_m",
-    "battery_health",
-    "battery_resistance_factor",
-    "battery_temperature_c",
-    "payload_sd_kg",
-    "temperature_sd_c",
 )
 _RETURN_KEYS = (
     "tightest_item",
@@ -177,25 +173,16 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
     """Return one mission under the keys of the contract."""
     # What is unknown keeps its keys: scripts meet null, not a missing key.
     flown = result if isinstance(result, CheckResult) else None
-    conditions = value(flown, "conditions")
-    wind = value(conditions, "wind")
+    setup = None if flown is None else flown.setup
+    vehicle = None if setup is None else setup.vehicle
     return {
         "file": value(result, "file"),
         "verdict": result.verdict,
         "vehicle": {
-            "name": value(flown, "vehicle_name"),
-            "source": value(flown, "vehicle_source"),
+            "name": value(vehicle, "name"),
+            "source": value(vehicle, "source"),
         },
-        "conditions": {
-            "wind_m_s": value(wind, "speed_m_s"),
-            "wind_from_deg": value(wind, "from_deg"),
-            "wind_reference_height_m": value(wind, "reference_height_m"),
-            "wind_shear_exponent": value(wind, "shear_exponent"),
-            "wind_roughness_length_m": value(wind, "roughness_length_m"),
-            "wind_sd_m_s": value(wind, "speed_sd_m_s"),
-            "wind_from_sd_deg": value(wind, "from_sd_deg"),
-            **values(conditions, _CONDITION_KEYS),
-        },
+        "conditions": {row.key: finite(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),
         "segments": [values(one, SEGMENT_KEYS) for one in (flown.segments if flown else ())],
@@ -415,15 +402,14 @@ def verification_json(verifications: Sequence[Verification], *, model: str, vers
 
 
 def _flight(one: Verification) -> Document:
-    conditions = one.conditions
     return {
         **values(one, ("log", "flight")),
         "vehicle": one.vehicle_name,
         **values(one, ("mission", "parameters")),
         "conditions": {
-            "wind_m_s": value(conditions.wind, "speed_m_s"),
-            "wind_from_deg": value(conditions.wind, "from_deg"),
-            **values(conditions, ("home_amsl_m", "temperature_c", "payload_kg")),
+            row.key: finite(number)
+            for row, number in conditions(one.setup)
+            if row.key in _VERIFICATION_CONDITIONS
         },
         "measured": values(one.measured, _FIGURES_KEYS),
         "predicted": values(one.predicted, _FIGURES_KEYS),

@@ -72,7 +72,7 @@ def _judge(case: ET.Element, finding: Finding, result: CheckResult | UnreadableM
     elif not isinstance(result, CheckResult):
         broken = ET.SubElement(case, "error", type=finding.code, message=message)
         broken.text = printable(finding.fix)
-    elif finding.severity >= result.fail_on:
+    elif finding.severity >= result.setup.fail_on:
         failure = ET.SubElement(case, "failure", type=finding.code, message=message)
         failure.text = printable(finding.fix)
     else:

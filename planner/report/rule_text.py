@@ -9,7 +9,7 @@ from planner.catalogue import FAMILIES, entries, events_of
 from planner.findings import Severity
 from planner.report.text import table_lines
 from planner.selection import ENERGY_FAMILY
-from planner.service.mission_file import FILE_UNREADABLE
+from planner.service.preflight import FILE_UNREADABLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -16,7 +16,7 @@ from planner.report.json import (
 from planner.report.text import printable, table_lines
 
 if TYPE_CHECKING:
-    from planner.fixes.speed_curve import FlownSpeed, SpeedCurve
+    from planner.service.speed import FlownSpeed, SpeedCurve
 
 _KEYS = (
     "speed_m_s",

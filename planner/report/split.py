@@ -16,9 +16,9 @@ from planner.report.json import (
 from planner.report.text import finding_lines, printable, table_lines
 
 if TYPE_CHECKING:
-    from planner.fixes.split import Split, SplitPart
     from planner.report.json import Document
     from planner.report.medium import Medium
+    from planner.service.split import Split, SplitPart
 
 _AT_START_M = 0.05
 """A leg taken up nearer to its beginning than this is flown from its beginning on. [m]"""

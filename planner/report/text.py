@@ -12,14 +12,13 @@ from planner.findings import Finding, Severity
 from planner.flight.motion.kinematics import STATES
 from planner.rules.energy import destination_name, place_along, reserve_name
 from planner.service import CheckResult
+from planner.setup import conditions_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
     from planner.flight.budget import BatteryBudget, Totals
-    from planner.flight.conditions import Conditions
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.physics.wind import Wind
     from planner.report.medium import Medium
     from planner.service import UnreadableMission
 
@@ -206,9 +205,10 @@ def figure_texts(result: CheckResult) -> list[tuple[str, str]]:
         figures.append(("Battery", _battery(result.battery)))
     if result.return_plan is not None:
         figures.append(("Return", _return_plan(result.return_plan)))
+    vehicle = result.setup.vehicle
     figures += [
-        ("Vehicle", f"{printable(result.vehicle_name)} ({printable(result.vehicle_source)})"),
-        ("Conditions", _conditions(result)),
+        ("Vehicle", f"{printable(vehicle.name)} ({printable(vehicle.source)})"),
+        ("Conditions", conditions_text(result.setup)),
     ]
     return figures
 
@@ -345,53 +345,6 @@ def _return_plan(plan: ReturnPlan) -> str:
 
 def _chance(probability: float) -> str:
     return f"{quantity.chance(probability)} chance"
-
-
-def _conditions(result: CheckResult) -> str:
-    conditions = result.conditions
-    payload_kg = conditions.payload_kg
-    payload = _give_or_take(quantity.mass, payload_kg, conditions.payload_sd_kg)
-    return ", ".join(
-        (
-            _wind(conditions.wind),
-            _give_or_take(
-                quantity.temperature, conditions.temperature_c, conditions.temperature_sd_c
-            ),
-            f"home {quantity.height(conditions.home_amsl_m)} AMSL",
-            f"payload {payload}" if payload_kg or conditions.payload_sd_kg else "no payload",
-            *_battery_conditions(conditions),
-        )
-    )
-
-
-def _wind(wind: Wind) -> str:
-    if not (wind.speed_m_s or wind.speed_sd_m_s):
-        return "no wind"
-    speed = _give_or_take(quantity.speed, wind.speed_m_s, wind.speed_sd_m_s)
-    text = f"wind {speed} from {quantity.bearing(wind.from_deg)}"
-    if wind.from_sd_deg:
-        text += f" ± {quantity.decimals(wind.from_sd_deg, 0)}°"
-    if wind.reference_height_m is None:
-        return text
-    text += f" at {quantity.height(wind.reference_height_m)}"
-    if wind.shear_exponent is not None:
-        return f"{text} (power law, exponent {wind.shear_exponent:g})"
-    return f"{text} (logarithmic law, roughness {wind.roughness_length_m:g} m)"
-
-
-def _battery_conditions(conditions: Conditions) -> Iterator[str]:
-    """Yield what is said of the age and the temperature of the battery."""
-    if conditions.battery_health is not None:
-        yield f"battery health {quantity.percent(conditions.battery_health)}"
-    if conditions.battery_resistance_factor is not None:
-        yield f"battery resistance {conditions.battery_resistance_factor:g} times the new one's"
-    if conditions.battery_temperature_c is not None:
-        yield f"battery at {quantity.temperature(conditions.battery_temperature_c)}"
-
-
-def _give_or_take(shown: Callable[[float | None], str], mean: float | None, sd: float) -> str:
-    """Return a quantity with its standard deviation, where it has one."""
-    return f"{shown(mean)} ± {shown(sd)}" if sd else shown(mean)
 
 
 def _phase_lines(result: CheckResult) -> list[str]:

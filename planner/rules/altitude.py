@@ -77,7 +77,7 @@ def _below_level_ground(a: Assessment) -> Iterator[Finding]:
         for stage in a.route.stages
         if stage.kind in _IN_THE_AIR and stage.height_m < -_LEVEL_WITHIN_M
     ]
-    if a.terrain is None and low:
+    if a.setup.terrain is None and low:
         lowest = min(low, key=lambda stage: stage.height_m)
         more = "" if len(low) == 1 else f"; {len(low)} places are below it"
         yield a.finding(
@@ -182,10 +182,10 @@ def _home_mismatch(a: Assessment) -> Iterator[Finding]:
     if home is None or not home.altitude_amsl_m:  # programs that do not know write 0
         return
     planned_m = home.altitude_amsl_m
-    if a.given_home_amsl_m is not None:
-        real_m, apart_m, by = a.given_home_amsl_m, _GIVEN_APART_M, "--home-amsl"
-    elif a.terrain is not None:
-        ground = a.terrain.height_amsl_m(home.latitude_deg, home.longitude_deg)
+    if a.setup.home_amsl_m is not None:
+        real_m, apart_m, by = a.setup.home_amsl_m, _GIVEN_APART_M, "--home-amsl"
+    elif a.setup.terrain is not None:
+        ground = a.setup.terrain.height_amsl_m(home.latitude_deg, home.longitude_deg)
         if ground.mask.any():
             return
         real_m, apart_m, by = float(ground), _GRID_APART_M, "the terrain grid"

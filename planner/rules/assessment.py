@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from planner.quantity import mean_of
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -12,17 +13,14 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
     from planner.findings import Finding, Place, Rule
     from planner.flight.budget import BatteryBudget, Discharge, Totals
-    from planner.flight.conditions import Conditions
     from planner.flight.prediction import Flight, ItemArrival
     from planner.flight.returns.path import Returns
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.geo.terrain import TerrainGrid
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
-    from planner.site_profile import SiteProfile
+    from planner.setup import Setup
     from planner.vehicle.battery import Battery
     from planner.vehicle.model import VehicleModel
-    from planner.vehicle.parameters.files import ParameterSet
     from planner.vehicle.parameters.resolve import FlightParameters
 
 
@@ -30,13 +28,15 @@ class Assessment(Value, eq=False):
     """One mission, flown by one vehicle on one day, as predicted."""
 
     mission: Mission
+    setup: Setup
+    """As the user gives it, with the position noise that counts."""
     route: Route
-    vehicle: VehicleModel
-    autopilot: Autopilot
-    """Who shapes the references in this prediction."""
+    target: Target | None
+    """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
     parameters: FlightParameters | None
     """What the autopilot is taken to fly with; ``None`` for reference steps."""
-    conditions: Conditions
+    fence_parameters: FlightParameters | None
+    """Those of the vehicle's fence: ``parameters``, or of reference steps what their file holds."""
     flight: Flight
     totals: Totals
     items: tuple[ItemArrival, ...]
@@ -46,27 +46,25 @@ class Assessment(Value, eq=False):
     """What the flight takes out of it, where its curve is known."""
     battery: BatteryBudget | None
     return_plan: ReturnPlan | None
-    charge: float
-    """State of charge at the start. [-]"""
     returns: Returns
     """The returns from every point of the flight."""
-    target: Target | None = None
-    """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
-    fence_parameters: FlightParameters | None = None
-    """Those of the vehicle's fence: ``parameters``, or of reference steps what their file says."""
-    given_parameters: ParameterSet | None = None
-    """The vehicle's parameter file."""
-    terrain: TerrainGrid | None = None
-    clearance_m: float = 0.0
-    """Height over the terrain that has to be kept. [m]"""
-    given_home_amsl_m: float | None = None
-    """Altitude of the take-off place where the user gives it. [m AMSL]"""
-    profile: SiteProfile | None = None
-    """What a site asks for."""
-    risk: float = 0.05
-    """Chance of landing below the reserve above which it is told. [-]"""
-    charge_sd: float = 0.0
-    """Standard deviation of the state of charge at the start. [-]"""
+    findings: tuple[Finding, ...]
+    """What the mission's file and the prediction had to assume."""
+
+    @property
+    def vehicle(self) -> VehicleModel:
+        """The model that is flown."""
+        return self.setup.vehicle
+
+    @property
+    def autopilot(self) -> Autopilot:
+        """Who shapes the references in this prediction."""
+        return self.setup.flown_by
+
+    @property
+    def charge(self) -> float:
+        """State of charge at the start. [-]"""
+        return mean_of(self.setup.charge)
 
     def finding(
         self,

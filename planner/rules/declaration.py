@@ -74,13 +74,13 @@ ARDUPILOT: Need[ArduPilotParameters] = Need(
     lambda a: a.parameters if a.autopilot is Autopilot.ARDUPILOT else None,  # type: ignore[arg-type,return-value] # ArduPilot's then
 )
 TARGET: Need[Target] = Need("the autopilot the mission is for: --target", lambda a: a.target)
-TERRAIN: Need[TerrainGrid] = Need("terrain: --terrain", lambda a: a.terrain)
+TERRAIN: Need[TerrainGrid] = Need("terrain: --terrain", lambda a: a.setup.terrain)
 PX4_TARGET: Need[Target] = Need("a mission for PX4: --target", lambda a: _target(a, Autopilot.PX4))
 ARDUPILOT_TARGET: Need[Target] = Need(
     "a mission for ArduPilot: --target", lambda a: _target(a, Autopilot.ARDUPILOT)
 )
 FENCE: Need[FenceLimits] = Need("a fence in the mission or the parameters", _fence_limits)
-PROFILE: Need[SiteProfile] = Need("a profile of the site: --profile", lambda a: a.profile)
+PROFILE: Need[SiteProfile] = Need("a profile of the site: --profile", lambda a: a.setup.profile)
 
 
 class Check(Value, kw_only=False):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import ALONG, HERE, HOME, LANDING
+from planner.quantity import mean_of
 from planner.rules.declaration import BUDGET, DISCHARGE, PACK, POWER, judges
 
 if TYPE_CHECKING:
@@ -177,13 +178,15 @@ def _reserve_at_risk(a: Assessment, budget: BatteryBudget) -> Iterator[Finding]:
     way, returning = a.return_plan, None
     if way is not None and way.margin_wh is not None and way.margin_wh >= 0.0:
         returning = way.below_reserve_probability
-    limit = f"below the {reserve_name(budget)} reserve; --risk allows {quantity.percent(a.risk)}"
+    limit = (
+        f"below the {reserve_name(budget)} reserve; --risk allows {quantity.percent(a.setup.risk)}"
+    )
     landing = budget.below_reserve_probability
-    if landing > a.risk:
-        chance = quantity.beside(landing, a.risk, quantity.chance)
+    if landing > a.setup.risk:
+        chance = quantity.beside(landing, a.setup.risk, quantity.chance)
         yield a.finding(RESERVE_AT_RISK, f"{chance} chance of landing {limit}")
-    elif way is not None and returning is not None and returning > a.risk:
-        chance = quantity.beside(returning, a.risk, quantity.chance)
+    elif way is not None and returning is not None and returning > a.setup.risk:
+        chance = quantity.beside(returning, a.setup.risk, quantity.chance)
         yield a.finding(
             RESERVE_AT_RISK,
             f"{chance} chance that a return from some point ends {limit}",
@@ -292,8 +295,9 @@ BATTERY_COLD = Rule(
 
 @judges(BATTERY_COLD, needs=(PACK,))
 def _battery_cold(a: Assessment, pack: Battery) -> Iterator[Finding]:
-    battery_c = a.conditions.battery_temperature_c
-    degrees_c = a.conditions.temperature_c if battery_c is None else battery_c
+    battery_c = a.setup.battery_temperature_c
+    air_c = a.setup.temperature_c
+    degrees_c = battery_c if battery_c is not None or air_c is None else mean_of(air_c)
     if degrees_c is None:
         return  # the standard atmosphere is no forecast
     known_c = pack.resistance_temperature_c

@@ -234,7 +234,7 @@ WIND_LIMIT = Rule(
 
 @judges(WIND_LIMIT, needs=(PX4,))
 def _wind_limit(a: Assessment, parameters: Px4Parameters) -> Iterator[Finding]:
-    limit_m_s, wind_m_s = parameters.wind_max_m_s, a.conditions.wind.speed_m_s
+    limit_m_s, wind_m_s = parameters.wind_max_m_s, a.setup.wind.speed_m_s
     if 0.0 < limit_m_s < wind_m_s:
         yield a.finding(
             WIND_LIMIT,

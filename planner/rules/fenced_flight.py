@@ -92,7 +92,7 @@ class FencedFlight(Value, eq=False, dict=True):
     @cached_property
     def tail_wind_m_s(self) -> FloatArray:
         """Part of the wind that blows in the direction of motion. (n + 1,) [m s⁻¹]"""
-        wind, path = self.assessment.conditions.wind, self.path
+        wind, path = self.assessment.setup.wind, self.path
         along = wind.east_m_s * path.east_m_s + wind.north_m_s * path.north_m_s
         return along / np.maximum(path.speed_m_s, _STANDING_M_S)
 
@@ -282,9 +282,9 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         room=StopRoom(
             vehicle=a.vehicle,
             parameters=a.parameters,
-            reaction_time_s=a.conditions.reaction_time_s,
+            reaction_time_s=a.setup.reaction_time_s,
         ),
-        margin_m=max(a.conditions.position_error_m, fence_margin_m(a.fence_parameters)),
+        margin_m=max(a.setup.position_error_m, fence_margin_m(a.fence_parameters)),
     )
 
 

@@ -17,6 +17,7 @@ from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED
 from planner.physics.atmosphere import SEA_LEVEL_DENSITY_KG_M3
+from planner.quantity import mean_of, sd_of
 from planner.rules.declaration import EXTREMES, POWER, PX4, judges
 
 if TYPE_CHECKING:
@@ -333,7 +334,7 @@ def _lift(a: Assessment, extremes: Extremes, power: SteadyPower) -> Iterator[Fin
         )
         return
     # A temperature that is not counted is reported already.
-    limit_thinner = _THINNER if a.conditions.temperature_c is None else _MUCH_THINNER
+    limit_thinner = _THINNER if a.setup.temperature_c is None else _MUCH_THINNER
     if not vehicle.knows_air_density and thinner > limit_thinner:
         yield a.finding(
             CONDITION_NOT_MODELLED,
@@ -359,8 +360,8 @@ def _times(ratio: float) -> str:
 
 @judges(CONDITION_NOT_MODELLED)
 def _conditions(a: Assessment) -> Iterator[Finding]:
-    given, vehicle = a.conditions, a.vehicle
-    wind = given.wind
+    given, vehicle = a.setup, a.vehicle
+    wind, payload_kg = given.wind, mean_of(given.payload_kg)
     if (wind.speed_m_s > 0.0 or wind.speed_sd_m_s > 0.0) and not vehicle.knows_airspeed:
         limit = vehicle.valid_for.speed_m_s
         is_strong = limit is not None and wind.speed_m_s > _STRONG_WIND * limit.high
@@ -369,26 +370,26 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
             f"wind of {quantity.speed(wind.speed_m_s)} not counted: this model has no airspeed term",
             severity=Severity.ERROR if is_strong else None,
         )
-    if (given.payload_kg > 0.0 or given.payload_sd_kg > 0.0) and not vehicle.knows_mass:
+    if (payload_kg > 0.0 or sd_of(given.payload_kg) > 0.0) and not vehicle.knows_mass:
         yield a.finding(
             CONDITION_NOT_MODELLED,
-            f"payload of {quantity.mass(given.payload_kg)} not counted: this model has no mass term",
+            f"payload of {quantity.mass(payload_kg)} not counted: this model has no mass term",
             severity=Severity.ERROR,
             fix="use a model with a mass, or allow for the payload in --reserve and ignore E108",
         )
     if given.temperature_c is not None and not vehicle.knows_air_density:
         yield a.finding(
             CONDITION_NOT_MODELLED,
-            f"temperature of {quantity.temperature(given.temperature_c)} not counted: this model has no "
-            "air density term",
+            f"temperature of {quantity.temperature(mean_of(given.temperature_c))} not counted: this "
+            "model has no air density term",
         )
     spread = [
         name
         for name, sd in (
             ("wind", wind.speed_sd_m_s or wind.from_sd_deg),
-            ("payload", given.payload_sd_kg),
-            ("temperature", given.temperature_sd_c),
-            ("charge", a.charge_sd),
+            ("payload", sd_of(given.payload_kg)),
+            ("temperature", sd_of(given.temperature_c)),
+            ("charge", sd_of(given.charge)),
         )
         if sd
     ]
@@ -403,9 +404,9 @@ def _conditions(a: Assessment) -> Iterator[Finding]:
 @judges(CONDITION_NOT_MODELLED)
 def _battery_conditions(a: Assessment) -> Iterator[Finding]:
     health, resistance, temperature_c = (
-        a.conditions.battery_health,
-        a.conditions.battery_resistance_factor,
-        a.conditions.battery_temperature_c,
+        a.setup.battery_health,
+        a.setup.battery_resistance_factor,
+        a.setup.battery_temperature_c,
     )
     if a.pack is None:
         named = {"health": health, "resistance": resistance, "temperature": temperature_c}
@@ -495,7 +496,7 @@ WIND_BEYOND_MODEL = Rule(
 
 @judges(WIND_BEYOND_MODEL)
 def _wind_beyond_model(a: Assessment) -> Iterator[Finding]:
-    limit, wind_m_s = a.vehicle.valid_for.speed_m_s, a.conditions.wind.speed_m_s
+    limit, wind_m_s = a.vehicle.valid_for.speed_m_s, a.setup.wind.speed_m_s
     if a.autopilot is Autopilot.STEP and limit is not None and wind_m_s >= limit.high:
         yield a.finding(
             WIND_BEYOND_MODEL,

@@ -42,7 +42,7 @@ PARAMETER_NOT_AS_EXPECTED = Rule(
 
 @judges(PARAMETER_NOT_AS_EXPECTED, needs=(PROFILE,))
 def _parameter_not_as_expected(a: Assessment, profile: SiteProfile) -> Iterator[Finding]:
-    given = a.given_parameters
+    given = a.setup.parameters
     if given is None:
         if profile.expected:
             yield a.finding(

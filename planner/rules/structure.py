@@ -226,7 +226,7 @@ def _splines(a: Assessment) -> Iterator[Finding]:
             name
             for name, given in (
                 ("the fence", FENCE.of(a) is not None),
-                ("the ground", a.terrain is not None),
+                ("the ground", a.setup.terrain is not None),
             )
             if given
         ]

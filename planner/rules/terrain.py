@@ -167,14 +167,14 @@ def _above(clearance_m: float) -> str:
 
 def _too_low(a: Assessment, way: _Way) -> Iterator[Finding]:
     """Yield a finding where the flight is below the ground, or nearer to it than asked for."""
-    low = (way.clearance_m < a.clearance_m) & ~way.follows_terrain
+    low = (way.clearance_m < a.setup.clearance_m) & ~way.follows_terrain
     if not low.any():
         return
     worst = int(np.where(low, way.clearance_m, np.inf).argmin())
     item, lowest_m = int(way.item[worst]), float(way.clearance_m[worst])
     to_go_m = float(way.step_m[worst + 1 :][way.item[worst + 1 :] == item].sum())
     before = f", {quantity.distance(to_go_m)} before its end" if to_go_m >= 1.0 else ""
-    asked = "" if lowest_m < 0.0 else f" (--clearance {quantity.height(a.clearance_m)})"
+    asked = "" if lowest_m < 0.0 else f" (--clearance {quantity.height(a.setup.clearance_m)})"
     yield a.finding(
         BELOW_TERRAIN,
         f"{_above(lowest_m)}{asked}{before}; {quantity.distance(float(way.step_m[low].sum()))} of the "
@@ -216,7 +216,7 @@ def _returns(a: Assessment, way: _Way, terrain: TerrainGrid) -> Iterator[Finding
     clearance_m = np.where(np.isnan(ground_m), np.inf, place_m[:, 2] - ground_m)
     worst = int(clearance_m.argmin())
     lowest_m = float(clearance_m[worst])
-    if lowest_m >= a.clearance_m:
+    if lowest_m >= a.setup.clearance_m:
         return
     begin = int(owner[leg[worst]])
     to_go_m = float(np.hypot(*(paths[begin][-1, :2] - place_m[worst, :2])))

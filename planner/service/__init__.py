@@ -10,46 +10,50 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from planner.service.conversion import ConversionResult, convert_file
     from planner.service.identification import identify_logs
-    from planner.service.judgement import check, verdict
-    from planner.service.mission_file import check_file, check_read, read_request
-    from planner.service.request import DEFAULT_VEHICLE, CheckRequest
-    from planner.service.result import CheckResult, UnreadableMission, Verdict
-    from planner.service.together import check_together
+    from planner.service.preflight import (
+        CheckResult,
+        UnreadableMission,
+        Verdict,
+        check,
+        check_file,
+        check_mission,
+        check_read,
+        verdict,
+    )
+    from planner.service.together import check_together, keep_apart
     from planner.service.verification import verify_logs
 
 __all__ = [
-    "DEFAULT_VEHICLE",
-    "CheckRequest",
     "CheckResult",
     "ConversionResult",
     "UnreadableMission",
     "Verdict",
     "check",
     "check_file",
+    "check_mission",
     "check_read",
     "check_together",
     "convert_file",
     "identify_logs",
-    "read_request",
+    "keep_apart",
     "verdict",
     "verify_logs",
 ]
 
 _HOMES = {
-    "DEFAULT_VEHICLE": "request",
-    "CheckRequest": "request",
-    "CheckResult": "result",
+    "CheckResult": "preflight",
     "ConversionResult": "conversion",
-    "UnreadableMission": "result",
-    "Verdict": "result",
-    "check": "judgement",
-    "check_file": "mission_file",
-    "check_read": "mission_file",
+    "UnreadableMission": "preflight",
+    "Verdict": "preflight",
+    "check": "preflight",
+    "check_file": "preflight",
+    "check_mission": "preflight",
+    "check_read": "preflight",
     "check_together": "together",
     "convert_file": "conversion",
     "identify_logs": "identification",
-    "read_request": "mission_file",
-    "verdict": "judgement",
+    "keep_apart": "together",
+    "verdict": "preflight",
     "verify_logs": "verification",
 }
 
@@ -67,4 +71,4 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     """Return the names of the use cases."""
-    return sorted(__all__)
+    return __all__

@@ -17,9 +17,9 @@ from planner.fleet.separation import (
     predict_conflicts,
 )
 from planner.fleet.trajectory import make_trajectory
-from planner.service.arguments import refuse_wrong_types
-from planner.service.judgement import verdict
-from planner.service.result import CheckResult, UnreadableMission
+from planner.service.preflight import CheckResult, UnreadableMission, verdict
+from planner.setting import taking_settings
+from planner.setup import Together
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -76,13 +76,8 @@ _OWN_CODES = frozenset(
 _SYSTEM_IDS = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
 
 
-def check_together(
-    results: Sequence[CheckResult | UnreadableMission],
-    *,
-    separation_m: float,
-    min_nav_alt_m: float = 2.5,
-    starts_s: Sequence[float] = (),
-    start_error_s: float = 0.0,
+def keep_apart(
+    results: Sequence[CheckResult | UnreadableMission], together: Together
 ) -> tuple[CheckResult | UnreadableMission, ...]:
     """Judge missions that fly at the same time in one airspace.
 
@@ -90,21 +85,14 @@ def check_together(
     ----------
     results : sequence of CheckResult or UnreadableMission
         As `planner.check` returns them, each of its own mission.
-    separation_m : float
-        Distance that any two vehicles have to keep. [m]
-    min_nav_alt_m : float
-        Two vehicles are not judged while both are lower than this above the place where they took
-        off, or land. [m]
-    starts_s : sequence of float
-        When each mission starts, on one clock; default all at once. [s]
-    start_error_s : float
-        How much sooner or later each may start. [s]
+    together : Together
+        How far they keep from each other, and when each starts.
 
     Returns
     -------
     tuple of CheckResult or UnreadableMission
         The same results in the same order, each with what is found about it among the others (S101,
-        S102, S104), in place of what an earlier call found, and judged anew.
+        S102, S104), in place of what an earlier call found, and judged again.
 
     Raises
     ------
@@ -116,18 +104,7 @@ def check_together(
     The place of each vehicle is taken in one flat frame about the home of the first mission: exact to
     0.03 m in 20 km, 0.1 m in 35 km.  Wind, and errors of the position, are those of the predictions.
     """
-    starts_s = _starts_s(results, starts_s)
-    numbers_given = {
-        "separation_m": separation_m,
-        "min_nav_alt_m": min_nav_alt_m,
-        "start_error_s": start_error_s,
-    }
-    refuse_wrong_types(numbers_given)
-    for name, value in numbers_given.items():
-        if value < 0.0 or (name == "separation_m" and value == 0.0):
-            least = "above zero" if name == "separation_m" else "zero or more"
-            msg = f"{name} must be {least}, got {value}"
-            raise UsageError(msg)
+    starts_s = _starts_s(results, together)
     flown = [
         (position, result.assessment)
         for position, result in enumerate(results)
@@ -143,14 +120,14 @@ def check_together(
                 assessment.flight.motion,
                 assessment.route,
                 cases[0].route.frame,
-                min_nav_alt_m=min_nav_alt_m,
+                min_nav_alt_m=together.min_nav_alt_m,
             ),
             start_s=starts_s[position],
             home_amsl_m=_known_home_amsl_m(assessment),
         )
         for position, assessment in flown
     ]
-    spacing = Spacing(separation_m=separation_m, start_error_s=start_error_s)
+    spacing = Spacing(separation_m=together.separation_m, start_error_s=together.start_error_s)
     conflicts = list(predict_conflicts(fleet, spacing))
 
     @cache  # each of both is told
@@ -165,24 +142,26 @@ def check_together(
             number, fleet, conflicts, spacing, assessment.mission, details=details
         )
         added[position] += _same_system_id(number, cases, fleet)
-    for position, reasons in enumerate(_unchecked(results, flown, fleet, min_nav_alt_m)):
+    for position, reasons in enumerate(_unchecked(results, flown, fleet, together.min_nav_alt_m)):
         if reasons:
             added[position].append(SEPARATION_UNCHECKED.finding("; ".join(reasons)))
     return tuple(
-        _judged_anew(result, found) if isinstance(result, CheckResult) else result
+        _judged_again(result, found) if isinstance(result, CheckResult) else result
         for result, found in zip(results, added, strict=True)
     )
 
 
-def _starts_s(results: Sequence[object], starts_s: Sequence[float]) -> tuple[float, ...]:
+check_together = taking_settings(keep_apart, Together)
+"""`keep_apart` with each setting as a keyword: ``check_together(results, separation_m=10.0)``."""
+
+
+def _starts_s(results: Sequence[object], together: Together) -> tuple[float, ...]:
     """Return a start for each result."""
     for result in results:
         if not isinstance(result, (CheckResult, UnreadableMission)):
             msg = f"results must be those of planner.check(…), got a {type(result).__name__}"
             raise UsageError(msg)
-    starts = tuple(starts_s) or (0.0,) * len(results)
-    for start_s in starts:
-        refuse_wrong_types({"starts_s": start_s})
+    starts = tuple(together.starts_s) or (0.0,) * len(results)
     if len(starts) != len(results):
         msg = (
             f"{quantity.count(len(starts), 'start')} given for "
@@ -197,7 +176,7 @@ def _known_home_amsl_m(assessment: Assessment) -> float | None:
     home = assessment.mission.home
     # 0 is what programs write who do not know.
     is_told = home is not None and bool(home.altitude_amsl_m)
-    if is_told or assessment.given_home_amsl_m is not None or assessment.terrain is not None:
+    if is_told or assessment.setup.home_amsl_m is not None or assessment.setup.terrain is not None:
         return assessment.route.home_amsl_m
     return None
 
@@ -284,7 +263,7 @@ def _same_system_id(
 
 def _system_id(assessment: Assessment) -> tuple[float, str] | None:
     """Return the system id a vehicle's own parameters give, and their source."""
-    given = assessment.given_parameters
+    given = assessment.setup.parameters
     if given is None:
         return None
     for name in _SYSTEM_IDS:
@@ -328,17 +307,17 @@ def _unchecked(
         yield reasons
 
 
-def _judged_anew(result: CheckResult, found: Sequence[Finding]) -> CheckResult:
-    """Return a result with more findings, selected and judged as the others of it."""
+def _judged_again(result: CheckResult, found: Sequence[Finding]) -> CheckResult:
+    """Return a result with more findings, selected and judged as its others."""
     known = [
         replace(finding, suppression="")
         for finding in (*result.findings, *result.suppressed)
         if finding.code not in _OWN_CODES
     ]
-    reported, suppressed = result.selection.divide((*known, *found), file=result.file)
+    reported, suppressed = result.setup.selection.divide((*known, *found), file=result.file)
     return replace(
         result,
         findings=reported,
         suppressed=suppressed,
-        verdict=verdict(reported, result.fail_on),
+        verdict=verdict(reported, result.setup.fail_on),
     )

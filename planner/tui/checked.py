@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planner import service
 from planner.service import CheckResult
 from planner.tui.curves import pictures
 from planner.tui.ground import ground
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.service import UnreadableMission
+    from planner.setup import Setup
     from planner.tui.curves import Picture
     from planner.tui.ground import Ground
     from planner.tui.what_if import WhatIf
-    from planner.vehicle.model import VehicleModel
 
 
 class Checked(Value, eq=False):
@@ -54,9 +54,8 @@ def checked(file: str, what_if: WhatIf) -> Checked:
     MavjouleError
         If the settings are unusable.
     """
-    request = what_if.request()
     before = file_sha256(file)
-    result = service.check_file(file, request)
+    result = service.check_file(file, what_if.setup())
     assessment = result.assessment if isinstance(result, CheckResult) else None
     return Checked(
         file=file,
@@ -95,12 +94,12 @@ def _check_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> CheckResult | 
     from planner.live import check_vehicle
 
     is_charge_given = "charge" in what_if.values()
-    return check_vehicle(snapshot, what_if.request(), is_charge_given=is_charge_given)
+    return check_vehicle(snapshot, what_if.setup(), is_charge_given=is_charge_given)
 
 
 def check_what_if(file: str, what_if: WhatIf) -> CheckResult | UnreadableMission:
     """Check a mission file under changed settings, for the result alone."""
-    return service.check_file(file, what_if.request())
+    return service.check_file(file, what_if.setup())
 
 
 def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | UnreadableMission:
@@ -111,22 +110,19 @@ def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | U
     return check_what_if(checked.file, what_if)
 
 
-def check_inputs(
-    checked: Checked, assessment: Assessment
-) -> tuple[Mission, VehicleModel, dict[str, Any]]:
-    """Return mission, vehicle and options of a check, as `planner.check` takes them.
+def check_inputs(checked: Checked, assessment: Assessment) -> tuple[Mission, Setup]:
+    """Return mission and setup of a check.
 
     Raises
     ------
     MavjouleError
         If a file that the settings name is unusable by now.
     """
-    vehicle, options = service.read_request(
-        checked.what_if.request(), parameters=assessment.given_parameters
-    )
+    setup = replace(checked.what_if.setup(), parameters=assessment.setup.parameters)
     if checked.snapshot is not None:
-        options["charge"] = assessment.charge  # the vehicle's own, where it tells one
-    return assessment.mission, vehicle, options
+        # the vehicle's own charge, where it reports one
+        setup = replace(setup, charge=assessment.setup.charge)
+    return assessment.mission, setup
 
 
 def file_sha256(file: str) -> str | None:

@@ -67,7 +67,7 @@ class ChecklistRows(Value, eq=False):
 
 def manual_items(checked: Checked) -> tuple[ManualItem, ...]:
     """Return what the profile asks a person to look at."""
-    profile = None if checked.assessment is None else checked.assessment.profile
+    profile = None if checked.assessment is None else checked.assessment.setup.profile
     return () if profile is None else profile.manual
 
 
@@ -200,7 +200,7 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
         "signed_by": who.strip(),
         "signed_at": at.isoformat(timespec="seconds"),
         "command": checked.what_if.command_line(checked.file),
-        "vehicle": result.vehicle_name if isinstance(result, CheckResult) else None,
+        "vehicle": result.setup.vehicle.name if isinstance(result, CheckResult) else None,
         "manual": [
             {"section": item.section, "prompt": item.prompt, "done": True} for item in items
         ],

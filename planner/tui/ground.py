@@ -117,7 +117,7 @@ def ground(assessment: Assessment | None) -> Ground | None:
         outlines=_outlines(assessment.mission.fence, frame),
         marks=tuple(marks),
         frame=frame,
-        wind=assessment.conditions.wind,
+        wind=assessment.setup.wind,
     )
 
 

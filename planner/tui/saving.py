@@ -20,7 +20,7 @@ from planner.report.medium import Medium
 from planner.report.text import check_text
 
 if TYPE_CHECKING:
-    from planner.fixes.split import Split
+    from planner.service.split import Split
     from planner.tui.checked import Checked
 
 MISSION_SUFFIXES = frozenset({".plan", ".waypoints"})
@@ -65,7 +65,7 @@ def save_parts(split: Split, folder: Path, *, replace: bool = False) -> str:
     OutputError
         If a part cannot be written.
     """
-    from planner.fixes.split import write_split
+    from planner.service.split import write_split
 
     write_split(split, folder, force=replace)
     return f"{quantity.count(len(split.parts), 'part')} in {folder}"

@@ -7,11 +7,12 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from planner import quantity
-from planner.cli.setting_text import setting_text
 from planner.errors import MavjouleError
 from planner.findings import Severity
+from planner.quantity import exact, mean_of
 from planner.report.text import headline
 from planner.service import CheckResult
+from planner.setup import battery_text
 from planner.tui.checked import check_again, check_inputs
 from planner.tui.rows import MARKS, Column
 from planner.values import Value
@@ -20,8 +21,8 @@ from planner.vehicle.battery import Battery
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.fixes.split import Split
     from planner.service import UnreadableMission
+    from planner.service.split import Split
     from planner.tui.checked import Checked
 
 _CHARGE_STEP_AH = 0.1
@@ -103,7 +104,7 @@ def _suggestion(
 
 
 def _lighter(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
-    if result.conditions.payload_kg:
+    if mean_of(result.setup.payload_kg):
         yield _tried(checked, "no payload", {"payload_kg": "0"})
     if result.assessment is not None and result.assessment.charge < 1.0:
         yield _tried(checked, "a full battery", {"charge": "100%"})
@@ -114,12 +115,11 @@ def _other_speed(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     is_asked = "speed_m_s" in checked.what_if.values()
     if is_asked or result.assessment is None or len(result.items) > _MOST_ITEMS:
         return
-    from planner.fixes.speed import predict_speed_curve
+    from planner.service.speed import speed_curve
 
-    mission, vehicle, options = check_inputs(checked, result.assessment)
-    fastest = predict_speed_curve(mission, vehicle, **options).fastest_fitting
+    fastest = speed_curve(*check_inputs(checked, result.assessment)).fastest_fitting
     if fastest is not None and fastest.speed_m_s is not None:
-        change = {"speed_m_s": setting_text("speed_m_s", round(fastest.speed_m_s, 6))}
+        change = {"speed_m_s": exact(round(fastest.speed_m_s, 6))}
         yield _tried(checked, f"all level legs at {change['speed_m_s']} m/s", change)
 
 
@@ -127,10 +127,9 @@ def _split(checked: Checked, result: CheckResult) -> Iterator[Suggestion]:
     """Yield the fewest flights that each fit the battery."""
     if result.assessment is None or len(result.items) > _MOST_ITEMS:
         return
-    from planner.fixes.split import split_mission
+    from planner.service.split import split_under
 
-    mission, vehicle, options = check_inputs(checked, result.assessment)
-    split = split_mission(mission, vehicle, **options)
+    split = split_under(*check_inputs(checked, result.assessment))
     if len(split.parts) > 1:
         flights = quantity.count(len(split.parts), "flight")
         energy_wh = sum(part.result.totals.energy_wh for part in split.parts)
@@ -154,7 +153,7 @@ def _larger_battery(checked: Checked, result: CheckResult) -> Iterator[Suggestio
         battery = None if battery is None else _enlarged(battery, now)
         if battery is None:
             return
-        change = {"battery": setting_text("battery", battery)}
+        change = {"battery": battery_text(battery)}
         tried = check_again(checked, change)
         if tried.verdict == "go":
             yield _suggestion(f"battery {change['battery']}, no heavier", change, tried)

@@ -4,44 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.requests import check_request
-from planner.cli.setting_text import command_text, option_arguments, setting_text
-from planner.cli.settings import SETTINGS
+from planner.cli.options import command_text, option_words
+from planner.setup import Setup, settings
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.service import CheckRequest
+    from planner.setting import Setting
 
-LABELS = {
-    "wind": "Wind",
-    "payload_kg": "Payload kg",
-    "temperature_c": "Air °C",
-    "battery": "Battery",
-    "charge": "Charge",
-    "reserve": "Reserve",
-    "speed_m_s": "Speed m/s",
-    "vehicle": "Vehicle",
-    "params": "Parameters",
-}
-"""The settings that can be changed in place, by key, as they are labelled."""
 
-_UNSET = {
-    "wind": "none; 5@270",
-    "payload_kg": "none",
-    "temperature_c": "standard",
-    "battery": "the model's; 5.2Ah@14.8V",
-    "charge": "100%",
-    "reserve": "20%",
-    "speed_m_s": "the mission's",
-    "vehicle": "the article's quadrotor",
-    "params": "none; a file",
-}
-"""What holds where neither the mission's settings nor the user say."""
-
-FIELDS = tuple(key for key in LABELS if key in SETTINGS)
-"""The settings that can be changed, in the order they are shown."""
+def form_settings() -> tuple[Setting, ...]:
+    """Return the settings that can be changed in place, those about the day before those of files."""
+    labelled = [setting for setting in settings().values() if setting.label]
+    return tuple(sorted(labelled, key=lambda setting: setting.kind.is_file))
 
 
 class WhatIf(Value):
@@ -73,37 +49,41 @@ class WhatIf(Value):
         """
         values = dict(self.settings)
         for key, text in self.changes.items():
+            setting = settings()[key]
             try:
-                values[key] = SETTINGS[key].read(text)
+                values[key] = setting.kind.read(text)
             except ValueError as error:
-                msg = f"{LABELS[key]}: {error}"
+                msg = f"{setting.label}: {error}"
                 raise ValueError(msg) from error
         return values
 
     def problem(self, key: str) -> str:
         """Return what is wrong with the text of one field; empty where it says a value."""
-        try:
-            SETTINGS[key].read(self.changes.get(key) or "") if key in self.changes else None
-        except ValueError as error:
-            return str(error)
+        if key in self.changes:
+            try:
+                settings()[key].kind.read(self.changes[key])
+            except ValueError as error:
+                return str(error)
         return ""
 
-    def request(self) -> CheckRequest:
-        """Return what the mission is checked against.
+    def setup(self) -> Setup:
+        """Return what the mission is checked under.
 
         Raises
         ------
         ValueError
             If a text does not say a value.
+        MavjouleError
+            If a file that the settings name is unusable.
         """
-        return check_request(self.values())
+        return Setup.of(self.values())
 
-    def hint(self, key: str) -> str:
+    def hint(self, setting: Setting) -> str:
         """Return what holds while a field is left blank."""
-        if key not in self.settings:
-            return _UNSET[key]
+        if setting.key not in self.settings:
+            return setting.example or setting.unset
         try:
-            return setting_text(key, self.settings[key])
+            return setting.kind.text(self.settings[setting.key])
         except ValueError:
             return "as set"
 
@@ -112,7 +92,7 @@ class WhatIf(Value):
         words = ["mavjoule", "check", file]
         for key, value in self.given.items():
             if key not in self.changes:
-                words += option_arguments(SETTINGS[key].option, key, value)
+                words += option_words(key, value)
         for key, text in self.changes.items():
-            words += [SETTINGS[key].option, text]
+            words += [settings()[key].option, text]
         return command_text(words)

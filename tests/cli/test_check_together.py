@@ -114,7 +114,10 @@ def test_a_configuration_may_ask_for_it(
             "one time for each of the 2 missions",
         ),
         (("out.waypoints", "out.waypoints", "--separation", "0"), "above 0"),
-        (("out.waypoints", "out.waypoints", "--separation", "5", "--start", "0,x"), "no number"),
+        (
+            ("out.waypoints", "out.waypoints", "--separation", "5", "--start", "0,x"),
+            "expected a number of s",
+        ),
         (("out.waypoints", "out.waypoints", "--separation", "5", "--start", "0,-1"), "0 to"),
         (("out.waypoints", "--separation", "5", "--min-nav-alt", "-1"), "0 to 10000 m"),
     ],
@@ -152,13 +155,13 @@ def test_the_library_judges_results_together(mission: str, neighbour: str) -> No
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"separation_m": 0.0}, "separation_m must be above zero, got 0.0"),
+        ({"separation_m": 0.0}, "separation_m must be above 0 and at most 10000 m, got 0.0"),
         ({"separation_m": None}, "separation_m must be a number"),
         ({"separation_m": float("nan")}, "separation_m must be a finite number"),
-        ({"separation_m": 5.0, "min_nav_alt_m": -1.0}, "min_nav_alt_m must be zero or more"),
+        ({"separation_m": 5.0, "min_nav_alt_m": -1.0}, "min_nav_alt_m must be 0 to 10000 m"),
         ({"separation_m": 5.0, "start_error_s": "1"}, "start_error_s must be a number"),
         ({"separation_m": 5.0, "starts_s": (0.0, 1.0)}, "2 starts given for 1 mission"),
-        ({"separation_m": 5.0, "starts_s": ("0",)}, "starts_s must be a number"),
+        ({"separation_m": 5.0, "starts_s": ("0",)}, "starts_s must be a finite number"),
     ],
 )
 def test_the_library_refuses_what_makes_no_sense(given: dict[str, Any], said: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.cli.link_options import TransferProgress
+from planner.cli.link import TransferProgress
 from planner.cli.output import narrate_seldom
 
 if TYPE_CHECKING:

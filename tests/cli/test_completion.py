@@ -8,7 +8,7 @@ import pytest
 
 from planner import catalogue
 from planner.cli.main import COMMANDS, main
-from planner.cli.settings import FORMATS
+from planner.setup import FORMATS
 from planner.vehicle.library import model_names
 
 if TYPE_CHECKING:

@@ -7,13 +7,18 @@ from typing import TYPE_CHECKING
 import pytest
 
 from planner.autopilot import Autopilot, Target
-from planner.cli.configuration import find_configuration, mission_settings, read_configuration
-from planner.cli.requests import check_request, fleet_request, report_request
-from planner.cli.settings import SETTINGS
+from planner.cli.configuration import (
+    common_settings,
+    find_configuration,
+    mission_settings,
+    read_configuration,
+)
 from planner.errors import ConfigurationError, UsageError
 from planner.findings import Severity
-from planner.flight.conditions import Conditions, Spread
 from planner.physics.wind import Wind
+from planner.quantity import Spread
+from planner.selection import Selection
+from planner.setup import Output, Setup, Together, settings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -37,16 +42,12 @@ def test_what_is_not_known_exactly_is_text_with_its_standard_deviation(tmp_path:
         risk = "1%"
         """,
     )
-    request = check_request(mission_settings(str(tmp_path / "a.plan"), {}))
-    assert request.conditions == Conditions(
-        wind=Wind(speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=2.0, from_sd_deg=20.0),
-        payload_kg=0.5,
-        payload_sd_kg=0.1,
-        temperature_c=15.0,
-        temperature_sd_c=5.0,
-    )
-    assert request.charge == Spread(mean=0.95, sd=0.02)
-    assert request.risk == 0.01
+    setup = Setup.of(mission_settings(str(tmp_path / "a.plan"), {}))
+    assert setup.wind == Wind(speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=2.0, from_sd_deg=20.0)
+    assert setup.payload_kg == Spread(mean=0.5, sd=0.1)
+    assert setup.temperature_c == Spread(mean=15.0, sd=5.0)
+    assert setup.charge == Spread(mean=0.95, sd=0.02)
+    assert setup.risk == 0.01
 
 
 def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
@@ -96,49 +97,57 @@ def test_every_setting_can_stand_in_a_file(tmp_path: Path) -> None:
         "b.plan" = "F1"
         """,
     )
-    values = find_configuration(tmp_path).values
-    assert set(values) == set(SETTINGS), "this test names every setting"
-    request = check_request(mission_settings(str(tmp_path / "a.plan"), {}))
-    assert request.vehicle == str(tmp_path / "models/mine.toml")
-    assert request.parameters == tmp_path / "mine.param"
-    assert request.terrain == (tmp_path / "north.tif", tmp_path / "south.tif")
-    assert request.autopilot is Autopilot.PX4
-    assert request.target == Target(Autopilot.PX4, (1, 16))
-    assert request.clearance_m == 15.0
-    assert request.profile == tmp_path / "site.toml"
-    assert request.battery is not None
-    assert request.battery.energy_wh == pytest.approx(76.96)
-    assert (request.charge, request.reserve) == (0.95, 0.25)
-    assert request.conditions.wind == Wind(
+    values = mission_settings(str(tmp_path / "a.plan"), {})
+    in_file = {key for key, setting in settings().items() if setting.in_file}
+    assert set(values) == in_file, "this test names every setting"
+    assert [one.codes for one in values.pop("per_file_ignores")] == [("E105",)]
+    paths = {
+        key: values.pop(key) for key in ("vehicle", "params", "terrain", "profile", "baseline")
+    }
+    assert paths == {
+        "vehicle": str(tmp_path / "models/mine.toml"),
+        "params": tmp_path / "mine.param",
+        "terrain": (tmp_path / "north.tif", tmp_path / "south.tif"),
+        "profile": tmp_path / "site.toml",
+        "baseline": tmp_path / "known.json",
+    }
+    setup = Setup.of(values)
+    assert setup.autopilot is Autopilot.PX4
+    assert setup.target == Target(Autopilot.PX4, (1, 16))
+    assert setup.clearance_m == 15.0
+    assert setup.battery is not None
+    assert setup.battery.energy_wh == pytest.approx(76.96)
+    assert (setup.charge, setup.reserve, setup.risk) == (0.95, 0.25, 0.1)
+    assert setup.speed_m_s == 6.5
+    assert setup.wind == Wind(
         speed_m_s=5.0, from_deg=270.0, reference_height_m=10.0, shear_exponent=0.2
     )
-    assert request.conditions.battery_health == 0.85
-    assert request.conditions.battery_resistance_factor == 1.5
-    assert request.conditions.battery_temperature_c == 5.0
-    assert request.conditions.payload_kg == 0.5
-    assert request.conditions.home_amsl_m == 488.0
-    assert request.conditions.temperature_c == -5.5
-    assert request.conditions.position_noise_m == 0.3
-    assert request.conditions.reaction_time_s == 1.5
-    assert request.conditions.position_error_m == 3.0
-    assert request.selection.select == ("E", "F")
-    assert request.selection.extend_select == ("A1",)
-    assert request.selection.ignore == ("E107", "T")
-    assert [one.codes for one in request.selection.exemptions] == [("E105",)]
-    assert request.baseline == tmp_path / "known.json"
-    assert request.fail_on is Severity.WARNING
-    assert fleet_request([values, values]) == {
-        "separation_m": 5.0,
-        "min_nav_alt_m": 3.0,
-        "start_error_s": 2.0,
-    }
-    report = report_request([values])
-    assert (report.format, report.statistics, report.exit_zero) == ("json", True, True)
-    assert report.output == path.parent / "out/report.json"
-    assert report.trace == path.parent / "out/trace.csv"
-    assert report.plots == path.parent / "out/pictures"
-    assert report.report == path.parent / "out/report.html"
-    assert request.with_trace
+    assert setup.battery_health == 0.85
+    assert setup.battery_resistance_factor == 1.5
+    assert setup.battery_temperature_c == 5.0
+    assert setup.payload_kg == 0.5
+    assert setup.home_amsl_m == 488.0
+    assert setup.temperature_c == -5.5
+    assert setup.position_noise_m == 0.3
+    assert setup.reaction_time_s == 1.5
+    assert setup.position_error_m == 3.0
+    assert setup.selection == Selection(
+        select=("E", "F"), extend_select=("A1",), ignore=("E107", "T")
+    )
+    assert setup.fail_on is Severity.WARNING
+    assert setup.with_trace
+    together = Together.of(common_settings([values, values], Together))
+    assert together == Together(separation_m=5.0, min_nav_alt_m=3.0, start_error_s=2.0)
+    folder = path.parent / "out"
+    assert Output.of(common_settings([values], Output)) == Output(
+        format="json",
+        output=folder / "report.json",
+        trace=folder / "trace.csv",
+        plots=folder / "pictures",
+        report=folder / "report.html",
+        statistics=True,
+        exit_zero=True,
+    )
 
 
 def test_the_nearest_folder_wins_alone(tmp_path: Path) -> None:
@@ -172,12 +181,12 @@ def test_a_folder_without_any_has_no_settings(tmp_path: Path) -> None:
 
 
 def test_the_command_line_beats_the_file(tmp_path: Path) -> None:
-    _own(tmp_path, 'reserve = "30%"\nautopilot = "px4"\nvehicle = "shipped"\n')
-    settings = mission_settings(str(tmp_path / "a.plan"), {"reserve": 0.1, "autopilot": "auto"})
-    assert settings["reserve"] == 0.1
-    request = check_request(settings)
-    assert request.autopilot is None
-    assert request.vehicle == "shipped"
+    _own(tmp_path, 'reserve = "30%"\nautopilot = "px4"\nvehicle = "px4-sih-quad"\n')
+    merged = mission_settings(str(tmp_path / "a.plan"), {"reserve": 0.1, "autopilot": "auto"})
+    assert merged["reserve"] == 0.1
+    setup = Setup.of(merged)
+    assert setup.autopilot is None
+    assert setup.vehicle.name == "px4-sih-quad"
 
 
 def test_standard_input_takes_the_configuration_of_the_current_folder(
@@ -191,32 +200,35 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ('reserv = "20%"', "reserv is no setting; did you mean reserve?"),
-        ("payload = 1.0", "payload is no setting; did you mean payload_kg?"),
+        ('reserv = "20%"', "reserv is not a setting; did you mean reserve?"),
+        ("payload = 1.0", "payload is not a setting; did you mean payload_kg?"),
         ("reserve = 20", "reserve: '20' is ambiguous"),
         ("reserve = true", "reserve: must be text or number, got true"),
         ("home_amsl_m = '488'", "home_amsl_m: must be number, got '488'"),
         ("payload_kg = nan", "payload_kg: must be text or number, got nan"),
-        ("payload_kg = '0.5±'", "payload_kg: '0.5±': write a value and its standard deviation"),
-        ("payload_kg = -1", "payload_kg: payload_kg must be zero or more"),
+        (
+            "payload_kg = '0.5±'",
+            "payload_kg: expected a value and its standard deviation, such as 5±2",
+        ),
+        ("payload_kg = -1", "payload_kg: expected 0 to 1000 kg, got '-1'"),
         ("vehicle = 1", "vehicle: must be name of a vehicle model or path of its file, got 1"),
         ("exit_zero = 1", "exit_zero: must be true or false, got 1"),
         ("select = [1]", "select: must be text or list of texts, got [1]"),
-        ("ignore = 'Q999'", "ignore: 'Q999' begins no code of a rule"),
+        ("ignore = 'Q999'", "ignore: no rule's code begins with 'Q999'"),
         (
             "format = 'xml'",
-            "format: 'xml' is none of text, json, json-lines, sarif, junit, github, gitlab",
+            "format: expected one of text, json, json-lines, sarif, junit, github, gitlab, got 'xml'",
         ),
-        ("fail_on = 'info'", "fail_on: 'info' is none of error, warning"),
-        ("autopilot = 'apm'", "autopilot: 'apm' is none of auto, step, px4, ardupilot"),
-        ("battery = '5Ah'", "battery: '5Ah' is no battery"),
-        ("wind = 5", "wind: '5' is no wind"),
+        ("fail_on = 'info'", "fail_on: expected one of error, warning, got 'info'"),
+        ("autopilot = 'apm'", "autopilot: expected one of auto, step, px4, ardupilot, got 'apm'"),
+        ("battery = '5Ah'", "battery: expected a battery, such as 5.2Ah@14.8V or 77Wh, got '5Ah'"),
+        ("wind = 5", "wind: expected speed in m/s and the direction it blows from"),
         ("params = []", "params: must be path, got []"),
         ("fail-on = 'error'\nfail_on = 'error'", "fail_on is given twice"),
         ("per_file_ignores = 'E1'", "per_file_ignores: must be table of codes by file, got 'E1'"),
         (
             "[per-file-ignores]\n'a.plan' = 'E1O1'",
-            "per-file-ignores: 'a.plan': 'E1O1' begins no code of a rule; did you mean E1",
+            "per-file-ignores: 'a.plan': no rule's code begins with 'E1O1'; did you mean E1",
         ),
         (
             "[per_file_ignores]\na = 1",
@@ -234,7 +246,7 @@ def test_standard_input_takes_the_configuration_of_the_current_folder(
         ("[per_file_ignores]\n'a\\b' = 'E1'", "per_file_ignores: 'a\\\\b': must be a path below"),
         ("reserve = [", "is not TOML: "),
         ("a = 1\na = 2", "is not TOML: Cannot overwrite a value"),
-        ("[tool.mavjoule]\nreserve = 0.2", "tool is no setting"),
+        ("[tool.mavjoule]\nreserve = 0.2", "tool is not a setting"),
     ],
 )
 def test_a_wrong_file_is_one_sentence_with_file_and_key(
@@ -250,7 +262,7 @@ def test_a_wrong_file_is_one_sentence_with_file_and_key(
 def test_the_key_of_a_shared_file_is_named_with_its_table(tmp_path: Path) -> None:
     path = tmp_path / "pyproject.toml"
     path.write_text("[tool.mavjoule]\nwinds = 1\n", encoding="utf-8")
-    with pytest.raises(ConfigurationError, match=r"tool\.mavjoule\.winds is no setting"):
+    with pytest.raises(ConfigurationError, match=r"tool\.mavjoule\.winds is not a setting"):
         read_configuration(path)
     path.write_text("[tool]\nmavjoule = 1\n", encoding="utf-8")
     with pytest.raises(ConfigurationError, match=r"tool\.mavjoule must be a table, got 1"):
@@ -265,8 +277,9 @@ def test_a_file_that_is_no_text_is_a_sentence(tmp_path: Path) -> None:
 
 def test_configurations_that_disagree_about_the_whole_call_are_refused() -> None:
     with pytest.raises(UsageError, match="disagree about format: give --format"):
-        report_request([{"format": "json"}, {}])
-    assert report_request([{"format": "json"}, {"format": "json"}]).format == "json"
+        common_settings([{"format": "json"}, {}], Output)
+    same = [{"format": "json"}, {"format": "json"}]
+    assert common_settings(same, Output) == {"format": "json"}
 
 
 @pytest.mark.parametrize("key", ["vehicle", "params", "profile", "terrain", "output"])

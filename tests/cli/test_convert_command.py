@@ -50,7 +50,7 @@ def test_a_file_that_exists_is_written_over_only_by_force(
     Path("there.plan").write_text("mine", encoding="utf-8")
     assert main(["convert", mission, "there.plan"]) == 2
     assert capsys.readouterr().err == (
-        "mavjoule: there.plan exists already: give another file to write to, or --force\n"
+        "mavjoule: there.plan exists: give another file, or --force to overwrite it\n"
     )
     assert Path("there.plan").read_text(encoding="utf-8") == "mine"
     assert main(["convert", "--force", mission, "there.plan"]) == 0
@@ -67,4 +67,4 @@ def test_a_mission_is_written_with_another_speed_and_flies_as_checked_with_it(
     assert written.totals == asked.totals
     capsys.readouterr()
     assert main(["convert", mission, "none.plan", "--speed", "0"]) == 2
-    assert "out of range" in capsys.readouterr().err
+    assert "above 0 and at most 100 m/s" in capsys.readouterr().err

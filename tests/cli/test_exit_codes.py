@@ -9,8 +9,8 @@ import pytest
 
 from planner import errors, service
 from planner.cli.main import main
-from planner.cli.settings import FORMATS
 from planner.errors import ExitCode, MavjouleError
+from planner.setup import FORMATS
 
 ENOUGH = ("--battery", "77Wh")
 TOO_SMALL = ("--battery", "5Wh")
@@ -156,7 +156,9 @@ def test_a_broken_configuration_ends_in_2_with_file_and_key(
 ) -> None:
     Path("mavjoule.toml").write_text("reserv = 1", encoding="utf-8")
     assert main(["check", mission]) == ExitCode.UNUSABLE
-    assert "mavjoule.toml: reserv is no setting; did you mean reserve?" in capsys.readouterr().err
+    assert (
+        "mavjoule.toml: reserv is not a setting; did you mean reserve?" in capsys.readouterr().err
+    )
 
 
 def test_another_vehicles_mission_is_refused_with_what_to_do(

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from planner.cli.file_ignores import make_file_ignore
 from planner.cli.main import main
+from planner.selection import make_file_ignore
 
 SITE = Path("/site")
 

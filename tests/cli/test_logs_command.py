@@ -137,7 +137,7 @@ def test_a_log_that_is_there_is_told_by_its_checksum_and_not_downloaded_again(
     on_line: list[VirtualLine], tmp_path: Path, loss: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     on_line += [VirtualLine(_filing(CONTENT), loss=loss), VirtualLine(_filing(CONTENT), loss=loss)]
-    for told in (f"{NAME} is whole: it has", f"{NAME} was there already: it has the checksum"):
+    for told in (f"{NAME} is complete: its checksum", f"{NAME} was already here: its checksum"):
         assert main(["logs", URL, "--all"]) == 0
         assert told in capsys.readouterr().err
         assert (tmp_path / NAME).read_bytes() == CONTENT

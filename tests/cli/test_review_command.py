@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import planner
 from planner.cli.main import main
-from planner.cli.setting_text import command_text
+from planner.cli.options import command_text
 
 if TYPE_CHECKING:
     import pytest
@@ -77,7 +77,7 @@ def test_what_to_run_instead_is_quoted_for_the_shell_at_hand(
 ) -> None:
     words = ["mavjoule", "check", "my site.plan"]
     assert command_text(words) == "mavjoule check 'my site.plan'"
-    monkeypatch.setattr("planner.cli.setting_text.os.name", "nt")
+    monkeypatch.setattr("planner.cli.options.os.name", "nt")
     assert command_text(words) == 'mavjoule check "my site.plan"'
 
 

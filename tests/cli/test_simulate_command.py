@@ -65,7 +65,7 @@ def test_it_speaks_until_it_is_interrupted(mission: str, stack: str, name: str) 
     [
         (["--url", "nowhere"], "no address"),
         (["--faults", "rain=1"], "rain=1"),
-        (["--as", "px4", "--target", "arducopter-4.6"], "no firmware"),
+        (["--as", "px4", "--target", "arducopter-4.6"], "is not firmware"),
         (["--log", "missing.bin"], "missing.bin"),
     ],
 )

@@ -88,7 +88,7 @@ def test_without_a_terminal_and_without_yes_nothing_is_sent(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main([one for one in SENT if one != "--yes"]) == 2
-    assert "give --yes" in capsys.readouterr().err
+    assert "add --yes" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("mission")

@@ -15,12 +15,12 @@ from planner.flight.budget import (
     Discharge,
     predict_discharge,
 )
-from planner.flight.conditions import Conditions
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import Flight, predict_flight
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.service import CheckResult, check
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -48,11 +48,11 @@ PACK = Battery(
 )
 
 
-def flown(conditions: Conditions | None = None) -> Flight:
-    conditions = conditions or Conditions()
+def flown() -> Flight:
+    setup = Setup(SURVEY)
     route = make_route(DELIVERY, dialect=Autopilot.ARDUPILOT, home_amsl_m=400.0)
-    pilot = make_pilot(SURVEY, ArduPilotParameters(), conditions)
-    return predict_flight(route, SURVEY, conditions, pilot)
+    pilot = make_pilot(setup, ArduPilotParameters())
+    return predict_flight(route, setup, pilot)
 
 
 FLIGHT = flown()

@@ -9,10 +9,10 @@ from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
 
 from planner.autopilot import Autopilot
-from planner.flight.conditions import Conditions
 from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.pilot import Px4Pilot, make_pilot
 from planner.service import check
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -22,8 +22,8 @@ PX4 = Px4Parameters()
 
 def flown_with_m(given_m: float | None) -> float:
     """Return the noise a flight of PX4's simulated vehicle is flown with."""
-    conditions = Conditions(position_noise_m=given_m)
-    pilot = make_pilot(load_vehicle("px4-sih-quad"), PX4, conditions)
+    setup = Setup(load_vehicle("px4-sih-quad"), position_noise_m=given_m)
+    pilot = make_pilot(setup, PX4)
     assert isinstance(pilot, Px4Pilot)
     return pilot.position_noise_m
 
@@ -40,7 +40,7 @@ def test_noise_that_was_assumed_is_said(given_m: float | None, says: int) -> Non
     vehicle = load_vehicle("px4-sih-quad")
     result = check(flown, vehicle, position_noise_m=given_m)
     assert sum(finding.code == "T109" for finding in result.findings) == says
-    assert result.conditions.position_noise_m == (
+    assert result.setup.position_noise_m == (
         vehicle.position_noise_m if given_m is None else given_m
     )
 

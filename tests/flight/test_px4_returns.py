@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from ardupilot_missions import go, stage, takeoff
 
-from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.flight import fly_px4, px4_returns
 from planner.flight.motion.px4.moves import return_heights_m
@@ -17,6 +16,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters
@@ -149,7 +149,7 @@ def test_a_way_home_begun_at_speed_begins_with_a_stop() -> None:
     # 3 m/s², 4 m/s³: 0.75 s of jerk take 1.125 m/s off 12 m/s over 9 − 4 · 0.75³/6 = 8.719 m, the other
     # 10.875 m/s 3.625 s and 10.875²/6 = 19.711 m; 28 m and 4.3 s recorded.
     parameters = replace(PX4, acceleration_m_s2=3.0, jerk_m_s3=4.0)
-    pilot = make_pilot(load_vehicle("px4-sih-quad"), parameters, Conditions())
+    pilot = make_pilot(Setup(load_vehicle("px4-sih-quad")), parameters)
     way_m, stop_s = pilot.stop(np.array([0.0, 12.0]))
     assert way_m == pytest.approx([0.0, 28.430], abs=1e-3)
     assert stop_s == pytest.approx([0.0, 4.375])

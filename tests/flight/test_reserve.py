@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 
-from planner.cli.quantities import reserve as read_reserve
-from planner.flight.budget import Reserve
 from planner.service import check
+from planner.setup import Reserve, settings
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -16,11 +15,15 @@ FLOWN = mission(takeoff(50), waypoint(500, 50), rtl())
 BATTERY = Battery(capacity_wh=180.0)
 
 
+def read(text: str) -> object:
+    return settings()["reserve"].kind.read(text)
+
+
 def test_a_reserve_is_read_as_share_energy_or_minutes_of_hover() -> None:
-    assert read_reserve("20%") == 0.2
-    assert read_reserve("0.25") == 0.25
-    assert read_reserve("12Wh") == Reserve(energy_wh=12.0)
-    assert read_reserve(" 3.5 min") == Reserve(hover_s=210.0)
+    assert read("20%") == 0.2
+    assert read("0.25") == 0.25
+    assert read("12Wh") == Reserve(energy_wh=12.0)
+    assert read(" 3.5 min") == Reserve(hover_s=210.0)
 
 
 @pytest.mark.parametrize(
@@ -29,13 +32,13 @@ def test_a_reserve_is_read_as_share_energy_or_minutes_of_hover() -> None:
         ("20", "ambiguous"),
         ("-1Wh", "zero or more"),
         ("-3min", "zero or more"),
-        ("120%", "out of range"),
-        ("3 h", "write a share, 20%, energy, 12Wh, or hover, 3min"),
+        ("120%", "expected 0% to 100%"),
+        ("3 h", "expected 20% of the capacity, 12Wh of energy or 3min of hover"),
     ],
 )
 def test_what_is_no_reserve_is_refused(text: str, told: str) -> None:
     with pytest.raises(ValueError, match=told):
-        read_reserve(text)
+        read(text)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,6 @@ from made_missions import (
     waypoint,
 )
 
-from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight
@@ -29,6 +28,7 @@ from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -60,10 +60,10 @@ def returns_of(
 ) -> Returns:
     if vehicle is None:
         vehicle = ARTICLE if parameters is None else SURVEY_QUAD
-    conditions = Conditions(wind=wind or Wind())
-    pilot = make_pilot(vehicle, parameters, conditions)
+    setup = Setup(vehicle, wind=wind or Wind())
+    pilot = make_pilot(setup, parameters)
     route = make_route(flown)
-    flight = predict_flight(route, vehicle, conditions, pilot)
+    flight = predict_flight(route, setup, pilot)
     return make_returns(route, flight, pilot, make_destinations(flown, route, parameters))
 
 
@@ -304,7 +304,7 @@ def test_a_leg_into_a_stop_stops_where_and_when_the_leg_does() -> None:
 
 def test_reference_steps_stop_at_half_their_speed_on_average() -> None:
     speed_m_s = np.array([ARTICLE.default_speed_m_s or 0.0])
-    length_m, stop_s = make_pilot(ARTICLE, None, Conditions()).stop(speed_m_s)
+    length_m, stop_s = make_pilot(Setup(ARTICLE), None).stop(speed_m_s)
     assert length_m == pytest.approx(0.5 * speed_m_s * stop_s)
 
 
@@ -367,7 +367,7 @@ def test_a_return_at_a_height_nobody_gave_is_told(
     parameters: FlightParameters | None, codes: list[str]
 ) -> None:
     vehicle = ARTICLE if parameters is None else SURVEY_QUAD
-    pilot = make_pilot(vehicle, parameters, Conditions())
+    pilot = make_pilot(Setup(vehicle), parameters)
     motion, _ = pilot.fly(make_route(mission(takeoff(50), waypoint(300, 35), rtl())))
     assert [one.code for one in motion.findings] == codes
     assert all(one.item == 3 and "35 m above home" in one.message for one in motion.findings)
@@ -375,4 +375,4 @@ def test_a_return_at_a_height_nobody_gave_is_told(
 
 def test_a_landing_needs_no_height_to_return_at() -> None:
     flown = mission(takeoff(50), waypoint(300, 35), item(21, 47.0, 0.0))
-    assert make_pilot(ARTICLE, None, Conditions()).fly(make_route(flown))[0].findings == ()
+    assert make_pilot(Setup(ARTICLE), None).fly(make_route(flown))[0].findings == ()

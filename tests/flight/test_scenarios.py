@@ -12,7 +12,6 @@ from scipy.stats import binom, t
 
 from planner.autopilot import Autopilot
 from planner.flight import uncertainty
-from planner.flight.conditions import Conditions, Spread
 from planner.flight.motion.kinematics import STATES
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import predict_flight, segment_energies_j
@@ -27,7 +26,9 @@ from planner.flight.uncertainty import (
 )
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
+from planner.quantity import Spread
 from planner.service import CheckResult, check
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -56,24 +57,21 @@ NORMAL_P90 = 1.2815515655446004
 """90th percentile of the normal distribution."""
 
 
-def flown(vehicle: VehicleModel, conditions: Conditions) -> Returns:
-    parameters = None
+def flown(setup: Setup) -> Returns:
+    vehicle, parameters = setup.vehicle, None
     if vehicle.reference is not Autopilot.STEP:
         parameters = resolve_parameters(vehicle.reference, file=None, model=vehicle).values
     route = make_route(ROWS, dialect=vehicle.reference, home_amsl_m=None, terrain=None)
-    pilot = make_pilot(vehicle, parameters, conditions)
-    flight = predict_flight(route, vehicle, conditions, pilot)
+    pilot = make_pilot(setup, parameters)
+    flight = predict_flight(route, setup, pilot)
     destinations = make_destinations(ROWS, route, parameters, terrain=None)
     return make_returns(route, flight, pilot, destinations)
 
 
-def sampled_conditions(
-    conditions: Conditions, samples: UnknownSamples, index: int, vehicle: VehicleModel
-) -> Conditions:
+def sampled_setup(setup: Setup, samples: UnknownSamples, index: int) -> Setup:
     east, north_m_s = float(samples.wind_east_m_s[index]), float(samples.wind_north_m_s[index])
-    assert vehicle.mass_kg is not None
     return replace(
-        conditions,
+        setup,
         wind=Wind(
             speed_m_s=math.hypot(east, north_m_s),
             from_deg=math.degrees(math.atan2(-east, -north_m_s)),
@@ -99,7 +97,7 @@ def checked(
         battery=Battery(capacity_wh=capacity_wh),
         charge=charge,
         payload_kg=payload_kg,
-        wind=wind,
+        wind=wind or Wind(),
         risk=risk,
     )
 
@@ -116,25 +114,22 @@ def checked(
 def test_interpolated_energies_are_those_of_flying_each_draw_again(
     wind: Wind, within: float
 ) -> None:
-    conditions = Conditions(
+    setup = Setup(
+        SURVEYOR,
         wind=wind,
         home_amsl_m=HOME.altitude_amsl_m,
-        temperature_c=15.0,
-        payload_kg=0.5,
-        payload_sd_kg=0.1,
-        temperature_sd_c=5.0,
+        temperature_c=Spread(mean=15.0, sd=5.0),
+        payload_kg=Spread(mean=0.5, sd=0.1),
     )
-    returns = flown(SURVEYOR, conditions)
+    returns = flown(setup)
     flight = returns.flight
-    found = predict_scenarios(returns, conditions, spread=EXACT).energy_wh
-    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(1.0, 0.0))
+    found = predict_scenarios(returns, setup, spread=EXACT).energy_wh
+    samples = sample_unknowns(EXACT, setup, flight.power)
     assert found is not None
     farthest = [int(samples.wind_east_m_s.argmax()), int(samples.wind_north_m_s.argmin())]
     for index in [*range(0, SAMPLES, 1000), *farthest]:
-        again = flown(SURVEYOR, sampled_conditions(conditions, samples, index, SURVEYOR)).flight
-        power = replace(
-            again.power, wind=sampled_conditions(conditions, samples, index, SURVEYOR).wind
-        )
+        again = flown(sampled_setup(setup, samples, index)).flight
+        power = replace(again.power, wind=sampled_setup(setup, samples, index).wind)
         along_wh = (
             next(segment_energies_j(flight.motion, flight.transients, (power,))).sum() / 3600.0
         )
@@ -147,11 +142,11 @@ def test_interpolated_energies_are_those_of_flying_each_draw_again(
 def test_a_table_of_powers_with_corners_is_interpolated_as_documented() -> None:
     table = CruisePower(speed_m_s=(0.0, 5.0, 10.0), power_above_hover_w=(0.0, -20.0, 30.0))
     quad = replace(load_vehicle("falkowski-2023-quadrotor"), cruise=table, spread=EXACT)
-    conditions = Conditions(wind=WINDY, home_amsl_m=HOME.altitude_amsl_m)
-    returns = flown(quad, conditions)
+    setup = Setup(quad, wind=WINDY, home_amsl_m=HOME.altitude_amsl_m)
+    returns = flown(setup)
     flight = returns.flight
-    found = predict_scenarios(returns, conditions, spread=EXACT).energy_wh
-    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(1.0, 0.0))
+    found = predict_scenarios(returns, setup, spread=EXACT).energy_wh
+    samples = sample_unknowns(EXACT, setup, flight.power)
     assert found is not None
     errors = []
     for index in range(0, SAMPLES, 100):
@@ -270,16 +265,15 @@ def test_the_charge_at_the_start_counts_in_the_chance() -> None:
 def test_a_charge_with_a_spread_meets_the_curve_of_the_battery() -> None:
     # 2 % of the charge of the battery's own curve, at some 22.6 V x 8 Ah: about 3.6 Wh
     vehicle = replace(SURVEYOR, spread=EXACT)
-    conditions = Conditions(home_amsl_m=HOME.altitude_amsl_m)
-    returns = flown(vehicle, conditions)
+    setup = Setup(vehicle, home_amsl_m=HOME.altitude_amsl_m, charge=Spread(mean=0.8, sd=0.02))
+    returns = flown(setup)
     result = check(ROWS, vehicle, charge=Spread(mean=0.8, sd=0.02))
     assert result.battery is not None
     assert vehicle.battery is not None
     margin_wh = predict_scenarios(
         returns,
-        conditions,
+        setup,
         spread=EXACT,
-        charge=(0.8, 0.02),
         battery=vehicle.battery,
         budget=result.battery,
     ).margin_wh
@@ -301,20 +295,26 @@ def test_more_spread_of_the_payload_widens_the_energy_and_none_leaves_it() -> No
 
 
 def test_a_payload_is_never_sampled_below_nothing() -> None:
-    conditions = Conditions(payload_sd_kg=0.5, home_amsl_m=HOME.altitude_amsl_m)
-    flight = flown(SURVEYOR, conditions).flight
-    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(0.99, 0.1))
+    setup = Setup(
+        SURVEYOR,
+        payload_kg=Spread(mean=0.0, sd=0.5),
+        charge=Spread(mean=0.99, sd=0.1),
+        home_amsl_m=HOME.altitude_amsl_m,
+    )
+    flight = flown(setup).flight
+    samples = sample_unknowns(EXACT, setup, flight.power)
     assert samples.payload_kg.min() == 0.0
     assert samples.charge.max() == 1.0
 
 
 def test_a_wind_sampled_below_zero_blows_the_other_way() -> None:
-    conditions = Conditions(
+    setup = Setup(
+        SURVEYOR,
         wind=Wind(speed_m_s=0.0, from_deg=270.0, speed_sd_m_s=2.0),
         home_amsl_m=HOME.altitude_amsl_m,
     )
-    flight = flown(SURVEYOR, conditions).flight
-    samples = sample_unknowns(EXACT, conditions, flight.power, charge=(1.0, 0.0))
+    flight = flown(setup).flight
+    samples = sample_unknowns(EXACT, setup, flight.power)
     # mean and standard deviation of 10 000 samples of 0 ± 2 m/s, to four standard errors
     assert samples.wind_east_m_s.mean() == pytest.approx(0.0, abs=0.08)
     assert samples.wind_east_m_s.std() == pytest.approx(2.0, abs=0.06)
@@ -362,8 +362,8 @@ def test_energies_flown_as_the_model_says_lie_between_p10_and_p90_in_eight_of_te
     totals = checked(vehicle, spread=spread, wind=wind).totals
     assert totals.energy_wh_p10 is not None
     assert totals.energy_wh_p90 is not None
-    conditions = Conditions(wind=wind, home_amsl_m=HOME.altitude_amsl_m)
-    flight = flown(vehicle, conditions).flight
+    setup = Setup(vehicle, wind=wind, home_amsl_m=HOME.altitude_amsl_m)
+    flight = flown(setup).flight
     random = np.random.default_rng(80)
     count, inside = 400, 0
     of_states = {**dict.fromkeys(map(str, STATES), 0.0), **dict(spread.energy_state_fraction)}
@@ -428,10 +428,10 @@ def test_the_band_along_a_flight_widens_with_its_energy_and_ends_at_the_totals()
     # An error common to the flight alone: one flight of ten takes 1.28 standard deviations more.
     spread = replace(EXACT, n_flights=MANY, energy_fraction=0.1)
     vehicle = replace(SURVEYOR, spread=spread)
-    conditions = Conditions(home_amsl_m=400.0, position_noise_m=0.0)
-    returns = flown(vehicle, conditions)
+    setup = Setup(vehicle, home_amsl_m=400.0, position_noise_m=0.0)
+    returns = flown(setup)
     segments = np.arange(len(returns.used_wh) - 1)
-    band = predict_energy_band(returns, conditions, segments, spread=spread)
+    band = predict_energy_band(returns, setup, segments, spread=spread)
     assert band is not None
     used_wh = returns.used_wh[1:]
     # as many samples place a percentile as in the tests of the totals
@@ -447,7 +447,7 @@ def test_the_band_of_a_check_ends_at_its_totals_in_any_wind() -> None:
     count = len(result.segments)
     band = predict_energy_band(
         assessment.returns,
-        assessment.conditions,
+        assessment.setup,
         np.array([0, count - 1]),
         spread=assessment.vehicle.spread,
     )
@@ -457,7 +457,7 @@ def test_the_band_of_a_check_ends_at_its_totals_in_any_wind() -> None:
 
 
 def test_without_a_spread_of_its_energy_there_is_no_band() -> None:
-    conditions = Conditions(home_amsl_m=400.0, position_noise_m=0.0)
+    setup = Setup(SURVEYOR, home_amsl_m=400.0, position_noise_m=0.0)
     silent = replace(EXACT, energy_fraction=None, time_fraction=0.1)
-    returns = flown(SURVEYOR, conditions)
-    assert predict_energy_band(returns, conditions, np.array([0]), spread=silent) is None
+    returns = flown(setup)
+    assert predict_energy_band(returns, setup, np.array([0]), spread=silent) is None

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sampled_flight import Manoeuvre, SampledVehicle
 
-from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
 from planner.flight.pilot import StepPilot
 from planner.flight.prediction import Flight, predict_flight, sample_trace
@@ -18,6 +17,7 @@ from planner.mission.route.stage import (
     Stage,
     StageKind,
 )
+from planner.setup import Setup
 from planner.vehicle.library import load_vehicle
 
 VEHICLE = load_vehicle("falkowski-2023-quadrotor")
@@ -49,7 +49,7 @@ def stage(
 
 
 def fly(*stages: Stage) -> Flight:
-    return predict_flight(route(*stages), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    return predict_flight(route(*stages), Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
 
 
 def out_and_back() -> Route:
@@ -152,7 +152,7 @@ def test_a_manoeuvre_in_closed_form_is_the_sampled_one(manoeuvre: Manoeuvre) -> 
 
 
 def test_segments_are_contiguous_and_their_energies_sum_to_the_total() -> None:
-    flight = predict_flight(out_and_back(), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    flight = predict_flight(out_and_back(), Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
     end_s = 0.0
     for segment in flight.segments:
         assert segment.start_s == pytest.approx(end_s, abs=1e-9)
@@ -164,7 +164,7 @@ def test_segments_are_contiguous_and_their_energies_sum_to_the_total() -> None:
 
 def test_the_trace_integrates_to_the_energy_of_the_flight() -> None:
     flown = out_and_back()
-    flight = predict_flight(flown, VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    flight = predict_flight(flown, Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
     trace = sample_trace(flight, flown)
     energy_j = np.trapezoid(trace.power_w, trace.time_s)
     assert energy_j == pytest.approx(flight.energy_j, rel=1e-3)  # the bound
@@ -174,7 +174,7 @@ def test_the_trace_integrates_to_the_energy_of_the_flight() -> None:
 
 def test_the_trace_of_a_flight_that_lands_ends_on_the_ground_and_standing() -> None:
     flown = out_and_back()
-    flight = predict_flight(flown, VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    flight = predict_flight(flown, Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
     trace = sample_trace(flight, flown)
     assert trace.state[-1] == "land"
     assert trace.height_above_home_m[-1] == 0.0
@@ -188,7 +188,7 @@ def test_the_trace_of_a_flight_that_lands_ends_on_the_ground_and_standing() -> N
 
 def test_a_flight_that_ends_in_the_air_is_left_there() -> None:
     flown = route(stage(StageKind.TAKEOFF, 0.0, 100.0))
-    flight = predict_flight(flown, VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    flight = predict_flight(flown, Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
     # Settled to within one metre, as the article's altitude response is read.
     height_m = sample_trace(flight, flown).height_above_home_m[-1]
     assert height_m != 100.0
@@ -196,7 +196,7 @@ def test_a_flight_that_ends_in_the_air_is_left_there() -> None:
 
 
 def test_the_flown_path_passes_its_waypoints() -> None:
-    flight = predict_flight(out_and_back(), VEHICLE, Conditions(), StepPilot(vehicle=VEHICLE))
+    flight = predict_flight(out_and_back(), Setup(VEHICLE), StepPilot(vehicle=VEHICLE))
     columns = flight.motion.segments
     arrivals = columns.end_s[flight.motion.arrival_segment]
     state = flight.motion.state_at_time(arrivals - 1e-6)

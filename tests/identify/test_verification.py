@@ -195,7 +195,7 @@ def test_an_item_that_is_not_logged_is_told_and_keeps_the_numbers(flown: FlightR
 def test_wind_of_the_log_is_taken_as_its_mean_in_the_air(flown: FlightRecord) -> None:
     size = flown.time_s.size
     windy = replace(flown, wind_north_m_s=np.full(size, -3.0), wind_east_m_s=np.full(size, -4.0))
-    wind = verify_flight(windy, ARTICLE, CALM).conditions.wind
+    wind = verify_flight(windy, ARTICLE, CALM).setup.wind
     assert wind.speed_m_s == pytest.approx(5.0)
     assert wind.from_deg == pytest.approx(np.degrees(np.arctan2(4.0, 3.0)))
 

@@ -17,7 +17,8 @@ from planner.link.address import read_address
 from planner.link.codec import LAYOUTS, Codec
 from planner.live import LinkRequest
 from planner.live_watch import watch_vehicle
-from planner.service import CheckRequest
+from planner.setup import Setup
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -157,7 +158,7 @@ def test_a_review_sends_nothing_that_arms_moves_or_sets(
             pytest.fail(why)
 
     watcher = _Watcher()
-    check = CheckRequest(vehicle="arducopter-sitl-quad")
+    check = Setup(load_vehicle("arducopter-sitl-quad"))
     request = LinkRequest(address=read_address(URL))
     watch_vehicle(request, check, is_over=is_over, tell=watcher)
     assert watcher.snapshots

@@ -25,8 +25,9 @@ from planner.link.mission_transfer import MissionKind
 from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
 from planner.live_guard import judge_vehicle
-from planner.service import CheckRequest
+from planner.setup import Setup
 from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.guard.authorisation import Judgement
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from planner.link.vehicle import VehicleSnapshot
 
 ACCEPTED, FOR_NOW, DENIED = 0, 1, 2
-CHECK = CheckRequest(battery=Battery(capacity_wh=77.0), autopilot=Autopilot.STEP)
+CHECK = Setup(load_vehicle(), battery=Battery(capacity_wh=77.0), autopilot=Autopilot.STEP)
 FAR = (OUT_AND_BACK[0], wire_item(x=502_000_000, y=200_000_000, z=100.0), OUT_AND_BACK[2])
 """22 km away: no battery of this size comes back."""
 

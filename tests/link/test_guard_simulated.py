@@ -10,7 +10,6 @@ from simulated_vehicles import BATTERY, WIND, memory_line
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.flight.conditions import Conditions
 from planner.guard.guard import (
     Decision,
     GuardSettings,
@@ -25,9 +24,10 @@ from planner.link.parameters import Purpose
 from planner.link.pymavlink_link import PymavlinkLink
 from planner.live_guard import judge_vehicle
 from planner.report.vehicle import energy_text
-from planner.service import CheckRequest
+from planner.setup import Setup
 from planner.simulator.arming import ArmingState
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -37,12 +37,8 @@ if TYPE_CHECKING:
     from planner.simulator.lines import Passed
     from planner.simulator.vehicle import SimulatedVehicle
 
-CHECK = CheckRequest(
-    vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND)
-)
-STRICT = CheckRequest(
-    vehicle="arducopter-sitl-quad", battery=BATTERY, conditions=Conditions(wind=WIND), reserve=0.95
-)
+CHECK = Setup(load_vehicle("arducopter-sitl-quad"), battery=BATTERY, wind=WIND)
+STRICT = replace(CHECK, reserve=0.95)
 
 
 class OverError(Exception):
@@ -70,7 +66,7 @@ def guard(
     *,
     until_s: float,
     arm_at_s: tuple[float, ...] = (),
-    check: CheckRequest = CHECK,
+    check: Setup = CHECK,
     speed_up: float = 1.0,
     own_system: int = 245,
     given: Mapping[str, float] | None = None,

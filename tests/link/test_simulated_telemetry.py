@@ -29,7 +29,7 @@ METRE_E7 = 1e7 / 111_176.0
 
 def _checked(autopilot: Autopilot) -> CheckResult:
     """Return what the check says of the flight that the vehicle flies."""
-    asked = replace(request(autopilot).check, autopilot=autopilot, with_trace=True)
+    asked = replace(request(autopilot).setup, autopilot=autopilot, with_trace=True)
     result = check_read(out_and_back, asked, file="made.plan")
     assert isinstance(result, CheckResult)
     return result

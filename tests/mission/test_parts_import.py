@@ -11,8 +11,8 @@ from qgc_rules import refuse_plan
 
 import planner
 from planner.autopilot import Autopilot
-from planner.fixes.split import split_mission
 from planner.mission.formats.plan import read_plan_text
+from planner.service.split import split_mission
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import (
     ParameterSet,

@@ -33,7 +33,7 @@ def checked(
     position_error_m: float = 2.5,
 ) -> planner.CheckResult:
     made = replace(mission(takeoff(20), *items, rtl()), fence=fence)
-    return planner.check(made, SURVEYOR, wind=wind, position_error_m=position_error_m)
+    return planner.check(made, SURVEYOR, wind=wind or Wind(), position_error_m=position_error_m)
 
 
 def area(result: planner.CheckResult) -> shapely.Geometry:

@@ -130,5 +130,5 @@ def test_a_speed_to_write_that_is_no_number_is_a_usage_error() -> None:
     fast: Any = "5"
     with pytest.raises(UsageError, match="a speed must be a number"):
         planner.mission_at_speed(MISSION, fast)
-    with pytest.raises(UsageError, match="a speed must be a number"):
+    with pytest.raises(UsageError, match="speed_m_s must be a number"):
         planner.split_mission(MISSION, VEHICLE, speed_m_s=fast)

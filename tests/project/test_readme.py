@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from planner.cli.main import COMMANDS
-from planner.cli.settings import SETTINGS
 from planner.errors import ExitCode
+from planner.setup import settings
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
@@ -52,9 +52,10 @@ def _generated(what: str) -> str:
         return _house()
     if what == "settings":
         rows = [
-            f"| `{setting.key}` | {setting.kind.value} | "
+            f"| `{setting.key}` | {setting.kind.holds} | "
             f"{f'`{setting.option}`' if setting.option else 'in a file only'} |"
-            for setting in SETTINGS.values()
+            for setting in settings().values()
+            if setting.in_file
         ]
         return "\n".join(["| key | holds | option |", "|---|---|---|", *rows, ""])
     done = subprocess.run(

@@ -9,7 +9,6 @@ from page_browser import CHROMIUM, DRIVER, FLAGS
 
 from planner.findings import Place
 from planner.flight.budget import BatteryBudget, Totals
-from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
 from planner.flight.prediction import (
     ItemArrival,
@@ -19,7 +18,10 @@ from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.rules.model import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
 from planner.service import CheckResult, UnreadableMission
-from planner.service.mission_file import FILE_UNREADABLE
+from planner.service.preflight import FILE_UNREADABLE
+from planner.setup import Setup
+from planner.values import replace
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,9 +51,8 @@ def flown() -> CheckResult:
     return CheckResult(
         file="site.plan",
         verdict="go",
-        vehicle_name="quad",
-        vehicle_source="models/quad.toml",
-        conditions=Conditions(
+        setup=Setup(
+            replace(load_vehicle(), name="quad", source="models/quad.toml"),
             position_noise_m=0.0,
             wind=Wind(speed_m_s=5.0, from_deg=270.0),
             home_amsl_m=488.0,

@@ -13,7 +13,6 @@ import pytest
 from planner.errors import ExitCode
 from planner.findings import Finding, Place, Rule, Severity
 from planner.flight.budget import BatteryBudget, Totals
-from planner.flight.conditions import Conditions
 from planner.flight.motion.kinematics import FlightState
 from planner.flight.prediction import (
     ItemArrival,
@@ -32,7 +31,9 @@ from planner.report.medium import Medium
 from planner.report.sarif import check_sarif
 from planner.report.text import check_text, statistics_text
 from planner.service import CheckResult, UnreadableMission
+from planner.setup import Setup
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 
 GOLDEN = Path(__file__).parent / "golden"
 FOLDER = Path("/repository")
@@ -64,9 +65,8 @@ def _flown(
     return CheckResult(
         file=file,
         verdict="no-go" if any(one.severity is Severity.ERROR for one in findings) else "go",
-        vehicle_name="quad",
-        vehicle_source="models/quad.toml",
-        conditions=Conditions(
+        setup=Setup(
+            replace(load_vehicle(), name="quad", source="models/quad.toml"),
             position_noise_m=0.0,
             wind=Wind(speed_m_s=5.0, from_deg=270.0),
             home_amsl_m=488.0,

@@ -20,9 +20,11 @@ from page_browser import (
 import planner
 from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
-from planner.service import CheckRequest, UnreadableMission, check_file
+from planner.service import UnreadableMission, check_file
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import (
     ParameterSet,
     ParameterValue,
@@ -83,7 +85,7 @@ def unreadable(tmp_path_factory: pytest.TempPathFactory) -> Result:
         "rallyPoints": {"version": 2, "points": []},
     }
     path.write_text(json.dumps(plan), encoding="utf-8")
-    result = check_file(path, CheckRequest())
+    result = check_file(path, Setup(load_vehicle()))
     assert isinstance(result, UnreadableMission)
     return result
 
@@ -96,7 +98,7 @@ def complex_kind(tmp_path_factory: pytest.TempPathFactory) -> Result:
     plan = json.loads((folder / "survey-vineyard.plan").read_text(encoding="utf-8"))
     plan["mission"]["items"].insert(1, {"type": "ComplexItem", "complexItemType": EVIL})
     path.write_text(json.dumps(plan), encoding="utf-8")
-    result = check_file(path, CheckRequest(battery=Battery(capacity_wh=60.0)))
+    result = check_file(path, Setup(load_vehicle(), battery=Battery(capacity_wh=60.0)))
     assert any("</script>" in finding.message for finding in result.findings)
     return result
 

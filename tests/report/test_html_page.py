@@ -23,13 +23,14 @@ from page_browser import (
 )
 
 from planner import quantity
-from planner.flight.conditions import Conditions
 from planner.physics.wind import Wind
 from planner.report.html.mission import FIGURES
 from planner.report.html.page import check_html
 from planner.report.json import check_json
-from planner.service import CheckRequest, check_file
+from planner.service import check_file
+from planner.setup import Setup
 from planner.vehicle.battery import Battery
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
@@ -68,9 +69,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def checked(path: Path, *, battery: bool = True, wind_m_s: float = 4.0) -> Result:
     return check_file(
         path,
-        CheckRequest(
+        Setup(
+            load_vehicle(),
             battery=Battery(capacity_wh=77.0) if battery else None,
-            conditions=Conditions(wind=Wind(speed_m_s=wind_m_s, from_deg=200.0)),
+            wind=Wind(speed_m_s=wind_m_s, from_deg=200.0),
         ),
     )
 

@@ -22,12 +22,12 @@ from page_browser import (
 )
 
 import planner
-from planner.fixes.comparison import Comparison, compare_results
 from planner.physics.wind import Wind
 from planner.report.comparison import comparison_json
 from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
 from planner.report.json import check_json
+from planner.service.comparison import Comparison, compare_results
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

@@ -22,11 +22,11 @@ from page_browser import (
 )
 
 import planner
-from planner.fixes.split import Split, split_mission, write_split
 from planner.report.html.page import check_html
 from planner.report.html.split import split_section
 from planner.report.json import check_json
 from planner.report.split import flights_text, split_json
+from planner.service.split import Split, split_mission, write_split
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

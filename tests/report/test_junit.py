@@ -70,7 +70,7 @@ def test_a_go_is_a_passed_verdict_and_its_remarks_pass(flown: CheckResult) -> No
 def test_a_finding_fails_from_the_severity_on_that_makes_a_no_go(
     flown: CheckResult, fail_on: Severity, outcome: str
 ) -> None:
-    [suite] = _suites([replace(flown, fail_on=fail_on)])
+    [suite] = _suites([replace(flown, setup=replace(flown.setup, fail_on=fail_on))])
     assert _outcomes(suite)["E105 model-outside-envelope item 2"] == outcome
     assert _outcomes(suite)["E107 cruise-power-assumed"] == ""
 
@@ -82,7 +82,7 @@ def test_a_no_go_fails_its_verdict(flown: CheckResult) -> None:
 
 def test_a_failure_tells_where_what_and_what_to_do(flown: CheckResult) -> None:
     warning = flown.findings[0]
-    [suite] = _suites([replace(flown, fail_on=Severity.WARNING)])
+    [suite] = _suites([replace(flown, setup=replace(flown.setup, fail_on=Severity.WARNING))])
     [case] = [case for case in suite.iter("testcase") if case.find("failure") is not None]
     assert (case.attrib["file"], case.attrib["line"]) == ("site.plan", "41")
     failure = case.find("failure")

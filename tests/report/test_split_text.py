@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
-from planner.fixes.split import SplitPart
 from planner.report.split import flown_text
+from planner.service.split import SplitPart
 
 if TYPE_CHECKING:
     from planner.service import CheckResult

@@ -10,6 +10,7 @@ import pytest
 
 from planner import quantity
 from planner.physics.wind import Wind
+from planner.quantity import Spread
 from planner.report.json import check_json
 from planner.report.medium import Medium
 from planner.report.text import check_text, headline, tally
@@ -82,14 +83,14 @@ def test_the_battery_line_says_how_deep_and_how_low_where_that_is_known(
 
 def test_a_wind_profile_and_an_old_battery_are_among_the_conditions(flown: CheckResult) -> None:
     def shown(wind: Wind) -> str:
-        conditions = replace(
-            flown.conditions,
+        setup = replace(
+            flown.setup,
             wind=wind,
             battery_health=0.85,
             battery_resistance_factor=1.5,
             battery_temperature_c=5.0,
         )
-        return check_text([replace(flown, conditions=conditions)], medium=Medium())
+        return check_text([replace(flown, setup=setup)], medium=Medium())
 
     power = Wind(speed_m_s=5.0, from_deg=270.0, reference_height_m=10.0, shear_exponent=0.2)
     text = shown(power)
@@ -159,7 +160,8 @@ def test_phases_add_up_to_the_total_of_the_flight(flown: CheckResult) -> None:
 
 
 def test_no_line_is_wider_than_the_terminal(grounded: CheckResult) -> None:
-    long = replace(grounded, vehicle_source="/home/pilot/a folder/" * 6)
+    vehicle = replace(grounded.setup.vehicle, source="/home/pilot/a folder/" * 6)
+    long = replace(grounded, setup=replace(grounded.setup, vehicle=vehicle))
     for line in _plain(check_text([long, grounded], medium=TERMINAL)).splitlines():
         assert len(line) <= 80, line
 
@@ -218,11 +220,11 @@ def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
         ),
         battery=replace(flown.battery, below_reserve_probability=0.031),
         return_plan=replace(flown.return_plan, below_reserve_probability=0.0),
-        conditions=replace(
-            flown.conditions,
+        setup=replace(
+            flown.setup,
             wind=Wind(speed_m_s=5.0, from_deg=270.0, speed_sd_m_s=2.0, from_sd_deg=20.0),
-            payload_sd_kg=0.1,
-            temperature_sd_c=5.0,
+            payload_kg=Spread(mean=0.5, sd=0.1),
+            temperature_c=Spread(mean=15.0, sd=5.0),
         ),
     )
     text = check_text([told], medium=Medium())
@@ -230,7 +232,7 @@ def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
     assert "24.1 Wh (8 of 10 flights: 22.0 Wh to 26.0 Wh), 1626 mAh" in text
     assert "31 % used; 3.1 % chance to land below the reserve" in text
     assert "above the reserve; < 0.1 % chance to get home below it" in text
-    assert "wind 5.0 m/s ± 2.0 m/s from 270° ± 20°, 15 °C ± 5 °C" in text
+    assert "wind 5.0 m/s ± 2.0 m/s from 270° ± 20°, home 488 m AMSL, 15 °C ± 5 °C" in text
     assert "payload 0.50 kg ± 0.10 kg" in text
 
 

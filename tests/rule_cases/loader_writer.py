@@ -10,10 +10,10 @@ from made_missions import HOME, item, jump, mission, rtl, takeoff, waypoint
 from plan_text import PLAN, SURVEY, plan_of, simple_item
 from rule_cases.case import ARDUPILOT, PLAIN, RuleCases, vehicle_of
 
-from planner.fixes.split import split_mission
 from planner.mission.convert import convert_mission
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home, MissionFormat
+from planner.service.split import split_mission
 from planner.values import replace
 from planner.vehicle.battery import Battery
 

@@ -16,8 +16,10 @@ from planner.live import check_vehicle
 from planner.live_upload import check_removal
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home
-from planner.service import CheckRequest, check_read
+from planner.service import check_read
+from planner.setup import Setup
 from planner.values import replace
+from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -55,7 +57,7 @@ def told(
         ),
         address="udpin:127.0.0.1:14550",
     )
-    return check_vehicle(snapshot, CheckRequest()).findings
+    return check_vehicle(snapshot, Setup(load_vehicle())).findings
 
 
 def removed(kind: MissionKind, *areas: WireItem) -> tuple[Finding, ...]:
@@ -72,7 +74,7 @@ def removed(kind: MissionKind, *areas: WireItem) -> tuple[Finding, ...]:
 def read(data: bytes) -> tuple[Finding, ...]:
     """Return what a check tells of a file that holds these bytes."""
     return check_read(
-        lambda: read_mission_bytes(data, source="a.plan"), CheckRequest(), file="a.plan"
+        lambda: read_mission_bytes(data, source="a.plan"), Setup(load_vehicle()), file="a.plan"
     ).findings
 
 

@@ -10,7 +10,6 @@ from made_missions import METRES_PER_DEGREE_NORTH, mission, rtl, takeoff, waypoi
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.flight.conditions import Conditions
 from planner.flight.failsafe import (
     _mean_current_a,
     ardupilot_events,
@@ -24,6 +23,7 @@ from planner.flight.returns.path import make_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
 from planner.service import check
+from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -147,9 +147,9 @@ def test_px4_ends_a_flight_at_its_longest_time() -> None:
 
 def _px4_returns(flown: Mission = FLOWN) -> Returns:
     parameters = Px4Parameters()
-    pilot = make_pilot(SURVEY_QUAD, parameters, Conditions())
+    pilot = make_pilot(Setup(SURVEY_QUAD), parameters)
     route = make_route(flown)
-    flight = predict_flight(route, SURVEY_QUAD, Conditions(), pilot)
+    flight = predict_flight(route, Setup(SURVEY_QUAD), pilot)
     destinations = make_destinations(flown, route, parameters)
     return make_returns(route, flight, pilot, destinations)
 

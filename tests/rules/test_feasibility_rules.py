@@ -56,8 +56,8 @@ def of(
         if parameters
         else None,
         target=target,
-        wind=wind,
-        selection=selection,
+        wind=wind or Wind(),
+        selection=selection or Selection(),
     )
     return [finding for finding in result.findings if finding.code == code]
 

@@ -110,9 +110,9 @@ async def live(speed_up: float = 1.0) -> AsyncIterator[Live]:
     wire.on_message = passed.append
     url = f"udpin:127.0.0.1:{port}"
     given = {
-        "vehicle": asked.check.vehicle,
-        "battery": asked.check.battery,
-        "wind": asked.check.conditions.wind,
+        "vehicle": asked.setup.vehicle.name,
+        "battery": asked.setup.battery,
+        "wind": asked.setup.wind,
     }
     link = LinkRequest(
         address=read_address(url), settings=LinkSettings(reply_timeout_s=0.5, retries=3)

@@ -59,7 +59,7 @@ async def test_one_look_tells_the_verdict_and_why(size: tuple[int, int]) -> None
 async def test_every_number_is_that_of_the_json_report() -> None:
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
-        result = check_file(TOO_FAR, what_if_of(TOO_FAR).request())
+        result = check_file(TOO_FAR, what_if_of(TOO_FAR).setup())
         [mission] = json.loads(check_json([result], version=__version__))["missions"]
         totals, battery, way = mission["totals"], mission["battery"], mission["return"]
         verdict = text_of(screen, "#verdict")
@@ -163,7 +163,7 @@ async def test_a_text_that_says_no_value_is_told_and_changes_nothing() -> None:
     async with review_app().run_test(size=WIDE) as pilot:
         screen = await settled(pilot)
         await typed(pilot, "wind", "strong")
-        assert "is no wind" in text_of(screen, "#outcome")
+        assert "expected speed in m/s" in text_of(screen, "#outcome")
         assert "not checked with what is typed" in text_of(screen, "#verdict")
         assert screen.query_one("#set-wind", Input).has_class("-wrong")
 

@@ -17,12 +17,14 @@ from planner.tui.suggestions import suggestions
 from planner.tui.widgets.row_list import RowList
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from textual.pilot import Pilot
 
     from planner.tui.suggestions import Suggestion
 
 
-def _offered(file: str, given: dict[str, object]) -> dict[str, Suggestion]:
+def _offered(file: str, given: Mapping[str, object]) -> dict[str, Suggestion]:
     """Return what is offered, by its first word."""
     return {one.text.split()[0]: one for one in suggestions(checked(file, what_if_of(file, given)))}
 

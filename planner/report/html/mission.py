@@ -22,6 +22,7 @@ from planner.report.text import (
 )
 from planner.rules.energy import destination_name
 from planner.service import CheckResult
+from planner.setup import conditions
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -156,31 +157,8 @@ FIGURES: tuple[tuple[str, tuple[Quantity, ...]], ...] = (
     ),
     (
         "Conditions",
-        (
-            Quantity("conditions.wind_m_s", "Wind", quantity.speed),
-            Quantity("conditions.wind_sd_m_s", "Wind, give or take", quantity.speed),
-            Quantity("conditions.wind_from_deg", "Wind from", quantity.bearing),
-            Quantity("conditions.wind_from_sd_deg", "Wind from, give or take [°]", _unformatted),
-            Quantity("conditions.wind_reference_height_m", "Wind given at", quantity.height),
-            Quantity(
-                "conditions.wind_shear_exponent", "Exponent of the wind's growth", _unformatted
-            ),
-            Quantity("conditions.wind_roughness_length_m", "Roughness length [m]", _unformatted),
-            Quantity("conditions.home_amsl_m", "Home above sea level", quantity.height),
-            Quantity("conditions.temperature_c", "Air at home", quantity.temperature),
-            Quantity(
-                "conditions.temperature_sd_c", "Air at home, give or take", quantity.temperature
-            ),
-            Quantity("conditions.payload_kg", "Payload", quantity.mass),
-            Quantity("conditions.payload_sd_kg", "Payload, give or take", quantity.mass),
-            Quantity("conditions.position_noise_m", "Position noise [m]", _unformatted),
-            Quantity("conditions.reaction_time_s", "Reaction time", quantity.duration),
-            Quantity("conditions.position_error_m", "Position error", quantity.height),
-            Quantity("conditions.battery_health", "Battery health", quantity.percent),
-            Quantity(
-                "conditions.battery_resistance_factor", "Battery resistance factor", _unformatted
-            ),
-            Quantity("conditions.battery_temperature_c", "Battery", quantity.temperature),
+        tuple(
+            Quantity(f"conditions.{row.key}", row.label, row.shown) for row, _ in conditions(None)
         ),
     ),
 )
@@ -592,7 +570,7 @@ def _phases(result: CheckResult) -> tuple[PhaseView, ...]:
 
 
 def _vehicle(result: CheckResult) -> tuple[tuple[str, str], ...]:
-    told = [("Model", result.vehicle_name), ("File", result.vehicle_source)]
+    told = [("Model", result.setup.vehicle.name), ("File", result.setup.vehicle.source)]
     if result.assessment is not None:
         told += _provenance(result.assessment.vehicle)
     return tuple((label, printable(text)) for label, text in told if text)

@@ -20,7 +20,7 @@ from planner.report.plots.split import (
 from planner.report.split import flown_text, part_document, together
 
 if TYPE_CHECKING:
-    from planner.fixes.split import Split
+    from planner.service.split import Split
 
 _COLUMNS = (
     Quantity("totals.time_s", "Time", quantity.duration),

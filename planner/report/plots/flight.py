@@ -95,7 +95,7 @@ def altitude_panel(tables: FlightTables) -> Chart:
         ),
         flight.mark_line(color=BLUE, strokeWidth=1.8).encode(x=x, y=y),
     ]
-    if tables.assessment.terrain is not None:
+    if tables.assessment.setup.terrain is not None:
         ground = flight.encode(x=x, y=alt.Y("ground_amsl_m:Q").title(None))
         layers = [
             ground.mark_area(color=GREY, opacity=0.35, line=False).encode(
@@ -105,7 +105,9 @@ def altitude_panel(tables: FlightTables) -> Chart:
             *layers,
         ]
     what = (
-        "over the ground" if tables.assessment.terrain is not None else "with the altitude of home"
+        "over the ground"
+        if tables.assessment.setup.terrain is not None
+        else "with the altitude of home"
     )
     return _panel(alt.layer(*layers), f"Altitude of the flight over time, {what}")
 

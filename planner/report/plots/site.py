@@ -238,7 +238,7 @@ def _compass_layers(result: CheckResult) -> list[Chart]:
             x=alt.value(14), y=alt.value(14), text=alt.value("N ↑")
         )
     ]
-    wind = result.conditions.wind
+    wind = result.setup.wind
     if wind.speed_m_s > 0.0:
         said = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
         layers += [

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Protocol
 
-from planner.fixes.speed_curve import SpeedCurve
 from planner.report.plots.figures import BLUE, ORANGE, Chart, load_altair
+from planner.service.speed import SpeedCurve
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -38,7 +38,7 @@ def speed_figure(table: SpeedTable, marks: Mapping[str, float] | None = None) ->
     Parameters
     ----------
     table : SpeedTable
-        Such as `planner.fixes.speed` makes.
+        Such as `planner.service.speed` makes.
     marks : mapping of str to float, optional
         Speeds worth knowing, by what they are called; default those of a `SpeedCurve`: the present one,
         best endurance, best range, the fastest that fits and the fastest clear of all. [m s⁻¹]

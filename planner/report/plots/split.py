@@ -46,7 +46,7 @@ _OWN = 1
 
 
 class FlownPart(Protocol):
-    """A part of a mission, such as `planner.fixes.split` makes."""
+    """A part of a mission, such as `planner.service.split` makes."""
 
     @property
     def result(self) -> CheckResult:
@@ -62,7 +62,7 @@ class FlownPart(Protocol):
 
 
 class FlownParts(Protocol):
-    """A mission split into flights, such as `planner.fixes.split` makes."""
+    """A mission split into flights, such as `planner.service.split` makes."""
 
     @property
     def parts(self) -> Sequence[FlownPart]:

@@ -349,8 +349,8 @@ def _flight_rows(assessment: Assessment, trace: Trace, most_rows: int) -> list[R
     if known:
         columns["power_w"] = _rounded(trace.power_w, 1)
         columns["used_wh"] = _rounded(_used_wh(assessment, trace), 3)
-    if assessment.terrain is not None:
-        ground_m = assessment.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
+    if assessment.setup.terrain is not None:
+        ground_m = assessment.setup.terrain.height_amsl_m(trace.latitude_deg, trace.longitude_deg)
         columns["ground_amsl_m"] = _rounded(ground_m.filled(np.nan), 1)
     return _rows(columns, kept)
 
@@ -453,10 +453,9 @@ def _band_rows(assessment: Assessment) -> list[Row]:
     segments = np.unique(np.searchsorted(columns.end_s, even_s).clip(max=len(columns.end_s) - 1))
     band = predict_energy_band(
         assessment.returns,
-        assessment.conditions,
+        assessment.setup,
         segments,
         spread=assessment.vehicle.spread,
-        charge=(assessment.charge, assessment.charge_sd),
     )
     if band is None:
         return []

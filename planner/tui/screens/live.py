@@ -117,7 +117,7 @@ class LiveScreen(ReviewScreen):
         try:
             watch_vehicle(
                 self.link,
-                base.request(),
+                base.setup(),
                 is_over=self._is_over,
                 tell=self,
                 is_charge_given="charge" in base.values(),

@@ -22,7 +22,7 @@ from planner.tui.saving import parts_folder, save_parts
 if TYPE_CHECKING:
     from textual.app import ComposeResult
 
-    from planner.fixes.split import Split
+    from planner.service.split import Split
     from planner.tui.checked import Checked
 
 

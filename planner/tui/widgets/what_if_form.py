@@ -13,7 +13,7 @@ from textual.message import Message
 from textual.widgets import Input, Static
 
 from planner.tui.suggestions import Suggestion, SuggestionRows
-from planner.tui.what_if import FIELDS, LABELS, WhatIf
+from planner.tui.what_if import WhatIf, form_settings
 from planner.tui.widgets.row_list import RowList
 
 if TYPE_CHECKING:
@@ -71,8 +71,9 @@ class WhatIfForm(VerticalScroll):
         if self._is_filled:
             return
         self._is_filled = True
-        fields = [Input(id=f"set-{key}", compact=True, select_on_focus=False) for key in FIELDS]
-        labels = Static("\n".join(LABELS[key] for key in FIELDS), classes="labels", markup=False)
+        shown = form_settings()
+        fields = [Input(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown]
+        labels = Static("\n".join(one.label for one in shown), classes="labels", markup=False)
         rows = SuggestionRows(suggestions=self._suggestions)
         self.mount(
             Horizontal(labels, Vertical(*fields)),
@@ -89,9 +90,9 @@ class WhatIfForm(VerticalScroll):
     def show_settings(self, what_if: WhatIf) -> None:
         """Show what the fields hold, and what holds while they are blank."""
         self._what_if = what_if
-        for field in self.query(Input):
-            key = (field.id or "").removeprefix("set-")
-            field.placeholder = what_if.hint(key)
+        for setting, field in zip(form_settings(), self.query(Input), strict=False):
+            key = setting.key
+            field.placeholder = what_if.hint(setting)
             with field.prevent(Input.Changed):
                 if field.value.strip() != what_if.changes.get(key, ""):
                     field.value = what_if.changes.get(key, "")
@@ -148,7 +149,9 @@ class WhatIfForm(VerticalScroll):
 
     def _say(self) -> None:
         self._timer = None
-        fields = {key: self.query_one(f"#set-{key}", Input).value for key in FIELDS}
+        fields = {
+            one.key: self.query_one(f"#set-{one.key}", Input).value for one in form_settings()
+        }
         self.post_message(self.Changed(fields))
 
     @on(RowList.Chosen, "#suggestions")

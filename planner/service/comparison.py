@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from planner import service
 from planner.flight.motion.kinematics import STATES
 from planner.mission.files import read_mission
+from planner.service.preflight import check_mission
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.motion.kinematics import FlightState
-    from planner.service import CheckRequest, CheckResult
+    from planner.service.preflight import CheckResult
+    from planner.setup import Setup
 
 
 class StateShare(Value):
@@ -82,20 +83,18 @@ def compare_results(a: CheckResult, b: CheckResult) -> Comparison:
 
 
 def compare_files(
-    path_a: Path | str, request_a: CheckRequest, path_b: Path | str, request_b: CheckRequest
+    path_a: Path | str, setup_a: Setup, path_b: Path | str, setup_b: Setup
 ) -> Comparison:
-    """Read two missions, check each against its own request, and return both side by side.
+    """Read two missions, check each under its own setup, and return both side by side.
 
     Raises
     ------
     InputError, UsageError
-        If a mission, a vehicle or a request is unusable.
+        If a mission or a setup is unusable.
     """
-    results = []
-    for path, request in ((path_a, request_a), (path_b, request_b)):
-        vehicle, options = service.read_request(request)
-        results.append(service.check(read_mission(path), vehicle, **options))
-    return compare_results(*results)
+    return compare_results(
+        check_mission(read_mission(path_a), setup_a), check_mission(read_mission(path_b), setup_b)
+    )
 
 
 def _share(result: CheckResult, state: FlightState) -> StateShare:

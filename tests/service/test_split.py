@@ -15,11 +15,11 @@ from qgc_rules import refuse_plan
 import planner
 from planner.autopilot import Autopilot
 from planner.errors import OutputError, SplitError, UsageError
-from planner.fixes.split import Split, split_mission, write_split
 from planner.geo.fence import Fence, FenceCircle, RallyPoint
 from planner.mission.formats.plan import read_plan_text
 from planner.mission.parts import flown_items, split_points
 from planner.physics.wind import Wind
+from planner.service.split import Split, split_mission, write_split
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.parameters.files import (
@@ -216,7 +216,7 @@ def test_what_cannot_be_split_is_a_sentence(made: Mission, said: str) -> None:
 
 
 def test_what_is_wrong_besides_energy_is_not_mended_and_said() -> None:
-    with pytest.raises(SplitError, match="splitting does not mend E100"):
+    with pytest.raises(SplitError, match="splitting does not help against E100"):
         split_mission(survey(2, 300.0), ARTICLE)
 
 

@@ -1,30 +1,38 @@
-"""The search for the best speeds: the mission checked, or predicted, at many."""
+"""Energy and time of a mission over the speed of its level legs, and the speeds worth knowing."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from planner import service
+import numpy as np
+
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
-from planner.fixes.speed_curve import FlownSpeed, SpeedCurve
 from planner.flight.prediction import predict_flight
 from planner.mission.convert import (
     level_speeds,
     route_at_speed,
 )
-from planner.mission.files import read_mission
-from planner.service.arguments import refuse_wrong_types
+from planner.service.preflight import check_mission
+from planner.setting import is_finite_number
+from planner.setup import Setup
 from planner.units import wh_from_j
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import numpy.typing as npt
+
+    from planner.findings import Finding
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
+    from planner.vehicle.declared import Interval
+
+    FloatArray = npt.NDArray[np.float64]
     from planner.vehicle.model import VehicleModel
 
 FINEST_M_S = 0.01
@@ -43,6 +51,89 @@ _METRES_PER_KILOMETRE = 1000.0
 _SAME = 1e-9
 """Relative difference of energies, or powers, that are the same: legs too short for a speed."""
 _MOST_BRACKETS = 3
+
+
+class FlownSpeed(Value):
+    """A mission flown at one speed; everything but time is ``None`` where the power is not known."""
+
+    speed_m_s: float | None
+    """Over ground, on every level leg; ``None``: legs have several, as the file commands. [m s⁻¹]"""
+    time_s: float
+    energy_wh: float | None
+    mean_power_w: float | None
+    energy_wh_per_km: float | None
+    """Over the distance flown. [Wh km⁻¹]"""
+    margin_wh: float | None
+    """Above the reserve at landing; ``None`` with no battery. [Wh]"""
+    return_margin_wh: float | None
+    """Above the reserve at home, from the point whose way home is tightest. [Wh]"""
+    fits: bool | None
+    """Whether the battery does for it: no finding of energy makes it a no-go; ``None``: not known."""
+    verdict: str
+    against: tuple[str, ...]
+    """Codes of the findings that make it a no-go, and of those about the fence."""
+
+
+class SpeedCurve(Value):
+    """Energy and time of a mission over the speed of its level legs, and the speeds worth knowing."""
+
+    file: str
+    vehicle_name: str
+    vehicle_source: str
+    points: tuple[FlownSpeed, ...]
+    """Rising speeds, evenly over the range."""
+    present: FlownSpeed
+    """As the file commands it."""
+    best_endurance: FlownSpeed | None
+    """Least mean power; this and the next are ``None`` where the model knows no power over speed."""
+    best_range: FlownSpeed | None
+    """Least energy, and so least energy per distance in this wind."""
+    fastest_fitting: FlownSpeed | None
+    """Fastest the battery does for, above the reserve and on every way home; ``None``: none."""
+    fastest_clear: FlownSpeed | None
+    """Fastest that is a go with room to the fence, too: no finding of it; ``None``: none."""
+    identified_m_s: Interval | None
+    """Airspeeds the model was identified at. [m s⁻¹]"""
+    is_power_over_speed_known: bool
+    """Whether the model knows how its power changes with the airspeed."""
+    findings: tuple[Finding, ...]
+    """Of the mission as the file commands it."""
+
+    @property
+    def speed_m_s(self) -> FloatArray:
+        """Speeds of the points. (n,) [m s⁻¹]"""
+        return _column(self.points, "speed_m_s")
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time of the mission at each. (n,) [s]"""
+        return _column(self.points, "time_s")
+
+    @property
+    def energy_wh(self) -> FloatArray:
+        """Energy of the mission at each, NaN where it is not known. (n,) [Wh]"""
+        return _column(self.points, "energy_wh")
+
+    @property
+    def mean_power_w(self) -> FloatArray:
+        """Mean power at each, NaN where it is not known. (n,) [W]"""
+        return _column(self.points, "mean_power_w")
+
+    @property
+    def margin_wh(self) -> FloatArray:
+        """Energy above the reserve at each, NaN where no battery is known. (n,) [Wh]"""
+        return _column(self.points, "margin_wh")
+
+    def marks(self) -> tuple[tuple[str, FlownSpeed], ...]:
+        """Return the speeds worth knowing by name, those there are."""
+        named = (
+            ("present", self.present),
+            ("best endurance", self.best_endurance),
+            ("best range", self.best_range),
+            ("fastest that fits", self.fastest_fitting),
+            ("fastest clear of all", self.fastest_clear),
+        )
+        return tuple((name, flown) for name, flown in named if flown is not None)
 
 
 def predict_speed_curve(
@@ -89,12 +180,34 @@ def predict_speed_curve(
     mission has kinks where legs become too short for a speed, and plateaus beyond.  Of speeds that are
     equally good, the slowest counts.
     """
-    if options.get("speed_m_s") is not None:
+    return speed_curve(
+        mission,
+        Setup(vehicle, **options),
+        from_m_s=from_m_s,
+        to_m_s=to_m_s,
+        step_m_s=step_m_s,
+    )
+
+
+def speed_curve(
+    mission: Mission,
+    setup: Setup,
+    *,
+    from_m_s: float | None = None,
+    to_m_s: float | None = None,
+    step_m_s: float | None = None,
+) -> SpeedCurve:
+    """Return the speed curve of a mission under a setup; see `predict_speed_curve`."""
+    if setup.speed_m_s is not None:
         msg = "the speed is what is looked for: give a range instead of one"
         raise UsageError(msg)
-    refuse_wrong_types({"from_m_s": from_m_s, "to_m_s": to_m_s, "step_m_s": step_m_s})
-    at_all_speeds = _Missions(mission, vehicle, options)
-    present = service.check(mission, vehicle, **options)
+    for name, value in (("from_m_s", from_m_s), ("to_m_s", to_m_s), ("step_m_s", step_m_s)):
+        if value is not None and not is_finite_number(value):
+            msg = f"{name} must be a number: got {value!r}"
+            raise UsageError(msg)
+    vehicle = setup.vehicle
+    at_all_speeds = _Missions(mission, setup)
+    present = check_mission(mission, setup)
     if present.assessment is None:
         msg = f"{mission.source}: nothing is flown, at any speed"
         raise UsageError(msg)
@@ -139,18 +252,17 @@ def predict_speed_curve(
 class _Missions:
     """One mission at many speeds, each checked once."""
 
-    def __init__(self, mission: Mission, vehicle: VehicleModel, options: dict[str, Any]) -> None:
+    def __init__(self, mission: Mission, setup: Setup) -> None:
         self._mission = mission
-        self._vehicle = vehicle
-        self._options = options
+        self._setup = replace(setup, with_trace=False)
         self._known: dict[float, FlownSpeed] = {}
 
     def flown(self, speed_m_s: float) -> FlownSpeed:
         """Return the mission at a speed, by the same check as every other."""
         speed_m_s = round(speed_m_s, 6)
         if speed_m_s not in self._known:
-            options = self._options | {"speed_m_s": speed_m_s, "with_trace": False}
-            result = service.check(self._mission, self._vehicle, **options)
+            setup = replace(self._setup, speed_m_s=speed_m_s)
+            result = check_mission(self._mission, setup)
             self._known[speed_m_s] = _flown(result, speed_m_s)
         return self._known[speed_m_s]
 
@@ -185,7 +297,7 @@ def _flown(result: CheckResult, speed_m_s: float | None) -> FlownSpeed:
     against = [
         finding.code
         for finding in result.findings
-        if finding.severity >= result.fail_on
+        if finding.severity >= result.setup.fail_on
         or (finding.code.startswith("F") and finding.severity >= Severity.WARNING)
     ]
     lacking = any(
@@ -264,9 +376,7 @@ def _grid(low_m_s: float, high_m_s: float) -> list[float]:
 def _cost(assessment: Assessment, speed_m_s: float) -> tuple[float, float]:
     """Return energy and time of the mission at a speed. [Wh], [s]"""
     route = route_at_speed(assessment.route, speed_m_s)
-    flight = predict_flight(
-        route, assessment.vehicle, assessment.conditions, assessment.returns.pilot
-    )
+    flight = predict_flight(route, assessment.setup, assessment.returns.pilot)
     return wh_from_j(flight.energy_j), flight.time_s
 
 
@@ -290,22 +400,6 @@ def _least(grid: list[float], cost: Callable[[float], float]) -> float:
     return min(speed for speed in candidates if cost(speed) <= least * (1.0 + _SAME))
 
 
-def predict_file_speed_curve(
-    path: str,
-    request: service.CheckRequest,
-    *,
-    from_m_s: float | None = None,
-    to_m_s: float | None = None,
-    step_m_s: float | None = None,
-) -> SpeedCurve:
-    """Read a mission and return its speed curve; see `predict_speed_curve`.
-
-    Raises
-    ------
-    InputError, UsageError
-        If the mission, the vehicle or the request is unusable.
-    """
-    vehicle, options = service.read_request(request)
-    return predict_speed_curve(
-        read_mission(path), vehicle, from_m_s=from_m_s, to_m_s=to_m_s, step_m_s=step_m_s, **options
-    )
+def _column(points: tuple[FlownSpeed, ...], name: str) -> FloatArray:
+    values = [getattr(point, name) for point in points]
+    return np.array([math.nan if value is None else value for value in values], dtype=np.float64)

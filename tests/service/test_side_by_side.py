@@ -6,8 +6,8 @@ import pytest
 from made_missions import item, mission, north, rtl, takeoff, waypoint
 
 import planner
-from planner.fixes.comparison import compare_results
 from planner.physics.wind import Wind
+from planner.service.comparison import compare_results
 from planner.vehicle.battery import Battery
 
 ARTICLE = planner.load_vehicle("falkowski-2023-quadrotor")

@@ -1,4 +1,4 @@
-"""``mavjoule explain``: one rule in full."""
+"""``mavjoule models``, ``rules`` and ``explain``: what is shipped, and what is checked."""
 
 from __future__ import annotations
 
@@ -8,14 +8,42 @@ import click
 
 from planner import __version__, catalogue
 from planner.catalogue import PX4_EVENTS
-from planner.cli.format_option import format_option
+from planner.cli.options import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
-from planner.report.json import rule_json
-from planner.report.rule_text import rule_text
+from planner.report.identification import models_text
+from planner.report.json import (
+    models_json,
+    rule_json,
+    rules_json,
+)
+from planner.report.rule_text import rule_text, rules_text
+from planner.vehicle.library import load_vehicle, model_names
 
 if TYPE_CHECKING:
     from planner.findings import Rule
+
+
+@click.command("models")
+@format_option("text", "json")
+def models(*, file_format: str) -> None:
+    """List the shipped vehicle models, for --vehicle."""
+    vehicles = [load_vehicle(name) for name in model_names()]
+    write_data(
+        models_json(vehicles, version=__version__)
+        if file_format == "json"
+        else models_text(vehicles, medium=standard_medium())
+    )
+
+
+@click.command("rules")
+@format_option("text", "json")
+def rules(*, file_format: str) -> None:
+    """List the rules: code, severity, name and what each says."""
+    listed = tuple(catalogue.rules().values())
+    write_data(
+        rules_json(listed, version=__version__) if file_format == "json" else rules_text(listed)
+    )
 
 
 def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[str]:
@@ -25,7 +53,7 @@ def _offers(_context: click.Context, _parameter: click.Parameter, incomplete: st
 @click.command("explain", short_help="Explain a rule, and how to turn it off.")
 @click.argument("code", shell_complete=_offers)
 @format_option("text", "json")
-def command(code: str, *, file_format: str) -> None:
+def explain(code: str, *, file_format: str) -> None:
     """Explain a rule: what it says, why, how it is computed, what to do.
 
     CODE is the rule's code, such as E101, its name, or the name of PX4's event, such as
@@ -43,7 +71,7 @@ def _rule(code: str) -> Rule:
     known = _known()
     name = code.upper() if code.upper() in known else code.lower()
     if name not in known:
-        msg = f"there is no rule {code!r}{nearest_hint(code, known)} (mavjoule rules)"
+        msg = f"no rule {code!r}{nearest_hint(code, known)} (mavjoule rules)"
         raise UsageError(msg)
     return catalogue.rule(known[name])
 

@@ -9,11 +9,11 @@ from made_missions import item, jump, mission, north, rtl, speed, takeoff, waypo
 
 import planner
 from planner.errors import UsageError
-from planner.fixes.speed import predict_speed_curve
 from planner.flight.prediction import predict_flight
 from planner.geo.fence import Fence
 from planner.mission.convert import route_at_speed
 from planner.physics.wind import Wind
+from planner.service.speed import predict_speed_curve
 from planner.values import replace
 from planner.vehicle.battery import Battery
 
@@ -61,8 +61,7 @@ def test_the_best_speeds_are_those_of_a_scan_at_a_hundredth(
     flights = [
         predict_flight(
             route_at_speed(assessment.route, float(one)),
-            SURVEYOR,
-            assessment.conditions,
+            assessment.setup,
             assessment.returns.pilot,
         )
         for one in tried

@@ -1,42 +1,51 @@
-"""What a check writes besides its report: the flight over time, pictures, a baseline."""
+"""What a check puts out: its report in the format asked for, and the files beside it."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import quantity
-from planner.cli.output import narrate, write_data
+from planner import (
+    __version__,
+    quantity,
+)
+from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
 from planner.service import UnreadableMission
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
-    from planner.cli.requests import ReportRequest
+    from planner.errors import ExitCode
     from planner.service import CheckResult
+    from planner.setup import Output
 
     Results = Sequence[CheckResult | UnreadableMission]
 
+_COUNTING_FORMATS = ("text", "json")
 
-def refuse_attachments(report: ReportRequest, *, missions: int) -> None:
+
+def refuse_output(asked: Output, *, missions: int) -> None:
     """Raise ``UsageError`` where what is asked for cannot be written, before anything is checked."""
+    if asked.statistics and asked.format not in _COUNTING_FORMATS:
+        msg = f"--statistics goes with --format {' or '.join(_COUNTING_FORMATS)}"
+        raise UsageError(msg)
     for option in ("trace", "plots"):
-        if getattr(report, option) is not None and missions > 1:
+        if getattr(asked, option) is not None and missions > 1:
             msg = f"--{option} takes a single mission: check them one by one"
             raise UsageError(msg)
     written: dict[Path, str] = {}
     for option in ("output", "trace", "report"):
-        if (path := getattr(report, option)) is not None and written.setdefault(
+        if (path := getattr(asked, option)) is not None and written.setdefault(
             path, option
         ) != option:
             msg = f"--{written[path]} and --{option} name the same file: give them one each"
             raise UsageError(msg)
-    if report.report is not None:
+    if asked.report is not None:
         from planner.report.html.page import refuse_without_libraries
 
         refuse_without_libraries()
-    if report.plots is not None:
+    if asked.plots is not None:
         from planner.report.plots.figures import (
             load_altair,
             load_converter,
@@ -46,7 +55,59 @@ def refuse_attachments(report: ReportRequest, *, missions: int) -> None:
         load_converter()
 
 
-def write_attachments(results: Results, report: ReportRequest) -> None:
+def rendered(results: Results, asked: Output, *, exit_code: ExitCode) -> str:
+    """Return the report of a call in the format asked for."""
+    match asked.format:
+        case "text":
+            return _text(results, asked)
+        case "json" | "json-lines":
+            return _json(results, asked)
+        case "sarif":
+            from planner import catalogue
+            from planner.report.sarif import check_sarif
+
+            return check_sarif(
+                results,
+                rules=catalogue.rules(),
+                version=__version__,
+                exit_code=exit_code,
+                folder=Path.cwd(),
+            )
+        case "junit":
+            from planner.report.junit import check_junit
+
+            return check_junit(results, folder=Path.cwd())
+        case "github":
+            from planner.report.github import check_github
+
+            return check_github(results, folder=Path.cwd())
+        case _:  # gitlab, the last of FORMATS
+            from planner.report.gitlab import check_gitlab
+
+            return check_gitlab(results, folder=Path.cwd())
+
+
+def _text(results: Results, asked: Output) -> str:
+    from planner.report.text import check_text, statistics_text
+
+    medium = standard_medium(asked.output)
+    if asked.statistics:
+        return statistics_text(results, medium=medium)
+    return check_text(results, medium=medium)
+
+
+def _json(results: Results, asked: Output) -> str:
+    from planner.report.json import (
+        check_json,
+        check_json_lines,
+    )
+
+    if asked.format == "json-lines":
+        return check_json_lines(results, version=__version__)
+    return check_json(results, version=__version__, with_statistics=asked.statistics)
+
+
+def write_attachments(results: Results, asked: Output) -> None:
     """Write the files that are asked for beside the report.
 
     Raises
@@ -54,12 +115,12 @@ def write_attachments(results: Results, report: ReportRequest) -> None:
     OutputError
         If one cannot be written.
     """
-    if report.trace is not None:
-        _write_trace(results[0], report.trace)
-    if report.report is not None:
-        write_page(results, report.report)
-    if report.plots is not None:
-        _draw(results[0], report.plots)
+    if asked.trace is not None:
+        _write_trace(results[0], asked.trace)
+    if asked.report is not None:
+        write_page(results, asked.report)
+    if asked.plots is not None:
+        _draw(results[0], asked.plots)
 
 
 def _write_trace(result: CheckResult | UnreadableMission, path: Path) -> None:

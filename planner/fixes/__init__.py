@@ -1,1 +1,0 @@
-"""What turns a no-go into a go, and shows what a change is worth."""

@@ -1,0 +1,377 @@
+"""The pre-flight check, the main job: predict a mission, then judge it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from planner import quantity
+from planner.autopilot import Autopilot, Target
+from planner.errors import MissionFileError, NoMissionFileError, OtherVehicleError, UsageError
+from planner.findings import Rule, Severity
+from planner.flight.budget import (
+    NOTHING_FLOWN,
+    battery_budget,
+    battery_temperature_c,
+    flight_totals,
+    hover_power_w,
+    item_arrivals,
+    predict_discharge,
+)
+from planner.flight.pilot import (
+    NOISE_ASSUMED,
+    fence_parameters_of,
+    flight_parameters,
+    make_pilot,
+)
+from planner.flight.prediction import predict_flight, sample_trace
+from planner.flight.returns.destination import make_destinations, with_own_return
+from planner.flight.returns.path import make_returns
+from planner.flight.returns.tightest import plan_return, return_limits_wh, sweep_returns
+from planner.mission.files import read_mission
+from planner.mission.items import Mission
+from planner.mission.route.route import make_route
+from planner.physics.atmosphere import standard_temperature_c
+from planner.quantity import mean_of
+from planner.rules.assessment import Assessment
+from planner.rules.registry import judge, judge_unflown
+from planner.setting import taking_settings
+from planner.setup import Reserve, Setup
+from planner.values import Value, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from planner.findings import Finding
+    from planner.flight.budget import BatteryBudget, Totals
+    from planner.flight.prediction import ItemArrival, Segment, Trace
+    from planner.flight.returns.tightest import ReturnPlan
+    from planner.mission.route.stage import Route
+    from planner.vehicle.parameters.resolve import FlightParameters
+
+Verdict = Literal["go", "no-go"]
+
+
+class CheckResult(Value):
+    """What the check of one mission comes to: what is predicted, the findings and the verdict."""
+
+    file: str
+    verdict: Verdict
+    setup: Setup
+    """As it was flown: with the altitude of home, the temperature and the position noise."""
+    totals: Totals
+    battery: BatteryBudget | None
+    return_plan: ReturnPlan | None
+    segments: Sequence[Segment]
+    items: tuple[ItemArrival, ...]
+    findings: tuple[Finding, ...]
+    """Worst first, then by item."""
+    suppressed: tuple[Finding, ...] = ()
+    """Findings kept out of the report and of the verdict, each with the reason."""
+    parameters: FlightParameters | None = None
+    """What the autopilot was taken to fly with, each value with its origin."""
+    trace: Trace | None = None
+    """The flight sampled over time, where it was asked for and something is flown."""
+    assessment: Assessment | None = None
+    """Everything the rules looked at; ``None`` where nothing is flown."""
+
+
+class UnreadableMission(Value):
+    """A mission file about which nothing can be said but why; never a go."""
+
+    file: str
+    findings: tuple[Finding, ...]
+    """X901 file-unreadable."""
+    verdict: Literal["no-go"] = "no-go"
+    suppressed: tuple[Finding, ...] = ()
+    """Nothing ever is: that a file cannot be read is always reported."""
+
+
+class Preparation(Value):
+    """What a flight is predicted from: a mission and a setup, with what follows from both."""
+
+    mission: Mission
+    setup: Setup
+    """With the position noise that counts."""
+    target: Target | None
+    """Whose rules the mission has to meet: of what flies it, else of what it was written for."""
+    parameters: FlightParameters | None
+    """What the autopilot is taken to fly with; ``None`` for reference steps."""
+    fence_parameters: FlightParameters | None
+    """Those of the vehicle's fence: ``parameters``, or of reference steps what their file holds."""
+    route: Route
+    findings: tuple[Finding, ...]
+
+
+def check_mission(mission: Mission, setup: Setup) -> CheckResult:
+    """Predict a mission and judge it: the main job.
+
+    Parameters
+    ----------
+    mission : Mission
+        As `planner.read_mission` returns it.
+    setup : Setup
+        The vehicle, as `planner.load_vehicle` returns it, and everything else that counts.
+
+    Returns
+    -------
+    CheckResult
+        Verdict, totals, segments and findings.
+
+    Raises
+    ------
+    MissionFileError
+        If an item holds a number no vehicle can fly.
+    UsageError
+        If the model cannot be flown as asked, or a value is out of its range.
+    """
+    prepared = prepare(mission, setup)
+    route, setup = prepared.route, prepared.setup
+    if route.stages:
+        assessment = assess(prepared)
+        findings = [*assessment.findings, *judge(assessment, setup.selection)]
+    else:
+        assessment = None
+        findings = [
+            *prepared.findings,
+            *judge_unflown(mission, setup.flown_by, prepared.fence_parameters),
+        ]
+    reported, suppressed = setup.selection.divide(findings, file=mission.source)
+    as_flown = replace(
+        setup,
+        home_amsl_m=route.home_amsl_m,
+        temperature_c=(
+            standard_temperature_c(route.home_amsl_m)
+            if setup.temperature_c is None
+            else setup.temperature_c
+        ),
+    )
+    return CheckResult(
+        file=mission.source,
+        verdict=verdict(reported, setup.fail_on),
+        setup=as_flown,
+        totals=NOTHING_FLOWN if assessment is None else assessment.totals,
+        battery=None if assessment is None else assessment.battery,
+        return_plan=None if assessment is None else assessment.return_plan,
+        segments=() if assessment is None else assessment.flight.segments,
+        items=() if assessment is None else assessment.items,
+        findings=reported,
+        suppressed=suppressed,
+        parameters=prepared.parameters,
+        trace=(
+            sample_trace(assessment.flight, assessment.route)
+            if setup.with_trace and assessment is not None
+            else None
+        ),
+        assessment=assessment,
+    )
+
+
+check = taking_settings(check_mission, Setup)
+"""`check_mission` with each setting as a keyword: ``check(mission, vehicle, charge=0.95)``."""
+
+
+def prepare(mission: Mission, setup: Setup) -> Preparation:
+    """Return what the flight of a mission is predicted from.
+
+    Raises
+    ------
+    MissionFileError
+        If an item holds a number no vehicle can fly.
+    UsageError
+        If the model cannot be flown as asked.
+    """
+    given: object = mission
+    if not isinstance(given, Mission):
+        msg = f"mission must be planner.read_mission(path): got {given!r:.60}"
+        raise UsageError(msg)
+    target = _target(mission, setup)
+    parameters, found = flight_parameters(
+        setup,
+        version=None if setup.target is None else setup.target.version,
+        has_rally=bool(mission.rally),
+    )
+    fence_parameters = parameters
+    if setup.flown_by is Autopilot.STEP and setup.parameters is not None:
+        fence_parameters, of_fence = fence_parameters_of(setup.parameters, target)
+        found += of_fence
+    vehicle = setup.vehicle
+    if setup.position_noise_m is None:
+        setup = replace(setup, position_noise_m=vehicle.position_noise_m)
+        if setup.flown_by is Autopilot.PX4 and vehicle.position_noise_m > 0.0:
+            message = (
+                f"position noise of {vehicle.position_noise_m:g} m from {vehicle.name}: PX4 slows "
+                "down for it and wanders"
+            )
+            found.append(NOISE_ASSUMED.finding(message))
+    route = make_route(
+        mission,
+        dialect=None if target is None else target.autopilot,
+        home_amsl_m=setup.home_amsl_m,
+        terrain=setup.terrain,
+    )
+    found += [*mission.findings, *route.findings]
+    if setup.speed_m_s is not None:
+        from planner.mission.convert import SPEED_REPLACED, route_at_speed
+
+        changed = route_at_speed(route, setup.speed_m_s)
+        if changed.stages != route.stages:
+            route = changed
+            message = (
+                f"every level leg is flown at {quantity.speed(setup.speed_m_s)} as asked: the file "
+                "does not command that"
+            )
+            found.append(SPEED_REPLACED.finding(message))
+    return Preparation(
+        mission=mission,
+        setup=setup,
+        target=target,
+        parameters=parameters,
+        fence_parameters=fence_parameters,
+        route=route,
+        findings=tuple(found),
+    )
+
+
+def assess(prepared: Preparation) -> Assessment:
+    """Return everything that is predicted of a flight of at least one stage."""
+    mission, setup = prepared.mission, prepared.setup
+    vehicle = setup.vehicle
+    destinations = make_destinations(
+        mission, prepared.route, prepared.parameters, terrain=setup.terrain
+    )
+    route = with_own_return(prepared.route, destinations)
+    pilot = make_pilot(setup, prepared.parameters)
+    flight = predict_flight(route, setup, pilot)
+    pack = vehicle.battery if setup.battery is None else setup.battery
+    if pack is not None:
+        pack = pack.aged(
+            health=setup.battery_health, resistance_factor=setup.battery_resistance_factor
+        )
+    charge = mean_of(setup.charge)
+    reserve = setup.reserve
+    if not isinstance(reserve, Reserve):
+        reserve = Reserve(fraction=float(reserve))
+    discharge = None
+    if pack is not None and vehicle.is_power_known:
+        discharge = predict_discharge(
+            flight, pack, charge=charge, temperature_c=battery_temperature_c(setup, flight)
+        )
+    totals = flight_totals(flight, pack, discharge)
+    returns = make_returns(route, flight, pilot, destinations)
+    budget, plan, sweep = None, None, None
+    if vehicle.is_power_known:
+        if pack is not None:
+            budget = battery_budget(
+                totals,
+                pack,
+                charge=charge,
+                reserve=reserve,
+                hover_power_w=hover_power_w(flight.power),
+                discharge=discharge,
+            )
+        sweep = sweep_returns(returns, *return_limits_wh(budget))
+        plan = None if sweep is None else plan_return(returns, sweep, budget)
+    if vehicle.spread is not None:
+        from planner.flight.uncertainty import predict_scenarios
+
+        scenarios = predict_scenarios(
+            returns, setup, spread=vehicle.spread, battery=pack, budget=budget, sweep=sweep
+        )
+        flight, totals, budget, plan = scenarios.added_to(flight, totals, budget, plan)
+    return Assessment(
+        mission=mission,
+        setup=setup,
+        target=prepared.target,
+        parameters=prepared.parameters,
+        fence_parameters=prepared.fence_parameters,
+        route=route,
+        flight=flight,
+        totals=totals,
+        items=item_arrivals(mission, route, flight),
+        pack=pack,
+        discharge=discharge,
+        battery=budget,
+        return_plan=plan,
+        returns=returns,
+        findings=(*prepared.findings, *flight.motion.findings, *destinations.findings),
+    )
+
+
+def _target(mission: Mission, setup: Setup) -> Target | None:
+    """Return whose rules a mission has to meet: of what flies it, else of what it is for."""
+    flown_by, given = setup.flown_by, setup.parameters
+    if setup.target is not None:
+        if flown_by not in {Autopilot.STEP, setup.target.autopilot}:
+            msg = (
+                f"the rules of {setup.target.label} do not hold for a vehicle flown as "
+                f"{flown_by.label}"
+            )
+            raise UsageError(msg)
+        return setup.target
+    autopilot = mission.autopilot if flown_by is Autopilot.STEP else flown_by
+    if autopilot is None:
+        return None
+    is_known = given is not None and given.stack is autopilot
+    return Target(autopilot, given.version if given is not None and is_known else None)
+
+
+def verdict(findings: tuple[Finding, ...], fail_on: Severity) -> Verdict:
+    """Return no-go where a finding is at least as severe as ``fail_on``."""
+    return "no-go" if any(finding.severity >= fail_on for finding in findings) else "go"
+
+
+def check_file(path: Path | str, setup: Setup) -> CheckResult | UnreadableMission:
+    """Read a mission and check it; one that cannot be read is a result too.
+
+    Raises
+    ------
+    UsageError
+        If the model cannot be flown as asked.
+    """
+    return check_read(lambda: read_mission(path), setup, file=str(path))
+
+
+FILE_UNREADABLE = Rule(
+    "X901 file-unreadable",
+    Severity.ERROR,
+    summary="The mission file could not be read.",
+    why="A mission that cannot be read cannot be judged; it is never a 'go'.",
+    how="The reader refused the file; the message gives where and why.  The exit code is 2.",
+    fix="correct the file, or save it again with the program that wrote it",
+)
+
+
+def check_read(
+    read: Callable[[], Mission], setup: Setup, *, file: str
+) -> CheckResult | UnreadableMission:
+    """Check a mission wherever it comes from; one that cannot be read is a result too.
+
+    Parameters
+    ----------
+    read : callable
+        Returns the mission, or raises ``MissionFileError``.
+    setup : Setup
+        What it is checked under.
+    file : str
+        What the result calls the mission, where it cannot be read.
+
+    Raises
+    ------
+    UsageError
+        If the model cannot be flown as asked.
+    """
+    try:
+        return check_mission(read(), setup)
+    except MissionFileError as error:
+        fix = None
+        if isinstance(error, OtherVehicleError):
+            fix = "give a multicopter's mission"
+        elif isinstance(error, NoMissionFileError):
+            fix = "give the path of a mission file that can be read"
+        # The report names the file and the place itself.
+        message = str(error) if error.source != file else error.message
+        if error.source == file and error.key is not None:
+            message = f"{error.key}: {message}"
+        finding = FILE_UNREADABLE.finding(message, place=error.place, fix=fix)
+        return UnreadableMission(file=file, findings=(finding,))

@@ -1,0 +1,594 @@
+"""Splitting a mission into flights that fit: each closes its energy budget, together they fly it all."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner import quantity
+from planner.errors import SplitError, UsageError
+from planner.files import (
+    make_output_folder,
+    write_output_files,
+)
+from planner.findings import Rule, Severity
+from planner.flight.returns.destination import HOME
+from planner.mission.convert import convert_mission, mission_at_speed
+from planner.mission.formats.plan import read_plan_text
+from planner.mission.items import MissionFormat
+from planner.mission.parts import (
+    ENDS,
+    flown_items,
+    is_output,
+    mission_part,
+    resumption,
+    split_points,
+)
+from planner.service.preflight import check_mission
+from planner.setup import Setup
+from planner.values import Value, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from planner.arrays import FloatArray
+    from planner.findings import Finding
+    from planner.mission.items import Mission
+    from planner.mission.parts import FlownItems, SplitPoint
+    from planner.service.preflight import CheckResult
+    from planner.vehicle.model import VehicleModel
+
+    Range = tuple[SplitPoint | None, SplitPoint | None]
+    """Where a part begins and ends; ``None``: where the mission does."""
+
+
+MENDED = frozenset({"E101", "E102", "E103", "E104", "E119"})
+"""What a shorter flight mends."""
+_MOST_PARTS = 99
+_TRIES = 60
+"""Earlier places a part is tried to end at, where more than energy is wrong with its longest form."""
+_GUESSES = 8
+"""Places looked at by what the flight in one piece takes; then the rest is halved."""
+_TOO_MUCH = 1.02
+"""Legs that alone take so much more than there is fit no part, for they are the same in it. [-]"""
+
+
+class _Trial(Value):
+    """What the check says of one part."""
+
+    fits: bool
+    """Nothing is wrong that a shorter one mends."""
+    goes: bool
+    margin_wh: float | None
+    """Least energy above the reserve, at landing or on a return. [Wh]"""
+
+
+class _Forecast(Value, eq=False):
+    """What parts take, by the flight in one piece: where to look first, never what is told."""
+
+    used_wh: FloatArray
+    """When each stage is done. (stages,) [Wh]"""
+    home_wh: FloatArray
+    """For the return from there. (stages,) [Wh]"""
+
+    def at(self, flown: FlownItems, cut: SplitPoint) -> tuple[float, float]:
+        """Return the energy used up to a cut, and for the return from there. [Wh], [Wh]"""
+        stage = flown.stages[cut.step]
+        assert stage is not None  # cuts are at items that are flown
+        place = np.array([1.0 - cut.fraction, cut.fraction])
+        rows = slice(stage - 1, stage + 1)
+        return float(place @ self.used_wh[rows]), float(place @ self.home_wh[rows])
+
+
+def _make_forecast(whole: CheckResult) -> _Forecast | None:
+    """Return the forecast that a whole flight gives; ``None`` where its power is not known."""
+    assessment = whole.assessment
+    if assessment is None or not assessment.vehicle.is_power_known:
+        return None
+    returns = assessment.returns
+    ends = returns.stage_ends
+    points = returns.end_points(ends)
+    _, way_wh = returns.fly(points.stop_m, points.stage, HOME)
+    every = np.arange(len(assessment.route.stages))
+    # a stage without a segment is done with the one before
+    return _Forecast(
+        used_wh=np.interp(every, points.stage, points.used_wh),
+        home_wh=np.interp(every, points.stage, points.stop_wh + way_wh),
+    )
+
+
+class _Budget:
+    """How far parts reach among places they may end at, as far as is known."""
+
+    def __init__(
+        self, forecast: _Forecast, flown: FlownItems, cuts: Sequence[SplitPoint], above_wh: float
+    ) -> None:
+        self._forecast = forecast
+        self._steps = flown
+        self._above_wh = above_wh
+        both = [forecast.at(flown, cut) for cut in cuts]
+        self._needed_wh = np.maximum.accumulate(np.array([used + home for used, home in both]))
+        self._off_wh = 0.0
+        """What parts take beyond their forecast, by the one checked last."""
+
+    def reach(self, start: SplitPoint | None) -> int:
+        """Return the last place a part should end at; below 0: none."""
+        limit_wh = self._above_wh + self._begun_wh(start) - self._off_wh
+        return int(np.searchsorted(self._needed_wh, limit_wh, side="right")) - 1
+
+    def learn(self, start: SplitPoint | None, end: int, margin_wh: float | None) -> None:
+        """Take what the check found left of a part."""
+        if margin_wh is not None and math.isfinite(margin_wh):
+            forecast_wh = float(self._needed_wh[end]) - self._begun_wh(start)
+            self._off_wh = self._above_wh - margin_wh - forecast_wh
+
+    def is_rest_too_much(self, start: SplitPoint | None) -> bool:
+        """Return whether the legs from a place to the end alone take more than there is."""
+        used_wh = 0.0 if start is None else self._forecast.at(self._steps, start)[0]
+        return float(self._forecast.used_wh[-1]) - used_wh > _TOO_MUCH * self._above_wh
+
+    def _begun_wh(self, start: SplitPoint | None) -> float:
+        """Return what a part saves by beginning there, with its way out taken for one home."""
+        if start is None:
+            return 0.0
+        used_wh, home_wh = self._forecast.at(self._steps, start)
+        return used_wh - home_wh
+
+
+class PartSearch:
+    """The search for the parts of one mission.
+
+    Parameters
+    ----------
+    flown : FlownItems
+        The mission in flown order.
+    setup : Setup
+        What flies it, and how.
+    whole : CheckResult
+        Of the mission in one flight.
+    on_step : callable
+        Told how far the search is, in words.
+    """
+
+    def __init__(
+        self,
+        flown: FlownItems,
+        setup: Setup,
+        whole: CheckResult,
+        on_step: Callable[[str], None],
+    ) -> None:
+        self.refusal = ""
+        self._steps = flown
+        self._setup = replace(setup, with_trace=False)
+        self._on_step = on_step
+        self._tried: dict[Range, _Trial] = {}
+        self._forecast = _make_forecast(whole)
+        battery = whole.battery
+        self._above_wh = None if battery is None else battery.usable_wh - battery.reserve_wh
+        self._whole_wh = whole.totals.energy_wh
+
+    def fewest(self) -> int:
+        """Return a number of parts below which the energy of the mission alone does not go."""
+        return 1 if self._above_wh is None else math.ceil(self._whole_wh / self._above_wh)
+
+    def ranges(self, *, inside_legs: bool) -> list[Range] | None:
+        """Return where each part begins and ends; ``None`` with a `refusal` where one does not fit."""
+        if self.fewest() > _MOST_PARTS:
+            self._refuse_so_many()
+            return None
+        cuts = split_points(self._steps, inside_legs=inside_legs)
+        budget = None
+        if self._forecast is not None and self._above_wh is not None and cuts:
+            budget = _Budget(self._forecast, self._steps, cuts, self._above_wh)
+        found: list[Range] = []
+        start: SplitPoint | None = None
+        first = 0
+        while True:
+            is_last = budget is None or not budget.is_rest_too_much(start)
+            if is_last and self._trial(start, None).goes:
+                return [*found, (start, None)]
+            end = self._farthest(start, cuts, first, budget)
+            if end is None:
+                self._refuse(start, cuts[first] if first < len(cuts) else None)
+                return None
+            if len(found) + 1 >= _MOST_PARTS:
+                self._refuse_so_many()
+                return None
+            found.append((start, cuts[end]))
+            self._tell(found, cuts[end], inside_legs=inside_legs)
+            start = resumption(self._steps, cuts[end])
+            first = end + 1
+
+    def _tell(self, found: list[Range], end: SplitPoint, *, inside_legs: bool) -> None:
+        where = "inside legs too" if inside_legs else "between items"
+        self._on_step(
+            f"cutting {where}: {quantity.count(len(found), 'part')}, up to item "
+            f"{self._steps.numbers[end.step]} of {len(self._steps.mission.items)}"
+        )
+
+    def _farthest(
+        self, start: SplitPoint | None, cuts: list[SplitPoint], first: int, budget: _Budget | None
+    ) -> int | None:
+        """Return the last cut that a part may end at; ``None``: none.
+
+        What the flight in one piece takes says where to look, and each check how far that is off.
+        """
+        low, high = first - 1, len(cuts)
+        stride = 1
+        for tries in range(len(cuts) - first + 1):
+            if high - low <= 1:
+                break
+            place = (low + high) // 2
+            if tries < _GUESSES:
+                place = low if budget is None else budget.reach(start)
+                if not low < place < high:
+                    place = low + stride if place <= low else high - stride
+                    stride *= 2
+                place = min(max(place, low + 1), high - 1)
+            trial = self._trial(start, cuts[place])
+            low, high = (place, high) if trial.fits else (low, place)
+            if budget is not None:
+                budget.learn(start, place, trial.margin_wh)
+        for end in range(low, max(low - _TRIES, first - 1), -1):
+            if self._trial(start, cuts[end]).goes:
+                return end
+        return None
+
+    def _trial(self, start: SplitPoint | None, end: SplitPoint | None) -> _Trial:
+        if (start, end) not in self._tried:
+            result = self._check(start, end)
+            battery, plan = result.battery, result.return_plan
+            margins = [
+                one.margin_wh
+                for one in (battery, plan)
+                if one is not None and one.margin_wh is not None
+            ]
+            self._tried[start, end] = _Trial(
+                fits=not any(
+                    finding.code in MENDED and finding.severity >= result.setup.fail_on
+                    for finding in result.findings
+                ),
+                goes=result.verdict == "go",
+                margin_wh=min(margins, default=None),
+            )
+        return self._tried[start, end]
+
+    def _check(self, start: SplitPoint | None, end: SplitPoint | None) -> CheckResult:
+        part = mission_part(self._steps, start, end, name=self._steps.mission.source)
+        return check_mission(part.mission, self._setup)
+
+    def _refuse_so_many(self) -> None:
+        self.refusal = (
+            f"{self._steps.mission.source}: cannot be split: it takes more than {_MOST_PARTS} flights; "
+            "what would help is a larger battery or a smaller reserve"
+        )
+
+    def _refuse(self, start: SplitPoint | None, end: SplitPoint | None) -> None:
+        result = self._check(start, end)
+        battery, totals = result.battery, result.totals
+        flying = self._steps.flying
+        places = [one for one in flying if self._steps.stage(one).kind not in ENDS] or flying
+        step = end.step if end is not None and end.fraction else places[-1]
+        if end is not None and not end.fraction:
+            step = max(one for one in flying if one < end.step)
+        elif start is not None and end is None:
+            step = start.step
+        number = self._steps.numbers[step]
+        others = [
+            one
+            for one in result.findings
+            if one.severity >= result.setup.fail_on and one.code not in MENDED
+        ]
+        why = "".join(f": {one.code} {one.message}" for one in others[:1])
+        if battery is not None and not others:
+            left_wh = battery.usable_wh - battery.reserve_wh
+            why = (
+                f": with the way there and home it takes {quantity.energy(totals.energy_wh)}, the "
+                f"battery has {quantity.energy(left_wh)} above the reserve"
+            )
+        if self._steps.stage(step).hold_s > totals.time_s / 2.0:
+            helps = "a shorter hold there, a larger battery, or a smaller reserve"
+        else:
+            helps = (
+                "a larger battery, a smaller reserve, another speed (mavjoule speed), or a home "
+                "nearer to it"
+            )
+        self.refusal = (
+            f"{self._steps.mission.source}: cannot be split: not even the shortest flight to "
+            f"item {number} is a go{why}; what would help is {helps}"
+        )
+
+
+class SplitPart(Value):
+    """One of the flights a mission is split into."""
+
+    file: str
+    text: str
+    """The plan as it is written."""
+    result: CheckResult
+    """Of the plan read back: a go."""
+    first_item: int
+    """Item of the whole mission that it flies to first, from 1."""
+    last_item: int
+    """Item of the whole mission that it flies to last, or part of the way."""
+    begins_m: float | None
+    """How far along the leg to its first item it takes up; ``None``: where the item before is. [m]"""
+    ends_m: float | None
+    """How far along the leg to its last item it breaks off; ``None``: it flies all of it. [m]"""
+    flown_twice_m: float
+    """Way that the part before has flown already. [m]"""
+    first_own_item: int
+    """Item of the part from which on it flies the mission's legs, from 1; those before lead there."""
+    last_own_item: int
+    """Last item of the part that does; those behind lead home."""
+
+
+class Split(Value):
+    """A mission split into flights that fit."""
+
+    file: str
+    whole: CheckResult
+    """The check of the mission in one flight."""
+    parts: tuple[SplitPart, ...]
+    findings: tuple[Finding, ...]
+    """What is other than in the mission, and what has to be looked at."""
+
+
+def split_mission(
+    mission: Mission,
+    vehicle: VehicleModel,
+    *,
+    folder: Path | str = "",
+    on_step: Callable[[str], None] = lambda _: None,
+    **options: Any,  # noqa: ANN401 - those of `planner.check`
+) -> Split:
+    """Return the fewest flights that together fly a mission, each a go by `planner.check`.
+
+    Parameters
+    ----------
+    mission : Mission
+        As `planner.read_mission` returns it.
+    vehicle : VehicleModel
+        As `planner.load_vehicle` returns it.
+    folder : Path or str
+        Where the parts are to be written, for their names.
+    on_step : callable
+        Told how far the search is, in words.
+    **options
+        Battery, reserve, conditions and the rest, as `planner.check` takes them; a ``speed_m_s`` is
+        written into the parts.
+
+    Returns
+    -------
+    Split
+        Nothing is written yet: `write_split` does.
+
+    Raises
+    ------
+    SplitError
+        If not even one leg fits, if something else than energy is wrong with the mission, or if parts
+        of it would not mean what they do in it.
+    MissionFileError
+        If an item holds a number no vehicle can fly.
+    UsageError
+        If a value is out of its range.
+
+    Notes
+    -----
+    Each part goes as far as its budget does among the places the mission can be cut at: looked for by
+    what the flight in one piece takes, and found by checks of that part and of the one a cut longer.
+    As the energy of a part and of the return from it grow with its length, no split has fewer parts.
+    Legs are cut inside only where that saves a part.
+    """
+    return split_under(mission, Setup(vehicle, **options), folder=folder, on_step=on_step)
+
+
+def split_under(
+    mission: Mission,
+    setup: Setup,
+    *,
+    folder: Path | str = "",
+    on_step: Callable[[str], None] = lambda _: None,
+) -> Split:
+    """Return the fewest flights that together fly a mission under a setup; see `split_mission`."""
+    if setup.speed_m_s is not None:
+        mission = mission_at_speed(mission, setup.speed_m_s)
+        setup = replace(setup, speed_m_s=None)
+    whole = check_mission(mission, setup)
+    _refuse_not_mended(whole)
+    assessment = whole.assessment
+    assert assessment is not None  # else nothing is flown, an error, and it is refused
+    dialect = None if assessment.target is None else assessment.target.autopilot
+    flown = flown_items(mission, assessment.route, dialect)
+    search = PartSearch(flown, setup, whole, on_step)
+    ranges = search.ranges(inside_legs=False)
+    if ranges is None or len(ranges) > search.fewest():
+        finer = search.ranges(inside_legs=True)
+        if finer is not None and (ranges is None or len(finer) < len(ranges)):
+            ranges = finer
+    if ranges is None:
+        raise SplitError(search.refusal)
+    parts: list[SplitPart] = []
+    losses: dict[str, Finding] = {}
+
+    def check(part: Mission) -> CheckResult:
+        return check_mission(part, setup)
+
+    before = [None, *(end for _, end in ranges)]
+    for number, (ends, after) in enumerate(zip(ranges, before, strict=False), start=1):
+        file = str(Path(folder) / f"part-{number:02}.plan")
+        part, lost = _written(flown, ends, after, file, check)
+        parts.append(part)
+        losses = {finding.code: finding for finding in lost} | losses
+    return Split(
+        file=mission.source,
+        whole=whole,
+        parts=tuple(parts),
+        findings=(*_remarks(flown, parts), *losses.values()),
+    )
+
+
+def write_split(split: Split, folder: Path, *, force: bool = False) -> None:
+    """Write every part of a split, or none.
+
+    Parameters
+    ----------
+    split : Split
+        As `split_mission` returns it.
+    folder : Path
+        Made where it is not there.
+    force : bool
+        Write over parts that are there already.
+
+    Raises
+    ------
+    UsageError
+        If there are such files already; parts that would be left over from another split are never
+        left beside the new ones.
+    OutputError
+        If a file cannot be written.
+    """
+    paths = [folder / Path(part.file).name for part in split.parts]
+    there = sorted(folder.glob("part-[0-9][0-9].plan"))
+    left_over = [path for path in there if path not in paths]
+    if left_over:
+        msg = f"{left_over[0]} is left from another split: remove it, or give another folder"
+        raise UsageError(msg)
+    if there and not force:
+        msg = f"{there[0]} exists already: give another folder, or --force"
+        raise UsageError(msg)
+    make_output_folder(folder, holding="parts")
+    write_output_files({path: part.text for path, part in zip(paths, split.parts, strict=True)})
+
+
+def _refuse_not_mended(whole: CheckResult) -> None:
+    """Raise where something is wrong that flying less at once does not mend."""
+    for finding in whole.findings:
+        if finding.severity >= whole.setup.fail_on and finding.code not in MENDED:
+            item = "" if finding.item is None else f" (item {finding.item})"
+            msg = (
+                f"{whole.file}: splitting does not help against {finding.code} {finding.name}{item}: "
+                f"{finding.message}; correct that first"
+            )
+            raise SplitError(msg)
+
+
+def _written(
+    flown: FlownItems,
+    ends: Range,
+    after: SplitPoint | None,
+    file: str,
+    check: Callable[[Mission], CheckResult],
+) -> tuple[SplitPart, tuple[Finding, ...]]:
+    """Return a part as it is written, checked once more as it reads back, and what that loses."""
+    start, end = ends
+    made = mission_part(flown, start, end, name=file)
+    conversion = convert_mission(made.mission, MissionFormat.PLAN)
+    text = conversion.text
+    result = check(read_plan_text(text, source=file))
+    if result.verdict != "go":
+        msg = f"{file}: reads back as a no-go: {result.findings[0].message}"
+        raise SplitError(msg)
+    flying = flown.flying
+    first = flying[0] if start is None else start.step
+    last = flying[-1] if end is None else end.step
+    if end is not None and not end.fraction:
+        last = max(one for one in flying if one < end.step)
+    part = SplitPart(
+        file=file,
+        text=text,
+        result=result,
+        first_item=flown.numbers[first],
+        last_item=flown.numbers[last],
+        begins_m=start.fraction * flown.length_m(start.step) if start and start.fraction else None,
+        ends_m=end.fraction * flown.length_m(end.step) if end and end.fraction else None,
+        flown_twice_m=_way_m(flown, start, after),
+        first_own_item=made.first_own,
+        last_own_item=made.last_own,
+    )
+    return part, conversion.findings
+
+
+def _way_m(flown: FlownItems, start: SplitPoint | None, end: SplitPoint | None) -> float:
+    """Return the way from where a part is taken up to where the one before broke off. [m]"""
+    if start is None or end is None:
+        return 0.0
+    legs = [one for one in flown.flying if start.step <= one < end.step]
+    way_m = sum(map(flown.length_m, legs)) - start.fraction * flown.length_m(start.step)
+    return way_m + end.fraction * flown.length_m(end.step)
+
+
+LOOPS_WRITTEN_OUT = Rule(
+    "L209 loops-written-out",
+    Severity.INFO,
+    summary="The parts of a split mission hold the items of its loops one after the other.",
+    why="A part begins or ends inside a loop, where a jump would lead to what it does not hold.",
+    how="DO_JUMP and DO_JUMP_TAG are followed in flown order and left out.",
+    fix="nothing: the flight is the same",
+)
+
+
+PART_FLOWN_TWICE = Rule(
+    "L210 part-flown-twice",
+    Severity.INFO,
+    summary="Parts of a split mission begin before the previous one ended, so that no photo is "
+    "missing.",
+    why="A trigger by distance starts counting again where a flight resumes, and a waypoint counts as "
+    "reached some metres before it.",
+    how="The distance between two photos plus 10 m, wherever a camera is triggered at the cut.",
+    fix="nothing, or leave out the photos taken twice",
+)
+
+
+RETURN_ADDED = Rule(
+    "L211 return-added",
+    Severity.WARNING,
+    summary="The last part of a split mission ends with a return that the mission does not have.",
+    why="A part is a go only where its end on the ground is known.",
+    how="NAV_RETURN_TO_LAUNCH is added where the mission ends in the air.",
+    fix="end the mission with a return or a landing of your own",
+)
+
+
+OUTPUTS_SET_AGAIN = Rule(
+    "L212 outputs-set-again",
+    Severity.WARNING,
+    summary="Servos, relays and the like are set again where a part of a split mission begins.",
+    why="The file does not show what an output drives: a pump has to run again, but a hook that "
+    "released a load would release the next one too.",
+    how="The last setting of each output before the place where a part resumes is sent there again.",
+    fix="check the outputs of each part, and remove what must not be done again",
+)
+
+
+def _remarks(flown: FlownItems, parts: list[SplitPart]) -> Iterator[Finding]:
+    """Yield what is other in the parts than in the mission."""
+    if flown.has_jumps:
+        yield LOOPS_WRITTEN_OUT.finding(
+            f"jumps are written out: {quantity.count(len(flown.items), 'item')} flown of "
+            f"{len(flown.mission.items)} in the file"
+        )
+    if not flown.ends:
+        yield RETURN_ADDED.finding(
+            "the mission ends in the air: its last part returns home and lands"
+        )
+    twice = [part.flown_twice_m for part in parts if part.flown_twice_m > 0.0]
+    if twice:
+        yield PART_FLOWN_TWICE.finding(
+            f"so that no photo is missing, up to {quantity.distance(max(twice))} are flown twice where "
+            f"{quantity.count(len(twice), 'part begins', 'parts begin')}"
+        )
+    if len(parts) > 1 and (outputs := flown.states[-1].outputs()):
+        first = next(
+            number
+            for number, item in zip(flown.numbers, flown.items, strict=True)
+            if is_output(item)
+        )
+        yield OUTPUTS_SET_AGAIN.finding(
+            f"{quantity.count(len(outputs), 'output')} (servo, relay or the like) set again where the "
+            "next part begins; the state is kept on the return",
+            item=first,
+        )

@@ -1,0 +1,559 @@
+"""What a setting is: one thing a user can set, declared once, and how its value is written.
+
+A setting is declared beside the field of the value that holds it (`planner.setup`).  The command
+line, the configuration file, the fields of the terminal UI, the ``conditions`` of the JSON, the rows
+of the reports and the tables of the README iterate over the declarations.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from functools import cache
+from inspect import Parameter, Signature
+from numbers import Real
+from pathlib import Path
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    ForwardRef,
+    ParamSpec,
+    Self,
+    TypeGuard,
+    TypeVar,
+    get_args,
+)
+
+import msgspec
+
+from planner.errors import UsageError, described, is_number, nearest_hint
+from planner.quantity import (
+    PLUS_MINUS,
+    Spread,
+    exact,
+    exact_percent,
+    read_fraction,
+    read_number,
+)
+from planner.selection import FileIgnore, make_file_ignore
+from planner.values import Value, force_setattr, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+
+P = ParamSpec("P")
+Subject = TypeVar("Subject")
+Outcome = TypeVar("Outcome")
+SettingValue = Any
+"""The value of a setting: each kind has its own."""
+
+
+class Kind:
+    """How the values of a setting are written: text that is read, and text that reads back."""
+
+    holds = "text"
+    """What the key of a TOML file holds, in the words of the documentation."""
+    is_repeated = False
+    """Whether its option may be given several times; its values are tuples then."""
+    is_file = False
+
+    def read(self, text: str) -> SettingValue:
+        """Return the value of a text; raise ``ValueError`` with a sentence."""
+        return text
+
+    def text(self, value: SettingValue) -> str:
+        """Return the text that reads back as a value; raise ``ValueError`` where there is none."""
+        return str(value)
+
+    def choices(self) -> Iterable[str]:
+        """Return what a shell offers."""
+        return ()
+
+    def from_toml(self, raw: object, file: Path) -> SettingValue:  # noqa: ARG002 - paths count from it
+        """Return the value of what TOML holds; raise ``ValueError`` with a sentence."""
+        if isinstance(raw, str) and "text" in self.holds:
+            return self.read(raw)
+        if is_number(raw) and "number" in self.holds:
+            return self.read(repr(raw))
+        raise self.wrong(raw)
+
+    def wrong(self, raw: object) -> ValueError:
+        """Return the error for what TOML holds."""
+        got = "an empty text" if raw == "" else described(raw)
+        return ValueError(f"must be {self.holds}, got {got}")
+
+    def refusal(self, value: SettingValue) -> str:  # noqa: ARG002 - those with a range need it
+        """Return what a value of the right type must be; empty where it is."""
+        return ""
+
+
+class Number(Kind):
+    """A number with its unit in a range, perhaps not known exactly: ``0.5``, ``0.5kg``, ``0.5±0.1``.
+
+    Parameters
+    ----------
+    unit : str
+        May stand after the number.
+    low, high : float
+        The least and the greatest; an open range does not hold the least.
+    with_spread : bool
+        Whether it may have a standard deviation.
+    hint : str
+        Asked of whoever gives more than the greatest.
+    """
+
+    def __init__(
+        self,
+        unit: str,
+        low: float,
+        high: float,
+        *,
+        is_open: bool = False,
+        with_spread: bool = False,
+        hint: str = "",
+    ) -> None:
+        self.unit, self.low, self.high = unit, low, high
+        self.is_open, self.with_spread, self.hint = is_open, with_spread, hint
+        self.holds = "text or number" if with_spread else "number"
+
+    @property
+    def range_text(self) -> str:
+        """The range in words: ``0 to 100 s``, ``above 0 and at most 100 m/s``."""
+        unit = "°C" if self.unit == "C" else self.unit
+        low, high = (f"{one:g}".replace("-", "−") for one in (self.low, self.high))
+        words = f"above {low} and at most {high}" if self.is_open else f"{low} to {high}"
+        return f"{words} {unit}".rstrip()
+
+    def read(self, text: str) -> float | Spread:
+        """Return the number, or the number and its standard deviation."""
+        parts = [part.strip() for part in PLUS_MINUS.split(text)] if self.with_spread else [text]
+        if len(parts) > 2 or not all(parts):
+            msg = f"expected a value and its standard deviation, such as 5±2, got {text!r}"
+            raise ValueError(msg)
+        unit = self.written_unit
+        if len(parts) == 2 and parts[1].endswith(unit) and not parts[0].endswith(unit):
+            parts[0] += unit  # 95±2% is 95 % ± 2 %
+        mean, *sd = map(self.read_one, parts)
+        if sd and not 0.0 <= sd[0] < math.inf:
+            msg = f"expected a standard deviation of zero or more, got {text!r}"
+            raise ValueError(msg)
+        if refused := self.refusal(mean):
+            hint = f": {self.hint}" if self.hint and mean > self.high else ""
+            msg = f"expected {refused}, got {text!r}{hint}"
+            raise ValueError(msg)
+        return Spread(mean=mean, sd=sd[0]) if sd and sd[0] else mean
+
+    @property
+    def written_unit(self) -> str:
+        """The unit as it stands after a number."""
+        return self.unit
+
+    def read_one(self, text: str) -> float:
+        """Return a single number."""
+        return read_number(text, unit=self.unit)
+
+    def write_one(self, value: float) -> str:
+        """Return a single number as text."""
+        return exact(value)
+
+    def text(self, value: float | Spread) -> str:
+        """Return what reads back as a value."""
+        if isinstance(value, Spread):
+            return f"{self.write_one(value.mean)}±{self.write_one(value.sd)}"
+        return self.write_one(value)
+
+    def refusal(self, value: SettingValue) -> str:
+        """Return the range, where a value is outside."""
+        if not isinstance(value, Real | Spread):
+            return ""
+        mean = value.mean if isinstance(value, Spread) else float(value)
+        inside = self.low < mean if self.is_open else self.low <= mean
+        return "" if inside and mean <= self.high else self.range_text
+
+
+class Fraction(Number):
+    """A fraction from 0 to 1, as a percentage: ``20%``, ``0.2``, ``95±2%``."""
+
+    def __init__(self, *, is_open: bool = False, with_spread: bool = False) -> None:
+        super().__init__("", 0.0, 1.0, is_open=is_open, with_spread=with_spread)
+        self.holds = "text or number"
+
+    @property
+    def written_unit(self) -> str:
+        """A percentage."""
+        return "%"
+
+    @property
+    def range_text(self) -> str:
+        """The range in words."""
+        return "a fraction above 0 and at most 1" if self.is_open else "a fraction from 0 to 1"
+
+    def read_one(self, text: str) -> float:
+        """Return a fraction."""
+        return read_fraction(text)
+
+    def write_one(self, value: float) -> str:
+        """Return a fraction as a percentage."""
+        return exact_percent(value)
+
+
+class Form(Kind):
+    """A value with a form of its own, read and written by a pair of functions."""
+
+    def __init__(
+        self, read: Callable[[str], Any], text: Callable[[Any], str], holds: str = "text"
+    ) -> None:
+        self._read, self._text = read, text
+        self.holds = holds
+
+    def read(self, text: str) -> SettingValue:
+        """Return the value of a text."""
+        return self._read(text)
+
+    def text(self, value: SettingValue) -> str:
+        """Return what reads back as a value."""
+        return self._text(value)
+
+
+class Choice(Kind):
+    """One of a few values, each with its name."""
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        self.values = values
+
+    def read(self, text: str) -> SettingValue:
+        """Return the value of a name."""
+        if text not in self.values:
+            hint = nearest_hint(text, self.values)
+            msg = f"expected one of {', '.join(self.values)}, got {text!r}{hint}"
+            raise ValueError(msg)
+        return self.values[text]
+
+    def text(self, value: object) -> str:
+        """Return the name of a value."""
+        return next(name for name, one in self.values.items() if one == value)
+
+    def choices(self) -> Iterable[str]:
+        """Return the names."""
+        return self.values
+
+
+class Switch(Kind):
+    """On or off."""
+
+    holds = "true or false"
+
+    def from_toml(self, raw: object, file: Path) -> bool:
+        """Return what TOML holds."""
+        return raw if isinstance(raw, bool) else super().from_toml(raw, file)
+
+
+class File(Kind):
+    """A path, in a file counted from its folder."""
+
+    holds = "path"
+    is_file = True
+
+    def read(self, text: str) -> SettingValue:
+        """Return the path."""
+        return Path(text)
+
+    def from_toml(self, raw: object, file: Path) -> SettingValue:
+        """Return the path counted from the folder of the file."""
+        if isinstance(raw, str) and raw:
+            return self.read(self.beside(raw, file.parent))
+        raise self.wrong(raw)
+
+    def beside(self, text: str, folder: Path) -> str:
+        """Return a path counted from a folder."""
+        return str(folder / text)
+
+
+class Files(File):
+    """Paths."""
+
+    holds = "path or list of paths"
+    is_repeated = True
+
+    def read(self, text: str) -> tuple[Path, ...]:
+        """Return the path, as one of several."""
+        return (Path(text),)
+
+    def from_toml(self, raw: object, file: Path) -> SettingValue:
+        """Return the paths counted from the folder of the file."""
+        if isinstance(raw, list) and raw and all(isinstance(one, str) and one for one in raw):
+            return tuple(file.parent / one for one in raw)
+        return super().from_toml(raw, file)
+
+
+class NameOrFile(File):
+    """The name of what is shipped, or the path of a file that ends as it must."""
+
+    def __init__(self, holds: str, suffix: str, names: Callable[[], Iterable[str]]) -> None:
+        self.holds, self._suffix, self._names = holds, suffix, names
+
+    def read(self, text: str) -> str:
+        """Return the name or path as it is."""
+        return text
+
+    def choices(self) -> Iterable[str]:
+        """Return the names."""
+        return self._names()
+
+    def beside(self, text: str, folder: Path) -> str:
+        """Return a path counted from a folder, and a name as it is."""
+        is_path = text.endswith(self._suffix) or Path(text).name != text
+        return str(folder / text) if is_path else text
+
+
+class Codes(Kind):
+    """Codes of rules or their beginnings, separated by commas."""
+
+    holds = "text or list of texts"
+    is_repeated = True
+
+    def __init__(self, known: Callable[[], Iterable[str]]) -> None:
+        self._known = known
+
+    def read(self, text: str) -> tuple[str, ...]:
+        """Return the codes."""
+        codes = tuple(code.strip().upper() for code in text.split(",") if code.strip())
+        known = tuple(self._known())
+        for code in codes:
+            if not any(rule.startswith(code) for rule in known):
+                msg = f"no rule's code begins with {code!r}{nearest_hint(code, known)} (mavjoule rules)"
+                raise ValueError(msg)
+        return codes
+
+    def text(self, value: tuple[str, ...]) -> str:
+        """Return the codes with commas."""
+        return ",".join(value)
+
+    def choices(self) -> Iterable[str]:
+        """Return every code."""
+        return self._known()
+
+    def from_toml(self, raw: object, file: Path) -> tuple[str, ...]:  # noqa: ARG002 - as the others
+        """Return the codes of a text or a list."""
+        if isinstance(raw, str):
+            return self.read(raw)
+        if isinstance(raw, list) and all(isinstance(one, str) for one in raw):
+            return self.read(",".join(raw))
+        raise self.wrong(raw)
+
+
+class CodesByFile(Codes):
+    """A table of codes by the pattern of a mission's path."""
+
+    holds = "table of codes by file"
+
+    def from_toml(self, raw: object, file: Path) -> SettingValue:
+        """Return what the table ignores."""
+        if not isinstance(raw, dict):
+            raise self.wrong(raw)
+        return tuple(self._ignore(key, codes, file) for key, codes in raw.items())
+
+    def _ignore(self, key: str, raw: object, file: Path) -> FileIgnore:
+        try:
+            codes = Codes(self._known).from_toml(raw, file)
+            return make_file_ignore(key, codes, configuration=file)
+        except ValueError as error:
+            msg = f"{key!r}: {error}"
+            raise ValueError(msg) from error
+
+
+class Group(Enum):
+    """What a setting decides; commands take settings by group."""
+
+    FLIGHT = "how a mission is flown"
+    BATTERY = "what flies it"
+    JUDGEMENT = "whether it is a go"
+    FLEET = "missions that are flown at the same time"
+    REPORT = "where the report of a call goes, and how"
+
+
+class Row(Value):
+    """One number of a setting in the ``conditions`` of the JSON and the tables of the reports."""
+
+    key: str
+    label: str
+    shown: Callable[[float | None], str]
+    of: Callable[[Any], float | None]
+    """The number, from the value of the setting."""
+
+
+class Setting(Value):
+    """One thing a user can set."""
+
+    kind: Kind
+    group: Group
+    help: str
+    option: str = ""
+    """Name on the command line; empty where it only stands in a configuration."""
+    metavar: str = ""
+    unset: str = ""
+    """What holds where it is not given, for the help and the terminal UI."""
+    key: str = ""
+    """Key of the configuration, with its unit; by default the name of the field."""
+    field: str = ""
+    """The field that holds it; given by the class it is declared in."""
+    made_by: str = ""
+    """What a script gives that has a value of a wrong type, where a number does not do."""
+    load: Callable[[Any], Any] | None = None
+    """From what is written to what the field holds, where that is read from a file."""
+    into: Callable[[Any, Any], Any] | None = None
+    """The value of the field with that of this setting, where it is one of several of a field."""
+    label: str = ""
+    """Short name of its field in the terminal UI; empty: it has none there."""
+    example: str = ""
+    """In that field while it is empty; by default what holds."""
+    is_none_unset: bool = False
+    """Whether a script may give ``None`` for the default."""
+    in_file: bool = True
+    """Whether it may stand in a configuration."""
+    rows: tuple[Row, ...] = ()
+    phrase: Callable[[Any], str | None] | None = None
+    """A value in the one line about the conditions of a flight; ``None``: nothing worth telling."""
+
+    @property
+    def help_text(self) -> str:
+        """The help with what holds where it is not given."""
+        return f"{self.help} [default: {self.unset}]" if self.unset else self.help
+
+
+def is_finite_number(value: object) -> bool:
+    """Return whether a value is a number, of numpy or Python, and neither NaN nor infinite."""
+    return _is_number(value) and math.isfinite(value)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+class Declared(Value):
+    """A value whose fields are declared as settings, and refused by their declarations."""
+
+    def __post_init__(self) -> None:
+        for name, (setting, types, default) in _fields(type(self)).items():
+            value = getattr(self, name)
+            if value is default:
+                continue
+            if value is None and setting.is_none_unset:
+                force_setattr(self, name, default)
+            elif problem := _problem(setting, types, value):
+                msg = f"{name} must be {problem}"
+                raise UsageError(msg)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Return what settings by key make; what is absent or ``None`` is as it is by default.
+
+        Raises
+        ------
+        InputError
+            If a file that a setting names is unusable.
+        UsageError
+            If a value is out of its range.
+        """
+        fields: dict[str, Any] = {}
+        for setting in declared(cls):
+            if (value := values.get(setting.key)) is None:
+                continue
+            if setting.load is not None:
+                value = setting.load(value)
+            if setting.into is not None:
+                default = _fields(cls)[setting.field][2]
+                value = setting.into(fields.get(setting.field, default), value)
+            fields[setting.field] = value
+        return cls(**fields)
+
+
+@cache
+def declared(cls: type[Declared]) -> tuple[Setting, ...]:
+    """Return the settings of a value, in the order they are declared in."""
+    return tuple(
+        replace(setting, field=name, key=setting.key or name)
+        for name, annotation in _annotations(cls).items()
+        for setting in annotation.__metadata__
+    )
+
+
+def _annotations(cls: type[Declared]) -> dict[str, SettingValue]:
+    """Return the annotations of the fields of a value, its bases' first."""
+    return {
+        name: annotation
+        for base in reversed(cls.__mro__)
+        for name, annotation in vars(base).get("__annotations__", {}).items()
+        if hasattr(annotation, "__metadata__")
+    }
+
+
+@cache
+def _fields(cls: type[Declared]) -> dict[str, tuple[Setting, frozenset[str], object]]:
+    """Return the first setting of each field, the names of its types, and its default."""
+    names, values = cls.__struct_fields__, cls.__struct_defaults__
+    defaults = dict(zip(reversed(names), reversed(values), strict=False))
+    first = {setting.field: setting for setting in reversed(declared(cls))}
+    return {
+        name: (first[name], _type_names(one.__origin__), defaults.get(name, msgspec.NODEFAULT))
+        for name, one in _annotations(cls).items()
+    }
+
+
+def _type_names(types: SettingValue) -> frozenset[str]:
+    """Return the names of the types a field takes, which may not be imported yet."""
+    if isinstance(types, ForwardRef):
+        return frozenset(types.__forward_arg__.replace("None", "NoneType").split(" | "))
+    several = get_args(types) if get_args(types) and not hasattr(types, "__name__") else (types,)
+    return frozenset(one.__name__ for one in several)
+
+
+def _problem(setting: Setting, types: frozenset[str], value: SettingValue) -> str:
+    """Return what a value must be, and what it is; empty where it is right."""
+    if _is_number(value) and "float" in types:
+        if not math.isfinite(value):
+            return f"a finite number, got {value!r}"
+    elif not any(base.__name__ in types for base in type(value).__mro__):
+        shown = repr(value) if len(repr(value)) <= 60 else f"a {type(value).__name__}"
+        return f"{setting.made_by or 'a number'}: got {shown}"
+    refused = setting.kind.refusal(value)
+    return f"{refused}, got {value!r}" if refused else ""
+
+
+Made = TypeVar("Made", bound=Declared)
+
+
+def taking_settings(
+    use: Callable[[Subject, Made], Outcome], make: Callable[P, Made]
+) -> Callable[Concatenate[Subject, P], Outcome]:
+    """Return a use case that takes the fields of a declared value as keywords of its own.
+
+    Parameters
+    ----------
+    use : callable
+        Takes its subject and the value.
+    make : type
+        The class of the value, whose declarations are the documentation of the keywords.
+    """
+
+    def call(subject: Subject, /, *args: P.args, **settings: P.kwargs) -> Outcome:
+        return use(subject, make(*args, **settings))
+
+    cls: SettingValue = make
+    subject_name, _ = use.__code__.co_varnames[:2]
+    parameters = [Parameter(subject_name, Parameter.POSITIONAL_ONLY)]
+    for name, (_, _, default) in _fields(cls).items():
+        is_positional = name in cls.__match_args__
+        parameters.append(
+            Parameter(
+                name,
+                Parameter.POSITIONAL_OR_KEYWORD if is_positional else Parameter.KEYWORD_ONLY,
+                default=Parameter.empty if default is msgspec.NODEFAULT else default,
+            )
+        )
+    call.__doc__ = use.__doc__
+    call.__name__ = call.__qualname__ = use.__name__
+    vars(call)["__signature__"] = Signature(parameters)
+    return call
