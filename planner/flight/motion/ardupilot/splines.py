@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 _PIECES = 24
-"""ArduPilotPieces of a spline: a bend of 90° is then flown as ten of 9°."""
+"""Pieces of a spline: a bend of 90° is then flown as ten of 9°."""
 _LONGEST_TANGENTS = 4.0
 """``SPLINE_FACTOR``: both tangents together are at most so many times the way between the ends."""
 _ACCELERATION_SHARE = 0.5

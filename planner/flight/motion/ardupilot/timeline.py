@@ -1,4 +1,4 @@
-"""ArduPilotLegs and manoeuvres put one after the other in time: the pieces and segments of a flight."""
+"""Legs and manoeuvres put one after the other in time: the pieces and segments of a flight."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ INSTANT_S = 1e-9
 
 
 class ArduPilotPieces(Value, eq=False):
-    """ArduPilotPieces of motion of one source."""
+    """Pieces of motion of one source."""
 
     start_s: FloatArray
     end_s: FloatArray
@@ -56,7 +56,7 @@ class FlownSegments(Value, eq=False):
 
 
 class LegTimes(Value, eq=False):
-    """ArduPilotLegs on the clock of the flight."""
+    """Legs on the clock of the flight."""
 
     legs: ArduPilotLegs
     phases: FloatArray

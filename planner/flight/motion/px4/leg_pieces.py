@@ -1,4 +1,4 @@
-"""Px4Pieces of legs: turn, ramp, cruise, braking, hold."""
+"""Pieces of legs: turn, ramp, cruise, braking, hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Px4Legs: the moves of a flight, flown one after the other."""
+"""Legs: the moves of a flight, flown one after the other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Px4Pieces: the parts of moves collected kind by kind, and put into flown order as one motion."""
+"""Pieces: the parts of moves collected kind by kind, and put into flown order as one motion."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class SettlingLaw(Value, eq=False):
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
 """Segments a move may have, in flown order."""
 ORDERS = 24
-"""Px4Pieces a move may have at most."""
+"""Pieces a move may have at most."""
 
 _CUBIC, _BRAKE, _SETTLING = range(3)
 _SHORTEST_S = 1e-9
@@ -286,7 +286,7 @@ class Lines(Columns, eq=False):
 
 
 class _Collected(Value, eq=False):
-    """Px4Pieces of one kind, in the order they were added."""
+    """Pieces of one kind, in the order they were added."""
 
     law: int
     places: Places
@@ -298,7 +298,7 @@ class _Collected(Value, eq=False):
 
 @dataclass(slots=True)
 class Px4Pieces:
-    """Px4Pieces while they are collected; those of no duration are left out."""
+    """Pieces while they are collected; those of no duration are left out."""
 
     parts: list[_Collected] = field(default_factory=list)
     coefficients: list[FloatArray] = field(default_factory=list)
@@ -409,7 +409,7 @@ def _level(vectors: FloatArray) -> FloatArray:
 
 
 class Ordered(Value, eq=False):
-    """Px4Pieces in flown order, and the segments they make."""
+    """Pieces in flown order, and the segments they make."""
 
     segment: IntArray
     """Segment each piece belongs to. (p,)"""
