@@ -5,12 +5,12 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING
 
-from planner.link.codec import Message
 from planner.link.files import (
     _HEAD,
     FilePacket,
     Operation,
 )
+from planner.link.wire import Message
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from virtual_vehicle import VirtualVehicle, wire_item
 
-from planner.link.codec import (
+from planner.link.mission import MissionKind
+from planner.link.wire import (
     Message,
     message,
 )
-from planner.link.mission_transfer import MissionKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

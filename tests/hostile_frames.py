@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
 
-from planner.link.codec import (
+from planner.link.wire import (
     EXTENSIONS,
     LAYOUTS,
     Codec,

@@ -12,15 +12,15 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence
-from planner.link.codec import Message
+from planner.link.wire import Message
 from planner.physics.wind import Wind
-from planner.setup import Setup
-from planner.simulation import (
+from planner.service.simulation import (
     SimulationRequest,
     make_simulated_vehicle,
     make_simulated_wire,
     predict_flown,
 )
+from planner.setup import Setup
 from planner.simulator.faults import read_faults
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import replace
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     from planner.mission.items import Mission
     from planner.simulator.flown import FlownMission
-    from planner.simulator.lines import SimulatedWire
     from planner.simulator.setup import VehicleSetup
+    from planner.simulator.wire import SimulatedWire
 
 GROUND_STATION = 245
 BATTERY = Battery(capacity_ah=8.0, nominal_voltage_v=22.2)
@@ -101,7 +101,7 @@ _PEER = "simulated"
 
 
 class MemoryLine:
-    """The ground station's end of a line to a simulated vehicle; a `planner.link.line.Line`.
+    """The ground station's end of a line to a simulated vehicle; a `planner.link.wire.Line`.
 
     Parameters
     ----------

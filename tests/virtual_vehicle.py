@@ -14,16 +14,16 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
 
-from planner.link.codec import (
-    Codec,
-    Message,
-    message,
-)
-from planner.link.mission_transfer import (
+from planner.link.mission import (
     ITEM_FIELDS,
     MissionKind,
     MissionResult,
     WireItem,
+)
+from planner.link.wire import (
+    Codec,
+    Message,
+    message,
 )
 
 PX4, ARDUPILOT = 12, 3

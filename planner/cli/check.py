@@ -128,11 +128,11 @@ def _checked(
     setup = Setup.of(values)
     if not is_vehicle(mission):
         return service.check_file(mission, setup)
-    from planner import live
     from planner.cli.link import TransferProgress, link_request
+    from planner.service.vehicle import check_vehicle, fetch_vehicle
 
-    snapshot = live.fetch_vehicle(link_request(mission, link), on_progress=TransferProgress())
-    return live.check_vehicle(snapshot, setup, is_charge_given="charge" in values)
+    snapshot = fetch_vehicle(link_request(mission, link), on_progress=TransferProgress())
+    return check_vehicle(snapshot, setup, is_charge_given="charge" in values)
 
 
 def _add_summary(results: Results) -> None:

@@ -13,23 +13,24 @@ from typing import TYPE_CHECKING
 
 import click
 
-from planner import __version__, live_guard
+from planner import __version__
 from planner.cli.configuration import mission_settings
 from planner.cli.link import link_options, link_request, taken_link
 from planner.cli.options import CHECK_GROUPS, given_settings, setting_options
 from planner.cli.output import narrate
 from planner.errors import OutputError
-from planner.guard.guard import GuardSettings
+from planner.guard.decision import GuardSettings
 from planner.report.json import decision_json
 from planner.report.text import printable
 from planner.report.vehicle import (
     decision_text,
     status_line,
 )
+from planner.service.guard import GuardRequest, guard_vehicle
 from planner.setup import Setup
 
 if TYPE_CHECKING:
-    from planner.guard.guard import Decision
+    from planner.guard.decision import Decision
     from planner.guard.session import GuardStatus
 
 _DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min|h)?", re.IGNORECASE)
@@ -153,10 +154,10 @@ def command(
         if journal is not None:
             journal.add(decision)
 
-    live_guard.guard_vehicle(
+    guard_vehicle(
         request,
         Setup.of(values),
-        live_guard.GuardRequest(
+        GuardRequest(
             settings=GuardSettings(
                 valid_for_s=int(valid_for), confirmed_s=confirm_within, oldest_s=reread
             ),

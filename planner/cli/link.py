@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from planner.link.logs import DownloadedLog
-    from planner.live import LinkRequest
+    from planner.service.vehicle import LinkRequest
 
 LINK_OPTIONS = {
     "baud": click.option(
@@ -98,8 +98,8 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
         If the address is none.
     """
     from planner.link.address import read_address
-    from planner.link.exchange import LinkSettings
-    from planner.live import LinkRequest
+    from planner.link.transfers import LinkSettings
+    from planner.service.vehicle import LinkRequest
 
     address = read_address(url, baud=options["baud"])
     narrate(f"connecting to {address.text}")
@@ -190,18 +190,18 @@ def fetch(
     Exit codes: 0 both files are written, 2 they cannot be, 3 the vehicle did not answer, or broke
     off.
     """
-    from planner import live
     from planner.report.medium import Medium
     from planner.report.text import finding_lines
+    from planner.service.vehicle import fetch_vehicle, refuse_existing, write_snapshot
 
     if output.suffix.lower() not in {".plan", ".json"}:
         msg = f"{output}: give a name that ends in .plan"
         raise UsageError(msg)
     params = output.with_suffix(".params") if params is None else params
     if not force:
-        live.refuse_existing(output, params)
-    snapshot = live.fetch_vehicle(link_request(url, link), on_progress=TransferProgress())
-    live.write_snapshot(snapshot, output, params)
+        refuse_existing(output, params)
+    snapshot = fetch_vehicle(link_request(url, link), on_progress=TransferProgress())
+    write_snapshot(snapshot, output, params)
     for finding in (*snapshot.findings, *snapshot.mission.findings):
         for line in finding_lines(finding, file=snapshot.address, medium=Medium()):
             narrate(line)
@@ -231,15 +231,15 @@ def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCo
     Exit codes: 0 the same flight comes of both, 1 they differ, 2 unusable input or usage, 3 the
     vehicle did not answer, or broke off.
     """
-    from planner import live
     from planner.mission.files import read_mission
+    from planner.service.vehicle import compare_files, compare_with_vehicle
 
     mission = read_mission(first)
     if is_vehicle(second):
         request = link_request(second, link)
-        comparison = live.compare_with_vehicle(mission, request, on_progress=TransferProgress())
+        comparison = compare_with_vehicle(mission, request, on_progress=TransferProgress())
     else:
-        comparison = live.compare_files(mission, read_mission(second))
+        comparison = compare_files(mission, read_mission(second))
     if file_format == "json":
         from planner.report.json import comparison_json
 
@@ -282,11 +282,11 @@ def logs(
 
     Exit codes: 0 done, 2 unusable input or usage, 3 the vehicle did not answer, or broke off.
     """
-    from planner import live
+    from planner.service.vehicle import fetch_logs
 
     request = link_request(url, link)
     progress = TransferProgress()
-    found = live.fetch_logs(
+    found = fetch_logs(
         request,
         names=names,
         is_all=every,

@@ -20,8 +20,8 @@ from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.link.address import LinkAddress
-    from planner.simulator.lines import Passed
     from planner.simulator.vehicle import SimulatedVehicle
+    from planner.simulator.wire import PassedMessage
 
 _AUTOPILOTS = {"px4": Autopilot.PX4, "arducopter": Autopilot.ARDUPILOT}
 _RETRY_S = 10.0
@@ -107,7 +107,11 @@ def command(
     """
     from planner.link.address import read_address
     from planner.mission.files import read_mission
-    from planner.simulation import SimulationRequest, make_simulated_vehicle, open_simulation
+    from planner.service.simulation import (
+        SimulationRequest,
+        make_simulated_vehicle,
+        open_simulation,
+    )
     from planner.simulator.faults import read_faults
 
     address = read_address(url)
@@ -162,7 +166,7 @@ def _other_end(address: LinkAddress) -> str:
     return replace(address, kind=other, host="127.0.0.1" if everywhere else address.host).text
 
 
-def _tell(passed: Passed) -> None:
+def _tell(passed: PassedMessage) -> None:
     """Say on standard error what the vehicle says as text."""
     if not passed.is_to_vehicle and passed.message.name == "STATUSTEXT":
         narrate(f"vehicle: {passed.message['text']}")

@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from planner import (
-    live_upload,
-    quantity,
-)
+from planner import quantity
 from planner.cli.check_output import rendered
 from planner.cli.configuration import mission_settings
 from planner.cli.link import TransferProgress, link_options, link_request, taken_link
@@ -25,11 +22,12 @@ from planner.cli.output import narrate, write_data
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.report.comparison import difference_lines
+from planner.service.upload import send_mission
 from planner.setup import Output, Setup
 
 if TYPE_CHECKING:
     from planner.link.upload import UploadResult
-    from planner.live_upload import UploadProposal
+    from planner.service.upload import UploadProposal
 
 
 @click.command("upload", short_help="Check a mission for a vehicle and put it there.")
@@ -100,7 +98,7 @@ def command(
         return yes or click.confirm(question, err=True)
 
     try:
-        upload = live_upload.send_mission(
+        upload = send_mission(
             mission,
             link_request(url, link),
             Setup.of(values),

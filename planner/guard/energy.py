@@ -11,15 +11,129 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.returns.tightest import sweep_returns
-from planner.guard.progress import flight_progress
 from planner.physics.battery import delivered_energy_wh
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
-    from planner.guard.progress import MeasuredPlace, Progress
+    from planner.link.telemetry import Telemetry, VehicleIdentity, VehicleState
     from planner.vehicle.battery import Battery
+
+
+_SAMPLES = 400
+"""Points looked at along what is flown for one item. [-]"""
+_CLOCK_M_S = 0.1
+"""A second by the clock counts as much as this distance: it only tells alike places apart. [m s⁻¹]"""
+_BACK_S = 3.0
+"""A place may turn out to be so much earlier than the one before. [s]"""
+
+
+class MeasuredPlace(Value):
+    """Where a vehicle is, and which item it flies to."""
+
+    item: int
+    """From 1, home not counted."""
+    latitude_deg: float
+    longitude_deg: float
+    height_above_home_m: float
+
+
+class Progress(Value):
+    """A place on a predicted flight, and the energy of what is ahead, by the model."""
+
+    item: int
+    time_s: float
+    """Of the predicted flight. [s]"""
+    off_track_m: float
+    """From the nearest place of the predicted flight. [m]"""
+    used_wh: float
+    """Energy of the predicted flight until here. [Wh]"""
+    finish_wh: float
+    """Energy from here to the end, back onto the track included. [Wh]"""
+    finish_s: float
+    return_wh: float
+    """Energy to stop, return to where the vehicle itself would, and land. [Wh]"""
+    return_s: float
+    destination: int
+    """0 for home, n for rally point n, below 0 as in `planner.flight.returns.destination`."""
+
+
+def flight_progress(
+    returns: Returns,
+    place: MeasuredPlace,
+    *,
+    before: Progress | None = None,
+    elapsed_s: float = 0.0,
+) -> Progress:
+    """Return where on a predicted flight a measured place is.
+
+    Parameters
+    ----------
+    returns : Returns
+        The predicted flight and its returns.
+    place : MeasuredPlace
+        As the vehicle tells it.
+    before : Progress, optional
+        The progress before: among places that are alike, as in a hover, the one that fits the time
+        since then is taken, else the earliest; a lap that is over does not come again.
+    elapsed_s : float
+        Time since then. [s]
+
+    Notes
+    -----
+    The nearest of points along what is flown for the item.  The way back onto the track costs as
+    much a metre as the whole flight does on the mean.
+    """
+    route, flight = returns.route, returns.flight
+    east, north = route.frame.east_north_m([place.latitude_deg], [place.longitude_deg])
+    place_m = np.array([float(east[0]), float(north[0]), place.height_above_home_m])
+    after_s = 0.0 if before is None else max(before.time_s - _BACK_S, 0.0)
+    begin_s, end_s = _window(returns, place.item, after_s)
+    time_s = np.linspace(begin_s, end_s, _SAMPLES)
+    state = flight.motion.state_at_time(time_s)
+    along_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+    away_m = np.sqrt(np.square(along_m - place_m).sum(axis=1))
+    fits_s = begin_s if before is None else before.time_s + elapsed_s
+    at = int(np.argmin(np.square(away_m) + np.square(_CLOCK_M_S * (time_s - fits_s))))
+    segment, fraction = returns.at(time_s[at : at + 1])
+    points = returns.points(segment, fraction)
+    # The vehicle stops and turns back where it is, not where the prediction has it.
+    stand_m = points.stop_m - points.place_m + place_m
+    chosen = returns.destinations.chosen(place_m[None, :], points.stage)
+    return_s, return_wh = returns.fly(stand_m, points.stage, chosen)
+    length_m = float(flight.motion.segments.distance_m.sum())
+    total_wh, used_wh = float(returns.used_wh[-1]), float(points.used_wh[0])
+    off_m = float(away_m[at])
+    back_wh = off_m * total_wh / length_m if length_m > 0.0 else 0.0
+    return Progress(
+        item=place.item,
+        time_s=float(time_s[at]),
+        off_track_m=off_m,
+        used_wh=used_wh,
+        finish_wh=total_wh - used_wh + back_wh,
+        finish_s=flight.time_s - float(time_s[at]),
+        return_wh=float(points.stop_wh[0] + return_wh[0]),
+        return_s=float(points.stop_s[0] + return_s[0]),
+        destination=int(chosen[0]),
+    )
+
+
+def _window(returns: Returns, item: int, after_s: float) -> tuple[float, float]:
+    """Return from when to when an item is flown for the next time [s]."""
+    items = np.array([stage.item for stage in returns.route.stages])[returns.segment_stage]
+    end_s = returns.start_s + returns.flight.motion.segments.duration_s
+    ahead = end_s > after_s
+    same = np.flatnonzero(ahead & (items == item))
+    if not len(same):  # an item that only sets something: what is flown next
+        same = np.flatnonzero(ahead & (items > item))
+    if not len(same):
+        return min(after_s, float(end_s[-1])), float(end_s[-1])
+    first = int(same[0])
+    last = first
+    while last + 1 < len(items) and items[last + 1] == items[first]:
+        last += 1
+    return max(float(returns.start_s[first]), after_s), float(end_s[last])
 
 
 _STEP = 0.01
@@ -471,3 +585,123 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
                 headline="mavjoule: battery is not the one checked?",
                 text=text,
             )
+
+
+_HECTOJOULES_PER_WH = 36.0
+"""BATTERY_STATUS counts energy in them."""
+_FLYING_M = 1.0
+"""Height from which a vehicle that does not tell is in the air. [m]"""
+_PX4_MISSION, _ARDUPILOT_AUTO = (4 << 16) | (4 << 24), 3
+"""Custom mode of a vehicle that flies its mission."""
+
+
+class FlightFollower:
+    """Follows a vehicle from its arming to its landing.
+
+    Parameters
+    ----------
+    telemetry : Telemetry
+        What the vehicle tells.
+    identity : VehicleIdentity
+        Who it is.
+    warn_before_s : float
+        How long before the point of no return to warn. [s]
+    """
+
+    def __init__(
+        self, telemetry: Telemetry, identity: VehicleIdentity, *, warn_before_s: float
+    ) -> None:
+        self._telemetry = telemetry
+        self._identity = identity
+        self._warn_before_s = warn_before_s
+        self._prediction: Prediction | None = None
+        self._start: BatteryReading | None = None
+        self._watch: EnergyWatch | None = None
+        self._was_on_ground = False
+        self.is_flying = False
+        """At the last look."""
+
+    def predict(self, prediction: Prediction | None) -> None:
+        """Take what a check predicts, of this flight too where it has begun."""
+        self._prediction = prediction
+        if self._watch is not None:
+            if not self._was_on_ground:
+                self._start = self._battery_reading()
+            self._begin()
+
+    def take_arming(self, *, is_armed: bool) -> None:
+        """Take it that the vehicle has armed or disarmed."""
+        self._watch, self._start = None, None
+        if is_armed:
+            self._start = self._battery_reading()
+            self._begin()
+
+    def look(self, now_s: float) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
+        """Return the energy in flight, and the warnings that are new; none on the ground.
+
+        Parameters
+        ----------
+        now_s : float
+            Time by any clock. [s]
+        """
+        state = self._telemetry.state()
+        self.is_flying = _is_flying(state)
+        self._was_on_ground |= state.is_armed is False
+        position = state.position
+        if not self.is_flying or position is None:
+            return None, ()
+        if self._watch is None:  # it was in the air before us
+            self._start = self._battery_reading()
+            self._begin()
+        if self._watch is None:
+            return None, ()
+        place = MeasuredPlace(
+            item=self._present_item(),
+            latitude_deg=position.latitude_deg,
+            longitude_deg=position.longitude_deg,
+            height_above_home_m=position.height_above_home_m,
+        )
+        return self._watch.take(
+            place, self._battery_reading(), now_s, is_on_mission=self._is_on_mission()
+        )
+
+    def _begin(self) -> None:
+        if self._prediction is not None and self._start is not None:
+            self._watch = EnergyWatch(
+                self._prediction,
+                start=self._start,
+                warn_before_s=self._warn_before_s,
+                is_joined=not self._was_on_ground,
+            )
+
+    def _present_item(self) -> int:
+        current = self._telemetry.latest("MISSION_CURRENT")
+        number = 1 if current is None else int(current["seq"])
+        return max(number if self._identity.has_home_slot else number + 1, 1)
+
+    def _is_on_mission(self) -> bool:
+        beat = self._telemetry.latest("HEARTBEAT")
+        wanted = _ARDUPILOT_AUTO if self._identity.has_home_slot else _PX4_MISSION
+        return beat is not None and bool(beat["custom_mode"] == wanted)
+
+    def _battery_reading(self) -> BatteryReading:
+        battery = self._telemetry.state().battery
+        if battery is None:
+            return BatteryReading()
+        status = self._telemetry.latest("BATTERY_STATUS")
+        energy_hj = -1 if status is None else status["energy_consumed"]
+        return BatteryReading(
+            remaining_fraction=battery.remaining_fraction,
+            consumed_ah=battery.consumed_ah,
+            consumed_wh=energy_hj / _HECTOJOULES_PER_WH if energy_hj >= 0 else None,
+            voltage_v=battery.voltage_v,
+            current_a=battery.current_a,
+        )
+
+
+def _is_flying(state: VehicleState) -> bool:
+    if not state.is_armed:
+        return False
+    if state.is_landed is not None:
+        return not state.is_landed
+    return state.position is not None and state.position.height_above_home_m > _FLYING_M

@@ -8,16 +8,19 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.codec import message
-from planner.link.exchange import Exchange, Retransmission
+from planner.link.transfers import (
+    Exchange,
+    Retransmission,
+)
+from planner.link.wire import message
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from planner.link.codec import Message
-    from planner.link.exchange import LinkSettings
+    from planner.link.transfers import LinkSettings
+    from planner.link.wire import Message
 
 
 _MOST_AHEAD = 1 << 20

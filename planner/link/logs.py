@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, OutputError
-from planner.link.codec import message
-from planner.link.exchange import Exchange
 from planner.link.files import (
     ChunkStream,
     FileChecksum,
@@ -21,15 +19,17 @@ from planner.link.files import (
     FolderListing,
     crc32_of,
 )
+from planner.link.transfers import Exchange
+from planner.link.wire import message
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
-    from planner.link.codec import Message
-    from planner.link.exchange import LinkSettings
-    from planner.link.pymavlink_link import PymavlinkLink
+    from planner.link.transfers import LinkSettings
+    from planner.link.vehicle import PymavlinkLink
+    from planner.link.wire import Message
 
 
 _ALL = 0xFFFF

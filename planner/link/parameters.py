@@ -12,15 +12,15 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.codec import message
-from planner.link.exchange import Exchange
+from planner.link.transfers import Exchange
+from planner.link.wire import message
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.link.codec import Message
-    from planner.link.exchange import LinkSettings
+    from planner.link.transfers import LinkSettings
+    from planner.link.wire import Message
 
 
 MOST_PARAMETERS = 5_000

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.link.mission_items import mission_of_lists, shortest
-from planner.link.mission_transfer import MissionKind
-from planner.link.vehicle import VehicleSnapshot
+from planner.link.mission import (
+    MissionKind,
+    mission_of_lists,
+    shortest,
+)
+from planner.link.telemetry import VehicleSnapshot
 from planner.values import Value, replace
 from planner.vehicle.parameters.files import (
     ParameterSet,
@@ -21,9 +24,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
-    from planner.link.mission_transfer import WireItem
+    from planner.link.mission import WireItem
     from planner.link.parameters import WireParameter
-    from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleLink, VehicleState
+    from planner.link.telemetry import (
+        BatteryState,
+        VehicleIdentity,
+        VehicleLink,
+        VehicleState,
+    )
 
 _CAPACITIES_MAH = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
 _NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)

@@ -3,20 +3,348 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from planner.link.vehicle import (
-    BatteryState,
-    EventRecord,
-    StatusText,
-    VehiclePosition,
-    VehicleState,
-    WindEstimate,
-)
+from planner.autopilot import Autopilot
+from planner.catalogue import PX4_EVENTS
+from planner.link.transfers import Exchange
+from planner.link.wire import message
 from planner.mission.items import Home
+from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.link.codec import Message
+    from collections.abc import Mapping, Sequence
+
+    from planner.findings import Finding
+    from planner.link.mission import MissionKind, UploadOutcome, WireItem
+    from planner.link.parameters import WireParameter
+    from planner.link.transfers import LinkSettings
+    from planner.link.wire import Message
+    from planner.mission.items import Mission
+
+
+AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
+"""By MAV_AUTOPILOT."""
+_BYTEWISE, _CAST = 1 << 4, 1 << 17
+"""MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE and _C_CAST."""
+_RELEASES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
+"""FIRMWARE_VERSION_TYPE."""
+
+
+class VehicleIdentity(Value):
+    """Who is on the line."""
+
+    system: int
+    component: int
+    autopilot_number: int
+    """MAV_AUTOPILOT."""
+    vehicle_type: int
+    """MAV_TYPE."""
+    firmware_version: tuple[int, int, int] | None = None
+    firmware_release: str = ""
+    """``dev``, ``rc`` and the like; empty for a release."""
+    firmware_hash: str = ""
+    uid: str = ""
+    """The autopilot's own number in hexadecimal digits; empty where it sends none."""
+    capabilities: int | None = None
+    """MAV_PROTOCOL_CAPABILITY; ``None`` where the vehicle did not say."""
+
+    @property
+    def autopilot(self) -> Autopilot | None:
+        """Its firmware; ``None`` where it is none that missions are predicted for."""
+        return AUTOPILOTS.get(self.autopilot_number)
+
+    @property
+    def is_bytewise(self) -> bool:
+        """Whether whole parameters stand bytewise in their messages."""
+        said = (self.capabilities or 0) & (_BYTEWISE | _CAST)
+        if said in {_BYTEWISE, _CAST}:
+            return said == _BYTEWISE
+        return self.autopilot is Autopilot.PX4
+
+    @property
+    def has_home_slot(self) -> bool:
+        """Whether the first item of its mission is home, as ArduPilot has it."""
+        return self.autopilot is Autopilot.ARDUPILOT
+
+    @property
+    def label(self) -> str:
+        """In the words of a message: ``PX4 1.17.0 (system 1)``."""
+        name = f"MAV_AUTOPILOT {self.autopilot_number}"
+        if self.autopilot is not None:
+            name = self.autopilot.label
+        if self.firmware_version is not None:
+            name += f" {'.'.join(map(str, self.firmware_version))}{self.firmware_release}"
+        return f"{name} (system {self.system})"
+
+
+def firmware_release(kind: int) -> str:
+    """Return ``rc`` for 192; the number where it is between two kinds."""
+    return _RELEASES.get(kind, f"type {kind}")
+
+
+class BatteryState(Value):
+    """The first battery, as the vehicle measures it."""
+
+    remaining_fraction: float | None = None
+    """State of charge, 0 to 1. [-]"""
+    voltage_v: float | None = None
+    current_a: float | None = None
+    temperature_c: float | None = None
+    consumed_ah: float | None = None
+    """Since it was switched on. [Ah]"""
+    capacity_ah: float | None = None
+    """By the autopilot's parameters. [Ah]"""
+
+
+class VehiclePosition(Value):
+    """Where the vehicle is."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+    height_above_home_m: float
+
+
+class WindEstimate(Value):
+    """The wind, as the vehicle takes it to be."""
+
+    speed_m_s: float
+    from_deg: float
+    """Where it blows from. [°]"""
+
+
+class StatusText(Value):
+    """One STATUSTEXT, its chunks put together."""
+
+    severity: int
+    """MAV_SEVERITY: 0 emergency to 7 debug."""
+    text: str
+
+
+class VehicleState(Value):
+    """What a vehicle says of itself at one time."""
+
+    home: Home | None = None
+    battery: BatteryState | None = None
+    position: VehiclePosition | None = None
+    wind: WindEstimate | None = None
+    is_armed: bool | None = None
+    """``None`` where no heartbeat was heard."""
+    is_landed: bool | None = None
+    """``None`` where it does not say."""
+
+    @property
+    def hazard(self) -> str:
+        """Why nothing on it may be changed now, such as ``it is armed``; empty where it may."""
+        if self.is_armed is None:
+            return "it does not say whether it is armed"
+        found = ["armed"] * self.is_armed + ["in the air"] * (self.is_landed is False)
+        return f"it is {' and '.join(found)}" if found else ""
+
+
+class VehicleSnapshot(Value):
+    """Everything that was read from a vehicle."""
+
+    address: str
+    """The normalised address."""
+    identity: VehicleIdentity
+    state: VehicleState
+    mission: Mission
+    """Mission, fence and rally points, home as the vehicle has it."""
+    parameters: tuple[WireParameter, ...]
+    findings: tuple[Finding, ...] = ()
+    """What has to be known about it."""
+
+
+class VehicleLink(Protocol):
+    """What the product needs of a vehicle; `planner.errors.LinkError` where the line fails."""
+
+    @property
+    def identity(self) -> VehicleIdentity:
+        """Who is on the line."""
+
+    def fetch_items(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
+        """Return one list of items; ``None`` where the vehicle knows no such list."""
+
+    def upload_items(
+        self, kind: MissionKind, items: Sequence[WireItem]
+    ) -> tuple[UploadOutcome, str]:
+        """Replace one list of items; the text says why it was rejected."""
+
+    def fetch_parameters(self) -> tuple[WireParameter, ...]:
+        """Return every parameter."""
+
+    def fetch_state(self) -> VehicleState:
+        """Return what the vehicle says of itself."""
+
+    def listen(self, duration_s: float) -> tuple[StatusText, ...]:
+        """Return the texts that the vehicle sends in a time [s], and those not taken before."""
+
+    def fetch_events(self) -> tuple[VehicleEvent, ...]:
+        """Return the events that the vehicle reported and that were not taken before."""
+
+    def has_no_mission(self) -> bool:
+        """Return whether the vehicle says that it has no mission that it would fly."""
+
+    def is_heard(self, timeout_s: float) -> bool:
+        """Return whether the vehicle sends another heartbeat within a time."""
+
+    def close(self) -> None:
+        """Close the line."""
+
+
+_OFFSET_BASIS, _PRIME = 0x811C9DC5, 0x01000193
+_AUTOPILOT = 1 << 24
+_MOST_KEPT = 200
+_MOST_MISSING = 100
+"""PX4 keeps fewer."""
+_ITEM_FIRST = frozenset(
+    {
+        *("navigator_mis_no_home_rel_alt", "navigator_mis_unsup_cmd"),
+        *("navigator_mis_geofence_violation", "navigator_mis_geofence_path_violation"),
+        *("navigator_mis_geofence_loiter_breach", "navigator_mis_geofence_jump_breach"),
+        *("navigator_mis_do_jump_invalid", "navigator_mis_dm_read_fail"),
+    }
+)
+"""Events whose first argument is the number of an item, from 1, in two bytes."""
+
+
+def event_number(name: str) -> int:
+    """Return the number of an autopilot's event."""
+    value = _OFFSET_BASIS
+    for byte in name.encode("ascii"):
+        value = (value ^ byte) * _PRIME & 0xFFFFFFFF
+    return value & 0xFFFFFF | _AUTOPILOT
+
+
+MISSION_EVENTS: Mapping[int, str] = {event_number(name): name for name in PX4_EVENTS}
+"""By number, the names of the events about missions."""
+
+
+class VehicleEvent(Value):
+    """One EVENT."""
+
+    number: int
+    severity: int
+    """As that of a text: 0 emergency to 7 debug."""
+    arguments: bytes = b""
+
+    @property
+    def name(self) -> str:
+        """Its name, where it is about missions; else empty."""
+        return MISSION_EVENTS.get(self.number, "")
+
+    @property
+    def item(self) -> int | None:
+        """The item it is about, from 1, where it tells one."""
+        if self.name not in _ITEM_FIRST:
+            return None
+        return int.from_bytes(self.arguments[:2], "little") or None
+
+
+class EventRecord:
+    """The events of one vehicle in their order, and which are missing."""
+
+    def __init__(self) -> None:
+        self._latest: int | None = None
+        """Number in the sequence of the latest event that is known of."""
+        self._missing: set[int] = set()
+        self._events: list[VehicleEvent] = []
+
+    @property
+    def missing(self) -> tuple[int, ...]:
+        """What is known to have been sent and did not come, by its number in the sequence."""
+        return tuple(sorted(self._missing))
+
+    def take(self, received: Message) -> None:
+        """Take an EVENT or a CURRENT_EVENT_SEQUENCE."""
+        sequence: int = received["sequence"]
+        if received.name == "CURRENT_EVENT_SEQUENCE":
+            self._hear_of(sequence)
+            return
+        is_repeated = (
+            self._latest is not None
+            and (sequence - self._latest) & 0xFFFF not in range(1, 0x8000)
+            and sequence not in self._missing
+        )
+        if is_repeated:
+            return
+        if self._latest is None:
+            self._latest = (sequence - 1) & 0xFFFF
+        self._hear_of(sequence)
+        self._missing.discard(sequence)
+        if len(self._events) < _MOST_KEPT:
+            event = VehicleEvent(
+                number=received["id"],
+                severity=received["log_levels"] & 0xF,
+                arguments=bytes(received["arguments"]),
+            )
+            self._events.append(event)
+
+    def take_events(self) -> tuple[VehicleEvent, ...]:
+        """Return what came since this was asked."""
+        events = tuple(self._events)
+        self._events.clear()
+        return events
+
+    def give_up(self) -> None:
+        """Wait no more for what is missing."""
+        self._missing.clear()
+
+    def _hear_of(self, sequence: int) -> None:
+        """Take it that everything up to a number was sent."""
+        if self._latest is None:
+            self._latest = sequence
+        ahead = (sequence - self._latest) & 0xFFFF
+        if ahead >= 0x8000:
+            return  # late
+        if ahead > _MOST_MISSING:  # it was restarted, or counts in its own way
+            self._missing.clear()
+            ahead = 0
+        self._missing |= {(sequence - step) & 0xFFFF for step in range(ahead)}
+        self._latest = sequence
+
+
+class EventRequest(Exchange):
+    """Asks for the events that are missing; one that cannot be had is done without.
+
+    Parameters
+    ----------
+    record : EventRecord
+        Told every event by others.
+    settings : LinkSettings
+        How patient to be.
+    retries : int
+        How often to ask again.
+    """
+
+    def __init__(self, record: EventRecord, settings: LinkSettings, *, retries: int) -> None:
+        super().__init__(settings, retries=retries)
+        self._record = record
+        self._wanted = len(record.missing)
+        self.is_done = not record.missing
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """Events that came, and how many were missing."""
+        return self._wanted - len(self._record.missing), self._wanted
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every transfer
+        """Take a message of the vehicle, which the record has taken before."""
+        self.is_done = not self._record.missing
+        return ()
+
+    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
+        self._record.give_up()
+        self.is_done = True
+
+    def _requests(self) -> tuple[Message, ...]:
+        return tuple(
+            message("REQUEST_EVENT", first_sequence=sequence, last_sequence=sequence)
+            for sequence in self._record.missing
+        )
+
 
 _NO_VOLTAGE_MV = 65_535
 _NO_CURRENT_CA = -1

@@ -7,8 +7,12 @@ import struct
 from typing import TYPE_CHECKING
 
 from planner.errors import ExitCode, LinkError, UsageError
-from planner.link.mission_items import lists_of_mission, mission_of_lists
-from planner.link.mission_transfer import MissionKind, UploadOutcome
+from planner.link.mission import (
+    MissionKind,
+    UploadOutcome,
+    lists_of_mission,
+    mission_of_lists,
+)
 from planner.mission.compare import compare_missions
 from planner.values import Value, field_values, replace
 
@@ -16,8 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
     from typing import ClassVar
 
-    from planner.link.mission_transfer import WireItem
-    from planner.link.vehicle import StatusText, VehicleEvent, VehicleLink
+    from planner.link.mission import WireItem
+    from planner.link.telemetry import (
+        StatusText,
+        VehicleEvent,
+        VehicleLink,
+    )
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
 

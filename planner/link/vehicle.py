@@ -1,344 +1,302 @@
-"""What the product needs of a vehicle, and the values that come of it."""
+"""A vehicle by its messages: pymavlink's dialect, our own transfers."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+import random
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from planner.autopilot import Autopilot
-from planner.catalogue import PX4_EVENTS
-from planner.link.codec import message
-from planner.link.exchange import Exchange
-from planner.values import Value
+from planner.errors import LinkError
+from planner.link.connection import OWN_SYSTEM, Connection, uid_text
+from planner.link.files import FileNumbers
+from planner.link.mission import MissionDownload, MissionUpload
+from planner.link.parameters import ParameterDownload, Purpose
+from planner.link.telemetry import EventRequest, VehicleIdentity, firmware_release
+from planner.link.transfers import LinkSettings, MessageRequest
+from planner.link.wire import open_line
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
-    from planner.findings import Finding
-    from planner.link.codec import Message
-    from planner.link.exchange import LinkSettings
-    from planner.link.mission_transfer import MissionKind, UploadOutcome, WireItem
+    from planner.link.address import LinkAddress
+    from planner.link.mission import MissionKind, UploadOutcome, WireItem
     from planner.link.parameters import WireParameter
-    from planner.mission.items import Home, Mission
+    from planner.link.telemetry import StatusText, VehicleEvent, VehicleState
+    from planner.link.wire import Message, Transfer, VehicleLine
+OnProgress = Callable[[str, int, int | None], None]
 
 
-AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
-"""By MAV_AUTOPILOT."""
-_BYTEWISE, _CAST = 1 << 4, 1 << 17
-"""MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE and _C_CAST."""
-_RELEASES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
-"""FIRMWARE_VERSION_TYPE."""
+_IDENTITY = ("AUTOPILOT_VERSION", 148)
+_STATE = (
+    ("HOME_POSITION", 242),
+    ("SYS_STATUS", 1),
+    ("BATTERY_STATUS", 147),
+    ("GLOBAL_POSITION_INT", 33),
+    ("EXTENDED_SYS_STATE", 245),
+)
+_PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
+_LATEST_WORD_S = 10.0
+"""A word to a question that comes later than this is lost. [s]"""
+_WARNING = 4
+"""MAV_SEVERITY_WARNING; greater numbers are less."""
+_NO_MISSION = 1
+"""MISSION_STATE."""
+_OPTIONAL_RETRIES = 6
+"""Of a message that a vehicle may not have."""
 
 
-class VehicleIdentity(Value):
-    """Who is on the line."""
+class PymavlinkLink:
+    """The messages of a vehicle; a `planner.link.telemetry.VehicleLink`.
 
-    system: int
-    component: int
-    autopilot_number: int
-    """MAV_AUTOPILOT."""
-    vehicle_type: int
-    """MAV_TYPE."""
-    firmware_version: tuple[int, int, int] | None = None
-    firmware_release: str = ""
-    """``dev``, ``rc`` and the like; empty for a release."""
-    firmware_hash: str = ""
-    uid: str = ""
-    """The autopilot's own number in hexadecimal digits; empty where it sends none."""
-    capabilities: int | None = None
-    """MAV_PROTOCOL_CAPABILITY; ``None`` where the vehicle did not say."""
+    Parameters
+    ----------
+    line : Line
+        Open; closed with the link.
+    name : str
+        The normalised address.
+    settings : LinkSettings
+        How patient to be.
+    purpose : Purpose
+        What may be sent.
+    system : int, optional
+        System id of the vehicle; default the only one on the line.
+    own_system : int
+        System id of this program.
+    on_progress : callable
+        Told what is being exchanged, how much of it is done, and of how much.
 
-    @property
-    def autopilot(self) -> Autopilot | None:
-        """Its firmware; ``None`` where it is none that missions are predicted for."""
-        return AUTOPILOTS.get(self.autopilot_number)
+    Raises
+    ------
+    LinkError
+        If no vehicle is heard, or several are.
+    """
 
-    @property
-    def is_bytewise(self) -> bool:
-        """Whether whole parameters stand bytewise in their messages."""
-        said = (self.capabilities or 0) & (_BYTEWISE | _CAST)
-        if said in {_BYTEWISE, _CAST}:
-            return said == _BYTEWISE
-        return self.autopilot is Autopilot.PX4
-
-    @property
-    def has_home_slot(self) -> bool:
-        """Whether the first item of its mission is home, as ArduPilot has it."""
-        return self.autopilot is Autopilot.ARDUPILOT
-
-    @property
-    def label(self) -> str:
-        """In the words of a message: ``PX4 1.17.0 (system 1)``."""
-        name = f"MAV_AUTOPILOT {self.autopilot_number}"
-        if self.autopilot is not None:
-            name = self.autopilot.label
-        if self.firmware_version is not None:
-            name += f" {'.'.join(map(str, self.firmware_version))}{self.firmware_release}"
-        return f"{name} (system {self.system})"
-
-
-def firmware_release(kind: int) -> str:
-    """Return ``rc`` for 192; the number where it is between two kinds."""
-    return _RELEASES.get(kind, f"type {kind}")
-
-
-class BatteryState(Value):
-    """The first battery, as the vehicle measures it."""
-
-    remaining_fraction: float | None = None
-    """State of charge, 0 to 1. [-]"""
-    voltage_v: float | None = None
-    current_a: float | None = None
-    temperature_c: float | None = None
-    consumed_ah: float | None = None
-    """Since it was switched on. [Ah]"""
-    capacity_ah: float | None = None
-    """By the autopilot's parameters. [Ah]"""
-
-
-class VehiclePosition(Value):
-    """Where the vehicle is."""
-
-    latitude_deg: float
-    longitude_deg: float
-    altitude_amsl_m: float
-    height_above_home_m: float
-
-
-class WindEstimate(Value):
-    """The wind, as the vehicle takes it to be."""
-
-    speed_m_s: float
-    from_deg: float
-    """Where it blows from. [°]"""
-
-
-class StatusText(Value):
-    """One STATUSTEXT, its chunks put together."""
-
-    severity: int
-    """MAV_SEVERITY: 0 emergency to 7 debug."""
-    text: str
-
-
-class VehicleState(Value):
-    """What a vehicle says of itself at one time."""
-
-    home: Home | None = None
-    battery: BatteryState | None = None
-    position: VehiclePosition | None = None
-    wind: WindEstimate | None = None
-    is_armed: bool | None = None
-    """``None`` where no heartbeat was heard."""
-    is_landed: bool | None = None
-    """``None`` where it does not say."""
-
-    @property
-    def hazard(self) -> str:
-        """Why nothing on it may be changed now, such as ``it is armed``; empty where it may."""
-        if self.is_armed is None:
-            return "it does not say whether it is armed"
-        found = ["armed"] * self.is_armed + ["in the air"] * (self.is_landed is False)
-        return f"it is {' and '.join(found)}" if found else ""
-
-
-class VehicleSnapshot(Value):
-    """Everything that was read from a vehicle."""
-
-    address: str
-    """The normalised address."""
-    identity: VehicleIdentity
-    state: VehicleState
-    mission: Mission
-    """Mission, fence and rally points, home as the vehicle has it."""
-    parameters: tuple[WireParameter, ...]
-    findings: tuple[Finding, ...] = ()
-    """What has to be known about it."""
-
-
-class VehicleLink(Protocol):
-    """What the product needs of a vehicle; `planner.errors.LinkError` where the line fails."""
+    def __init__(
+        self,
+        line: VehicleLine,
+        *,
+        name: str,
+        settings: LinkSettings | None = None,
+        purpose: Purpose = Purpose.READ,
+        system: int | None = None,
+        own_system: int = OWN_SYSTEM,
+        on_progress: OnProgress = lambda *_: None,
+    ) -> None:
+        self.settings = settings or LinkSettings()
+        self._on_progress = on_progress
+        self._stray = 0
+        """Words of the vehicle that may still come to what it was asked before."""
+        self._stray_until_s = 0.0
+        self.file_numbers = FileNumbers(random.randrange(1 << 16))
+        """Of the requests of its file protocol."""
+        self.connection = Connection(
+            line,
+            name=name,
+            settings=self.settings,
+            purpose=purpose,
+            system=system,
+            own_system=own_system,
+        )
+        try:
+            self.connection.wait_for_vehicle(
+                lambda: self._on_progress("the vehicle's heartbeat", 0, None)
+            )
+            self._identity = self._fetch_identity()
+        except BaseException:
+            self.connection.close()
+            raise
 
     @property
     def identity(self) -> VehicleIdentity:
         """Who is on the line."""
+        return self._identity
+
+    def close(self) -> None:
+        """Close the line."""
+        self.connection.close()
 
     def fetch_items(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
-        """Return one list of items; ``None`` where the vehicle knows no such list."""
+        """Return one list of items; ``None`` where the vehicle knows no such list.
+
+        Raises
+        ------
+        LinkError
+            If the transfer stalls; the message says at which item.
+        """
+        download = MissionDownload(kind, self.settings)
+        self.run(download, kind.label)
+        return download.items if download.is_supported else None
 
     def upload_items(
         self, kind: MissionKind, items: Sequence[WireItem]
     ) -> tuple[UploadOutcome, str]:
-        """Replace one list of items; the text says why it was rejected."""
+        """Replace one list of items.
+
+        Returns
+        -------
+        tuple of UploadOutcome and str
+            The text says what the vehicle refused.
+
+        Raises
+        ------
+        LinkError
+            If the transfer stalls; the message says at which item.
+        """
+        upload = MissionUpload(kind, items, self.settings)
+        self.run(upload, f"{kind.label}, to the vehicle")
+        assert upload.outcome is not None  # a transfer that is done has one
+        return upload.outcome, upload.rejection
 
     def fetch_parameters(self) -> tuple[WireParameter, ...]:
-        """Return every parameter."""
+        """Return every parameter, in the vehicle's order.
+
+        Raises
+        ------
+        LinkError
+            If the transfer stalls, or more are claimed than can be.
+        """
+        download = ParameterDownload(self.settings)
+        self.run(download, "parameters")
+        return download.parameters
 
     def fetch_state(self) -> VehicleState:
-        """Return what the vehicle says of itself."""
+        """Return what the vehicle says of itself now; each part but its arming may be missing.
+
+        Raises
+        ------
+        LinkError
+            If no heartbeat comes, in which alone it stands whether it is armed.
+        """
+        wind = _ARDUPILOT_WIND if self._identity.has_home_slot else _PX4_WIND
+        self.connection.telemetry.forget("HEARTBEAT")
+        for name, number in (*_STATE, wind):
+            self._request(name, number, retries=_OPTIONAL_RETRIES)
+        if not self.connection.awaits_heartbeat(self.settings.heartbeat_timeout_s):
+            msg = (
+                f"{self._identity.label} sent no heartbeat in "
+                f"{self.settings.heartbeat_timeout_s:g} s: whether it is armed is not known; bring "
+                "the radio closer, or give a longer --heartbeat-timeout"
+            )
+            raise LinkError(msg)
+        return self.connection.telemetry.state()
 
     def listen(self, duration_s: float) -> tuple[StatusText, ...]:
         """Return the texts that the vehicle sends in a time [s], and those not taken before."""
+        self.connection.listen(duration_s)
+        return self.connection.telemetry.take_texts()
 
     def fetch_events(self) -> tuple[VehicleEvent, ...]:
         """Return the events that the vehicle reported and that were not taken before."""
+        record = self.connection.telemetry.events
+        self.connection.run(EventRequest(record, self.settings, retries=_OPTIONAL_RETRIES))
+        return record.take_events()
 
     def has_no_mission(self) -> bool:
-        """Return whether the vehicle says that it has no mission that it would fly."""
+        """Return whether the vehicle says that it has no mission that it would fly.
+
+        PX4 says so of a mission that its feasibility check rejects (``update_mission_state``),
+        versions before 2025 do not say.
+        """
+        current = self._request("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES)
+        return current is not None and current["mission_state"] == _NO_MISSION
 
     def is_heard(self, timeout_s: float) -> bool:
         """Return whether the vehicle sends another heartbeat within a time."""
+        return self.connection.hears_vehicle(timeout_s)
 
-    def close(self) -> None:
-        """Close the line."""
-
-
-_OFFSET_BASIS, _PRIME = 0x811C9DC5, 0x01000193
-_AUTOPILOT = 1 << 24
-_MOST_KEPT = 200
-_MOST_MISSING = 100
-"""PX4 keeps fewer."""
-_ITEM_FIRST = frozenset(
-    {
-        *("navigator_mis_no_home_rel_alt", "navigator_mis_unsup_cmd"),
-        *("navigator_mis_geofence_violation", "navigator_mis_geofence_path_violation"),
-        *("navigator_mis_geofence_loiter_breach", "navigator_mis_geofence_jump_breach"),
-        *("navigator_mis_do_jump_invalid", "navigator_mis_dm_read_fail"),
-    }
-)
-"""Events whose first argument is the number of an item, from 1, in two bytes."""
-
-
-def event_number(name: str) -> int:
-    """Return the number of an autopilot's event."""
-    value = _OFFSET_BASIS
-    for byte in name.encode("ascii"):
-        value = (value ^ byte) * _PRIME & 0xFFFFFFFF
-    return value & 0xFFFFFF | _AUTOPILOT
-
-
-MISSION_EVENTS: Mapping[int, str] = {event_number(name): name for name in PX4_EVENTS}
-"""By number, the names of the events about missions."""
-
-
-class VehicleEvent(Value):
-    """One EVENT."""
-
-    number: int
-    severity: int
-    """As that of a text: 0 emergency to 7 debug."""
-    arguments: bytes = b""
-
-    @property
-    def name(self) -> str:
-        """Its name, where it is about missions; else empty."""
-        return MISSION_EVENTS.get(self.number, "")
-
-    @property
-    def item(self) -> int | None:
-        """The item it is about, from 1, where it tells one."""
-        if self.name not in _ITEM_FIRST:
-            return None
-        return int.from_bytes(self.arguments[:2], "little") or None
-
-
-class EventRecord:
-    """The events of one vehicle in their order, and which are missing."""
-
-    def __init__(self) -> None:
-        self._latest: int | None = None
-        """Number in the sequence of the latest event that is known of."""
-        self._missing: set[int] = set()
-        self._events: list[VehicleEvent] = []
-
-    @property
-    def missing(self) -> tuple[int, ...]:
-        """What is known to have been sent and did not come, by its number in the sequence."""
-        return tuple(sorted(self._missing))
-
-    def take(self, received: Message) -> None:
-        """Take an EVENT or a CURRENT_EVENT_SEQUENCE."""
-        sequence: int = received["sequence"]
-        if received.name == "CURRENT_EVENT_SEQUENCE":
-            self._hear_of(sequence)
-            return
-        is_repeated = (
-            self._latest is not None
-            and (sequence - self._latest) & 0xFFFF not in range(1, 0x8000)
-            and sequence not in self._missing
+    def _fetch_identity(self) -> VehicleIdentity:
+        heard = self.connection.vehicle
+        question = self._ask(*_IDENTITY, retries=self.settings.retries)
+        version = question.answer
+        identity = VehicleIdentity(
+            system=heard.system,
+            component=heard.component,
+            autopilot_number=heard.autopilot,
+            vehicle_type=heard.vehicle_type,
         )
-        if is_repeated:
-            return
-        if self._latest is None:
-            self._latest = (sequence - 1) & 0xFFFF
-        self._hear_of(sequence)
-        self._missing.discard(sequence)
-        if len(self._events) < _MOST_KEPT:
-            event = VehicleEvent(
-                number=received["id"],
-                severity=received["log_levels"] & 0xF,
-                arguments=bytes(received["arguments"]),
+        if identity.autopilot is not None and not question.is_heard:
+            own = self.connection.own_system
+            msg = (
+                f"{identity.label} is heard on {self.connection.name} and answers nothing: does the "
+                "line carry both ways (a radio's power, the way back through a router), and may "
+                f"system {own} speak to it (ArduPilot's SYSID_ENFORCE and MAV_OPTIONS let the "
+                "pilot's station alone: give --own-system-id 255; signing)?"
             )
-            self._events.append(event)
-
-    def take_events(self) -> tuple[VehicleEvent, ...]:
-        """Return what came since this was asked."""
-        events = tuple(self._events)
-        self._events.clear()
-        return events
-
-    def give_up(self) -> None:
-        """Wait no more for what is missing."""
-        self._missing.clear()
-
-    def _hear_of(self, sequence: int) -> None:
-        """Take it that everything up to a number was sent."""
-        if self._latest is None:
-            self._latest = sequence
-        ahead = (sequence - self._latest) & 0xFFFF
-        if ahead >= 0x8000:
-            return  # late
-        if ahead > _MOST_MISSING:  # it was restarted, or counts in its own way
-            self._missing.clear()
-            ahead = 0
-        self._missing |= {(sequence - step) & 0xFFFF for step in range(ahead)}
-        self._latest = sequence
-
-
-class EventRequest(Exchange):
-    """Asks for the events that are missing; one that cannot be had is done without.
-
-    Parameters
-    ----------
-    record : EventRecord
-        Told every event by others.
-    settings : LinkSettings
-        How patient to be.
-    retries : int
-        How often to ask again.
-    """
-
-    def __init__(self, record: EventRecord, settings: LinkSettings, *, retries: int) -> None:
-        super().__init__(settings, retries=retries)
-        self._record = record
-        self._wanted = len(record.missing)
-        self.is_done = not record.missing
-
-    @property
-    def progress(self) -> tuple[int, int | None]:
-        """Events that came, and how many were missing."""
-        return self._wanted - len(self._record.missing), self._wanted
-
-    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every transfer
-        """Take a message of the vehicle, which the record has taken before."""
-        self.is_done = not self._record.missing
-        return ()
-
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
-        self._record.give_up()
-        self.is_done = True
-
-    def _requests(self) -> tuple[Message, ...]:
-        return tuple(
-            message("REQUEST_EVENT", first_sequence=sequence, last_sequence=sequence)
-            for sequence in self._record.missing
+            raise LinkError(msg)
+        if version is None:
+            return identity
+        number = version["flight_sw_version"]
+        return VehicleIdentity(
+            system=heard.system,
+            component=heard.component,
+            autopilot_number=heard.autopilot,
+            vehicle_type=heard.vehicle_type,
+            firmware_version=(number >> 24 & 255, number >> 16 & 255, number >> 8 & 255)
+            if number
+            else None,
+            firmware_release=firmware_release(number & 255) if number else "",
+            firmware_hash=bytes(version["flight_custom_version"]).hex(),
+            uid=uid_text(version),
+            capabilities=version["capabilities"],
         )
+
+    def _request(self, name: str, number: int, *, retries: int) -> Message | None:
+        """Return a message, which the vehicle may not have."""
+        return self._ask(name, number, retries=retries).answer
+
+    def _ask(self, name: str, number: int, *, retries: int) -> MessageRequest:
+        stray = self._stray if self.connection.now_s < self._stray_until_s else 0
+        question = MessageRequest(name, number, self.settings, retries=retries, stray=stray)
+        self.connection.run(question, lambda: self._on_progress(name, 0, None))
+        self._stray = question.stray
+        self._stray_until_s = self.connection.now_s + _LATEST_WORD_S
+        return question
+
+    def run(self, transfer: Transfer, what: str) -> None:
+        """Run a transfer to its end, telling how far it is.
+
+        Raises
+        ------
+        LinkError
+            If it stalls or the line breaks.
+        """
+        telemetry = self.connection.telemetry
+        before = telemetry.texts_said
+        try:
+            self.connection.run(transfer, lambda: self._on_progress(what, *transfer.progress))
+        except LinkError as error:
+            texts = telemetry.texts_after(before)
+            said = [one.text for one in texts if one.severity <= _WARNING]
+            if not said:
+                raise
+            msg = f"{error}; the vehicle says: {said[-1]}"
+            raise type(error)(msg) from error
+
+
+def open_vehicle(
+    address: LinkAddress,
+    *,
+    settings: LinkSettings | None = None,
+    purpose: Purpose = Purpose.READ,
+    system: int | None = None,
+    own_system: int = OWN_SYSTEM,
+    on_progress: OnProgress = lambda *_: None,
+) -> PymavlinkLink:
+    """Return the vehicle at an address, once it was heard.
+
+    Raises
+    ------
+    LinkError
+        If the line cannot be opened, no vehicle is heard in time, or several are.
+    UsageError
+        If a library is missing.
+    """
+    return PymavlinkLink(
+        open_line(address),
+        name=address.text,
+        settings=settings,
+        purpose=purpose,
+        system=system,
+        own_system=own_system,
+        on_progress=on_progress,
+    )

@@ -11,11 +11,11 @@ from planner.report.text import finding_lines, printable, table_lines
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from planner.live import MissionComparison
     from planner.mission.compare import Difference
     from planner.report.medium import Medium
     from planner.service import CheckResult
     from planner.service.comparison import Comparison
+    from planner.service.vehicle import MissionComparison
 
 
 _STATE_KEYS = ("count", "time_s", "distance_m", "energy_wh")

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from planner.findings import Finding, Rule
-    from planner.guard.guard import Decision
+    from planner.guard.decision import Decision
     from planner.identify.outcome import Identification, StateOutcome
     from planner.identify.verification import Verification
-    from planner.link.vehicle import VehicleSnapshot
-    from planner.live import MissionComparison
+    from planner.link.telemetry import VehicleSnapshot
     from planner.logs.record import FlightRecord
     from planner.service import UnreadableMission
+    from planner.service.vehicle import MissionComparison
     from planner.vehicle.model import VehicleModel
 Document = dict[str, object]
 

@@ -9,10 +9,10 @@ from planner import quantity
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.guard.decision import Decision
     from planner.guard.energy import EnergyState
-    from planner.guard.guard import Decision
     from planner.guard.session import GuardStatus
-    from planner.link.vehicle import VehicleSnapshot
+    from planner.link.telemetry import VehicleSnapshot
     from planner.mission.items import Home
 
 

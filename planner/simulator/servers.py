@@ -13,14 +13,20 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.link.codec import Codec, message
-from planner.link.vehicle import event_number
+from planner.link.telemetry import event_number
+from planner.link.wire import (
+    Codec,
+    message,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.link.codec import Message
-    from planner.simulator.setup import VehicleLog, VehicleSetup
+    from planner.link.wire import Message
+    from planner.simulator.setup import (
+        StoredLog,
+        VehicleSetup,
+    )
 
 
 NEVER_S = math.inf
@@ -69,7 +75,7 @@ class FileServer:
         If MAVSDK is not installed.
     """
 
-    def __init__(self, system: int, component: int, logs: Sequence[VehicleLog]) -> None:
+    def __init__(self, system: int, component: int, logs: Sequence[StoredLog]) -> None:
         try:
             import mavsdk
             from mavsdk.plugins.ftp_server import FtpServer

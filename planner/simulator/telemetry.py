@@ -7,14 +7,14 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.link.codec import message
+from planner.link.wire import message
 from planner.simulator.servers import answer
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from planner.link.codec import Message
+    from planner.link.wire import Message
     from planner.simulator.flown import FlownState
     from planner.simulator.setup import VehicleSetup
 

@@ -6,22 +6,20 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.link.codec import message
-from planner.link.mission_items import mission_of_lists
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind, mission_of_lists
+from planner.link.wire import message
 from planner.mission.items import Mission
-from planner.simulator.arming import Arming, ArmingState
-from planner.simulator.feasibility import rejection
+from planner.simulator.arming import Arming, ArmingState, rejection
 from planner.simulator.flown import FlownMission, FlownState
-from planner.simulator.mission_server import MissionServer
+from planner.simulator.missions import MissionServer
 from planner.simulator.servers import NEVER_S, EventServer, LogServer, ParameterServer
 from planner.simulator.telemetry import Situation, TelemetryServer
 
 if TYPE_CHECKING:
     from collections import deque
 
-    from planner.link.codec import Message
-    from planner.simulator.feasibility import Rejection
+    from planner.link.wire import Message
+    from planner.simulator.arming import Rejection
     from planner.simulator.servers import Server
     from planner.simulator.setup import VehicleSetup
 Predict = Callable[[Mission], FlownMission | None]

@@ -15,7 +15,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.link.vehicle import VehicleSnapshot
+    from planner.link.telemetry import VehicleSnapshot
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.service import UnreadableMission
@@ -91,7 +91,7 @@ def checked_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> Checked:
 
 
 def _check_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> CheckResult | UnreadableMission:
-    from planner.live import check_vehicle
+    from planner.service.vehicle import check_vehicle
 
     is_charge_given = "charge" in what_if.values()
     return check_vehicle(snapshot, what_if.setup(), is_charge_given=is_charge_given)

@@ -7,8 +7,7 @@ import pytest
 from virtual_vehicle import PX4, VirtualLine, VirtualVehicle, wire_item
 
 from planner.cli.main import main
-from planner.link import pymavlink_link
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 
 URL = "udp:127.0.0.1:14550"
 _SOMEWHERE = {"x": 500_000_000, "y": 200_000_000}
@@ -24,7 +23,7 @@ def vehicle(monkeypatch: pytest.MonkeyPatch) -> VirtualVehicle:
         wire_item(command=20, frame=2, x=0, y=0, z=0.0),
     )
     one.parameters = {"MPC_XY_CRUISE": (7.0, 9), "MPC_Z_V_AUTO_UP": (3.0, 9)}
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: VirtualLine(one))
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: VirtualLine(one))
     return one
 
 
@@ -79,7 +78,7 @@ def test_a_vehicle_that_does_not_tell_its_charge_is_told(
 def test_a_vehicle_that_does_not_answer_ends_in_exit_3(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: VirtualLine())
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: VirtualLine())
     assert main(["check", URL]) == 3
     assert "no heartbeat in 10 s" in capsys.readouterr().err
 

@@ -8,8 +8,7 @@ from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_it
 
 import planner
 from planner.cli.main import main
-from planner.link import pymavlink_link
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.vehicle.parameters.files import read_parameters
 
 if TYPE_CHECKING:
@@ -52,7 +51,7 @@ def _vehicle(autopilot: int = PX4) -> VirtualVehicle:
 def on_line(monkeypatch: pytest.MonkeyPatch) -> list[VirtualLine]:
     """What a test puts here is what an address opens."""
     lines: list[VirtualLine] = []
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: lines.pop(0))
     return lines
 
 

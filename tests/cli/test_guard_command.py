@@ -9,10 +9,8 @@ import pytest
 from guarded_vehicle import GuardedVehicle, guarded
 from virtual_vehicle import VirtualLine
 
-from planner import live_guard
 from planner.cli.guard import DurationType
 from planner.cli.main import main
-from planner.link import pymavlink_link
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,8 +36,8 @@ def vehicle(monkeypatch: pytest.MonkeyPatch) -> GuardedVehicle:
     """A vehicle that asks at 20 s and falls silent at 30 s."""
     one = guarded()
     one.script = [(20.0, GuardedVehicle.ask), (30.0, fall_silent)]
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: VirtualLine(one))
-    monkeypatch.setattr(live_guard, "ThreadPoolExecutor", AtOnce)
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: VirtualLine(one))
+    monkeypatch.setattr("planner.service.guard.ThreadPoolExecutor", AtOnce)
     return one
 
 
@@ -111,8 +109,8 @@ def test_with_keep_a_lost_vehicle_is_waited_for(
 ) -> None:
     other = guarded(script=[(20.0, GuardedVehicle.ask), (25.0, interrupt)])
     lines = [VirtualLine(vehicle), VirtualLine(other)]
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
-    monkeypatch.setattr(live_guard, "_REOPEN_S", 0.0)
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: lines.pop(0))
+    monkeypatch.setattr("planner.service.guard._REOPEN_S", 0.0)
     assert main(["guard", URL, *CHECK, "--lost-after", "5s", "--keep"]) == 130
     assert other.results() == [0]
     assert "waiting for it" in capsys.readouterr().err

@@ -7,12 +7,11 @@ from file_servers import FileServer, Px4Files, bitwise_crc32
 from virtual_vehicle import VirtualLine, VirtualVehicle
 
 from planner.cli.main import main
-from planner.link import pymavlink_link
-from planner.link.codec import (
+from planner.link.files import crc32_of
+from planner.link.wire import (
     Message,
     message,
 )
-from planner.link.files import crc32_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,7 +52,7 @@ class _LoggingVehicle(VirtualVehicle):
 def on_line(monkeypatch: pytest.MonkeyPatch) -> list[VirtualLine]:
     """What a test puts here is what an address opens."""
     lines: list[VirtualLine] = []
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: lines.pop(0))
     return lines
 
 

@@ -11,8 +11,7 @@ from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_it
 
 from planner.cli import upload as upload_module
 from planner.cli.main import main
-from planner.link import pymavlink_link
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.link.parameters import (
     MESSAGES,
     Purpose,
@@ -22,7 +21,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.link.mission_transfer import WireItem
+    from planner.link.mission import WireItem
 
 URL = "tcp:127.0.0.1:5760"
 OLD = tuple(wire_item(x=500_000_000 + n * 1000, y=200_000_000, z=50.0) for n in range(4))
@@ -41,7 +40,7 @@ def _vehicle(autopilot: int = PX4) -> VirtualVehicle:
 def on_line(monkeypatch: pytest.MonkeyPatch) -> list[VirtualLine]:
     """What a test puts here is what an address opens."""
     lines: list[VirtualLine] = []
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: lines.pop(0))
     return lines
 
 

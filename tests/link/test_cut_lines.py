@@ -12,13 +12,11 @@ from simulated_vehicles import memory_line, out_and_back, vehicle
 from planner.autopilot import Autopilot
 from planner.cli.main import main
 from planner.errors import LinkError
-from planner.link import pymavlink_link
-from planner.link.exchange import LinkSettings
-from planner.link.mission_items import mission_of_lists
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind, mission_of_lists
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
+from planner.link.transfers import LinkSettings
 from planner.link.upload import BrokenUploadError, upload_mission
+from planner.link.vehicle import PymavlinkLink
 from planner.mission.compare import compare_missions
 
 if TYPE_CHECKING:
@@ -53,7 +51,7 @@ def _line(autopilot: Autopilot, faults: str, *, has_files: bool = False) -> Memo
 def on_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[MemoryLine]:
     """What a test puts here is what an address opens."""
     lines: list[MemoryLine] = []
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines.pop(0))
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: lines.pop(0))
     monkeypatch.chdir(tmp_path)
     return lines
 

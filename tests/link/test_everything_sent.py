@@ -12,11 +12,13 @@ from simulated_vehicles import memory_line, vehicle
 
 from planner.autopilot import Autopilot
 from planner.cli.main import main
-from planner.link import pymavlink_link
 from planner.link.address import read_address
-from planner.link.codec import LAYOUTS, Codec
-from planner.live import LinkRequest
-from planner.live_watch import watch_vehicle
+from planner.link.wire import (
+    LAYOUTS,
+    Codec,
+)
+from planner.service.guard import watch_vehicle
+from planner.service.vehicle import LinkRequest
 from planner.setup import Setup
 from planner.vehicle.library import load_vehicle
 
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
     from simulated_vehicles import MemoryLine
 
     from planner.guard.session import GuardStatus
-    from planner.link.codec import Message
-    from planner.link.vehicle import VehicleSnapshot
+    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.wire import Message
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
@@ -111,7 +113,7 @@ def test_no_command_sends_anything_that_arms_moves_or_sets(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     lines: list[_Recorded] = []
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: lines[-1])
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: lines[-1])
     lines.append(_recorded(autopilot, faults=""))
     assert main(["fetch", URL, "-o", "own.plan"]) == 0
     model = ("--vehicle", "arducopter-sitl-quad", "--battery", "177Wh")
@@ -139,7 +141,7 @@ def test_a_review_sends_nothing_that_arms_moves_or_sets(
     autopilot: Autopilot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorded, is_over = _recorded(autopilot), threading.Event()
-    monkeypatch.setattr(pymavlink_link, "open_line", lambda _: recorded)
+    monkeypatch.setattr("planner.link.vehicle.open_line", lambda _: recorded)
 
     class _Watcher:
         snapshots = 0

@@ -13,22 +13,22 @@ from virtual_vehicle import wire_item
 
 from planner.errors import LinkError
 from planner.guard.authorisation import unknown_judgement
-from planner.guard.guard import GuardSettings
+from planner.guard.decision import GuardSettings
 from planner.guard.session import (
     GuardSession,
     GuardStatus,
 )
-from planner.link.codec import (
+from planner.link.logs import fetch_log_list
+from planner.link.mission import MissionKind
+from planner.link.parameters import Purpose
+from planner.link.telemetry import Telemetry
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import PymavlinkLink
+from planner.link.wire import (
     Codec,
     Message,
     message,
 )
-from planner.link.exchange import LinkSettings
-from planner.link.logs import fetch_log_list
-from planner.link.mission_transfer import MissionKind
-from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.telemetry import Telemetry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable

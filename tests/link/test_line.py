@@ -18,22 +18,32 @@ from virtual_vehicle import VirtualLine, VirtualVehicle
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
 from planner.link.address import LinkAddress, LinkKind, read_address
-from planner.link.codec import Codec, message
 from planner.link.connection import Connection
-from planner.link.exchange import LinkSettings
-from planner.link.line import open_line, opening_error
-from planner.link.mission_transfer import MissionKind
-from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
-from planner.live import LinkRequest, fetch_logs, fetch_vehicle
-from planner.simulation import open_simulation
-from planner.simulator.runner import SimulationRunner
+from planner.link.mission import MissionKind
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import (
+    PymavlinkLink,
+    open_vehicle,
+)
+from planner.link.wire import (
+    Codec,
+    message,
+    open_line,
+    opening_error,
+)
+from planner.service.simulation import open_simulation
+from planner.service.vehicle import (
+    LinkRequest,
+    fetch_logs,
+    fetch_vehicle,
+)
+from planner.simulator.wire import SimulationRunner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from planner.link.codec import Message
-    from planner.link.line import Line
+    from planner.link.wire import Message, VehicleLine
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
@@ -108,7 +118,7 @@ def test_everything_comes_over_a_serial_line(
     assert fetched.downloaded[0].is_confirmed  # by the checksum of MAVSDK's server
 
 
-def _use(line: Line) -> None:
+def _use(line: VehicleLine) -> None:
     for _ in range(100):  # the first bytes may still go somewhere
         line.send(bytes(300))
         line.receive(0.01)

@@ -11,8 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import LinkError
-from planner.link.codec import Message
-from planner.link.exchange import LinkSettings
 from planner.link.files import (
     ChunkStream,
     FileDownload,
@@ -27,11 +25,13 @@ from planner.link.logs import (
     LogListing,
     VehicleLog,
 )
+from planner.link.transfers import LinkSettings
+from planner.link.wire import Message
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.link.codec import Transfer
+    from planner.link.wire import Transfer
 
 CONTENT = random.Random(3).randbytes(20_001)
 LOG = VehicleLog(name="a.bin", size_bytes=len(CONTENT), number=4)

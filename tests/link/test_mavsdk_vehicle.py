@@ -29,9 +29,15 @@ from simulated_vehicles import free_port
 from virtual_vehicle import waypoints
 
 from planner.link.address import LinkAddress, LinkKind
-from planner.link.mission_transfer import MissionKind, UploadOutcome
+from planner.link.mission import (
+    MissionKind,
+    UploadOutcome,
+)
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
+from planner.link.vehicle import (
+    PymavlinkLink,
+    open_vehicle,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

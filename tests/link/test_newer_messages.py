@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 
-from planner.link.codec import (
+from planner.link.parameters import (
+    Gate,
+    Purpose,
+)
+from planner.link.wire import (
     EXTENSIONS,
     LAYOUTS,
     Codec,
     message,
-)
-from planner.link.parameters import (
-    Gate,
-    Purpose,
 )
 
 _TYPES = {"I": "uint32_t", "H": "uint16_t", "B": "uint8_t"}

@@ -10,11 +10,16 @@ from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence
-from planner.link.codec import Message
-from planner.link.exchange import LinkSettings
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
-from planner.link.telemetry import Telemetry
+from planner.link.telemetry import (
+    EventRecord,
+    EventRequest,
+    StatusText,
+    Telemetry,
+    VehicleEvent,
+    event_number,
+)
+from planner.link.transfers import LinkSettings
 from planner.link.upload import (
     UploadResult,
     is_event_rejection,
@@ -22,13 +27,8 @@ from planner.link.upload import (
     objections,
     upload_mission,
 )
-from planner.link.vehicle import (
-    EventRecord,
-    EventRequest,
-    StatusText,
-    VehicleEvent,
-    event_number,
-)
+from planner.link.vehicle import PymavlinkLink
+from planner.link.wire import Message
 from planner.values import replace
 
 if TYPE_CHECKING:

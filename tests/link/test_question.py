@@ -6,13 +6,13 @@ from hypothesis import strategies as st
 from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
-from planner.link.codec import Message
-from planner.link.exchange import (
+from planner.link.transfers import (
     LinkSettings,
     MessageRequest,
     ParameterHashRequest,
 )
-from planner.link.pymavlink_link import PymavlinkLink
+from planner.link.vehicle import PymavlinkLink
+from planner.link.wire import Message
 
 ACCEPTED, FOR_NOW, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = 0, 1, 2, 3, 4, 5
 HOME = Message(name="HOME_POSITION", fields={"latitude": 1}, system=1, component=1)

@@ -8,10 +8,13 @@ from virtual_vehicle import VirtualLine, VirtualVehicle, waypoints
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.link.exchange import LinkSettings, Retransmission
-from planner.link.mission_transfer import MissionKind
-from planner.link.pymavlink_link import PymavlinkLink
+from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
+from planner.link.transfers import (
+    LinkSettings,
+    Retransmission,
+)
+from planner.link.vehicle import PymavlinkLink
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 

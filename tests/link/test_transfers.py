@@ -8,14 +8,19 @@ from hypothesis import strategies as st
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoints, wire_item
 
 from planner.errors import LinkError
-from planner.link.codec import (
+from planner.link.mission import (
+    MissionDownload,
+    MissionKind,
+    MissionUpload,
+    UploadOutcome,
+)
+from planner.link.parameters import ParameterDownload, Purpose
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import PymavlinkLink
+from planner.link.wire import (
     Message,
     Transfer,
 )
-from planner.link.exchange import LinkSettings
-from planner.link.mission_transfer import MissionDownload, MissionKind, MissionUpload, UploadOutcome
-from planner.link.parameters import ParameterDownload, Purpose
-from planner.link.pymavlink_link import PymavlinkLink
 
 PARAMETERS = {
     **{f"P{n:03}": (float(n), 9) for n in range(60)},

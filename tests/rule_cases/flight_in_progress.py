@@ -12,9 +12,9 @@ from planner.guard.energy import (
     BatteryReading,
     EnergyState,
     EnergyWatch,
+    MeasuredPlace,
     Prediction,
 )
-from planner.guard.progress import MeasuredPlace
 from planner.service import check
 from planner.vehicle.battery import Battery
 

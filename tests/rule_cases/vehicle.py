@@ -8,15 +8,19 @@ from made_terrain import ground
 from rule_cases.case import PLAIN, RuleCases, found
 from virtual_vehicle import wire_item
 
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.link.parameters import WireParameter
 from planner.link.snapshot import VehicleReading, make_snapshot
-from planner.link.vehicle import BatteryState, VehicleIdentity, VehicleState
-from planner.live import check_vehicle
-from planner.live_upload import check_removal
+from planner.link.telemetry import (
+    BatteryState,
+    VehicleIdentity,
+    VehicleState,
+)
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home
 from planner.service import check_read
+from planner.service.upload import check_removal
+from planner.service.vehicle import check_vehicle
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
@@ -25,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
-    from planner.link.mission_transfer import WireItem
+    from planner.link.mission import WireItem
 
 HOME = Home(latitude_deg=47.0, longitude_deg=8.0, altitude_amsl_m=400.0)
 FLIGHT = (wire_item(command=22), wire_item(x=470_010_000), wire_item(command=20, frame=2, x=0, y=0))

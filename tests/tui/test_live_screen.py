@@ -14,7 +14,6 @@ from reviews import rows_of, text_of, what_if_of
 from simulated_vehicles import free_port, request, vehicle
 from textual.widgets import Input
 
-from planner import live_watch
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.guard.energy import (
@@ -22,13 +21,13 @@ from planner.guard.energy import (
     EnergyLeft,
     EnergyState,
     EnergyWarning,
+    Progress,
 )
-from planner.guard.progress import Progress
 from planner.link.address import LinkAddress, LinkKind, read_address
-from planner.link.exchange import LinkSettings
-from planner.link.mission_transfer import MissionKind
-from planner.live import LinkRequest
-from planner.simulation import open_simulation
+from planner.link.mission import MissionKind
+from planner.link.transfers import LinkSettings
+from planner.service.simulation import open_simulation
+from planner.service.vehicle import LinkRequest
 from planner.tui.app import ReviewApp
 from planner.tui.screens.live import LiveScreen
 from planner.tui.widgets.drawing import VEHICLE, Drawing
@@ -45,9 +44,8 @@ if TYPE_CHECKING:
     from textual.pilot import Pilot
 
     from planner.guard.session import GuardStatus
-    from planner.simulator.lines import Passed
-    from planner.simulator.runner import SimulationRunner
     from planner.simulator.vehicle import SimulatedVehicle
+    from planner.simulator.wire import PassedMessage, SimulationRunner
 
 pytestmark = pytest.mark.asyncio
 
@@ -72,7 +70,7 @@ class Live:
     vehicle: SimulatedVehicle
     runner: SimulationRunner
     happened: asyncio.Event
-    passed: list[Passed] = field(default_factory=list)
+    passed: list[PassedMessage] = field(default_factory=list)
 
     async def until(self, is_so: Callable[[], bool]) -> None:
         """Wait until something is so, looking whenever a message was handled."""
@@ -106,7 +104,7 @@ async def live(speed_up: float = 1.0) -> AsyncIterator[Live]:
     made = vehicle(Autopilot.ARDUPILOT, speed_up=speed_up)
     address = LinkAddress(kind=LinkKind.UDP_SEND, host="127.0.0.1", port=port)
     runner, wire = open_simulation(made, asked, address)
-    passed: list[Passed] = []
+    passed: list[PassedMessage] = []
     wire.on_message = passed.append
     url = f"udpin:127.0.0.1:{port}"
     given = {
@@ -242,7 +240,7 @@ async def test_a_missing_library_ends_the_review_with_a_sentence(
         msg = "a link needs pymavlink"
         raise UsageError(msg)
 
-    monkeypatch.setattr(live_watch, "open_link", open_link)
+    monkeypatch.setattr("planner.service.guard.open_link", open_link)
     link = LinkRequest(address=read_address("udpin:127.0.0.1:14550"))
     app = ReviewApp(("udpin:127.0.0.1:14550",), lambda _: what_if_of("-"), link=link)
     async with asyncio.timeout(DEADLINE_S), app.run_test() as pilot:

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.guard.session import GuardStatus
-    from planner.link.vehicle import VehicleSnapshot
-    from planner.live import LinkRequest
+    from planner.link.telemetry import VehicleSnapshot
+    from planner.service.vehicle import LinkRequest
     from planner.tui.checked import Checked
     from planner.tui.what_if import WhatIf
 
@@ -111,7 +111,7 @@ class LiveScreen(ReviewScreen):
         self._is_over.set()
 
     def _watch(self) -> None:
-        from planner.live_watch import watch_vehicle
+        from planner.service.guard import watch_vehicle
 
         base = self.what_if.with_changes({})
         try:

@@ -17,11 +17,14 @@ from planner.guard.authorisation import (
     acknowledgement_fields,
     arming_settings,
 )
-from planner.link.codec import Codec, message
-from planner.link.heartbeats import Heard
+from planner.link.connection import HeardVehicle
 from planner.link.parameters import (
     Gate,
     Purpose,
+)
+from planner.link.wire import (
+    Codec,
+    message,
 )
 
 if TYPE_CHECKING:
@@ -78,7 +81,7 @@ class FakeConnection:
 
     def __init__(self) -> None:
         self.own_system = 245
-        self.vehicle = Heard(system=1, component=1, autopilot=12, vehicle_type=2)
+        self.vehicle = HeardVehicle(system=1, component=1, autopilot=12, vehicle_type=2)
         self.on_frame: Callable[[bytes], None] | None = None
         self.gate = Gate(Purpose.GUARD)
         self.sent: queue.Queue[bytes] = queue.Queue()

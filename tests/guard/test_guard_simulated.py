@@ -10,7 +10,7 @@ from simulated_vehicles import BATTERY, WIND, memory_line
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.guard.guard import (
+from planner.guard.decision import (
     Decision,
     GuardSettings,
 )
@@ -18,12 +18,12 @@ from planner.guard.session import (
     GuardSession,
     GuardStatus,
 )
-from planner.link.exchange import LinkSettings
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
-from planner.live_guard import judge_vehicle
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import PymavlinkLink
 from planner.report.vehicle import energy_text
+from planner.service.guard import judge_vehicle
 from planner.setup import Setup
 from planner.simulator.arming import ArmingState
 from planner.values import replace
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
     from simulated_vehicles import MemoryLine
 
-    from planner.simulator.lines import Passed
     from planner.simulator.vehicle import SimulatedVehicle
+    from planner.simulator.wire import PassedMessage
 
 CHECK = Setup(load_vehicle("arducopter-sitl-quad"), battery=BATTERY, wind=WIND)
 STRICT = replace(CHECK, reserve=0.95)
@@ -49,14 +49,14 @@ class OverError(Exception):
 class Run:
     line: MemoryLine
     vehicle: SimulatedVehicle
-    passed: list[Passed] = field(default_factory=list)
+    passed: list[PassedMessage] = field(default_factory=list)
     decisions: list[Decision] = field(default_factory=list)
     statuses: list[GuardStatus] = field(default_factory=list)
 
     def decided(self, kind: str) -> list[Decision]:
         return [one for one in self.decisions if one.kind == kind]
 
-    def sent(self, name: str) -> list[Passed]:
+    def sent(self, name: str) -> list[PassedMessage]:
         return [one for one in self.passed if one.is_to_vehicle and one.message.name == name]
 
 

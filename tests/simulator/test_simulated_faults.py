@@ -10,22 +10,22 @@ from simulated_vehicles import MemoryLine, memory_line, request, vehicle, wire
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
-from planner.link.codec import (
+from planner.link.mission import MissionKind
+from planner.link.parameters import Purpose
+from planner.link.vehicle import PymavlinkLink
+from planner.link.wire import (
     Codec,
     Message,
     message,
 )
-from planner.link.mission_transfer import MissionKind
-from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
-from planner.simulation import make_simulated_wire
+from planner.service.simulation import make_simulated_wire
 from planner.simulator.faults import (
     Direction,
     DirectionFaults,
     read_faults,
 )
-from planner.simulator.lines import (
-    Passed,
+from planner.simulator.wire import (
+    PassedMessage,
     is_transfer,
 )
 from planner.values import replace
@@ -150,7 +150,7 @@ def test_everything_is_fetched_over_a_bad_line(autopilot: Autopilot, seed: int) 
 def test_after_so_many_messages_of_transfers_nothing_passes(after: int) -> None:
     # A mission of 4 items is 1 request, 1 count, and 4 times a request and an item.
     made = wire(PX4, f"silence={after}")
-    passed: list[Passed] = []
+    passed: list[PassedMessage] = []
     made.on_message = passed.append
     line = MemoryLine(made)
     link = PymavlinkLink(line, name="simulated")

@@ -10,12 +10,11 @@ from planner.errors import OutputError, UsageError
 from planner.files import write_output_files
 from planner.findings import Rule, Severity
 from planner.link.connection import OWN_SYSTEM
-from planner.link.exchange import LinkSettings
-from planner.link.mission_items import mission_of_lists
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind, mission_of_lists
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import open_vehicle
 from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import open_vehicle
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.link.address import LinkAddress
     from planner.link.logs import DownloadedLog, VehicleLog
-    from planner.link.pymavlink_link import OnProgress, PymavlinkLink
-    from planner.link.vehicle import VehicleSnapshot
+    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.vehicle import OnProgress, PymavlinkLink
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
     from planner.service import CheckResult, UnreadableMission

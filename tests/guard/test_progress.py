@@ -8,7 +8,7 @@ from made_missions import HOME, jump, mission, north, rtl, takeoff, waypoint
 
 from planner.flight.prediction import sample_trace
 from planner.flight.returns.tightest import sweep_returns
-from planner.guard.progress import (
+from planner.guard.energy import (
     MeasuredPlace,
     Progress,
     flight_progress,

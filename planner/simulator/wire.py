@@ -5,22 +5,25 @@ from __future__ import annotations
 import heapq
 import select
 import socket
+import threading
 import time
 from contextlib import suppress
 from itertools import count
 from typing import TYPE_CHECKING
 
-from planner.link.codec import Codec
-from planner.link.mission_transfer import MissionKind
+from planner.link.address import LinkKind
+from planner.link.mission import MissionKind
+from planner.link.wire import Codec, open_line, opening_error
 from planner.simulator.faults import ITEMS, Direction, LineFaults
 from planner.simulator.vehicle import SimulatedVehicle
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
+    from types import TracebackType
 
     from planner.link.address import LinkAddress
-    from planner.link.codec import Message
+    from planner.link.wire import Message, VehicleLine
     from planner.simulator.servers import FileServer
     from planner.simulator.setup import VehicleSetup
     from planner.simulator.vehicle import Predict
@@ -32,7 +35,7 @@ _TWIN_NORTH_DEG = 0.001
 """The second vehicle stands 111 m away."""
 
 
-class Passed(Value):
+class PassedMessage(Value):
     """One message that was put on the line, whether it arrived or not."""
 
     is_to_vehicle: bool
@@ -76,7 +79,7 @@ class SimulatedWire:
         self._going: list[tuple[float, int, bytes]] = []
         self._transferred = 0
         self._silent_until_s: float | None = None
-        self.on_message: Callable[[Passed], None] | None = None
+        self.on_message: Callable[[PassedMessage], None] | None = None
         """Told every message that either side puts on the line."""
 
     @property
@@ -137,7 +140,9 @@ class SimulatedWire:
 
     def _note(self, passed: Message, now_s: float, *, is_to_vehicle: bool) -> None:
         if self.on_message is not None:
-            self.on_message(Passed(is_to_vehicle=is_to_vehicle, message=passed, time_s=now_s))
+            self.on_message(
+                PassedMessage(is_to_vehicle=is_to_vehicle, message=passed, time_s=now_s)
+            )
 
     def _is_silent(self, passed: Message, now_s: float) -> bool:
         """Return whether nothing passes now, and count the messages of transfers until then."""
@@ -177,7 +182,7 @@ _PATIENCE_S = 1.0
 
 
 class TcpServerLine:
-    """A port that any number of ground stations connect to; a `planner.link.line.Line`.
+    """A port that any number of ground stations connect to; a `planner.link.wire.Line`.
 
     Parameters
     ----------
@@ -237,3 +242,107 @@ class TcpServerLine:
     def _forget(self, stream: socket.socket) -> None:
         stream.close()
         self._streams.remove(stream)
+
+
+_LONGEST_WAIT_S = 0.1
+"""Until it is seen that somebody wants it to stop. [s]"""
+_FILES_WAIT_S = 0.003
+"""Files are served by a thread of MAVSDK's: it is asked this often while it may answer. [s]"""
+
+
+class SimulationRunner:
+    """Keeps a simulated vehicle speaking on a line.
+
+    Parameters
+    ----------
+    wire : SimulatedWire
+        The vehicle, and what goes wrong.
+    address : LinkAddress
+        The vehicle's end of the line.
+    file_server : FileServer, optional
+        The one that the wire has; closed with this.
+
+    Raises
+    ------
+    LinkError
+        If the line cannot be opened.
+    """
+
+    def __init__(
+        self,
+        wire: SimulatedWire,
+        address: LinkAddress,
+        *,
+        file_server: FileServer | None = None,
+    ) -> None:
+        self._wire = wire
+        self._file_server = file_server
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+        try:
+            self._line = _open(address)
+        except BaseException:
+            if file_server is not None:
+                file_server.close()
+            raise
+
+    def __enter__(self) -> SimulationRunner:
+        """Speak in a thread."""
+        self._thread = threading.Thread(target=self.run, name="simulated vehicle", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop, and close the line."""
+        self.close()
+
+    def now_s(self) -> float:
+        """Return the time by the clock of the line [s]."""
+        return self._line.now_s()
+
+    def run(self) -> None:
+        """Speak until `close` is called, or the program is interrupted.
+
+        Raises
+        ------
+        LinkError
+            If the line breaks, other than by ground stations that come and go.
+        """
+        while not self._stop.is_set():
+            self._turn()
+
+    def close(self) -> None:
+        """Stop speaking and close the line; once is enough."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        self._line.close()
+        if self._file_server is not None:
+            self._file_server.close()
+            self._file_server = None
+
+    def _turn(self) -> None:
+        now_s = self._line.now_s()
+        for frame in self._wire.due(now_s):
+            self._line.send(frame)
+        is_serving = self._file_server is not None and self._file_server.is_busy
+        longest_s = _FILES_WAIT_S if is_serving else _LONGEST_WAIT_S
+        wait_s = min(max(self._wire.deadline_s - now_s, 0.0), longest_s)
+        for peer, data in self._line.receive(wait_s):
+            self._wire.receive(data, self._line.now_s(), peer)
+
+
+def _open(address: LinkAddress) -> VehicleLine:
+    """Return the open line of a vehicle."""
+    if address.kind is not LinkKind.TCP_LISTEN:
+        return open_line(address)
+    try:
+        return TcpServerLine(address)
+    except OSError as error:
+        raise opening_error(address, error) from error

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from planner.link.codec import message
+from planner.link.wire import message
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from planner.link.codec import Message
+    from planner.link.wire import Message
 
 
 _SPREAD = 4.0
@@ -86,7 +86,7 @@ class Retransmission:
 
 
 class Exchange:
-    """The requests of a `planner.link.codec.Transfer`, of which there is one at a time.
+    """The requests of a `planner.link.wire.Transfer`, of which there is one at a time.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from virtual_vehicle import ARDUPILOT, VirtualLine, wire_item
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.guard.guard import (
+from planner.guard.decision import (
     Decision,
     GuardSettings,
 )
@@ -19,12 +19,12 @@ from planner.guard.session import (
     GuardSession,
     GuardStatus,
 )
-from planner.link.codec import message
-from planner.link.exchange import LinkSettings
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
-from planner.live_guard import judge_vehicle
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import PymavlinkLink
+from planner.link.wire import message
+from planner.service.guard import judge_vehicle
 from planner.setup import Setup
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -32,8 +32,8 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from planner.guard.authorisation import Judgement
     from planner.guard.energy import Prediction
-    from planner.link.codec import Message
-    from planner.link.vehicle import VehicleSnapshot
+    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.wire import Message
 
 ACCEPTED, FOR_NOW, DENIED = 0, 1, 2
 CHECK = Setup(load_vehicle(), battery=Battery(capacity_wh=77.0), autopilot=Autopilot.STEP)

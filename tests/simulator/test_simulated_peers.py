@@ -21,16 +21,19 @@ from simulated_vehicles import free_port, memory_line, request, vehicle
 
 from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
-from planner.link.mission_transfer import MissionKind
-from planner.link.pymavlink_link import PymavlinkLink, open_vehicle
-from planner.simulation import open_simulation
+from planner.link.mission import MissionKind
+from planner.link.vehicle import (
+    PymavlinkLink,
+    open_vehicle,
+)
+from planner.service.simulation import open_simulation
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from planner.simulator.lines import Passed
     from planner.simulator.vehicle import SimulatedVehicle
+    from planner.simulator.wire import PassedMessage
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
@@ -50,7 +53,7 @@ def _simulated(
     made = vehicle(autopilot, authoriser=authoriser)
     runner, wire = open_simulation(made, asked, address)
 
-    def _hear(passed: Passed) -> None:
+    def _hear(passed: PassedMessage) -> None:
         if said is not None and passed.message.name == "STATUSTEXT":
             said.put(passed.message["text"])
 

@@ -17,7 +17,7 @@ from simulated_vehicles import (
 )
 
 from planner.autopilot import Autopilot
-from planner.link.codec import Codec
+from planner.link.wire import Codec
 from planner.service import CheckResult, check_read
 from planner.values import replace
 

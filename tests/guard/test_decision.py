@@ -19,29 +19,29 @@ from planner.guard.authorisation import (
     no_go_judgement,
     unknown_judgement,
 )
-from planner.guard.guard import (
+from planner.guard.decision import (
     READ_PARTS,
     Action,
     Announce,
-    Answer,
-    Asked,
-    Changed,
+    AnswerRequest,
+    ArmingStatus,
+    ArmRequested,
     CheckVehicle,
     Decision,
     Event,
     Guard,
     GuardSettings,
-    Heard,
     Judged,
-    Part,
-    Passed,
-    Read,
+    MessageHeard,
+    PartChanged,
+    PartRead,
+    PartUnread,
     ReadParts,
-    Status,
-    Unread,
+    TimePassed,
+    VehiclePart,
 )
 
-TOLD_PARTS = (Part.HOME, Part.BATTERY)
+TOLD_PARTS = (VehiclePart.HOME, VehiclePart.BATTERY)
 GO = go_judgement(margin_wh=12.0)
 NO_GO = no_go_judgement(
     [
@@ -64,7 +64,9 @@ class Bench:
     """Whether what is asked for is read."""
     is_checking: bool = True
     now_s: float = 100.0
-    contents: dict[Part, str] = field(default_factory=lambda: dict.fromkeys(Part, "a"))
+    contents: dict[VehiclePart, str] = field(
+        default_factory=lambda: dict.fromkeys(VehiclePart, "a")
+    )
     actions: list[Action] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -75,7 +77,7 @@ class Bench:
             self.actions.append(action)
             if isinstance(action, ReadParts) and self.is_reading:
                 for part in action.parts:
-                    self.feed(Read(part=part, fingerprint=self.contents[part]))
+                    self.feed(PartRead(part=part, fingerprint=self.contents[part]))
             elif isinstance(action, CheckVehicle) and self.is_checking:
                 self.feed(Judged(fingerprints=dict(self.contents), judgement=self.judgement))
 
@@ -84,16 +86,16 @@ class Bench:
         while self.now_s < until_s - 1e-9:
             self.now_s += step_s
             if is_heard:
-                self.feed(Heard())
+                self.feed(MessageHeard())
                 for part in TOLD_PARTS:
-                    self.feed(Read(part=part, fingerprint=self.contents[part]))
-            self.feed(Passed())
+                    self.feed(PartRead(part=part, fingerprint=self.contents[part]))
+            self.feed(TimePassed())
 
     def ask(self) -> None:
-        self.feed(Asked(request=REQUEST))
+        self.feed(ArmRequested(request=REQUEST))
 
-    def answers(self) -> list[Answer]:
-        return [action for action in self.actions if isinstance(action, Answer)]
+    def answers(self) -> list[AnswerRequest]:
+        return [action for action in self.actions if isinstance(action, AnswerRequest)]
 
     def announcements(self) -> list[Announce]:
         return [action for action in self.actions if isinstance(action, Announce)]
@@ -104,7 +106,7 @@ class Bench:
 
 def ready(**changes: object) -> Bench:
     bench = Bench(**changes)  # type: ignore[arg-type] # fields by their names
-    bench.feed(Status(is_asking=True, wait_s=1.0))
+    bench.feed(ArmingStatus(is_asking=True, wait_s=1.0))
     bench.run(5.0)
     return bench
 
@@ -123,7 +125,7 @@ def test_a_request_makes_it_read_the_vehicle_once_more_before_it_accepts() -> No
     bench.actions.clear()
     bench.ask()
     kinds = [type(action).__name__ for action in bench.actions]
-    assert kinds.index("ReadParts") < kinds.index("Answer")
+    assert kinds.index("ReadParts") < kinds.index("AnswerRequest")
     (read,) = (action for action in bench.actions if isinstance(action, ReadParts))
     assert read.parts == READ_PARTS
     assert read.is_urgent
@@ -131,7 +133,7 @@ def test_a_request_makes_it_read_the_vehicle_once_more_before_it_accepts() -> No
 
 def test_a_mission_changed_without_a_sign_is_found_at_the_request() -> None:
     bench = ready()
-    bench.contents[Part.MISSION] = "another"
+    bench.contents[VehiclePart.MISSION] = "another"
     bench.judgement = NO_GO
     bench.ask()
     (given_answer,) = bench.answers()
@@ -177,9 +179,9 @@ def test_without_a_verdict_a_request_is_rejected_for_the_moment_with_the_reason(
 def test_a_part_that_cannot_be_read_is_named_and_tried_again() -> None:
     bench = ready()
     bench.is_reading = False
-    bench.feed(Changed(part=Part.FENCE, why="another station sent one"))
+    bench.feed(PartChanged(part=VehiclePart.FENCE, why="another station sent one"))
     bench.run(0.75)
-    bench.feed(Unread(part=Part.FENCE, why="item 3 of 9 did not come"))
+    bench.feed(PartUnread(part=VehiclePart.FENCE, why="item 3 of 9 did not come"))
     bench.ask()
     (given_answer,) = bench.answers()
     assert given_answer.answer.result is ArmResult.TEMPORARILY_REJECTED
@@ -187,7 +189,7 @@ def test_a_part_that_cannot_be_read_is_named_and_tried_again() -> None:
     bench.actions.clear()
     bench.is_reading = True
     bench.run(5.0)
-    assert any(isinstance(a, ReadParts) and Part.FENCE in a.parts for a in bench.actions)
+    assert any(isinstance(a, ReadParts) and VehiclePart.FENCE in a.parts for a in bench.actions)
     bench.ask()
     assert bench.answers()[-1].answer.is_accepted
 
@@ -196,19 +198,19 @@ def test_a_change_is_looked_at_once_the_changes_have_ceased() -> None:
     bench = ready()
     bench.actions.clear()
     for _ in range(4):
-        bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+        bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
         bench.run(0.25)
     assert not any(isinstance(action, ReadParts) for action in bench.actions)
     bench.run(0.5)
     reads = [action for action in bench.actions if isinstance(action, ReadParts)]
-    assert [read.parts for read in reads] == [(Part.MISSION,)]
+    assert [read.parts for read in reads] == [(VehiclePart.MISSION,)]
 
 
 def test_changes_that_never_cease_are_looked_at_all_the_same() -> None:
     bench = ready()
     bench.actions.clear()
     for _ in range(16):
-        bench.feed(Changed(part=Part.PARAMETERS, why="PARAM_VALUE"))
+        bench.feed(PartChanged(part=VehiclePart.PARAMETERS, why="PARAM_VALUE"))
         bench.run(0.25)
     assert any(isinstance(action, ReadParts) for action in bench.actions)
 
@@ -216,8 +218,8 @@ def test_changes_that_never_cease_are_looked_at_all_the_same() -> None:
 def test_a_request_within_a_change_waits_for_it_to_be_read() -> None:
     bench = ready()
     bench.judgement = NO_GO
-    bench.contents[Part.MISSION] = "b"
-    bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+    bench.contents[VehiclePart.MISSION] = "b"
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
     bench.ask()
     assert bench.answers()[0].answer.result is ArmResult.DENIED
 
@@ -226,13 +228,13 @@ def test_a_change_told_of_while_the_part_is_being_confirmed_is_read_once_more() 
     bench = ready()
     bench.is_reading = False
     bench.ask()
-    bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
     bench.actions.clear()
     for part in READ_PARTS:
-        bench.feed(Read(part=part, fingerprint="a"))  # as it was before the change
+        bench.feed(PartRead(part=part, fingerprint="a"))  # as it was before the change
     assert not bench.answers()
-    assert [a.parts for a in bench.actions if isinstance(a, ReadParts)] == [(Part.MISSION,)]
-    bench.feed(Read(part=Part.MISSION, fingerprint="a"))
+    assert [a.parts for a in bench.actions if isinstance(a, ReadParts)] == [(VehiclePart.MISSION,)]
+    bench.feed(PartRead(part=VehiclePart.MISSION, fingerprint="a"))
     assert bench.answers()[0].answer.is_accepted
 
 
@@ -242,7 +244,7 @@ def test_after_a_silence_everything_is_read_again() -> None:
     assert bench.guard.view(bench.now_s).verdict is Verdict.UNKNOWN
     bench.actions.clear()
     bench.is_reading = False
-    bench.feed(Heard())
+    bench.feed(MessageHeard())
     assert bench.decisions("link")
     bench.ask()
     bench.run(1.0)
@@ -254,8 +256,8 @@ def test_a_battery_that_is_no_longer_told_of_is_no_ground_for_a_go() -> None:
     bench = ready()
     for _ in range(130):
         bench.now_s += 1.0
-        bench.feed(Heard())
-        bench.feed(Read(part=Part.HOME, fingerprint="a"))
+        bench.feed(MessageHeard())
+        bench.feed(PartRead(part=VehiclePart.HOME, fingerprint="a"))
     bench.ask()
     bench.run(1.0, is_heard=False)
     answer = bench.answers()[0].answer
@@ -268,7 +270,7 @@ def test_every_request_is_answered_and_answered_once() -> None:
     bench.is_reading = False
     requests = [ArmRequest(system=1, component=1, number=n) for n in range(40)]
     for request in requests:
-        bench.feed(Asked(request=request))
+        bench.feed(ArmRequested(request=request))
     bench.run(2.0)
     assert sorted(a.request.number for a in bench.answers()) == list(range(40))
 
@@ -278,7 +280,7 @@ def test_an_acceptance_that_no_longer_holds_is_withdrawn_aloud() -> None:
     bench.ask()
     assert bench.answers()[0].answer.is_accepted
     bench.actions.clear()
-    bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
     (said,) = bench.announcements()
     assert said.severity == 2  # MAV_SEVERITY_CRITICAL
     assert said.text == "mavjoule: DO NOT ARM, go withdrawn"
@@ -288,12 +290,12 @@ def test_an_acceptance_that_no_longer_holds_is_withdrawn_aloud() -> None:
 def test_an_acceptance_is_withdrawn_on_the_ground_and_not_in_the_air() -> None:
     bench = ready()
     bench.ask()
-    bench.feed(Status(is_asking=True, wait_s=1.0, is_armed=True))
+    bench.feed(ArmingStatus(is_asking=True, wait_s=1.0, is_armed=True))
     bench.actions.clear()
-    bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
     assert not bench.announcements()
     # PX4 would arm again by it: it keeps an approval for its time, whatever has flown since.
-    bench.feed(Status(is_asking=True, wait_s=1.0, is_armed=False))
+    bench.feed(ArmingStatus(is_asking=True, wait_s=1.0, is_armed=False))
     assert [one.text for one in bench.announcements()] == ["mavjoule: DO NOT ARM, go withdrawn"]
 
 
@@ -301,7 +303,7 @@ def test_a_battery_that_drains_by_a_step_withdraws_nothing() -> None:
     bench = ready()
     bench.ask()
     bench.actions.clear()
-    bench.contents[Part.BATTERY] = "99 %"
+    bench.contents[VehiclePart.BATTERY] = "99 %"
     bench.run(1.0)
     assert any(isinstance(action, CheckVehicle) for action in bench.actions)
     assert not bench.announcements()
@@ -309,12 +311,12 @@ def test_a_battery_that_drains_by_a_step_withdraws_nothing() -> None:
 
 def test_a_vehicle_that_does_not_ask_is_told_the_verdict_once_for_each_change() -> None:
     bench = Bench()
-    bench.feed(Status(is_asking=False, wait_s=1.0))
+    bench.feed(ArmingStatus(is_asking=False, wait_s=1.0))
     bench.run(30.0)
     assert [said.text for said in bench.announcements()] == [GO.headline]
     bench.judgement = NO_GO
-    bench.contents[Part.MISSION] = "b"
-    bench.feed(Changed(part=Part.MISSION, why="MISSION_ACK"))
+    bench.contents[VehiclePart.MISSION] = "b"
+    bench.feed(PartChanged(part=VehiclePart.MISSION, why="MISSION_ACK"))
     bench.run(30.0)
     texts = [(said.severity, said.text) for said in bench.announcements()]
     assert texts == [(5, GO.headline), (3, "mavjoule: NO-GO M105 unsupported-command item 7")]
@@ -322,10 +324,10 @@ def test_a_vehicle_that_does_not_ask_is_told_the_verdict_once_for_each_change() 
 
 def test_verdicts_that_flap_are_announced_no_more_often_than_every_ten_seconds() -> None:
     bench = Bench()
-    bench.feed(Status(is_asking=False, wait_s=1.0))
+    bench.feed(ArmingStatus(is_asking=False, wait_s=1.0))
     for turn in range(60):
         bench.judgement = NO_GO if turn % 2 else GO
-        bench.contents[Part.BATTERY] = str(turn)
+        bench.contents[VehiclePart.BATTERY] = str(turn)
         bench.run(1.0)
     assert 1 <= len(bench.announcements()) <= 7
 
@@ -364,13 +366,13 @@ class World:
     def __init__(self) -> None:
         self.now_s = 0.0
         self.guard = Guard(GuardSettings(), now_s=0.0)
-        self.true = dict.fromkeys(Part, 0)
-        self.known: dict[Part, int] = {}
-        self.read_began_s: dict[Part, float] = {}
-        self.signed_s = dict.fromkeys(Part, -1.0)
-        self.reading: dict[Part, tuple[float, int]] = {}
+        self.true = dict.fromkeys(VehiclePart, 0)
+        self.known: dict[VehiclePart, int] = {}
+        self.read_began_s: dict[VehiclePart, float] = {}
+        self.signed_s = dict.fromkeys(VehiclePart, -1.0)
+        self.reading: dict[VehiclePart, tuple[float, int]] = {}
         self.check_wanted = False
-        self.judged: dict[Part, int] = {}
+        self.judged: dict[VehiclePart, int] = {}
         self.asked_s: dict[int, float] = {}
         self.accepted = 0
         self.answered: list[int] = []
@@ -383,14 +385,14 @@ class World:
                     self.reading[part] = (self.now_s, self.true[part])
             elif isinstance(action, CheckVehicle):
                 self.check_wanted = True
-            elif isinstance(action, Answer):
+            elif isinstance(action, AnswerRequest):
                 self.answered.append(action.request.number)
                 if action.answer.is_accepted:
                     self.accepted += 1
                     self.check_acceptance(self.asked_s[action.request.number])
 
     def check_acceptance(self, asked_s: float) -> None:
-        assert set(self.judged) == set(Part)
+        assert set(self.judged) == set(VehiclePart)
         assert self.judged == self.known, "what was judged is not what was read last"
         assert 2 not in self.judged.values(), "what was judged is no go"
         for part in READ_PARTS:
@@ -399,31 +401,31 @@ class World:
 
     def wait(self, duration_s: float) -> None:
         self.now_s += duration_s
-        self.feed(Passed())
+        self.feed(TimePassed())
 
-    def change(self, part: Part, value: int, is_told: object) -> None:
+    def change(self, part: VehiclePart, value: int, is_told: object) -> None:
         self.now_s += 1e-3
         self.true[part] = value
         if is_told:
             self.signed_s[part] = self.now_s
             self.now_s += 1e-3
-            self.feed(Changed(part=part, why="told"))
+            self.feed(PartChanged(part=part, why="told"))
 
-    def tell(self, part: Part, value: int) -> None:
+    def tell(self, part: VehiclePart, value: int) -> None:
         self.true[part] = self.known[part] = value
-        self.feed(Read(part=part, fingerprint=str(value)))
+        self.feed(PartRead(part=part, fingerprint=str(value)))
 
-    def finish(self, part: Part, is_early: object = None) -> None:
+    def finish(self, part: VehiclePart, is_early: object = None) -> None:
         if part in self.reading:
             self.now_s += 1e-3
             began_s, early = self.reading.pop(part)
             self.read_began_s[part] = began_s
             self.known[part] = early if is_early else self.true[part]
-            self.feed(Read(part=part, fingerprint=str(self.known[part])))
+            self.feed(PartRead(part=part, fingerprint=str(self.known[part])))
 
-    def fail(self, part: Part) -> None:
+    def fail(self, part: VehiclePart) -> None:
         if self.reading.pop(part, None) is not None:
-            self.feed(Unread(part=part, why="it stalled"))
+            self.feed(PartUnread(part=part, why="it stalled"))
 
     def check(self) -> None:
         if not self.check_wanted:
@@ -438,13 +440,13 @@ class World:
         )
 
     def hear(self) -> None:
-        self.feed(Heard())
+        self.feed(MessageHeard())
 
     def ask(self) -> None:
         self.now_s += 1e-3
         number = len(self.asked_s)
         self.asked_s[number] = self.now_s
-        self.feed(Asked(request=ArmRequest(system=1, component=1, number=number)))
+        self.feed(ArmRequested(request=ArmRequest(system=1, component=1, number=number)))
 
     def settle(self) -> None:
         """Do what was asked for, once."""

@@ -11,15 +11,9 @@ from planner.mission.items import Home
 from planner.service import UnreadableMission, check_read
 from planner.simulator.faults import Faults
 from planner.simulator.flown import fly_prediction
-from planner.simulator.lines import SimulatedWire
-from planner.simulator.parameters import make_parameters
-from planner.simulator.runner import SimulationRunner
-from planner.simulator.setup import (
-    FIRMWARE,
-    VehicleLog,
-    make_setup,
-)
+from planner.simulator.setup import FIRMWARE, StoredLog, make_parameters, make_setup
 from planner.simulator.vehicle import SimulatedVehicle
+from planner.simulator.wire import SimulatedWire, SimulationRunner
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -30,6 +24,7 @@ if TYPE_CHECKING:
     from planner.service import CheckResult
     from planner.setup import Setup
     from planner.simulator.flown import FlownMission
+
 
 _LOG_PATHS = {
     Autopilot.PX4: "/fs/microsd/log/2026-01-{:02d}/12_00_00.ulg",
@@ -185,13 +180,13 @@ def _home(mission: Mission, request: SimulationRequest) -> Home | None:
     )
 
 
-def _read_logs(request: SimulationRequest) -> tuple[VehicleLog, ...]:
+def _read_logs(request: SimulationRequest) -> tuple[StoredLog, ...]:
     path = _LOG_PATHS[request.autopilot]
     contents = [_LOG_CONTENT]
     if request.logs:
         contents = [_read_log(log) for log in request.logs]
     return tuple(
-        VehicleLog(
+        StoredLog(
             path=path.format(number),
             content=content,
             time_utc_s=_FIRST_LOG_S + (number - 1) * _DAY_S,

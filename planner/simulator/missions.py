@@ -13,7 +13,7 @@ import zlib
 from typing import TYPE_CHECKING, Any
 
 from planner.autopilot import Autopilot
-from planner.link.mission_transfer import MissionKind, MissionResult, WireItem
+from planner.link.mission import MissionKind, MissionResult, WireItem
 from planner.mission.commands import (
     AMSL_FRAMES,
     RELATIVE_FRAMES,
@@ -33,7 +33,7 @@ from planner.values import Value, field_names, replace
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.link.codec import Message
+    from planner.link.wire import Message
     from planner.simulator.setup import VehicleSetup
     from planner.vehicle.parameters.table import Version
 
@@ -62,7 +62,7 @@ MANNERS: Mapping[Autopilot, Manners] = {
 }
 
 
-class Upload:
+class IncomingList:
     """A list that is coming in."""
 
     def __init__(self, first: Message, kind: MissionKind, *, start: int, end: int) -> None:
@@ -74,7 +74,7 @@ class Upload:
         self.last_item_s = 0.0
 
 
-class Download:
+class OutgoingList:
     """A list that goes out."""
 
     def __init__(self, first: Message, kind: MissionKind, until_s: float) -> None:
@@ -228,8 +228,8 @@ class MissionServer:
         self._setup = setup
         self._is_px4 = setup.autopilot is Autopilot.PX4
         self._manners = MANNERS[setup.autopilot]
-        self._upload: Upload | None = None
-        self._sending: Download | None = None
+        self._upload: IncomingList | None = None
+        self._sending: OutgoingList | None = None
         """What PX4 knows of a list that goes out; ArduPilot sends any item at any time."""
         self._asks_for_int = False
         self._finished: tuple[int, int] | None = None
@@ -293,7 +293,7 @@ class MissionServer:
             if self._upload is not None or not (is_again or is_over):
                 return (self._setup.text(6, "Mission download request ignored, already active\t"),)
             until_s = now_s + self._manners.timeout_s
-            self._sending = Download(received, kind, until_s)
+            self._sending = OutgoingList(received, kind, until_s)
         elif self._upload is not None:
             return (self._ack(received, MissionResult.DENIED, kind),)
         return (self._count(received, kind),)
@@ -355,7 +355,7 @@ class MissionServer:
             return (self._ack(received, MissionResult.ERROR, kind), text)
         return None
 
-    def _sending_at(self, now_s: float) -> Download | None:
+    def _sending_at(self, now_s: float) -> OutgoingList | None:
         if self._sending is not None and now_s > self._sending.until_s:
             self._sending = None
         return self._sending
@@ -395,7 +395,7 @@ class MissionServer:
             return (*self._replaced(kind, []), self._ack(received, MissionResult.ACCEPTED, kind))
         if self._is_written_at_once(kind):
             del self.lists[kind][count:]
-        return self._begin(received, Upload(received, kind, start=0, end=count), now_s)
+        return self._begin(received, IncomingList(received, kind, start=0, end=count), now_s)
 
     def _begin_partial_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
         kind = self._kind(received)
@@ -404,9 +404,9 @@ class MissionServer:
         start, end = received["start_index"], received["end_index"] + 1
         if not 0 <= start < end <= len(self.lists[kind]):
             return (self._ack(received, MissionResult.ERROR, kind),)
-        return self._begin(received, Upload(received, kind, start=start, end=end), now_s)
+        return self._begin(received, IncomingList(received, kind, start=start, end=end), now_s)
 
-    def _begin(self, received: Message, upload: Upload, now_s: float) -> tuple[Message, ...]:
+    def _begin(self, received: Message, upload: IncomingList, now_s: float) -> tuple[Message, ...]:
         self._upload = upload
         upload.last_item_s = now_s
         self._finished = None
@@ -471,7 +471,7 @@ class MissionServer:
     def _is_written_at_once(self, kind: MissionKind) -> bool:
         return not self._is_px4 and kind is not MissionKind.FENCE
 
-    def _keep(self, upload: Upload, item: WireItem, *, is_home: bool) -> None:
+    def _keep(self, upload: IncomingList, item: WireItem, *, is_home: bool) -> None:
         if not self._is_written_at_once(upload.kind):
             upload.items.append(item)
             return

@@ -7,23 +7,23 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.link.parameters import Purpose
 from planner.link.snapshot import fetch_snapshot
 from planner.link.upload import upload_mission
-from planner.live import check_vehicle, open_link, silent
+from planner.service.vehicle import check_vehicle, open_link, silent
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.findings import Finding
-    from planner.link.pymavlink_link import OnProgress
+    from planner.link.telemetry import VehicleSnapshot
     from planner.link.upload import UploadResult
-    from planner.link.vehicle import VehicleSnapshot
-    from planner.live import LinkRequest
+    from planner.link.vehicle import OnProgress
     from planner.mission.items import Mission
     from planner.service import CheckResult, UnreadableMission
+    from planner.service.vehicle import LinkRequest
     from planner.setup import Setup
 
 

@@ -6,7 +6,7 @@ import pytest
 from simulated_vehicles import Bench, named
 
 from planner.autopilot import Autopilot
-from planner.simulator.parameters import (
+from planner.simulator.setup import (
     INT16,
     INT32,
     REAL32,

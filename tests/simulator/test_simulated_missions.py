@@ -6,14 +6,14 @@ import pytest
 from simulated_vehicles import Bench, named, out_and_back, texts
 
 from planner.autopilot import Autopilot
-from planner.link.mission_transfer import (
+from planner.link.mission import (
     MissionKind,
     MissionResult,
 )
-from planner.link.vehicle import event_number
+from planner.link.telemetry import event_number
 
 if TYPE_CHECKING:
-    from planner.link.codec import Message
+    from planner.link.wire import Message
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

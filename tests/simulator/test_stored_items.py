@@ -11,11 +11,11 @@ from virtual_vehicle import wire_item
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
-from planner.link.mission_transfer import MissionKind
+from planner.link.mission import MissionKind
 from planner.link.parameters import Purpose
-from planner.link.pymavlink_link import PymavlinkLink
 from planner.link.upload import upload_mission
-from planner.simulator.mission_server import stored_item
+from planner.link.vehicle import PymavlinkLink
+from planner.simulator.missions import stored_item
 from planner.values import replace
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

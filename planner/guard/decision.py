@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.guard.authorisation import ArmRequest, Judgement
 
 
-class Part(StrEnum):
+class VehiclePart(StrEnum):
     """A part of what a verdict rests on."""
 
     MISSION = "mission"
@@ -32,7 +32,7 @@ class Part(StrEnum):
     BATTERY = "battery"
 
 
-READ_PARTS = (Part.MISSION, Part.FENCE, Part.RALLY, Part.PARAMETERS)
+READ_PARTS = (VehiclePart.MISSION, VehiclePart.FENCE, VehiclePart.RALLY, VehiclePart.PARAMETERS)
 """Parts that the vehicle is asked for; it tells the others by itself."""
 
 
@@ -57,56 +57,56 @@ class GuardSettings(Value):
     """After which a part that could not be read is tried again. [s]"""
     announce_every_s: float = 10.0
     """Announcements are not closer together, but for urgent ones. [s]"""
-    needed: frozenset[Part] = frozenset(Part)
+    needed: frozenset[VehiclePart] = frozenset(VehiclePart)
     """Parts without which there is no verdict."""
 
 
-class Heard(Value):
+class MessageHeard(Value):
     """Any message of the vehicle."""
 
 
-class Passed(Value):
+class TimePassed(Value):
     """Time has passed."""
 
 
-class Changed(Value):
+class PartChanged(Value):
     """A sign that a part is no longer what was read."""
 
-    part: Part
+    part: VehiclePart
     why: str
     """Such as: ``MISSION_CURRENT says 12 items``."""
 
 
-class Read(Value):
+class PartRead(Value):
     """A part was read, confirmed to be as before, or told by the vehicle."""
 
-    part: Part
+    part: VehiclePart
     fingerprint: str
     """Equal fingerprints are equal parts."""
 
 
-class Unread(Value):
+class PartUnread(Value):
     """A part could not be read."""
 
-    part: Part
+    part: VehiclePart
     why: str
 
 
 class Judged(Value):
     """The vehicle was checked."""
 
-    fingerprints: Mapping[Part, str]
+    fingerprints: Mapping[VehiclePart, str]
     """Of the parts that were checked."""
     judgement: Judgement
 
 
-class Asked(Value):
+class ArmRequested(Value):
     """The vehicle asks whether it may arm."""
 
     request: ArmRequest
 
 
-class Status(Value):
+class ArmingStatus(Value):
     """How the vehicle is set to ask, and whether it has armed."""
 
     is_asking: bool
@@ -115,13 +115,22 @@ class Status(Value):
     is_armed: bool = False
 
 
-Event: TypeAlias = Heard | Passed | Changed | Read | Unread | Judged | Asked | Status
+Event: TypeAlias = (
+    MessageHeard
+    | TimePassed
+    | PartChanged
+    | PartRead
+    | PartUnread
+    | Judged
+    | ArmRequested
+    | ArmingStatus
+)
 
 
 class ReadParts(Value):
     """Read parts, or confirm by less that they are as before."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[VehiclePart, ...]
     is_urgent: bool = False
     """Whether a request waits for it."""
 
@@ -130,7 +139,7 @@ class CheckVehicle(Value):
     """Check what was read; `Judged` is its answer."""
 
 
-class Answer(Value):
+class AnswerRequest(Value):
     """Answer a request."""
 
     request: ArmRequest
@@ -156,7 +165,7 @@ class Decision(Value):
     details: Mapping[str, object] = field(default_factory=dict)
 
 
-Action: TypeAlias = ReadParts | CheckVehicle | Answer | Announce | Decision
+Action: TypeAlias = ReadParts | CheckVehicle | AnswerRequest | Announce | Decision
 
 
 class GuardView(Value):
@@ -170,19 +179,19 @@ class GuardView(Value):
 
 _STALE_FACTOR = 2.0
 """Nothing rests on what is so many times as old as it should be."""
-_PLURAL = frozenset({Part.PARAMETERS, Part.RALLY})
+_PLURAL = frozenset({VehiclePart.PARAMETERS, VehiclePart.RALLY})
 
 
 class Objection(Value):
     """Why the parts are no ground for a verdict."""
 
-    part: Part
+    part: VehiclePart
     text: str
     may_pass: bool
     """Whether reading goes on."""
 
 
-class _Reading:
+class _PartReading:
     """One part."""
 
     def __init__(self) -> None:
@@ -217,10 +226,10 @@ class Readings:
 
     def __init__(self, settings: GuardSettings) -> None:
         self._settings = settings
-        self._of = {part: _Reading() for part in Part}
-        self._needed = tuple(part for part in Part if part in settings.needed)
+        self._of = {part: _PartReading() for part in VehiclePart}
+        self._needed = tuple(part for part in VehiclePart if part in settings.needed)
 
-    def notice(self, part: Part, why: str, now_s: float) -> None:
+    def notice(self, part: VehiclePart, why: str, now_s: float) -> None:
         """Take a sign that a part has changed."""
         reading = self._of[part]
         if reading.notices_read == reading.notices:
@@ -229,7 +238,7 @@ class Readings:
         reading.notice_s = now_s
         reading.why = why
 
-    def read(self, part: Part, fingerprint: str, now_s: float) -> None:
+    def read(self, part: VehiclePart, fingerprint: str, now_s: float) -> None:
         """Take a part that was asked for, or told by the vehicle; others are passed over."""
         reading = self._of[part]
         if part in READ_PARTS:
@@ -242,7 +251,7 @@ class Readings:
         reading.fingerprint = fingerprint
         reading.failure = ""
 
-    def failed(self, part: Part, why: str, now_s: float) -> None:
+    def failed(self, part: VehiclePart, why: str, now_s: float) -> None:
         """Take it that a part could not be read."""
         reading = self._of[part]
         reading.asked = None
@@ -254,7 +263,7 @@ class Readings:
         """Whether every needed part is as it was read, for all that is known."""
         return not any(self._of[part].is_unread for part in self._needed)
 
-    def fingerprints(self) -> dict[Part, str]:
+    def fingerprints(self) -> dict[VehiclePart, str]:
         """Return the fingerprints of the needed parts that were read."""
         known = ((part, self._of[part].fingerprint) for part in self._needed)
         return {part: fingerprint for part, fingerprint in known if fingerprint is not None}
@@ -293,7 +302,7 @@ class Readings:
                 return Objection(part=part, text=why, may_pass=reading.asked is not None)
         return None
 
-    def due(self, now_s: float, *, confirmed_since_s: float | None) -> tuple[Part, ...]:
+    def due(self, now_s: float, *, confirmed_since_s: float | None) -> tuple[VehiclePart, ...]:
         """Return the parts to ask for now; they then count as asked for.
 
         Parameters
@@ -312,7 +321,7 @@ class Readings:
             self._of[part].asked = (now_s, self._of[part].notices)
         return parts
 
-    def _is_due(self, reading: _Reading, now_s: float, confirmed_since_s: float | None) -> bool:
+    def _is_due(self, reading: _PartReading, now_s: float, confirmed_since_s: float | None) -> bool:
         settings = self._settings
         if reading.asked is not None:
             return False
@@ -392,22 +401,22 @@ class Guard:
         """
         actions: list[Action] = []
         match event:
-            case Heard():
+            case MessageHeard():
                 actions += self._hear(now_s)
-            case Changed(part=part, why=why):
+            case PartChanged(part=part, why=why):
                 self._readings.notice(part, why, now_s)
-            case Read(part=part, fingerprint=fingerprint):
+            case PartRead(part=part, fingerprint=fingerprint):
                 self._readings.read(part, fingerprint, now_s)
-            case Unread(part=part, why=why):
+            case PartUnread(part=part, why=why):
                 self._readings.failed(part, why, now_s)
             case Judged():
                 self._judged, self._is_checking = event, False
-            case Asked(request=request):
+            case ArmRequested(request=request):
                 actions += self._hear(now_s)
                 actions += self._hold(request, now_s)
-            case Status(is_asking=is_asking, wait_s=wait_s, is_armed=is_armed):
+            case ArmingStatus(is_asking=is_asking, wait_s=wait_s, is_armed=is_armed):
                 self._is_asking, self._wait_s, self._is_armed = is_asking, wait_s, is_armed
-            case Passed():
+            case TimePassed():
                 pass
         actions += self._decide(now_s)
         actions += self._tell(now_s)
@@ -443,7 +452,7 @@ class Guard:
             return []
         oldest, _ = self._pending.pop(0)
         answer = _rejection("more requests came than can be answered", is_lasting=False)
-        return [Answer(request=oldest, answer=answer)]
+        return [AnswerRequest(request=oldest, answer=answer)]
 
     def _obstacle(self, now_s: float) -> _Obstacle | None:
         silent_s = now_s - self._heard_s
@@ -520,7 +529,7 @@ class Guard:
         else:
             details |= {"reason": answer.reason.name.lower(), "extra_info": answer.extra_info}
         actions: list[Action] = [
-            Answer(request=request, answer=answer),
+            AnswerRequest(request=request, answer=answer),
             Decision(kind="answer", verdict=verdict, text=answer.text, details=details),
         ]
         if answer.is_accepted:

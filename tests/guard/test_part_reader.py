@@ -6,46 +6,51 @@ import pytest
 from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
-from planner.guard.guard import (
-    Part,
-    Read,
+from planner.guard.decision import (
+    PartRead,
+    PartUnread,
     ReadParts,
-    Unread,
+    VehiclePart,
 )
-from planner.guard.vehicle_watch import PartReader, VehicleWatch
-from planner.link.exchange import LinkSettings
-from planner.link.mission_transfer import MissionKind
-from planner.link.pymavlink_link import PymavlinkLink
+from planner.guard.session import (
+    PartReader,
+    VehicleWatch,
+)
+from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
+from planner.link.transfers import LinkSettings
+from planner.link.vehicle import PymavlinkLink
 
 if TYPE_CHECKING:
-    from planner.simulator.lines import Passed
+    from planner.simulator.wire import PassedMessage
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
-ALL = ReadParts(parts=(Part.MISSION, Part.FENCE, Part.RALLY, Part.PARAMETERS))
+ALL = ReadParts(
+    parts=(VehiclePart.MISSION, VehiclePart.FENCE, VehiclePart.RALLY, VehiclePart.PARAMETERS)
+)
 
 
 def _reader(
     autopilot: Autopilot, *, is_known: bool = False
-) -> tuple[PartReader, VehicleWatch, list[Passed]]:
+) -> tuple[PartReader, VehicleWatch, list[PassedMessage]]:
     """Return a reader, what it reads into, and what is sent to the vehicle."""
     line = memory_line(autopilot)
     link = PymavlinkLink(line, name="simulated")
     watch = VehicleWatch(link.identity, own_system=245)
     known = read_vehicle(link) if is_known else None
-    sent: list[Passed] = []
+    sent: list[PassedMessage] = []
     line._wire.on_message = sent.append
     return PartReader(link, watch, LinkSettings(), known=known), watch, sent
 
 
-def _names(sent: list[Passed]) -> list[str]:
+def _names(sent: list[PassedMessage]) -> list[str]:
     return [one.message.name for one in sent if one.is_to_vehicle]
 
 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 def test_what_was_read_just_now_is_not_read_again_at_once(autopilot: Autopilot) -> None:
     reader, watch, sent = _reader(autopilot, is_known=True)
-    assert [one.part for one in reader.read(ALL) if isinstance(one, Read)] == list(ALL.parts)
+    assert [one.part for one in reader.read(ALL) if isinstance(one, PartRead)] == list(ALL.parts)
     assert _names(sent) == []
     assert len(watch.lists[MissionKind.FENCE] or ()) == 4
     assert watch.parameters
@@ -80,4 +85,4 @@ def test_a_line_that_falls_silent_leaves_every_part_unread() -> None:
     reader = PartReader(link, VehicleWatch(link.identity, own_system=245), LinkSettings(retries=2))
     first, second = list(reader.read(ALL)), list(reader.read(ALL))
     assert [one.part for one in first] == [one.part for one in second] == list(ALL.parts)
-    assert all(isinstance(one, Unread) for one in second)
+    assert all(isinstance(one, PartUnread) for one in second)

@@ -16,9 +16,9 @@ from planner.guard.energy import (
     EnergyState,
     EnergyWarning,
     EnergyWatch,
+    MeasuredPlace,
     Prediction,
 )
-from planner.guard.progress import MeasuredPlace
 from planner.service import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
