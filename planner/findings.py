@@ -135,7 +135,7 @@ class Remarks:
         place: Place | None = None,
         severity: Severity | None = None,
     ) -> None:
-        """Add one occurrence of a rule; only the first of each rule and severity is told."""
+        """Add one occurrence of a rule; only the first of each rule and severity is kept."""
         finding = rule.finding(message, item=item, place=place, severity=severity)
         key = (finding.code, finding.severity)
         self._first.setdefault(key, finding)

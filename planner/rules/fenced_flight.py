@@ -86,7 +86,7 @@ class FencedFlight(Value, eq=False, dict=True):
 
     @cached_property
     def stopped_m(self) -> FloatArray:
-        """Where the vehicle stands still if it is told to stop after a reaction. (n + 1, 2) [m]"""
+        """Where the vehicle has stopped if it brakes after a reaction. (n + 1, 2) [m]"""
         return self.ahead_m(self.room.needed_m(self.path.speed_m_s, self.tail_wind_m_s))
 
     @cached_property

@@ -25,7 +25,7 @@ STEP, PX4, ARDUPILOT = Autopilot.STEP, Autopilot.PX4, Autopilot.ARDUPILOT
 _NAMES = {STEP: "falkowski-2023-quadrotor", PX4: "px4-sih-quad", ARDUPILOT: "arducopter-sitl-quad"}
 PLENTY = Battery(capacity_wh=5000.0)
 PLAIN = mission(takeoff(20), waypoint(100, 20), rtl())
-"""20 m up, 100 m north and back: nothing to be told of."""
+"""20 m up, 100 m north and back: nothing to be reported of."""
 
 
 class RuleCases(Value):

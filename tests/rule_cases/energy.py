@@ -38,7 +38,7 @@ NEED_WH = check(OUT_AND_BACK, vehicle_of(STEP), battery=PLENTY).totals.energy_wh
 
 
 def of_capacity(share_of_need: float) -> tuple[Finding, ...]:
-    """Return what is told with a battery of so much of the energy needed, and no reserve."""
+    """Return what is reported with a battery of so much of the energy needed, and no reserve."""
     return found(OUT_AND_BACK, battery=Battery(capacity_wh=NEED_WH * share_of_need), reserve=0.0)
 
 
@@ -52,7 +52,7 @@ def return_wh() -> float:
 
 
 def one_way(margin_wh: float) -> tuple[Finding, ...]:
-    """Return what is told of a flight that ends so far from being unable to return."""
+    """Return what is reported of a flight that ends so far from being unable to return."""
     return found(ONE_WAY, battery=Battery(capacity_wh=return_wh() + margin_wh), reserve=0.0)
 
 
@@ -86,13 +86,13 @@ def highest_rate() -> float:
 
 
 def hover_throttle(share: float) -> tuple[Finding, ...]:
-    """Return what is told where a hover takes such a share of the thrust, whatever the charge."""
+    """Return what is reported where a hover takes such a share of the thrust, whatever the charge."""
     stiff = replace(PACK, ocv_v=(25.1 - 2e-12, 25.1 - 1e-12, 25.1), internal_resistance_ohm=0.0)
     return found(PLAIN, ARDUPILOT, f"MOT_THST_HOVER,{share!r}\n", battery=stiff)
 
 
 def at_speed(speed_m_s: float) -> tuple[Finding, ...]:
-    """Return what is told of a flight at a speed; hover power is known from 70 m up."""
+    """Return what is reported of a flight at a speed; hover power is known from 70 m up."""
     return found(mission(takeoff(100), speed(speed_m_s), waypoint(900, 100), rtl()))
 
 
@@ -104,7 +104,7 @@ def charged(fraction: float, **values: float) -> tuple[Finding, ...]:
 
 
 def with_rally(north_m: float) -> tuple[Finding, ...]:
-    """Return what is told of a rally point on the line of flight."""
+    """Return what is reported of a rally point on the line of flight."""
     one = replace(mission(takeoff(20), waypoint(200, 20), rtl()), rally=(rally(0.0, north_m),))
     return found(one, ARDUPILOT)
 
@@ -119,13 +119,13 @@ def below_reserve() -> float:
 
 
 def at_risk(more: float) -> tuple[Finding, ...]:
-    """Return what is told where so much more than the chance there is may be taken."""
+    """Return what is reported where so much more than the chance there is may be taken."""
     battery = Battery(capacity_wh=NEED_WH * 1.05 / 0.8)
     return found(OUT_AND_BACK, battery=battery, vehicle=CAUTIOUS, risk=below_reserve() + more)
 
 
 def lifting(times: float) -> tuple[Finding, ...]:
-    """Return what is told of so many times the mass of the model, in the air it knows."""
+    """Return what is reported of so many times the mass of the model, in the air it knows."""
     quad = vehicle_of(ARDUPILOT)
     known = replace(quad, valid_for=replace(quad.valid_for, air_density_kg_m3=None))
     assert quad.mass_kg is not None
@@ -140,7 +140,7 @@ def lifting(times: float) -> tuple[Finding, ...]:
 
 
 def with_share_of_voltage(share: float) -> tuple[Finding, ...]:
-    """Return what is told of a battery with such a share of the voltage of the vehicle's own."""
+    """Return what is reported of a battery with such a share of the voltage of the vehicle's own."""
     own = vehicle_of(ARDUPILOT).battery
     assert own is not None
     assert own.voltage_v is not None

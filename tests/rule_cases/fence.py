@@ -30,7 +30,7 @@ NOTHING_M = 1e-6
 """What is lost between metres and degrees is far less. [m]"""
 
 
-def told(
+def reported(
     items: tuple[MissionItem, ...],
     *areas: FencePolygon | FenceCircle,
     **more: Any,  # noqa: ANN401 - whatever findings_of takes
@@ -40,24 +40,24 @@ def told(
 
 
 def beside(clear_m: float) -> Iterable[Finding]:
-    """Return what is told of a leg so far beside the edge of its area."""
-    return told(NORTH, box(-100.0, -100.0, clear_m, 500.0))
+    """Return what is reported of a leg so far beside the edge of its area."""
+    return reported(NORTH, box(-100.0, -100.0, clear_m, 500.0))
 
 
 def loitering(clear_m: float) -> Iterable[Finding]:
-    """Return what is told of a circle of 200 m beside an exclusion."""
-    return told(CIRCLE, box(200.0 + clear_m, -20.0, 260.0, 20.0, inclusion=False))
+    """Return what is reported of a circle of 200 m beside an exclusion."""
+    return reported(CIRCLE, box(200.0 + clear_m, -20.0, 260.0, 20.0, inclusion=False))
 
 
 def apart(gap_m: float) -> Iterable[Finding]:
-    """Return what is told of two inclusions, one of which begins so far behind the other."""
-    return told(SHORT, box(-200, -200, 200, 200), box(200.0 + gap_m, -200, 900, 200))
+    """Return what is reported of two inclusions, one of which begins so far behind the other."""
+    return reported(SHORT, box(-200, -200, 200, 200), box(200.0 + gap_m, -200, 900, 200))
 
 
 def behind(wall_m: float) -> Iterable[Finding]:
-    """Return what is told of a wall up to so far north; the return passes its corner at 100 m."""
+    """Return what is reported of a wall up to so far north; the return passes its corner at 100 m."""
     wall = box(100.0, -300.0, 300.0, wall_m, inclusion=False)
-    return told(AROUND_A_WALL, wall, autopilot=ARDUPILOT, position_error_m=0.0)
+    return reported(AROUND_A_WALL, wall, autopilot=ARDUPILOT, position_error_m=0.0)
 
 
 def ring(corners: int) -> FencePolygon:
@@ -79,20 +79,20 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: beside(2.51),
     ),
     "F103": RuleCases(
-        fires=lambda: told(SHORT, AROUND, rally_points=(rally(400.01, 0.0),)),
-        boundary=lambda: told(SHORT, AROUND, rally_points=(rally(400.0, 0.0),)),
-        silent=lambda: told(SHORT, AROUND, rally_points=(rally(399.99, 0.0),)),
+        fires=lambda: reported(SHORT, AROUND, rally_points=(rally(400.01, 0.0),)),
+        boundary=lambda: reported(SHORT, AROUND, rally_points=(rally(400.0, 0.0),)),
+        silent=lambda: reported(SHORT, AROUND, rally_points=(rally(399.99, 0.0),)),
     ),
     "F104": RuleCases(
-        fires=lambda: told(SHORT, box(-200.0, 0.01, 200.0, 400.0)),
-        boundary=lambda: told(SHORT, box(-200.0, -NOTHING_M, 200.0, 400.0)),
-        silent=lambda: told(SHORT, box(-200.0, -0.01, 200.0, 400.0)),
+        fires=lambda: reported(SHORT, box(-200.0, 0.01, 200.0, 400.0)),
+        boundary=lambda: reported(SHORT, box(-200.0, -NOTHING_M, 200.0, 400.0)),
+        silent=lambda: reported(SHORT, box(-200.0, -0.01, 200.0, 400.0)),
     ),
     "F105": RuleCases(
-        fires=lambda: told(SHORT, circle(0.0, 50.0, -200.0)),
-        boundary=lambda: told(SHORT, circle(0.0, 50.0, 0.0)),
+        fires=lambda: reported(SHORT, circle(0.0, 50.0, -200.0)),
+        boundary=lambda: reported(SHORT, circle(0.0, 50.0, 0.0)),
         fires_at_boundary=True,
-        silent=lambda: told(SHORT, circle(0.0, 50.0, 200.0)),
+        silent=lambda: reported(SHORT, circle(0.0, 50.0, 200.0)),
     ),
     "F106": RuleCases(
         fires=lambda: apart(0.01), boundary=lambda: apart(-0.0201), silent=lambda: apart(-1.0)
@@ -119,23 +119,23 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: found(replace(PLAIN, home=None)),
     ),
     "F110": RuleCases(
-        fires=lambda: told(
+        fires=lambda: reported(
             (takeoff(20), at(0, 100, 60.1), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
         ),
-        boundary=lambda: told(
+        boundary=lambda: reported(
             (takeoff(20), at(0, 100, 60.0), rtl()), autopilot=PX4, parameters="GF_MAX_VER_DIST,60\n"
         ),
-        silent=lambda: told((takeoff(20), at(0, 100, 60.1), rtl()), autopilot=PX4),
+        silent=lambda: reported((takeoff(20), at(0, 100, 60.1), rtl()), autopilot=PX4),
     ),
     "F111": RuleCases(
-        fires=lambda: told(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,0\n"),
-        boundary=lambda: told(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,1\n"),
+        fires=lambda: reported(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,0\n"),
+        boundary=lambda: reported(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,1\n"),
         fires_at_boundary=True,
-        silent=lambda: told(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,2\n"),
+        silent=lambda: reported(SHORT, AROUND, autopilot=PX4, parameters="GF_ACTION,2\n"),
     ),
     "F112": RuleCases(
-        fires=lambda: told(SHORT, ring(256), autopilot=ARDUPILOT),
-        boundary=lambda: told(SHORT, ring(255), autopilot=ARDUPILOT),
-        silent=lambda: told(SHORT, ring(256), autopilot=STEP),
+        fires=lambda: reported(SHORT, ring(256), autopilot=ARDUPILOT),
+        boundary=lambda: reported(SHORT, ring(255), autopilot=ARDUPILOT),
+        silent=lambda: reported(SHORT, ring(256), autopilot=STEP),
     ),
 }

@@ -75,7 +75,7 @@ def finishing(margin_wh: float) -> tuple[Finding, ...]:
 
 
 def turning_back(longer_s: float) -> tuple[Finding, ...]:
-    """Return what is said where the point of no return is so much farther off than to be told."""
+    """Return what is said where the point of no return is so much farther off than to be reported."""
     reserve_wh = LEFT_WH - 0.5 * (state(0.0).finish_wh + state(0.0).return_wh)
     lead_s = state(reserve_wh).lead_s
     assert lead_s is not None

@@ -32,36 +32,36 @@ def records_of(log: DataflashWriter | bytes) -> tuple[FlightRecord, ...]:
         return read_log(path)
 
 
-def told(log: DataflashWriter | bytes) -> tuple[Finding, ...]:
-    """Return what is told of the flights in a log."""
+def reported(log: DataflashWriter | bytes) -> tuple[Finding, ...]:
+    """Return what is reported of the flights in a log."""
     return tuple(finding for record in records_of(log) for finding in record.findings)
 
 
 @cache
 def as_made() -> tuple[Finding, ...]:
-    return told(copter_log())
+    return reported(copter_log())
 
 
 def ending(name: str, *values: float) -> tuple[Finding, ...]:
-    """Return what is told of the made flight with one more message before its end."""
+    """Return what is reported of the made flight with one more message before its end."""
     log = copter_log()
     log.add(name, round(59.95e6), *values)
-    return told(log)
+    return reported(log)
 
 
 def between(add: Callable[[DataflashWriter], None], after_s: float) -> tuple[Finding, ...]:
-    """Return what is told of the made flight with messages put in behind a time."""
+    """Return what is reported of the made flight with messages put in behind a time."""
     log = copter_log()
     before = len(copter_log().messages)
     add(log)
     inserted, log.messages[before:] = log.messages[before:], []
     at = int(before * (after_s - made.BEGIN_S) / (made.END_S - made.BEGIN_S))
     log.messages[at:at] = inserted
-    return told(log)
+    return reported(log)
 
 
 def back(from_s: float, by_s: float) -> tuple[Finding, ...]:
-    """Return what is told where a clock goes back and, a message on, is right again."""
+    """Return what is reported where a clock goes back and, a message on, is right again."""
 
     def stray(log: DataflashWriter) -> None:
         for time_s in (from_s, from_s - by_s):
@@ -71,18 +71,18 @@ def back(from_s: float, by_s: float) -> tuple[Finding, ...]:
 
 
 def armed(up_to_m: float) -> tuple[Finding, ...]:
-    """Return what is told of an arming behind the made flight that rises by so much."""
+    """Return what is reported of an arming behind the made flight that rises by so much."""
     log = copter_log()
     for tenth in range(700, 801):
         if tenth in {710, 790}:
             log.add("ARM", tenth * 100_000, int(tenth == 710), 0)
         height_m = up_to_m if 740 <= tenth < 760 else 0.0
         log.add("POS", tenth * 100_000, *PLACE, 400.0 + height_m, height_m, height_m)
-    return told(log)
+    return reported(log)
 
 
 def sent(height_m: float) -> tuple[Finding, ...]:
-    """Return what is told of a mission that is sent in flight, its waypoint at a height."""
+    """Return what is reported of a mission that is sent in flight, its waypoint at a height."""
 
     def upload(log: DataflashWriter) -> None:
         for number, command, north_deg in (
@@ -100,12 +100,12 @@ def sent(height_m: float) -> tuple[Finding, ...]:
 
 
 def damaged(at: str) -> tuple[Finding, ...]:
-    """Return what is told of bytes that are no messages: in the middle, or never written."""
+    """Return what is reported of bytes that are no messages: in the middle, or never written."""
     messages = copter_log().messages
     if at == "end":
-        return told(b"".join(messages) + b"\xff" * 4096)
+        return reported(b"".join(messages) + b"\xff" * 4096)
     half = len(messages) // 2
-    return told(b"".join(messages[:half]) + b"\x55" * 500 + b"".join(messages[half:]))
+    return reported(b"".join(messages[:half]) + b"\x55" * 500 + b"".join(messages[half:]))
 
 
 CASES: Mapping[str, RuleCases] = {
@@ -113,16 +113,16 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: damaged("middle"), boundary=lambda: damaged("end"), silent=as_made
     ),
     "R102": RuleCases(
-        fires=lambda: told(copter_log(gap_s=(24.0, 25.3))),
-        boundary=lambda: told(copter_log(gap_s=(24.0, 25.0))),
-        silent=lambda: told(copter_log(gap_s=(24.0, 24.9))),
+        fires=lambda: reported(copter_log(gap_s=(24.0, 25.3))),
+        boundary=lambda: reported(copter_log(gap_s=(24.0, 25.0))),
+        silent=lambda: reported(copter_log(gap_s=(24.0, 24.9))),
     ),
     "R103": RuleCases(
         fires=lambda: back(32.0, 1.25), boundary=lambda: back(32.0, 1.0), silent=as_made
     ),
     "R104": RuleCases(
-        fires=lambda: told(copter_log(begins_s=made.TAKEOFF_S + 0.1)),
-        boundary=lambda: told(copter_log(begins_s=made.TAKEOFF_S - 0.1)),
+        fires=lambda: reported(copter_log(begins_s=made.TAKEOFF_S + 0.1)),
+        boundary=lambda: reported(copter_log(begins_s=made.TAKEOFF_S - 0.1)),
         silent=as_made,
     ),
     "R105": RuleCases(
@@ -137,9 +137,9 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: ending("BAT", 1, 12.0, 12.0, 0.0, 0.0),
     ),
     "R107": RuleCases(
-        fires=lambda: told(px4_log(jump_s=30.0, jump_m=(1.01, 0.0)).content()),
-        boundary=lambda: told(px4_log(jump_s=30.0, jump_m=(1.0, 0.0)).content()),
-        silent=lambda: told(px4_log().content()),
+        fires=lambda: reported(px4_log(jump_s=30.0, jump_m=(1.01, 0.0)).content()),
+        boundary=lambda: reported(px4_log(jump_s=30.0, jump_m=(1.0, 0.0)).content()),
+        silent=lambda: reported(px4_log().content()),
     ),
     "R108": RuleCases(
         fires=lambda: ending("POS", 90.1, 8.0, 400.0, 0.0, 0.0),

@@ -46,12 +46,12 @@ def article() -> tuple[FlightRecord, FlightRecord]:
     )
 
 
-def told(
+def reported(
     *records: FlightRecord,
     about: str = "",
     **changes: Any,  # noqa: ANN401 - whatever the settings hold
 ) -> Iterable[Finding]:
-    """Return what is told of a vehicle made of flights, about one state alone where it is named."""
+    """Return what is reported of a vehicle made of flights, about one state alone where it is named."""
     settings = IdentificationSettings(
         **{
             "name": "quad",
@@ -73,33 +73,33 @@ def again(**changes: Any) -> FlightRecord:  # noqa: ANN401 - whatever a record h
 
 CASES: Mapping[str, RuleCases] = {
     "I101": RuleCases(
-        fires=lambda: told(*article()),
-        boundary=lambda: told(copter()),  # asked for, and nothing can be fitted
-        silent=lambda: told(copter(), method=Method.OUTPUT_ERROR),
+        fires=lambda: reported(*article()),
+        boundary=lambda: reported(copter()),  # asked for, and nothing can be fitted
+        silent=lambda: reported(copter(), method=Method.OUTPUT_ERROR),
     ),
     "I102": RuleCases(
-        fires=lambda: told(about="battery"),
-        boundary=lambda: told(about="battery", base=vehicle_of(ARDUPILOT)),  # the base's: I103
-        silent=lambda: told(about="battery", pack=PACK),
+        fires=lambda: reported(about="battery"),
+        boundary=lambda: reported(about="battery", base=vehicle_of(ARDUPILOT)),  # the base's: I103
+        silent=lambda: reported(about="battery", pack=PACK),
     ),
     "I103": RuleCases(
-        fires=lambda: told(about="battery", base=vehicle_of(ARDUPILOT)),
-        boundary=lambda: told(about="battery", base=vehicle_of(ARDUPILOT), pack=PACK),
-        silent=lambda: told(about="battery"),
+        fires=lambda: reported(about="battery", base=vehicle_of(ARDUPILOT)),
+        boundary=lambda: reported(about="battery", base=vehicle_of(ARDUPILOT), pack=PACK),
+        silent=lambda: reported(about="battery"),
     ),
     "I104": RuleCases(
-        fires=lambda: told(copter(), again(parameters={"WPNAV_SPEED": 501.0})),
-        boundary=lambda: told(copter(), again(parameters={"WPNAV_SPEED": 500.0})),
-        silent=lambda: told(copter(), again(parameters={})),
+        fires=lambda: reported(copter(), again(parameters={"WPNAV_SPEED": 501.0})),
+        boundary=lambda: reported(copter(), again(parameters={"WPNAV_SPEED": 500.0})),
+        silent=lambda: reported(copter(), again(parameters={})),
     ),
     "I105": RuleCases(
-        fires=lambda: told(mass_kg=None),
-        boundary=lambda: told(mass_kg=None, base=vehicle_of(ARDUPILOT)),
-        silent=told,
+        fires=lambda: reported(mass_kg=None),
+        boundary=lambda: reported(mass_kg=None, base=vehicle_of(ARDUPILOT)),
+        silent=reported,
     ),
     "I106": RuleCases(
-        fires=lambda: told(copter(), again(vehicle="OCTAQUAD/X")),
-        boundary=lambda: told(copter(), again(vehicle="")),  # it does not say
-        silent=lambda: told(copter(), again()),
+        fires=lambda: reported(copter(), again(vehicle="OCTAQUAD/X")),
+        boundary=lambda: reported(copter(), again(vehicle="")),  # it does not say
+        silent=lambda: reported(copter(), again()),
     ),
 }

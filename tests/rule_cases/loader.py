@@ -36,13 +36,13 @@ def read(text: str) -> tuple[Finding, ...]:
 
 
 def with_item(*without: str, **changes: object) -> tuple[Finding, ...]:
-    """Return what is told of a plan whose second item is changed."""
+    """Return what is reported of a plan whose second item is changed."""
     changed = {key: value for key, value in {**THERE, **changes}.items() if key not in without}
     return read(plan_of(TAKEOFF, changed))
 
 
 def with_complex(raw: dict[str, Any], **changes: object) -> tuple[Finding, ...]:
-    """Return what is told of a plan with a complex item."""
+    """Return what is reported of a plan with a complex item."""
     return read(plan_of(TAKEOFF, {**copy.deepcopy(raw), **changes}))
 
 
@@ -55,7 +55,7 @@ def survey_without_items(**changes: object) -> dict[str, Any]:
 
 
 def jump_to(target: int, *more: dict[str, Any], firmware: int = 12) -> tuple[Finding, ...]:
-    """Return what is told of a plan with a jump."""
+    """Return what is reported of a plan with a jump."""
     jump = simple_item(177, 2, target, 1, 0, 0, 0, 0, 0, number=9)
     plan = json.loads(plan_of(TAKEOFF, THERE, *more, jump))
     plan["mission"]["firmwareType"] = firmware

@@ -28,7 +28,7 @@ def read(*lines: str, header: str = HEADER, name: str = "a.waypoints") -> tuple[
 
 
 def fence(said: int, *corners: str) -> tuple[Finding, ...]:
-    """Return what is told of fence rows that announce a number of vertices."""
+    """Return what is reported of fence rows that announce a number of vertices."""
     return read(
         HOME,
         TAKEOFF,
@@ -37,7 +37,7 @@ def fence(said: int, *corners: str) -> tuple[Finding, ...]:
 
 
 def rally(frame: int, *, home: str = HOME) -> tuple[Finding, ...]:
-    """Return what is told of a rally row in a frame."""
+    """Return what is reported of a rally row in a frame."""
     return read(home, TAKEOFF, RALLY.format(frame=frame, altitude=450))
 
 

@@ -56,7 +56,7 @@ def with_home(home: Home | None) -> tuple[Finding, ...]:
 
 
 def parts(*items: MissionItem, capacity_wh: float = 50.0) -> tuple[Finding, ...]:
-    """Return what is told of the parts of two flights to 1.5 km."""
+    """Return what is reported of the parts of two flights to 1.5 km."""
     flown = (takeoff(40), waypoint(1500, 40), *items)
     battery = Battery(capacity_wh=capacity_wh)
     return split_mission(mission(*flown), vehicle_of(ARDUPILOT), battery=battery).findings

@@ -87,7 +87,7 @@ def gate(metres: float) -> tuple[Finding, ...]:
 
 
 def landing_at(altitude_m: float, *, asked: bool) -> tuple[Finding, ...]:
-    """Return what is told of a landing at an altitude."""
+    """Return what is reported of a landing at an altitude."""
     selection = Selection(extend_select=("M120",)) if asked else None
     return found(then(item(21, HOME.latitude_deg, altitude_m)), selection=selection)
 
@@ -101,7 +101,7 @@ def site(max_distance_m: float | None = None, *required_items: str) -> tuple[Fin
 
 
 def far_away(metres: float) -> tuple[Finding, ...]:
-    """Return what is told of a mission so far north of home."""
+    """Return what is reported of a mission so far north of home."""
     latitude_deg = float(FRAME.latitude_longitude_deg(0.0, metres)[0])
     return found(mission(takeoff(20), item(16, latitude_deg, 20.0), rtl()))
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def without(*names: str) -> tuple[Finding, ...]:
-    """Return what is told where a file gives PX4's defaults of all a flight depends on but some."""
+    """Return what is reported where a file gives PX4's defaults of all a flight depends on but some."""
     rows = parameter_table(Px4Parameters).values()
     text = "".join(f"{row.now.name},{row.default}\n" for row in rows if row.now.name not in names)
     return found(PLAIN, PX4, text, vehicle=vehicle_of(ARDUPILOT))

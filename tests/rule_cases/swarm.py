@@ -41,7 +41,7 @@ def together(
     separation_m: float = 5.0,
     **given: Any,  # noqa: ANN401 - whatever check_together takes
 ) -> tuple[Finding, ...]:
-    """Return what is told of a mission that is flown together with another."""
+    """Return what is reported of a mission that is flown together with another."""
     results = [
         check(
             mission,
@@ -57,18 +57,18 @@ def together(
 
 
 def side_by_side(metres: float) -> tuple[Finding, ...]:
-    """Return what is told of two that fly the same beside each other, where 20 m are to be kept."""
+    """Return what is reported of two that fly the same beside each other, where 20 m are to be kept."""
     return together(PLAIN, moved(PLAIN, metres), separation_m=20.0)
 
 
 def hopping(height_m: float) -> tuple[Finding, ...]:
-    """Return what is told of one that rises so high, beside one far away."""
+    """Return what is reported of one that rises so high, beside one far away."""
     land = item(21, HOME.latitude_deg, 0.0)
     return together(mission(takeoff(height_m), land), moved(PLAIN, 500.0), min_nav_alt_m=3.0)
 
 
 def at_unknown_heights(metres: float) -> tuple[Finding, ...]:
-    """Return what is told of two that far apart, the altitude of one of whose homes is not known."""
+    """Return what is reported of two that far apart, the altitude of one of whose homes is not known."""
     other = moved(PLAIN, metres)
     home: Home = replace(other.home or HOME, altitude_amsl_m=0.0)
     return together(PLAIN, replace(other, home=home), separation_m=0.1)

@@ -33,7 +33,7 @@ def delay(seconds: float, hour: float = -1.0) -> MissionItem:
 
 
 def jumping(repeats: int) -> tuple[Finding, ...]:
-    """Return what is told of two items flown so often again, and none behind them."""
+    """Return what is reported of two items flown so often again, and none behind them."""
     return flown_order(mission(takeoff(20), jump(1, repeats)).items, ARDUPILOT).findings
 
 

@@ -36,7 +36,7 @@ FLIGHT = (wire_item(command=22), wire_item(x=470_010_000), wire_item(command=20,
 _PX4, _ARDUPILOT = 12, 3
 
 
-def told(
+def reported(
     *names: str,
     home: Home | None = HOME,
     charge: float | None = None,
@@ -44,7 +44,7 @@ def told(
     autopilot: int = _PX4,
     **without: bool,
 ) -> tuple[Finding, ...]:
-    """Return what is told of a vehicle with such parameters, home, charge and lists."""
+    """Return what is reported of a vehicle with such parameters, home, charge and lists."""
     home_slot = (wire_item(frame=0, x=first_x, y=0 if first_x == 0 else 80_000_000),)
     items = (home_slot if autopilot == _ARDUPILOT else ()) + FLIGHT
     snapshot = make_snapshot(
@@ -65,7 +65,7 @@ def told(
 
 
 def removed(kind: MissionKind, *areas: WireItem) -> tuple[Finding, ...]:
-    """Return what is told before a mission without areas takes the place of one with them."""
+    """Return what is reported before a mission without areas takes the place of one with them."""
     lists = {one: areas if one is kind else FLIGHT if not one else () for one in MissionKind}
     snapshot = make_snapshot(
         VehicleIdentity(system=1, component=1, autopilot_number=_PX4, vehicle_type=2),
@@ -84,44 +84,44 @@ def read(data: bytes) -> tuple[Finding, ...]:
 
 CASES: Mapping[str, RuleCases] = {
     "V101": RuleCases(
-        fires=lambda: told(charge=0.5),
-        boundary=lambda: told(home=None),  # nothing of its own is taken
+        fires=lambda: reported(charge=0.5),
+        boundary=lambda: reported(home=None),  # nothing of its own is taken
         silent=lambda: found(PLAIN),
     ),
     "V102": RuleCases(
-        fires=told,
-        boundary=lambda: told(charge=0.0),  # an empty one says so
-        silent=lambda: told(charge=0.5),
+        fires=reported,
+        boundary=lambda: reported(charge=0.0),  # an empty one says so
+        silent=lambda: reported(charge=0.5),
     ),
     "V103": RuleCases(
-        fires=lambda: told(home=None, first_x=0, autopilot=_ARDUPILOT),
-        boundary=lambda: told(home=None, first_x=1, autopilot=_ARDUPILOT),
-        silent=told,
+        fires=lambda: reported(home=None, first_x=0, autopilot=_ARDUPILOT),
+        boundary=lambda: reported(home=None, first_x=1, autopilot=_ARDUPILOT),
+        silent=reported,
     ),
     "V104": RuleCases(
-        fires=lambda: told(rally=True),
-        boundary=told,  # kept and empty
-        silent=lambda: told(charge=0.5),
+        fires=lambda: reported(rally=True),
+        boundary=reported,  # kept and empty
+        silent=lambda: reported(charge=0.5),
     ),
     "V105": RuleCases(
-        fires=lambda: told("ABCDEFGHIJKLMNOPQ"),
-        boundary=lambda: told("ABCDEFGHIJKLMNOP"),  # 16 characters
-        silent=lambda: told("RTL_ALT"),
+        fires=lambda: reported("ABCDEFGHIJKLMNOPQ"),
+        boundary=lambda: reported("ABCDEFGHIJKLMNOP"),  # 16 characters
+        silent=lambda: reported("RTL_ALT"),
     ),
     "V106": RuleCases(
         fires=lambda: removed(MissionKind.FENCE, wire_item(command=5003, param1=99.0)),
         boundary=lambda: removed(MissionKind.FENCE),  # it keeps a list, and nothing is in it
-        silent=told,
+        silent=reported,
     ),
     "V107": RuleCases(
         fires=lambda: removed(MissionKind.RALLY, wire_item(command=5100)),
         boundary=lambda: removed(MissionKind.RALLY),
-        silent=told,
+        silent=reported,
     ),
     "V108": RuleCases(
-        fires=lambda: told("BATT_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
-        boundary=lambda: told("BATT2_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
-        silent=told,
+        fires=lambda: reported("BATT_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
+        boundary=lambda: reported("BATT2_CAPACITY", charge=0.5, autopilot=_ARDUPILOT),
+        silent=reported,
     ),
     "X901": RuleCases(
         fires=lambda: read(b"{"),

@@ -59,32 +59,32 @@ def flown() -> FlightRecord:
     return replace(record, mode=np.full(size, "AUTO_MISSION"), is_landed=landed)
 
 
-def told(
+def reported(
     *,
     wind: Wind | None = CALM,
     **changes: Any,  # noqa: ANN401 - whatever a record holds
 ) -> tuple[Finding, ...]:
-    """Return what is told of the flight with something changed."""
+    """Return what is reported of the flight with something changed."""
     known = KnownConditions(wind=wind)
     return verify_flight(replace(flown(), **changes), vehicle_of(STEP), known).findings
 
 
 def by_hand(samples: int, first: int = 200) -> tuple[Finding, ...]:
-    """Return what is told of a flight of which so many tenths of a second were flown by hand."""
+    """Return what is reported of a flight of which so many tenths of a second were flown by hand."""
     mode = flown().mode.copy()
     mode[first : first + samples] = "POSCTL"
-    return told(mode=mode)
+    return reported(mode=mode)
 
 
 def power_unknown(more: int) -> tuple[Finding, ...]:
-    """Return what is told where power is not known for 5 % of the flight and some samples."""
+    """Return what is reported where power is not known for 5 % of the flight and some samples."""
     power_w = flown().power_w.copy()
     power_w[: power_w.size // 20 + more] = np.nan
-    return told(power_w=power_w)
+    return reported(power_w=power_w)
 
 
 def waiting(samples: int) -> tuple[Finding, ...]:
-    """Return what is told of a flight before which the vehicle stood armed."""
+    """Return what is reported of a flight before which the vehicle stood armed."""
     record = flown()
     order = np.concatenate((np.zeros(samples, np.intp), np.arange(record.time_s.size)))
     columns: dict[str, Any] = {name: column[order] for name, column in record.columns().items()}
@@ -92,11 +92,11 @@ def waiting(samples: int) -> tuple[Finding, ...]:
     mode = columns["mode"].copy()
     mode[:samples] = "POSCTL"
     columns["mode"] = mode
-    return told(**columns, duration_s=record.duration_s + 0.1 * samples)
+    return reported(**columns, duration_s=record.duration_s + 0.1 * samples)
 
 
 def begun(samples: int) -> tuple[Finding, ...]:
-    """Return what is told of a mission begun so many samples behind the last on the ground."""
+    """Return what is reported of a mission begun so many samples behind the last on the ground."""
     return by_hand(int(np.flatnonzero(flown().is_landed[:100])[-1]) + samples, first=0)
 
 
@@ -105,9 +105,11 @@ CASES: Mapping[str, RuleCases] = {
         fires=lambda: by_hand(21), boundary=lambda: by_hand(20), silent=lambda: by_hand(0)
     ),
     "R202": RuleCases(
-        fires=lambda: told(mission_items=(ITEMS[0], ITEMS[2])),
-        boundary=lambda: told(mission_items=ITEMS[:2]),  # what may be behind the last is not known
-        silent=told,
+        fires=lambda: reported(mission_items=(ITEMS[0], ITEMS[2])),
+        boundary=lambda: reported(
+            mission_items=ITEMS[:2]
+        ),  # what may be behind the last is not known
+        silent=reported,
     ),
     "R203": RuleCases(
         fires=lambda: power_unknown(1),
@@ -115,12 +117,12 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: power_unknown(-1),
     ),
     "R204": RuleCases(
-        fires=lambda: told(wind=None),
-        boundary=lambda: told(wind=Wind(speed_m_s=0.0)),
-        silent=told,
+        fires=lambda: reported(wind=None),
+        boundary=lambda: reported(wind=Wind(speed_m_s=0.0)),
+        silent=reported,
     ),
     "R205": RuleCases(
         fires=lambda: waiting(21), boundary=lambda: waiting(20), silent=lambda: waiting(0)
     ),
-    "R207": RuleCases(fires=lambda: begun(1), boundary=lambda: begun(0), silent=told),
+    "R207": RuleCases(fires=lambda: begun(1), boundary=lambda: begun(0), silent=reported),
 }

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def against(wind_m_s: float, airspeed_m_s: float) -> tuple[Finding, ...]:
-    """Return what is told of a flight at 10 m/s north against the wind."""
+    """Return what is reported of a flight at 10 m/s north against the wind."""
     return found(
         mission(takeoff(20), waypoint(200, 20)),
         ARDUPILOT,
@@ -32,12 +32,12 @@ def against(wind_m_s: float, airspeed_m_s: float) -> tuple[Finding, ...]:
 def in_wind(
     wind_m_s: float, autopilot: Autopilot = STEP, parameters: str = ""
 ) -> tuple[Finding, ...]:
-    """Return what is told of the plain flight in wind."""
+    """Return what is reported of the plain flight in wind."""
     return found(PLAIN, autopilot, parameters, wind=Wind(speed_m_s=wind_m_s))
 
 
 def circling(wind_m_s: float) -> tuple[Finding, ...]:
-    """Return what is told of a circle of 20 m at 5 m/s, by a vehicle that can lean for 15 m/s."""
+    """Return what is reported of a circle of 20 m at 5 m/s, by a vehicle that can lean for 15 m/s."""
     there = replace(waypoint(0, 20), command=18, param1=2.0, param3=20.0)
     return found(
         mission(takeoff(20), there),

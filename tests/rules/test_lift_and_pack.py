@@ -19,7 +19,7 @@ OUT_AND_BACK = mission(takeoff(30), waypoint(300, 30), rtl())
 PLENTY = Battery(capacity_wh=5000.0)
 
 
-def told(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[Severity, str]]:
+def reported(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[Severity, str]]:
     options = {"battery": PLENTY, **given}
     result = check(OUT_AND_BACK, vehicle, **options)  # type: ignore[arg-type]  # a table of options
     return [(one.severity, one.message) for one in result.findings if one.code == code]
@@ -44,7 +44,7 @@ def told(code: str, vehicle: object = QUAD, **given: object) -> list[tuple[Sever
 def test_far_more_thrust_than_was_ever_seen_is_no_go(
     given: dict[str, float], said: str | None
 ) -> None:
-    found = told("E120", **given)
+    found = reported("E120", **given)
     assert [severity for severity, _ in found] == [Severity.ERROR] * (said is not None)
     assert said is None or said in found[0][1]
 
@@ -60,9 +60,9 @@ def test_far_more_thrust_than_was_ever_seen_is_no_go(
 def test_thin_air_that_a_model_does_not_count_is_told(
     home_amsl_m: float, severity: Severity | None
 ) -> None:
-    found = told("E108", ARTICLE, home_amsl_m=home_amsl_m)
+    found = reported("E108", ARTICLE, home_amsl_m=home_amsl_m)
     assert [one for one, _ in found] == [severity] * (severity is not None)
-    assert told("E108", QUAD, home_amsl_m=home_amsl_m) == []
+    assert reported("E108", QUAD, home_amsl_m=home_amsl_m) == []
     if severity is not None:
         assert "thinner than at sea level" in found[0][1]
 
@@ -83,9 +83,9 @@ def test_a_battery_of_another_voltage_than_the_vehicle_s_is_no_go(
     voltage_v: float, *, fires: bool
 ) -> None:
     battery = Battery(capacity_ah=100.0, nominal_voltage_v=voltage_v)
-    found = told("E121", battery=battery)
+    found = reported("E121", battery=battery)
     assert [severity for severity, _ in found] == [Severity.ERROR] * fires
-    assert told("E121", ARTICLE, battery=battery) == []  # its own is not known
+    assert reported("E121", ARTICLE, battery=battery) == []  # its own is not known
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_a_battery_colder_than_it_is_known_at_is_told(
     air_c: float | None, battery_c: float | None, severity: Severity | None
 ) -> None:
     own = QUAD.battery
-    found = told("E122", battery=own, temperature_c=air_c, battery_temperature_c=battery_c)
+    found = reported("E122", battery=own, temperature_c=air_c, battery_temperature_c=battery_c)
     assert [one for one, _ in found] == [severity] * (severity is not None)
 
 
@@ -125,5 +125,5 @@ def test_a_battery_that_knows_its_resistance_in_the_cold_is_believed(
     known = replace(
         QUAD.battery, resistance_temperature_c=(coldest_c, 25.0), resistance_factor=(3.0, 1.0)
     )
-    found = told("E122", battery=known, battery_temperature_c=battery_c)
+    found = reported("E122", battery=known, battery_temperature_c=battery_c)
     assert [one for one, _ in found] == [severity] * (severity is not None)

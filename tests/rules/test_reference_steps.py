@@ -51,9 +51,9 @@ def test_a_vertical_speed_that_steps_do_not_fly_is_told_and_a_slower_one_is_an_e
         waypoint(100, heights[1]),
         rtl(),
     )
-    [told] = of("T102", found(one))
-    assert (told.severity, told.item) == (severity, 4)
-    assert f"speed of {asked_m_s:.1f} m/s not modelled" in told.message
+    [reported] = of("T102", found(one))
+    assert (reported.severity, reported.item) == (severity, 4)
+    assert f"speed of {asked_m_s:.1f} m/s not modelled" in reported.message
     assert of("T102", found(one, ARDUPILOT)) == []
 
 
@@ -85,15 +85,17 @@ def test_a_fence_of_parameters_is_judged_whoever_flies(
 
 
 def test_what_is_not_used_of_parameters_is_said_and_that_their_fence_is() -> None:
-    [told] = of("E108", found(OUT, STEP, "FENCE_ENABLE,0\nWPNAV_SPEED,500\n"))
-    assert "speeds, returns and failsafes are not used" in told.message
-    assert "the fence and what a site profile asks are judged" in told.message
-    assert told.severity is Severity.WARNING
+    [reported] = of("E108", found(OUT, STEP, "FENCE_ENABLE,0\nWPNAV_SPEED,500\n"))
+    assert "speeds, returns and failsafes are not used" in reported.message
+    assert "the fence and what a site profile asks are judged" in reported.message
+    assert reported.severity is Severity.WARNING
 
 
 def test_a_fence_in_parameters_of_nobody_known_is_an_error() -> None:
-    told = of("E108", found(replace(OUT, autopilot=None), STEP, "FENCE_ENABLE,1\nGF_ACTION,3\n"))
-    assert [one.severity for one in told] == [Severity.ERROR, Severity.WARNING]
+    reported = of(
+        "E108", found(replace(OUT, autopilot=None), STEP, "FENCE_ENABLE,1\nGF_ACTION,3\n")
+    )
+    assert [one.severity for one in reported] == [Severity.ERROR, Severity.WARNING]
 
 
 def test_a_spline_flown_straight_is_an_error_where_a_fence_or_the_ground_is_judged_on_it() -> None:
@@ -120,17 +122,17 @@ def test_an_airspeed_beyond_the_identified_ones_is_told_with_steps_too(
     wind_m_s: float, severities: list[Severity]
 ) -> None:
     one = mission(takeoff(100), speed(10.0), waypoint(900, 100), rtl())
-    told = of("E105", found(one, wind=Wind(speed_m_s=wind_m_s, from_deg=180.0)))
-    assert [one.severity for one in told if "airspeed of" in one.message] == severities
+    reported = of("E105", found(one, wind=Wind(speed_m_s=wind_m_s, from_deg=180.0)))
+    assert [one.severity for one in reported if "airspeed of" in one.message] == severities
 
 
 def test_a_battery_that_starts_below_the_reserve_is_told_in_numbers_that_add_up() -> None:
     flat = check(OUT, vehicle_of(STEP), battery=Battery(capacity_wh=100.0), charge=0.05)
-    [told] = of("E101", flat.findings)
+    [reported] = of("E101", flat.findings)
     needed_wh = flat.totals.energy_wh
     # 5 Wh of 20 Wh are there: 15 Wh below.
-    assert "starts 15.0 Wh below the 20 % reserve" in told.message
-    assert f"({15.0 + needed_wh:.1f} Wh short)" in told.message
+    assert "starts 15.0 Wh below the 20 % reserve" in reported.message
+    assert f"({15.0 + needed_wh:.1f} Wh short)" in reported.message
 
 
 def test_an_item_that_the_autopilot_skips_is_not_flown_to() -> None:
@@ -140,7 +142,7 @@ def test_an_item_that_the_autopilot_skips_is_not_flown_to() -> None:
     checked = check(one, vehicle_of(ARDUPILOT), battery=Battery(capacity_wh=500.0))
     assert checked.assessment is not None
     assert [stage.item for stage in checked.assessment.route.stages] == [1, 2, 4]
-    [told] = of("T102", checked.findings)
-    assert "ArduPilot skips it" in told.message
+    [reported] = of("T102", checked.findings)
+    assert "ArduPilot skips it" in reported.message
     [said] = of("M105", checked.findings)
     assert "skips NAV_CONTINUE_AND_CHANGE_ALT" in said.message
