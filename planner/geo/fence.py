@@ -108,10 +108,6 @@ def edge_points_m(
 
     Parameters
     ----------
-    vertices_deg : tuple of (float, float)
-        Latitude and longitude of each vertex, not closed. [°]
-    frame : LocalFrame
-        Where to draw.
     ardupilot_origin : LocalFrame, optional
         Where ArduPilot's metres are counted from; ``None``: edges straight in degrees.
 
@@ -172,15 +168,7 @@ def is_thin(region: Any) -> bool:  # noqa: ANN401 - shapely has no types
 
 
 def outline_problem(points_m: FloatArray, edge: IndexArray) -> str | None:
-    """Return what keeps an outline from enclosing an area, ``None`` where nothing does.
-
-    Parameters
-    ----------
-    points_m : ndarray, shape (n, 2)
-        The outline as :func:`edge_points_m` returns it. [m]
-    edge : ndarray of int, shape (n,)
-        The edge of each point, likewise.
-    """
+    """Return what keeps an outline from enclosing an area, ``None`` where nothing does."""
     import shapely
 
     region = shapely.Polygon(points_m)
@@ -258,11 +246,6 @@ class FenceArea(Value):
         Exact inside.  Beyond a barrier, the distance back to the barrier farthest behind; where
         several are overstepped the way back into the region may be longer.
 
-        Parameters
-        ----------
-        east_m, north_m : array_like, shape (n,)
-            The points. [m]
-
         Returns
         -------
         ndarray, shape (n,)
@@ -275,13 +258,7 @@ class FenceArea(Value):
         return distance
 
     def is_inside(self, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether points are in the allowed region or on its boundary.
-
-        Parameters
-        ----------
-        east_m, north_m : array_like, shape (n,)
-            The points. [m]
-        """
+        """Whether points are in the allowed region or on its boundary."""
         inside: npt.NDArray[np.bool_] = self.signed_distance_m(east_m, north_m) >= 0.0
         return inside
 
@@ -289,11 +266,6 @@ class FenceArea(Value):
         self, east_m: npt.ArrayLike, north_m: npt.ArrayLike
     ) -> tuple[OutsideSpan, ...]:
         """Return the spans of a path beyond each barrier, in the order they begin.
-
-        Parameters
-        ----------
-        east_m, north_m : array_like, shape (n,)
-            The path: straight from point to point. [m]
 
         Returns
         -------
@@ -339,8 +311,6 @@ def make_fence_area(
     fence : Fence
         Polygons are taken with edges straight in latitude and longitude, circles with a true
         radius on the ground.
-    frame : LocalFrame
-        Where to compute.
     inclusions_unite : bool
         ``False``: inside every inclusion area, as PX4 and ArduPilot demand; ``True``: inside
         any, as ArduPilot does with bit 1 of FENCE_OPTIONS.

@@ -44,13 +44,6 @@ def distance_m_and_azimuth_deg(
     (within some 70 km of the antipode) get the auxiliary sphere's great circle instead, which
     is within 0.6 % of the distance; nothing flies that far.
 
-    Parameters
-    ----------
-    from_latitude_deg, from_longitude_deg : array_like
-        Where the geodesics start. [°]
-    to_latitude_deg, to_longitude_deg : array_like
-        Where they end; all four broadcast. [°]
-
     Returns
     -------
     distance_m : ndarray
@@ -103,18 +96,6 @@ def distance_m(
 ) -> FloatArray:
     """Length of the geodesic between points, as :func:`distance_m_and_azimuth_deg`.
 
-    Parameters
-    ----------
-    from_latitude_deg, from_longitude_deg : array_like
-        Where the geodesics start. [°]
-    to_latitude_deg, to_longitude_deg : array_like
-        Where they end; all four broadcast. [°]
-
-    Returns
-    -------
-    ndarray
-        Distance. [m]
-
     Examples
     --------
     One minute of latitude at 45°, by definition about a nautical mile:
@@ -137,8 +118,6 @@ def latitude_longitude_deg(
 
     Parameters
     ----------
-    from_latitude_deg, from_longitude_deg : array_like
-        Where the geodesics start. [°]
     distance_m : array_like
         Their lengths. [m]
     azimuth_deg : array_like
@@ -290,8 +269,6 @@ def bow_m(way_m: FloatArray, fraction: FloatArray, latitude_deg: float) -> Float
         East and north way of the whole leg. [m]
     fraction : ndarray, shape (n,)
         Where on it, from 0 to 1. [-]
-    latitude_deg : float
-        Latitude of the origin. [°]
 
     Returns
     -------
@@ -351,18 +328,7 @@ class LocalFrame(Value):
     def east_north_m(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the coordinates of points in this frame.
-
-        Parameters
-        ----------
-        latitude_deg, longitude_deg : array_like
-            The points; both broadcast. [°]
-
-        Returns
-        -------
-        east_m, north_m : ndarray
-            East and north of the origin. [m]
-        """
+        """Return the coordinates of points in this frame."""
         distance, azimuth_deg = distance_m_and_azimuth_deg(
             self.latitude_deg, self.longitude_deg, latitude_deg, longitude_deg
         )

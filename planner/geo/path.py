@@ -57,18 +57,7 @@ class CircleBarrier(Value):
     radius_m: float
 
     def signed_distance_m(self, points_m: FloatArray) -> FloatArray:
-        """Distance of points to the circle, positive on the allowed side.
-
-        Parameters
-        ----------
-        points_m : ndarray, shape (n, 2)
-            East and north. [m]
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Radius minus distance from the centre, or the reverse. [m]
-        """
+        """Distance of points to the circle, positive on the allowed side."""
         outside: FloatArray = np.hypot(*(points_m - self._centre_m).T) - self.radius_m
         return -outside if self.keep_inside else outside
 
@@ -129,18 +118,7 @@ class PolygonBarrier(Value, eq=False):
     """The straight edges of its boundary, indexed."""
 
     def signed_distance_m(self, points_m: FloatArray) -> FloatArray:
-        """Distance of points to the boundary, positive on the allowed side.
-
-        Parameters
-        ----------
-        points_m : ndarray, shape (n, 2)
-            East and north. [m]
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Signed distance. [m]
-        """
+        """Distance of points to the boundary, positive on the allowed side."""
         import shapely
 
         distance, _ = self._edge_distance_m(points_m)
@@ -360,13 +338,6 @@ class SweptAreas(Value, eq=False):
     def near(self, barrier: Barrier, margin_m: float) -> npt.NDArray[np.bool_]:
         """Whether some place of each area is within a margin of a barrier, or beyond it.
 
-        Parameters
-        ----------
-        barrier : Barrier
-            An area of the fence.
-        margin_m : float
-            Distance to keep. [m]
-
         Returns
         -------
         ndarray of bool, shape (n,)
@@ -398,8 +369,6 @@ def swept_areas(points_m: FloatArray, owner: IndexArray) -> SweptAreas:
 
     Parameters
     ----------
-    points_m : ndarray, shape (m, 2)
-        East and north. [m]
     owner : ndarray of int, shape (m,)
         The area each point belongs to, from 0 up to the last, in any order; each has two or more.
     """

@@ -1,1 +1,1 @@
-"""Flight logs: one reader per format, each to the same record of a flight."""
+"""Flight logs: a reader for each format raises `LogFileError` for what it cannot read."""

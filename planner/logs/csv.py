@@ -149,24 +149,10 @@ def column_source(name: str, column: str, unit: str | None = None, sign: int = 1
 
     Parameters
     ----------
-    name : str
-        The quantity; the end of its name says its unit.
-    column : str
-        Header of the column.
     unit : str, optional
         Unit of the column; the quantity's own by default.
     sign : int, optional
         −1 for a column that counts the other way.
-
-    Returns
-    -------
-    ColumnSource
-        Column and factor.
-
-    Raises
-    ------
-    KeyError
-        If a quantity of this name cannot have that unit.
     """
     factor = 1.0 if unit is None else units_of(name)[unit]
     return ColumnSource(column=column.strip(), factor=sign * factor)
@@ -181,16 +167,6 @@ def units_of(name: str) -> Mapping[str, float]:
 
 def read_csv_mapping(path: str | Path) -> CsvMapping:
     """Read a mapping from TOML.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    CsvMapping
-        What it says.
 
     Raises
     ------
@@ -352,20 +328,8 @@ def csv_recordings(file: LogFile, mapping: CsvMapping | None) -> tuple[Recording
 
     Parameters
     ----------
-    file : LogFile
-        Which file, plain or gzipped.
     mapping : CsvMapping, optional
         Which column is what; recognised by the headers where it is one of the known.
-
-    Returns
-    -------
-    tuple of Recording
-        One, unless time goes back.
-
-    Raises
-    ------
-    LogFileError
-        If columns are missing or no row has a time.
     """
     table = _read(file.source, mapping)
     numbers = table.numbers()

@@ -200,18 +200,7 @@ class _Walk:
 
 
 def read_binary(data: mmap) -> DataflashLog:
-    """Return the wanted messages of a binary DataFlash log.
-
-    Parameters
-    ----------
-    data : mmap
-        The file.
-
-    Returns
-    -------
-    DataflashLog
-        Empty where the file holds no message.
-    """
+    """Return the wanted messages of a binary DataFlash log."""
     walk = _walk(data)
     content = np.frombuffer(data, np.uint8)
     tables: dict[str, MessageTable] = {}
@@ -340,18 +329,7 @@ class _Rows:
 
 
 def read_text(data: mmap) -> DataflashLog:
-    """Return the wanted messages of a DataFlash log in text.
-
-    Parameters
-    ----------
-    data : mmap
-        The file.
-
-    Returns
-    -------
-    DataflashLog
-        Empty where the file holds no message.
-    """
+    """Return the wanted messages of a DataFlash log in text."""
     rows: dict[bytes, _Rows] = {}
     unreadable = 0
     first_unreadable: int | None = None
@@ -423,27 +401,7 @@ def _text_table(rows: _Rows) -> MessageTable:
 
 
 def dataflash_recordings(data: mmap, file: LogFile, *, is_binary: bool) -> tuple[Recording, ...]:
-    """Return what a DataFlash log tells, a recording for each run of its clock.
-
-    Parameters
-    ----------
-    data : mmap
-        The file.
-    file : LogFile
-        Which it is.
-    is_binary : bool
-        Whether it is the binary form, else the text form.
-
-    Returns
-    -------
-    tuple of Recording
-        One, unless the autopilot was restarted while logging.
-
-    Raises
-    ------
-    LogFileError
-        If it holds no message with a time.
-    """
+    """Return what a DataFlash log tells, a recording for each run of its clock."""
     log = read_binary(data) if is_binary else read_text(data)
     own_times = {name: table.time_s() for name, table in log.tables.items()}
     timed = {name: times for name, times in own_times.items() if times is not None}

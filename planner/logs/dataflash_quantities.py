@@ -112,22 +112,7 @@ def first_instance(table: MessageTable) -> BoolArray:
 def quantity_series(
     tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity that the messages tell, and what is wrong with some.
-
-    Parameters
-    ----------
-    tables : mapping
-        Messages by name.
-    times : mapping
-        Their times, by the same names. [s]
-
-    Returns
-    -------
-    series : dict
-        Quantities by the names :class:`~planner.logs.record.Recording` knows.
-    remarks : dict
-        Sentences by the names of columns.
-    """
+    """Return every quantity that the messages tell, and what is wrong with some."""
     valid = {name: first_instance(table) for name, table in tables.items()}
     if "GPS" in tables and "Status" in tables["GPS"].numbers:
         valid["GPS"] = valid["GPS"] & (tables["GPS"].numbers["Status"] >= _FIX_3D)

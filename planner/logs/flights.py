@@ -72,23 +72,6 @@ def flight_spans(recording: Recording) -> tuple[tuple[FlightSpan, ...], tuple[Fi
 
     A flight goes from arming to disarming.  Where arming is not logged it goes by the power the
     motors draw, else by the autopilot's landing detector, else by the height.
-
-    Parameters
-    ----------
-    recording : Recording
-        A log between two restarts of its clock.
-
-    Returns
-    -------
-    spans : tuple of FlightSpan
-        In the order of time; empty where nothing took off.
-    findings : tuple of Finding
-        Armings that did not lead to a flight.
-
-    Raises
-    ------
-    LogFileError
-        If it goes on for longer than anything flies.
     """
     if recording.is_armed is not None:
         spans = _spans_of(recording.is_armed, recording, Boundary.ARMING)
@@ -316,18 +299,7 @@ VALUES_IMPOSSIBLE = Rule(
 
 
 def plausible(recording: Recording) -> Recording:
-    """Return a recording without impossible values, and with a finding where there were some.
-
-    Parameters
-    ----------
-    recording : Recording
-        As it was read.
-
-    Returns
-    -------
-    Recording
-        The same where everything is possible.
-    """
+    """Return a recording without impossible values, and with a finding where there were some."""
     possible = {
         name: np.abs(series.values) <= _limit(name) for name, series in recording.series.items()
     }
@@ -371,24 +343,7 @@ _EVENTS = ("mode", "is_landed", "mission_item")
 def flight_record(
     recording: Recording, span: FlightSpan, number: int, findings: tuple[Finding, ...] = ()
 ) -> FlightRecord:
-    """Return the record of one flight.
-
-    Parameters
-    ----------
-    recording : Recording
-        The log the flight is in.
-    span : FlightSpan
-        From when to when.
-    number : int
-        Which flight of the log it is, from 1.
-    findings : tuple of Finding
-        What else is to be said about its log.
-
-    Returns
-    -------
-    FlightRecord
-        Columns every 0.1 s from the beginning, and the table of what was found where.
-    """
+    """Return the record of one flight."""
     grid = Grid.of(recording, span)
     home = home_of(grid)
     columns = position_columns(grid, home) | height_columns(grid, home) | speed_columns(grid)

@@ -92,11 +92,6 @@ _HOME_AFTER_S = 2.0
 def home_of(grid: Grid) -> LoggedHome:
     """Return the home of a flight: as it is logged, completed by where the flight begins.
 
-    Parameters
-    ----------
-    grid : Grid
-        The flight.
-
     Returns
     -------
     LoggedHome

@@ -232,13 +232,7 @@ class FlightRecord(Value, eq=False):
         return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
     def quantity(self, name: str) -> LoggedQuantity:
-        """Return the row of the table about a column.
-
-        Raises
-        ------
-        KeyError
-            If no column has that name.
-        """
+        """Return the row of the table about a column."""
         for row in self.quantities:
             if row.name == name:
                 return row

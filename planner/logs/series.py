@@ -93,16 +93,6 @@ class Series(Value, eq=False):
         but not across a gap: a silence of more than :data:`GAP_INTERVALS` usual intervals and of
         more than :data:`LEAST_GAP_S`.  A value before the first or after the last sample is
         theirs for the usual interval.
-
-        Parameters
-        ----------
-        time_s : ndarray
-            Times on the log's clock, in any order. [s]
-
-        Returns
-        -------
-        ndarray
-            Values, of the same shape.
         """
         if not len(self):
             return np.full(time_s.shape, np.nan)
@@ -130,11 +120,6 @@ class Series(Value, eq=False):
         ----------
         time_s : ndarray
             Times on the log's clock, :data:`~planner.logs.record.STEP_S` apart. [s]
-
-        Returns
-        -------
-        ndarray
-            Values, of the same shape.
         """
         values = self.at(time_s)
         if self.interval_s is None or self.interval_s > STEP_S / 2.0 or not len(time_s):
@@ -243,19 +228,6 @@ def items_flown(
 ) -> Series:
     """Return the items flown, from those current: an item stays current in other modes too.
 
-    Parameters
-    ----------
-    told_s : ndarray
-        When each item was told to be current. [s]
-    items : ndarray
-        Items, from 1.
-    modes : tuple
-        Time and name of each mode entered.
-    mission_mode : str
-        The mode that flies missions.
-    found_in : str
-        Message and field of the items.
-
     Returns
     -------
     Series
@@ -288,8 +260,6 @@ def electrical_series(
 
     Parameters
     ----------
-    time_s : ndarray
-        Times of the messages. [s]
     voltage_v, current_a : ndarray, optional
         Voltage and current of each, NaN where not known; ``None`` where the message has none.
     message : str

@@ -79,10 +79,6 @@ def frames(data: mmap, wanted: frozenset[int], damage: Damage) -> Iterator[Telem
 
     Parameters
     ----------
-    data : mmap
-        The file.
-    wanted : frozenset of int
-        Numbers of messages.
     damage : Damage
         Filled with what is no frame.
     """
@@ -232,10 +228,6 @@ def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, di
 
     Parameters
     ----------
-    data : mmap
-        The file.
-    source : str
-        What errors call it.
     damage : Damage
         Filled with what is no frame.
 
@@ -243,11 +235,6 @@ def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, di
     -------
     dict of dict
         Systems with a heartbeat of an autopilot; mission items sent to a vehicle are among its own.
-
-    Raises
-    ------
-    LogFileError
-        If pymavlink is not installed.
     """
     try:
         from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -292,11 +279,6 @@ def boot_time_s(tables: Iterable[Messages]) -> dict[int, FloatArray]:
 
     Messages that carry no time of their own came as much after the last one that does as the
     ground station's clock says.  Where none does, the ground station's clock is all there is.
-
-    Parameters
-    ----------
-    tables : iterable of Messages
-        All messages of one vehicle.
 
     Returns
     -------
@@ -391,25 +373,7 @@ _INT32 = 6
 
 
 def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
-    """Return what a telemetry log tells, a recording for each vehicle and run of its clock.
-
-    Parameters
-    ----------
-    data : mmap
-        The file.
-    file : LogFile
-        Which it is.
-
-    Returns
-    -------
-    tuple of Recording
-        At least one.
-
-    Raises
-    ------
-    LogFileError
-        If no autopilot is heard in it.
-    """
+    """Return what a telemetry log tells, a recording for each vehicle and run of its clock."""
     damage = Damage()
     vehicles = messages_by_vehicle(data, file.source, damage)
     if not vehicles:
@@ -704,22 +668,7 @@ The airspeed of VFR_HUD is not used: without a sensor it is the ground speed und
 def quantity_series(
     tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity that the messages tell, and what is wrong with some.
-
-    Parameters
-    ----------
-    tables : mapping
-        Messages by name.
-    times : mapping
-        Their times, by the same names. [s]
-
-    Returns
-    -------
-    series : dict
-        Quantities by the names :class:`~planner.logs.record.Recording` knows.
-    remarks : dict
-        Sentences by the names of columns.
-    """
+    """Return every quantity that the messages tell, and what is wrong with some."""
     series: dict[str, Series] = {}
     for name, places in _QUANTITIES.items():
         for source in places:

@@ -58,13 +58,6 @@ def missions_flown(
     PX4 logs an item with a place when it begins it, and the speed it then flies by: a number left
     out before an item from which on another speed is flown was a change of speed.
 
-    Parameters
-    ----------
-    items : Topic, optional
-        ``navigator_mission_item``.
-    setpoints : Topic, optional
-        ``position_setpoint_triplet``.
-
     Returns
     -------
     tuple
@@ -146,11 +139,6 @@ _AXES = ("north_m", "east_m", "height_m")
 
 def local_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
     """Return positions and references in the frame of the first origin.
-
-    Parameters
-    ----------
-    topics : mapping
-        The first instance of each topic, by name.
 
     Returns
     -------
@@ -301,12 +289,6 @@ class Topic(Value, eq=False):
 
         Parameters
         ----------
-        field : str
-            Name of the field.
-        unit : float, optional
-            The field times this is in the column's unit.
-        period : float, optional
-            360 for angles.
         valid : str, optional
             Field that says which samples are valid, where the topic has it.
         """
@@ -388,18 +370,7 @@ _PERIODS = {"longitude_deg": 360.0}
 
 
 def quantity_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
-    """Return the quantities that stand in the topics as they are.
-
-    Parameters
-    ----------
-    topics : mapping
-        The first instance of each topic, by name.
-
-    Returns
-    -------
-    dict
-        Series by the names of columns.
-    """
+    """Return the quantities that stand in the topics as they are."""
     series: dict[str, Series] = {}
     for name, places in _QUANTITIES.items():
         for source in places:
@@ -438,20 +409,10 @@ _BACK_S = 1.0
 def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
     """Return what a ULog tells.
 
-    Parameters
-    ----------
-    file : LogFile
-        Which file it is.
-
     Returns
     -------
     tuple of Recording
         Exactly one: PX4 begins a new log when it restarts.
-
-    Raises
-    ------
-    LogFileError
-        If it is broken, or no log of PX4.
     """
     log = _parsed(file.source)
     instances = list(_topics(log))

@@ -301,8 +301,6 @@ def goes_on_flying(command: int, autopilot: Autopilot | None) -> bool:
 
     Parameters
     ----------
-    command : int
-        MAV_CMD number.
     autopilot : Autopilot or None
         That flies the mission, and may skip the item; ``None``: not known.
     """
@@ -338,11 +336,6 @@ def support(
         MAV_FRAME number, on which the answer of PX4 depends; default the right one.
     version : tuple of int, optional
         Major and minor version of the firmware; default not known.
-
-    Returns
-    -------
-    Support
-        By the sources named above.
     """
     tables = _load_tables()
     if autopilot is Autopilot.STEP:

@@ -66,13 +66,6 @@ class Conversion(Value):
 def convert_mission(mission: Mission, file_format: MissionFormat) -> Conversion:
     """Return the text of a mission in a file format, and what it loses.
 
-    Parameters
-    ----------
-    mission : Mission
-        Read from a file of any format.
-    file_format : MissionFormat
-        The format to write.
-
     Raises
     ------
     OutputError
@@ -344,16 +337,9 @@ def route_at_speed(route: Route, speed_m_s: float) -> Route:
 
     Parameters
     ----------
-    route : Route
-        As its mission asks for it.
     speed_m_s : float
         Over ground; climbs and descents keep theirs, and so does a return, whose speed is set in the
         vehicle. [m s⁻¹]
-
-    Raises
-    ------
-    UsageError
-        If nothing flies at this speed.
     """
     _refuse(speed_m_s)
     level = set(_level_stages(route))
@@ -381,23 +367,9 @@ def mission_at_speed(
     mission : Mission
         Its DO_CHANGE_SPEED of level flight are changed in place; one is inserted before the first leg
         where none governs that one, and the jumps lead where they led before.
-    speed_m_s : float
-        Over ground. [m s⁻¹]
     dialect : Autopilot, optional
         Whose reading of the items counts; default the file's firmware.  PX4 takes every
         DO_CHANGE_SPEED for the speed of level flight.
-
-    Returns
-    -------
-    Mission
-        It flies as `route_at_speed` does.
-
-    Raises
-    ------
-    UsageError
-        If nothing flies at this speed.
-    MissionFileError
-        If the mission cannot be flown.
     """
     _refuse(speed_m_s)
     dialect = mission.autopilot if dialect is None else dialect

@@ -187,13 +187,7 @@ def _check_suffix(mission: Mission, name: str) -> list[Finding]:
 
 
 def read_mission_text(text: str, *, source: str) -> Mission:
-    """Return the mission in ``QGC WPL`` text, or in a list of fence or rally points.
-
-    Raises
-    ------
-    MissionFileError
-        If it is none of these, or broken.
-    """
+    """Return the mission in ``QGC WPL`` text, or in a list of fence or rally points."""
     for _, line in read_lines(text, source=source):
         if not line.strip() or line.lstrip().startswith("#"):
             continue

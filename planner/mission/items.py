@@ -143,12 +143,8 @@ class ItemSequence:
 
         Parameters
         ----------
-        command : int
-            MAV_CMD number.
         *parameters : float or None
             All seven, or the first four where there is a position; the rest is 0.
-        frame : int
-            MAV_FRAME number.
         position : tuple of float, optional
             Latitude [°], longitude [°] and altitude [m] of the frame.
         """
@@ -180,19 +176,7 @@ class ItemSequence:
         frame: int,
         hold_s: float = 0.0,
     ) -> None:
-        """Add a waypoint with free yaw.
-
-        Parameters
-        ----------
-        latitude_deg, longitude_deg : float
-            Its place. [°]
-        altitude_m : float
-            Altitude in the reference of ``frame``. [m]
-        frame : int
-            MAV_FRAME number.
-        hold_s : float
-            How long to stay there. [s]
-        """
+        """Add a waypoint with free yaw."""
         position = (latitude_deg, longitude_deg, altitude_m)
         self.add(Command.NAV_WAYPOINT, hold_s, 0.0, 0.0, None, frame=frame, position=position)
 

@@ -106,8 +106,6 @@ def carried_state(items: Iterable[MissionItem], dialect: Autopilot | None) -> Ca
 
     Parameters
     ----------
-    items : iterable of MissionItem
-        In flown order.
     dialect : Autopilot, optional
         PX4 takes every DO_CHANGE_SPEED for the speed of level flight.
     """
@@ -217,15 +215,6 @@ class FlownItems(Value):
 def flown_items(mission: Mission, route: Route, dialect: Autopilot | None) -> FlownItems:
     """Return a mission in flown order.
 
-    Parameters
-    ----------
-    mission : Mission
-        It has a home.
-    route : Route
-        What the mission asks for.
-    dialect : Autopilot, optional
-        Whose reading of the items counts.
-
     Raises
     ------
     SplitError
@@ -334,8 +323,6 @@ def split_points(flown: FlownItems, *, inside_legs: bool) -> list[SplitPoint]:
 
     Parameters
     ----------
-    flown : FlownItems
-        The mission.
     inside_legs : bool
         Whether straight legs may be cut too, every 10 m.
     """
@@ -434,14 +421,10 @@ def mission_part(
 
     Parameters
     ----------
-    flown : FlownItems
-        The whole.
     start : SplitPoint or None
         Where it is taken up, as `resumption` says; ``None``: at the beginning.
     end : SplitPoint or None
         Where it is broken off; ``None``: at the end.
-    name : str
-        Its file.
     """
     if start is None:
         begin, items = flown.first, list(flown.items[: flown.first])

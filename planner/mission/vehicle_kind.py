@@ -73,8 +73,6 @@ def tell_vehicle(
 
     Parameters
     ----------
-    items : sequence of MissionItem
-        In flown order.
     vehicle_type : int, optional
         MAV_TYPE as a plan states it; it wins over the commands unless it is 0 (generic).
     home_altitude_amsl_m : float, optional

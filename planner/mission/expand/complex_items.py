@@ -68,24 +68,10 @@ class ComplexItemReader(Value):
     def read(self, raw: JsonFields, place: Place, *, first_number: int) -> list[MissionItem]:
         """Return the mission items that a complex item stands for.
 
-        Parameters
-        ----------
-        raw : JsonFields
-            The complex item.
-        place : Place
-            Where it stands.
-        first_number : int
-            Number of its first item in flown order.
-
         Returns
         -------
         list of MissionItem
             Empty where it cannot be expanded, which is a finding of severity error.
-
-        Raises
-        ------
-        MissionFileError
-            If a value in it is of the wrong type or beyond what its meaning allows.
         """
         kind = raw.value.get("complexItemType", raw.value.get("type"))
         version = raw.value.get("version")

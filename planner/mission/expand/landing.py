@@ -40,21 +40,8 @@ def expand_landing_pattern(
 
     Parameters
     ----------
-    pattern : JsonFields
-        The complex item.
     kind : str
         A key of ``LAND_COMMANDS``.
-    place : Place
-        Where it stands.
-    first_number : int
-        Number of its first item in flown order.
-    remarks : Remarks
-        Where findings go.
-
-    Raises
-    ------
-    MissionFileError
-        If something in it is missing or of the wrong type.
     """
     is_relative = _is_relative(pattern, first_number, place, remarks)
     frame = Frame.GLOBAL_RELATIVE_ALT if is_relative else Frame.GLOBAL

@@ -47,24 +47,7 @@ STRUCTURE_SCAN_EXPANDED = Rule(
 def expand_structure_scan(
     scan: JsonFields, place: Place, *, first_number: int, remarks: Remarks
 ) -> list[MissionItem]:
-    """Return the items of a structure scan: 4 + layers (n + 3) for an outline of n vertices.
-
-    Parameters
-    ----------
-    scan : JsonFields
-        The complex item.
-    place : Place
-        Where it stands.
-    first_number : int
-        Number of its first item in flown order.
-    remarks : Remarks
-        Where findings go.
-
-    Raises
-    ------
-    MissionFileError
-        If something in it is missing, of the wrong type or beyond what MAVLink can send.
-    """
+    """Return the items of a structure scan: 4 + layers (n + 3) for an outline of n vertices."""
     camera = scan.fields("CameraCalc", f"{scan.title}, camera")
     layers = scan.whole("Layers", least=1, most=MOST_LAYERS)
     layer_m = camera.length("AdjustedFootprintFrontal")
@@ -130,13 +113,6 @@ def _flown_outline(
     vertices_deg: FloatArray, distance_m: float
 ) -> tuple[list[tuple[float, float]], bool]:
     """Return the outline moved outward, and whether it could be moved.
-
-    Parameters
-    ----------
-    vertices_deg : ndarray
-        Latitude and longitude of each vertex, not closed. [n × 2, °]
-    distance_m : float
-        How far to move each edge. [m]
 
     Returns
     -------

@@ -50,14 +50,8 @@ def make_transects_m(
 
     Parameters
     ----------
-    outline_m : ndarray
-        East and north of each vertex, not closed. [n × 2, m]
-    angle_deg : float
-        Direction of the lines, clockwise from north. [°]
     spacing_m : float
         Distance between lines; below ``CLOSEST_SPACING_M`` there is one line. [m]
-    entry : EntryCorner
-        Where to begin.
 
     Returns
     -------
@@ -143,18 +137,6 @@ def begun_nearest(transects_m: FloatArray, point_m: FloatArray) -> FloatArray:
     """Return the lines in the order and direction that begins nearest to a point.
 
     QGroundControl looks at three of the four corners only; so does this.
-
-    Parameters
-    ----------
-    transects_m : ndarray
-        Lines, all in one direction. [k × 2 × 2, m]
-    point_m : ndarray
-        East and north. [2, m]
-
-    Returns
-    -------
-    ndarray
-        [k × 2 × 2, m]
     """
     corners = np.array([transects_m[0, 0], transects_m[0, 1], transects_m[-1, 0]])
     nearest = int(np.argmin(np.hypot(*(corners - point_m).T)))
@@ -201,13 +183,7 @@ class SurveyPlan(Value):
 
 
 def read_survey(survey: JsonFields) -> SurveyPlan | None:
-    """Return what a survey of version 4 or 5 is computed from, ``None`` if it does not say.
-
-    Raises
-    ------
-    MissionFileError
-        If something in it is of the wrong type.
-    """
+    """Return what a survey of version 4 or 5 is computed from, ``None`` if it does not say."""
     if not isinstance(survey.value.get("TransectStyleComplexItem"), dict):
         return None
     transects = survey.fields("TransectStyleComplexItem", f"{survey.title}, transects")
@@ -231,13 +207,7 @@ def read_survey(survey: JsonFields) -> SurveyPlan | None:
 
 
 def read_older_survey(survey: JsonFields) -> SurveyPlan:
-    """Return what a survey of version 2 or 3 is computed from.
-
-    Raises
-    ------
-    MissionFileError
-        If something in it is missing or of the wrong type.
-    """
+    """Return what a survey of version 2 or 3 is computed from."""
     grid = survey.fields("grid", f"{survey.title}, grid")
     is_relative = grid.truth("relativeAltitude")
     entry = grid.whole("entryLocation", most=3, default=int(EntryCorner.TOP_RIGHT))
@@ -286,15 +256,6 @@ def make_survey_items(
     plan: SurveyPlan, place: Place, *, first_number: int
 ) -> tuple[list[MissionItem], int]:
     """Return the items of a survey and its number of lines.
-
-    Parameters
-    ----------
-    plan : SurveyPlan
-        What to compute it from.
-    place : Place
-        Where the survey stands in the file.
-    first_number : int
-        Number of its first item in flown order.
 
     Raises
     ------

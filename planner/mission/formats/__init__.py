@@ -1,1 +1,1 @@
-"""Mission files: what is read and written."""
+"""File formats of missions: what a reader cannot read is a `MissionFileError` with line and column."""

@@ -28,13 +28,7 @@ _UNPACK_ERRORS = (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeErro
 
 
 def unpack_gzip(data: bytes, *, most_bytes: int, source: str) -> bytes:
-    """Return the content of a gzip file, up to a size.
-
-    Raises
-    ------
-    MissionFileError
-        If it is broken.
-    """
+    """Return the content of a gzip file, up to a size."""
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
             unpacked = stream.read(most_bytes)
@@ -45,13 +39,7 @@ def unpack_gzip(data: bytes, *, most_bytes: int, source: str) -> bytes:
 
 
 def unpack_zip(data: bytes, *, most_bytes: int, source: str) -> tuple[bytes, str]:
-    """Return the content, up to a size, and the name of the one mission in a zip archive.
-
-    Raises
-    ------
-    MissionFileError
-        If it is broken or encrypted, or does not hold exactly one mission.
-    """
+    """Return the content, up to a size, and the name of the one mission in a zip archive."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [
@@ -158,13 +146,7 @@ class FileText(Value):
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """Return the content of a file, or of standard input for ``-``, up to the largest size.
-
-    Raises
-    ------
-    MissionFileError
-        If it cannot be read, is no ordinary file or is too large.
-    """
+    """Return the content of a file, or of standard input for ``-``, up to the largest size."""
     source = str(path)
     try:
         if source == STANDARD_INPUT:
@@ -222,13 +204,7 @@ FILE_PACKED = Rule(
 
 
 def read_text(data: bytes, *, source: str) -> FileText:
-    """Return the text in the bytes of a mission file, unpacked and decoded.
-
-    Raises
-    ------
-    MissionFileError
-        If they are too many, empty, not text, or an archive without exactly one mission.
-    """
+    """Return the text in the bytes of a mission file, unpacked and decoded."""
     _refuse_large(data, source=source)
     findings: list[Finding] = []
     inner_name: str | None = None

@@ -163,10 +163,6 @@ def make_rally_points(
         Items that are no rally points are passed over.
     home_altitude_amsl_m : float or None
         Altitude of home, by which AMSL altitudes are reduced. [m AMSL]
-
-    Returns
-    -------
-    tuple of tuple of RallyPoint, and of Finding
     """
     points: list[RallyPoint] = []
     remarks = Remarks()
@@ -229,13 +225,7 @@ def fence_items(fence: Fence) -> tuple[MissionItem, ...]:
 
 
 def rally_items(points: Sequence[RallyPoint]) -> tuple[MissionItem, ...]:
-    """Return rally points as the items that autopilots keep; `make_rally_points` reads them back.
-
-    Parameters
-    ----------
-    points : sequence of RallyPoint
-        In their order.
-    """
+    """Return rally points as the items that autopilots keep; `make_rally_points` reads them back."""
     return tuple(
         _area_item(
             Command.NAV_RALLY_POINT,

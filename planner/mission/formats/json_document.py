@@ -94,10 +94,6 @@ class JsonDocument(Value, eq=False):
         *path : str or int
             Keys and indexes that lead from it to the value.  Where the path breaks off, the place
             of the last value there is.
-
-        Returns
-        -------
-        Place
         """
         return self.origin.place(self._offset(container, *path))
 
@@ -147,19 +143,6 @@ def parse_json(text: str, *, source: str) -> JsonDocument:
     ----------
     text : str
         The whole text; a byte order mark before it gives a finding.
-    source : str
-        Its file name, for messages.
-
-    Returns
-    -------
-    JsonDocument
-
-    Raises
-    ------
-    MissionFileError
-        With line and column, if the text is not JSON, repeats a key inside an object, holds
-        ``NaN``, ``Infinity`` or a number beyond a double's range, or nests deeper than
-        ``DEEPEST_NESTING``.
     """
     findings: tuple[Finding, ...] = ()
     if text.startswith("\ufeff"):

@@ -46,22 +46,10 @@ LEGACY_FORMAT = Rule(
 def read_legacy(document: JsonDocument, source: str) -> Mission:
     """Return the mission in a JSON text from before plans.
 
-    Parameters
-    ----------
-    document : JsonDocument
-        A parsed text for which `is_legacy` holds.
-    source : str
-        Its file name.
-
     Returns
     -------
     Mission
         Its ``document`` is a `PlanDocument`.
-
-    Raises
-    ------
-    MissionFileError
-        If it cannot be understood, with line and column.
     """
     remarks = Remarks()
     mission = JsonFields(document=document, value=document.root, title="the mission")
@@ -130,11 +118,6 @@ def read_fence_list(text: str, *, source: str) -> Mission:
 
     The first point is where to return to after a breach, the others are the vertices of one
     inclusion polygon, whose last point repeats the first (pymavlink's ``MAVFenceLoader``).
-
-    Raises
-    ------
-    MissionFileError
-        If a line is not two numbers in range.
     """
     points: list[tuple[float, float]] = []
     places: list[Place] = []
@@ -169,11 +152,6 @@ def read_rally_list(text: str, *, source: str) -> Mission:
 
     A line is ``RALLY latitude longitude altitude break-altitude land-direction flags``, the
     altitude in metres above home.
-
-    Raises
-    ------
-    MissionFileError
-        If a line is not such a line.
     """
     points: list[RallyPoint] = []
     for place, fields in _read_fields(text, source=source):

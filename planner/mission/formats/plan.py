@@ -46,17 +46,8 @@ def read_items(
     ----------
     section : JsonFields
         The section ``mission``, or a mission file of the old kind.
-    remarks : Remarks
-        Where findings go.
-    autopilot : Autopilot, optional
-        For which the file was written.
     is_legacy : bool
         Whether the file is from before plans, where older forms of items are nothing to tell.
-
-    Raises
-    ------
-    MissionFileError
-        If an item cannot be understood, or there are more than MAVLink can send.
     """
     document = section.document
     elements = section.listed("items")
@@ -190,22 +181,10 @@ SECTION_VERSION = 2
 def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
     """Return the fence of a plan.
 
-    Parameters
-    ----------
-    section : JsonFields
-        The section ``geoFence``.
-    remarks : Remarks
-        Where findings go.
-
     Returns
     -------
     Fence or None
         ``None`` where every loader passes over the section (version 1 or none).
-
-    Raises
-    ------
-    MissionFileError
-        If the section cannot be understood: a fence is never dropped in silence.
     """
     if not _is_current(section, "the fence", remarks):
         return None
@@ -259,20 +238,7 @@ def read_fence(section: JsonFields, remarks: Remarks) -> Fence | None:
 
 
 def read_rally_points(section: JsonFields, remarks: Remarks) -> tuple[RallyPoint, ...]:
-    """Return the rally points of a plan.
-
-    Parameters
-    ----------
-    section : JsonFields
-        The section ``rallyPoints``.
-    remarks : Remarks
-        Where findings go.
-
-    Raises
-    ------
-    MissionFileError
-        If the section cannot be understood.
-    """
+    """Return the rally points of a plan."""
     if not _is_current(section, "the list of rally points", remarks):
         return ()
     points = []
@@ -384,42 +350,17 @@ def is_legacy(document: JsonDocument) -> bool:
 
 
 def read_plan_text(text: str, *, source: str) -> Mission:
-    """Return the mission in the text of a plan.
-
-    Parameters
-    ----------
-    text : str
-        The whole text.
-    source : str
-        Its file name, for messages.
-
-    Raises
-    ------
-    MissionFileError
-        If it is no plan or cannot be understood, with line and column.
-    """
+    """Return the mission in the text of a plan."""
     return read_plan(parse_json(text, source=source), source)
 
 
 def read_plan(document: JsonDocument, source: str) -> Mission:
     """Return the mission in a parsed plan.
 
-    Parameters
-    ----------
-    document : JsonDocument
-        The parsed text.
-    source : str
-        Its file name.
-
     Returns
     -------
     Mission
         Its ``document`` is a `PlanDocument`.
-
-    Raises
-    ------
-    MissionFileError
-        If it is no plan or cannot be understood, with line and column.
     """
     remarks = Remarks()
     plan = _plan_fields(document)

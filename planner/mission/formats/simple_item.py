@@ -148,10 +148,6 @@ class SimpleItemReader:
 
     Parameters
     ----------
-    document : JsonDocument
-        The document the items stand in.
-    remarks : Remarks
-        Where findings go.
     is_legacy : bool
         Whether the file is from before plans: its jump ids have another key, and items in an
         older form are nothing to tell.
@@ -177,16 +173,6 @@ class SimpleItemReader:
         ----------
         raw : dict
             An object of the document.
-        number : int
-            Its number in flown order, from 1.
-        place : Place
-            Where it stands.
-
-        Raises
-        ------
-        MissionFileError
-            If it lacks a key without which it means nothing, or a value is of the wrong type or
-            beyond what its meaning allows.
         """
         command = raw.get("command")
         if type(command) is not int or not 0 <= command <= 65_535:
@@ -224,13 +210,7 @@ class SimpleItemReader:
         return (command, frame, *values, autocontinue, jump_id, place, agl)
 
     def is_simple(self, raw: dict[str, Any], number: int, place: Place) -> bool:
-        """Return whether an object whose type is not "SimpleItem" is one all the same.
-
-        Raises
-        ------
-        MissionFileError
-            If it is neither a simple nor a complex item.
-        """
+        """Return whether an object whose type is not "SimpleItem" is one all the same."""
         kind = raw.get("type")
         if is_complex(raw):
             return False

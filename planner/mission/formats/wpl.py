@@ -91,13 +91,7 @@ class RowText(Value):
 
 
 def read_lines(text: str, *, source: str) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a text with their numbers from 1.
-
-    Raises
-    ------
-    MissionFileError
-        If there are more lines, or a line is longer, than any mission has.
-    """
+    """Yield the lines of a text with their numbers from 1."""
     # newline=None: CRLF, CR and LF all end a line, and nothing else does.
     for number, line in enumerate(StringIO(text, newline=None), start=1):
         if number > MOST_LINES:
@@ -118,13 +112,7 @@ def is_row(line: str) -> bool:
 
 
 def read_rows(lines: Iterator[tuple[int, str]], *, source: str) -> RowText:
-    """Return the rows of the lines that follow the header.
-
-    Raises
-    ------
-    MissionFileError
-        If a row is broken, with its line and column and what was expected there.
-    """
+    """Return the rows of the lines that follow the header."""
     rows: list[Row] = []
     comments = blanks = 0
     for number, line in lines:
@@ -288,18 +276,11 @@ def read_wpl(text: str, *, source: str) -> Mission:
     ----------
     text : str
         The whole file, without a byte order mark.
-    source : str
-        Its name, for messages.
 
     Returns
     -------
     Mission
         Fence and rally rows become its fence and rally points, not items.
-
-    Raises
-    ------
-    MissionFileError
-        If the version is another than 110 or 120, or a row is broken.
     """
     lines = read_lines(text, source=source)
     version, first_row, findings = _read_header(lines, source=source)

@@ -20,7 +20,13 @@ from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
-from planner.mission.route.walk import TAKEOFFS, Course, Draft, ground_amsl_m, is_on_earth
+from planner.mission.route.walk import (
+    TAKEOFFS,
+    MissionState,
+    StageInDegrees,
+    ground_amsl_m,
+    is_on_earth,
+)
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -64,8 +70,6 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
 
     Parameters
     ----------
-    items : tuple of MissionItem
-        In file order.
     dialect : Autopilot, optional
         By whose rules; PX4 has no jump tags.
     """
@@ -180,7 +184,7 @@ def _plain(number: float | None) -> str:
 
 _ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
 """Stages that are no flight without one before them."""
-_DRAFT_COLUMNS = attrgetter(*(field.name for field in fields(Draft)))
+_COLUMNS = attrgetter(*(field.name for field in fields(StageInDegrees)))
 _PLACE = slice(2, 4)
 """Where these have latitude and longitude, and a stage east and north."""
 _LOWEST_HOME_M = -500.0
@@ -222,28 +226,28 @@ def make_route(
         If an item holds a number no vehicle can fly.
     """
     order = flown_order(mission.items, dialect)
-    course, findings = _begin(mission, dialect, home_amsl_m, terrain)
+    state, findings = _begin(mission, dialect, home_amsl_m, terrain)
     findings += _other_vehicle(mission)
     findings += order.findings
     reached: list[int] = []
     lap_start: int | None = None
     for position, number in enumerate(order.visits):
-        if course.is_over:
-            findings += _left_out(mission, course.drafts, set(order.visits[position:]), reached)
+        if state.is_over:
+            findings += _left_out(mission, state.stages, set(order.visits[position:]), reached)
             break
         if position == order.lap_start:
-            lap_start = len(course.drafts)
+            lap_start = len(state.stages)
         reached.append(number)
-        course.follow(number, mission.items[number - 1])
-    flown = len(course.drafts)
-    findings += _boundaries(mission, course, is_endless=order.lap_start is not None)
-    assumed = len(course.drafts) - flown  # a take-off put before everything
-    findings += course.remarks.findings()
-    findings += _assumed_levels(mission, course)
+        state.follow(number, mission.items[number - 1])
+    flown = len(state.stages)
+    findings += _boundaries(mission, state, is_endless=order.lap_start is not None)
+    assumed = len(state.stages) - flown  # a take-off put before everything
+    findings += state.remarks.findings()
+    findings += _assumed_levels(mission, state)
     lap = None
-    if order.lap_item is not None and lap_start is not None and not course.is_over:
+    if order.lap_item is not None and lap_start is not None and not state.is_over:
         lap = Lap(item=order.lap_item, first_stage=lap_start + assumed)
-    return _laid_out(course, tuple(reached), lap, tuple(findings), assumed)
+    return _laid_out(state, tuple(reached), lap, tuple(findings), assumed)
 
 
 HOME_UNKNOWN = Rule(
@@ -261,8 +265,8 @@ def _begin(
     dialect: Autopilot | None,
     home_amsl_m: float | None,
     terrain: TerrainGrid | None,
-) -> tuple[Course, list[Finding]]:
-    """Return a course that stands at home, and what had to be assumed about home."""
+) -> tuple[MissionState, list[Finding]]:
+    """Return a state that stands at home, and what had to be assumed about home."""
     findings: list[Finding] = []
     home = mission.home
     place = (0.0, 0.0)
@@ -294,7 +298,7 @@ def _begin(
                 findings.append(HOME_UNKNOWN.finding(message))
     if amsl_m is None and terrain is not None:
         amsl_m = ground_amsl_m(terrain, *place)
-    course = Course(
+    state = MissionState(
         source=mission.source,
         dialect=dialect,
         start_deg=place,
@@ -304,7 +308,7 @@ def _begin(
         latitude_deg=place[0],
         longitude_deg=place[1],
     )
-    return course, findings
+    return state, findings
 
 
 def _home_amsl_m(source: str, home: Home) -> float | None:
@@ -380,7 +384,7 @@ ITEMS_NOT_FLOWN = Rule(
 
 
 def _left_out(
-    mission: Mission, drafts: list[Draft], behind: set[int], reached: list[int]
+    mission: Mission, stages: list[StageInDegrees], behind: set[int], reached: list[int]
 ) -> list[Finding]:
     """Return that items behind the end of the flight are not flown."""
     missed = sorted(behind - set(reached))
@@ -396,7 +400,7 @@ def _left_out(
     takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
     return [
         ITEMS_NOT_FLOWN.finding(
-            f"{which} after the end of the flight at item {drafts[-1].item}: not flown{only}",
+            f"{which} after the end of the flight at item {stages[-1].item}: not flown{only}",
             severity=Severity.ERROR if takes_off_again and not landing else None,
             item=missed[0],
             place=mission.items[missed[0] - 1].place,
@@ -434,15 +438,15 @@ NOTHING_TO_FLY = Rule(
 )
 
 
-def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[Finding]:
+def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> list[Finding]:
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
-    if not any(draft.kind not in _ENDS for draft in course.drafts):
-        course.drafts.clear()
+    if not any(stage.kind not in _ENDS for stage in state.stages):
+        state.stages.clear()
         return [
             NOTHING_TO_FLY.finding(f"no flight in {quantity.count(len(mission.items), 'item')}")
         ]
     findings: list[Finding] = []
-    first = course.drafts[0]
+    first = state.stages[0]
     if first.kind is not StageKind.TAKEOFF:
         item = mission.items[first.item - 1]
         height_m = max(first.height_m, 0.0)
@@ -451,18 +455,18 @@ def _boundaries(mission: Mission, course: Course, *, is_endless: bool) -> list[F
             f"a vertical take-off to {quantity.height(height_m)} is assumed"
         )
         severity = None
-        if course.dialect is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
+        if state.dialect is Autopilot.PX4 and any(i.command in TAKEOFFS for i in mission.items):
             message += "; PX4 refuses a mission with a take-off that is not its first place"
             severity = Severity.ERROR
-        elif course.dialect is Autopilot.ARDUPILOT:
+        elif state.dialect is Autopilot.ARDUPILOT:
             message += "; on the ground ArduPilot does not start it"
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )
-        takeoff = Draft(StageKind.TAKEOFF, first.item, *course.start_deg, height_m)
-        course.drafts.insert(0, takeoff)
-    if not course.is_over and not is_endless:
-        last = course.drafts[-1].item
+        takeoff = StageInDegrees(StageKind.TAKEOFF, first.item, *state.start_deg, height_m)
+        state.stages.insert(0, takeoff)
+    if not state.is_over and not is_endless:
+        last = state.stages[-1].item
         findings.append(
             LANDING_MISSING.finding(
                 "the mission ends in the air: return and landing not counted",
@@ -493,23 +497,21 @@ NO_TERRAIN_DATA = Rule(
 )
 
 
-def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
+def _assumed_levels(mission: Mission, state: MissionState) -> list[Finding]:
     """Return what altitudes rest on that is not known: home's altitude, the terrain."""
     findings: list[Finding] = []
-    if course.amsl_items and course.home_amsl_m is None:
-        first = course.amsl_items[0]
+    if state.amsl_items and state.home_amsl_m is None:
+        first = state.amsl_items[0]
         findings.append(
             HOME_ALTITUDE_UNKNOWN.finding(
                 "altitude of home unknown: 0 m AMSL assumed for "
-                f"{quantity.count(len(course.amsl_items), 'AMSL altitude')}",
+                f"{quantity.count(len(state.amsl_items), 'AMSL altitude')}",
                 item=first,
                 place=mission.items[first - 1].place,
             )
         )
-    if course.drafts and course.terrain is None:
-        level = (
-            "" if course.home_amsl_m is None else f" ({quantity.height(course.home_amsl_m)} AMSL)"
-        )
+    if state.stages and state.terrain is None:
+        level = "" if state.home_amsl_m is None else f" ({quantity.height(state.home_amsl_m)} AMSL)"
         findings.append(
             NO_TERRAIN_DATA.finding(f"ground assumed level with home{level}; clearance not checked")
         )
@@ -517,19 +519,19 @@ def _assumed_levels(mission: Mission, course: Course) -> list[Finding]:
 
 
 def _laid_out(
-    course: Course,
+    state: MissionState,
     reached: tuple[int, ...],
     lap: Lap | None,
     findings: tuple[Finding, ...],
     assumed: int,
 ) -> Route:
     """Return the route, ``assumed`` stages put before it, laid into the local frame of home."""
-    frame = LocalFrame(latitude_deg=course.start_deg[0], longitude_deg=course.start_deg[1])
-    columns = list(zip(*map(_DRAFT_COLUMNS, course.drafts), strict=True))
+    frame = LocalFrame(latitude_deg=state.start_deg[0], longitude_deg=state.start_deg[1])
+    columns = list(zip(*map(_COLUMNS, state.stages), strict=True))
     if columns:
         east, north = frame.east_north_m(*columns[_PLACE])
         columns[_PLACE] = east.tolist(), north.tolist()
-    homes = course.moved_homes
+    homes = state.moved_homes
     home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
     return Route(
         moved_homes=tuple(
@@ -545,7 +547,7 @@ def _laid_out(
         ),
         stages=tuple(map(Stage, *columns)) if columns else (),
         frame=frame,
-        home_amsl_m=course.home_amsl_m or 0.0,
+        home_amsl_m=state.home_amsl_m or 0.0,
         reached=reached,
         lap=lap,
         findings=findings,

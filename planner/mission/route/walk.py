@@ -1,4 +1,4 @@
-"""The course: what each command makes of the flight while the items are followed one by one."""
+"""What each command makes of the flight: the state of a mission while its items are followed."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ from planner.mission.route.stage import StageKind
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from planner.findings import Place
     from planner.geo.terrain import TerrainGrid
     from planner.mission.items import MissionItem
 
@@ -45,49 +46,27 @@ _FRACTIONS = 256
 
 
 def stored_hold_s(hold_s: float) -> float:
-    """Return the hold that is kept: whole seconds. [s]
-
-    Parameters
-    ----------
-    hold_s : float
-        Not more than `LONGEST_HOLD_S`. [s]
-    """
+    """Return the hold that ArduPilot keeps: whole seconds. [s]"""
     return float(int(hold_s))
 
 
 def stored_turns(turns: float) -> float:
-    """Return the turns of a circle that are kept: whole ones, or a part of a single one. [-]
-
-    Parameters
-    ----------
-    turns : float
-        Positive. [-]
-    """
+    """Return the turns of a circle that ArduPilot keeps: whole ones, or a part of one. [-]"""
     if turns < 1.0:
         return int(turns * _FRACTIONS) / _FRACTIONS
     return float(min(int(turns), _MOST))
 
 
 def stored_radius_m(radius_m: float) -> float:
-    """Return the radius of a circle that is kept: whole metres, or tens of them. [m]
-
-    Parameters
-    ----------
-    radius_m : float
-        Negative for counter-clockwise. [m]
-    """
+    """Return the radius of a circle that ArduPilot keeps: whole metres, or tens of them. [m]"""
     size_m = abs(radius_m)
     kept_m = int(size_m) if size_m <= _MOST else min(int(size_m) // _COARSE_M, _MOST) * _COARSE_M
     return float(-kept_m if radius_m < 0.0 else kept_m)
 
 
 @dataclass(slots=True)
-class Draft:
-    """A stage whose place is still in degrees.
-
-    Its fields are those of `planner.mission.route.stage.Stage`, in their order: latitude and longitude stand
-    for east and north.
-    """
+class StageInDegrees:
+    """A stage before it is laid into metres: the fields of `Stage`, in their order, with degrees."""
 
     kind: StageKind
     item: int
@@ -122,27 +101,19 @@ class GroundBetween(NamedTuple):
 def ground_between(
     terrain: TerrainGrid, from_deg: tuple[float, float], to_deg: tuple[float, float]
 ) -> GroundBetween | None:
-    """Return what the ground does between two places; ``None`` where it is not known all along.
-
-    Parameters
-    ----------
-    terrain : TerrainGrid
-        The ground.
-    from_deg, to_deg : tuple of float
-        Latitude and longitude. [°]
-    """
+    """Return what the ground does between two places; ``None`` where it is not known all along."""
     length_m = float(distance_m(*from_deg, *to_deg))
     if length_m == 0.0:
         return None
-    share = np.linspace(0.0, 1.0, _SAMPLES)
+    fraction = np.linspace(0.0, 1.0, _SAMPLES)
     ground = terrain.height_amsl_m(
-        from_deg[0] + share * (to_deg[0] - from_deg[0]),
-        from_deg[1] + share * (to_deg[1] - from_deg[1]),
+        from_deg[0] + fraction * (to_deg[0] - from_deg[0]),
+        from_deg[1] + fraction * (to_deg[1] - from_deg[1]),
     )
     if np.ma.getmaskarray(ground).any():
         return None
     height = np.asarray(ground, np.float64)
-    line = height[0] + share * (height[-1] - height[0])
+    line = height[0] + fraction * (height[-1] - height[0])
     return GroundBetween(
         off_line_m=float(np.abs(height - line).max()),
         steepest=float(np.abs(np.diff(height)).max()) * (_SAMPLES - 1) / length_m,
@@ -243,191 +214,6 @@ ZERO_POSITION = Rule(
 )
 
 
-@dataclass(slots=True)
-class Whereabouts:
-    """A place and a height, home, and what has been flown and told on the way there."""
-
-    source: str
-    dialect: Autopilot | None
-    """Whose reading of the items counts; ``None`` where neither file nor vehicle says."""
-    start_deg: tuple[float, float]
-    """Where the flight starts. [°]"""
-    home_deg: tuple[float, float]
-    """Where a return leads, moved by DO_SET_HOME. [°]"""
-    home_amsl_m: float | None
-    terrain: TerrainGrid | None
-    latitude_deg: float
-    longitude_deg: float
-    height_m: float = 0.0
-    """Height above the home the flight started from. [m]"""
-    datum_m: float = 0.0
-    """Height of the present home, which relative altitudes count from, above the first. [m]"""
-    ground_level_m: float = 0.0
-    """Height of the ground above the first home, where no terrain tells it. [m]"""
-    drafts: list[Draft] = field(default_factory=list)
-    remarks: Remarks = field(default_factory=Remarks)
-    amsl_items: list[int] = field(default_factory=list)
-
-    def move_to(self, number: int, item: MissionItem) -> None:
-        """Go to the place of an item, if it names one."""
-        is_going = item.command in _GOING
-        if is_going and (item.latitude_deg is None or item.longitude_deg is None):
-            self.remark(
-                ZERO_POSITION,
-                number,
-                item,
-                f"{command_name(item.command)} has no position: predicted as 'here'",
-            )
-        elif self.has_place(number, item):
-            self.latitude_deg = item.latitude_deg or 0.0
-            self.longitude_deg = item.longitude_deg or 0.0
-
-    def has_place(self, number: int, item: MissionItem) -> bool:
-        """Return whether an item names a place; 0°, 0° is taken as 'here', and said on PX4."""
-        latitude, longitude = item.latitude_deg, item.longitude_deg
-        if latitude is None or longitude is None:
-            return False
-        if not is_on_earth(latitude, longitude):
-            self.refuse(number, item, f"{latitude:g}°, {longitude:g}° is no place on Earth")
-        if latitude != 0.0 or longitude != 0.0:
-            return True
-        is_going = item.command in _GOING
-        if self.dialect is Autopilot.PX4 or (is_going and self.dialect is None):
-            # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
-            is_lost = self.dialect is Autopilot.PX4
-            self.remark(
-                ZERO_POSITION,
-                number,
-                item,
-                f"{command_name(item.command)} at 0°, 0°: PX4 flies to that place; "
-                "predicted as 'here'",
-                severity=Severity.ERROR if is_lost else None,
-            )
-        return False
-
-    def height_of_m(self, number: int, item: MissionItem) -> float:
-        """Return the item's altitude as a height above the home the flight started from."""
-        altitude = item.altitude_m
-        if altitude is None:
-            return self._height_left_open_m(number, item)
-        if not abs(altitude) <= HIGHEST_M:
-            self.refuse(number, item, f"an altitude of {altitude:g} m cannot be flown")
-        if altitude == 0.0 and self.drafts:
-            if self.dialect is Autopilot.ARDUPILOT:
-                return self.height_m
-            if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
-                return self._zero_height_m(number, item)
-        return self._above_home_m(number, item, altitude)
-
-    def _above_home_m(self, number: int, item: MissionItem, altitude: float) -> float:
-        """Return an altitude in an item's frame as a height above the first home."""
-        frame = item.frame
-        if frame in RELATIVE_FRAMES:
-            return altitude + self.datum_m
-        if frame in AMSL_FRAMES or (frame == Frame.MISSION and self.dialect is Autopilot.ARDUPILOT):
-            self.amsl_items.append(number)
-            height_m = altitude - (self.home_amsl_m or 0.0)
-            self._doubt_amsl(number, item, height_m)
-            return height_m
-        if frame in TERRAIN_FRAMES:
-            return altitude + self._terrain_m(number, item)
-        self.remark(
-            FRAME_NOT_RESOLVED,
-            number,
-            item,
-            f"frame {frame} ({frame_name(frame)}): its altitude is read as height above home",
-        )
-        return altitude + self.datum_m
-
-    def _height_left_open_m(self, number: int, item: MissionItem) -> float:
-        """Return the height of an item without altitude: from the terrain, or as it was."""
-        ground_m = (
-            None
-            if item.unresolved_agl_m is None
-            else self._known_ground_m(self.latitude_deg, self.longitude_deg)
-        )
-        if ground_m is None or item.unresolved_agl_m is None:
-            known = "" if item.unresolved_agl_m is None else " (--terrain would tell it)"
-            message = f"no altitude: the previous height is kept{known}"
-            self.remark(ALTITUDE_UNKNOWN, number, item, message)
-            return self.height_m
-        height_m = ground_m + item.unresolved_agl_m
-        self.remark(
-            ALTITUDE_FROM_TERRAIN,
-            number,
-            item,
-            f"no altitude in the file: {quantity.height(item.unresolved_agl_m)} above the "
-            f"terrain grid, {quantity.height(height_m)} above home",
-        )
-        return height_m
-
-    def _zero_height_m(self, number: int, item: MissionItem) -> float:
-        """Return the height of an item in the air with altitude 0, where not ArduPilot's is meant."""
-        ways = "PX4 flies to home's level, ArduPilot keeps its height"
-        if self.dialect is Autopilot.PX4:
-            self.remark(ZERO_ALTITUDE, number, item, f"altitude 0: {ways}")
-            return self.datum_m
-        message = f"has altitude 0: {ways}; the height is taken to be kept"
-        self.remark(ZERO_ALTITUDE, number, item, message)
-        return self.height_m
-
-    def _doubt_amsl(self, number: int, item: MissionItem, height_m: float) -> None:
-        """Tell of an AMSL altitude that is not above home, unless the ground is known to fall."""
-        if self.home_amsl_m is None or height_m > 0.0:
-            return
-        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
-        if ground_m is not None and height_m > ground_m:
-            return
-        below = "at home's level" if height_m == 0.0 else f"{quantity.height(-height_m)} below home"
-        self.remark(
-            AMSL_SUSPECT,
-            number,
-            item,
-            f"{quantity.height(item.altitude_m)} AMSL, {below}: probably meant above home",
-        )
-
-    def _terrain_m(self, number: int, item: MissionItem) -> float:
-        """Return the ground's height above the first home at the present place."""
-        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
-        if ground_m is not None:
-            return ground_m
-        self.remark(
-            TERRAIN_ASSUMED_LEVEL,
-            number,
-            item,
-            f"{quantity.height(item.altitude_m)} above unknown terrain: read as height above home",
-        )
-        return self.datum_m
-
-    def ground_m(self, latitude_deg: float, longitude_deg: float) -> float:
-        """Return the height of the ground at a place; home's where it is not known. [m]"""
-        ground_m = self._known_ground_m(latitude_deg, longitude_deg)
-        return self.ground_level_m if ground_m is None else ground_m
-
-    def _known_ground_m(self, latitude_deg: float, longitude_deg: float) -> float | None:
-        if self.terrain is None or self.home_amsl_m is None:
-            return None
-        ground_m = ground_amsl_m(self.terrain, latitude_deg, longitude_deg)
-        return None if ground_m is None else ground_m - self.home_amsl_m
-
-    def remark(
-        self,
-        rule: Rule,
-        number: int,
-        item: MissionItem,
-        message: str,
-        *,
-        severity: Severity | None = None,
-    ) -> None:
-        """Tell something about an item."""
-        self.remarks.add(rule, message, item=number, place=item.place, severity=severity)
-
-    def refuse(self, number: int, item: MissionItem, why: str) -> NoReturn:
-        """Raise the error about a number of an item that no vehicle can fly."""
-        message = f"item {number} {command_name(item.command)}: {why}; correct the item"
-        raise MissionFileError(message, source=self.source, place=item.place)
-
-
 LONGEST_HOLD_S = 30.0 * 86400.0
 FASTEST_M_S = 1000.0
 MOST_TURNS = 100_000.0
@@ -526,70 +312,89 @@ HEADING_NORTH = Rule(
 
 
 @dataclass(slots=True)
-class Course(Whereabouts):
-    """The state of a mission half followed: place, height, speeds, home."""
+class MissionState:
+    """A mission half followed: place, height, speeds, home, and the stages so far."""
 
+    source: str
+    dialect: Autopilot | None
+    """Whose reading of the items counts; ``None`` where neither file nor vehicle says."""
+    start_deg: tuple[float, float]
+    """Where the flight starts. [°]"""
+    home_deg: tuple[float, float]
+    """Where a return leads, moved by DO_SET_HOME. [°]"""
+    home_amsl_m: float | None
+    terrain: TerrainGrid | None
+    latitude_deg: float
+    longitude_deg: float
+    height_m: float = 0.0
+    """Height above the home the flight started from. [m]"""
+    datum_m: float = 0.0
+    """Height of the present home, which relative altitudes count from, above the first. [m]"""
+    ground_level_m: float = 0.0
+    """Height of the ground above the first home, where the terrain is unknown. [m]"""
+    number: int = 0
+    """The item being followed, from 1."""
+    place: Place | None = None
+    """Of that item, in its file."""
     speed_m_s: float | None = None
     climb_speed_m_s: float | None = None
     descent_speed_m_s: float | None = None
     is_over: bool = False
     moved_homes: list[tuple[int, float, float, float]] = field(default_factory=list)
     """Stages before DO_SET_HOME, latitude and longitude [°], height of the ground there [m]."""
+    stages: list[StageInDegrees] = field(default_factory=list)
+    remarks: Remarks = field(default_factory=Remarks)
+    amsl_items: list[int] = field(default_factory=list)
 
     def follow(self, number: int, item: MissionItem) -> None:
-        """Take one item into the course.
-
-        Raises
-        ------
-        MissionFileError
-            If the item holds a number no vehicle can fly.
-        """
-        _WAYS.get(item.command, Course.pass_by)(self, number, item)
+        """Fly one item; raise the error about one that holds a number no vehicle can fly."""
+        self.number, self.place = number, item.place
+        _WAYS.get(item.command, MissionState.pass_by)(self, item)
         if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
             is_px4 = self.dialect is Autopilot.PX4
             other = "" if is_px4 else ", ArduPilot continues"
             message = f"autoContinue is off: PX4 holds here{other}; predicted without the wait"
             severity = Severity.ERROR if is_px4 else Severity.WARNING
-            self.remark(WAITS_FOR_EVER, number, item, message, severity=severity)
+            self.remark(WAITS_FOR_EVER, message, severity=severity)
 
-    def waypoint(self, number: int, item: MissionItem) -> None:
+    def waypoint(self, item: MissionItem) -> None:
         """Fly to a place and hold there."""
         if item.param4 == 0.0 and self.dialect is Autopilot.PX4:
             message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it goes on"
-            self.remark(HEADING_NORTH, number, item, message)
-        self._go(StageKind.GO, number, item, hold_s=self._hold_s(number, item))
+            self.remark(HEADING_NORTH, message)
+        self._go(StageKind.GO, item, hold_s=self._hold_s(item))
 
-    def loiter_time(self, number: int, item: MissionItem) -> None:
+    def loiter_time(self, item: MissionItem) -> None:
         """Fly to a place and stay for a time."""
-        self._go(StageKind.LOITER, number, item, hold_s=self._hold_s(number, item))
+        self._go(StageKind.LOITER, item, hold_s=self._hold_s(item))
 
-    def loiter_for_ever(self, number: int, item: MissionItem) -> None:
+    def loiter_for_ever(self, item: MissionItem) -> None:
         """Fly to a place and stay: the prediction ends."""
-        self._go(StageKind.LOITER, number, item)
-        self.remark(ENDLESS, number, item, "unlimited loiter: the vehicle stays here")
+        self._go(StageKind.LOITER, item)
+        self.remark(ENDLESS, "unlimited loiter: the vehicle stays here")
         self.is_over = True
 
-    def spline(self, number: int, item: MissionItem) -> None:
+    def spline(self, item: MissionItem) -> None:
         """Fly to a place along a curve."""
-        self._go(StageKind.SPLINE, number, item, hold_s=self._hold_s(number, item))
+        self._go(StageKind.SPLINE, item, hold_s=self._hold_s(item))
 
-    def change_height(self, number: int, item: MissionItem) -> None:
+    def change_height(self, item: MissionItem) -> None:
         """Fly to a place, then change height there."""
-        self._go(StageKind.CHANGE_HEIGHT, number, item)
+        self._go(StageKind.CHANGE_HEIGHT, item)
 
-    def return_home(self, number: int, _item: MissionItem) -> None:
+    def return_home(self, _item: MissionItem) -> None:
         """Return and land: the flight is over."""
         self.latitude_deg, self.longitude_deg = self.home_deg
         has_moved = self.home_deg != self.start_deg
         self.height_m = self.ground_m(*self.home_deg) if has_moved else self.ground_level_m
         # The speed of a return is set in the vehicle: what the mission commanded ends here.
-        self._add(StageKind.RETURN, number).speed_m_s = None
+        self._add(StageKind.RETURN).speed_m_s = None
         self.is_over = True
 
-    def _add(self, kind: StageKind, number: int) -> Draft:
-        draft = Draft(
+    def _add(self, kind: StageKind) -> StageInDegrees:
+        stage = StageInDegrees(
             kind,
-            number,
+            self.number,
             self.latitude_deg,
             self.longitude_deg,
             self.height_m,
@@ -597,27 +402,25 @@ class Course(Whereabouts):
             self.climb_speed_m_s,
             self.descent_speed_m_s,
         )
-        self.drafts.append(draft)
-        return draft
+        self.stages.append(stage)
+        return stage
 
-    def _go(self, kind: StageKind, number: int, item: MissionItem, hold_s: float = 0.0) -> None:
+    def _go(self, kind: StageKind, item: MissionItem, hold_s: float = 0.0) -> None:
         from_deg = (self.latitude_deg, self.longitude_deg)
-        self.move_to(number, item)
+        self.move_to(item)
         ground_m: tuple[float, ...] = ()
         if item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT:
-            ground_m = self._followed_ground_m(number, item, from_deg)
-        self.height_m = self.height_of_m(number, item)
-        draft = self._add(kind, number)
-        draft.followed_ground_m = ground_m
-        draft.hold_s = hold_s
-        draft.yaw_deg = item.param4
+            ground_m = self._followed_ground_m(from_deg)
+        self.height_m = self.height_of_m(item)
+        stage = self._add(kind)
+        stage.followed_ground_m = ground_m
+        stage.hold_s = hold_s
+        stage.yaw_deg = item.param4
         if kind is StageKind.GO and item.param2 is not None and item.param2 > 0.0:
-            draft.acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
+            stage.acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
 
-    def _followed_ground_m(
-        self, number: int, item: MissionItem, from_deg: tuple[float, float]
-    ) -> tuple[float, ...]:
-        """Return the ground on the way; tell of it where a straight line does not follow it."""
+    def _followed_ground_m(self, from_deg: tuple[float, float]) -> tuple[float, ...]:
+        """Return the ground along the leg; report it where a straight line leaves it."""
         if self.terrain is None:
             return ()
 
@@ -627,8 +430,6 @@ class Course(Whereabouts):
         if ground.off_line_m > _GROUND_OFF_LINE_M:
             self.remark(
                 TERRAIN_NOT_FOLLOWED,
-                number,
-                item,
                 f"the ground on the leg is up to {quantity.height(ground.off_line_m)} off the line "
                 f"predicted and is up to {quantity.percent(ground.steepest)} steep: ArduPilot follows "
                 "it, more slowly where it cannot climb so fast; the energy of climbing and descending on "
@@ -636,57 +437,51 @@ class Course(Whereabouts):
             )
         return ground.height_amsl_m
 
-    def take_off(self, number: int, item: MissionItem) -> None:
+    def take_off(self, item: MissionItem) -> None:
         """Leave the ground."""
-        if self.dialect is not Autopilot.ARDUPILOT:  # ArduPilot takes off where it stands
-            self.move_to(number, item)
-        self.height_m = self.height_of_m(number, item)
-        is_first = not any(d.kind is not StageKind.DELAY for d in self.drafts)
-        self._add(StageKind.TAKEOFF, number).yaw_deg = item.param4
+        if self.dialect is not Autopilot.ARDUPILOT:  # ArduPilot takes off where it is
+            self.move_to(item)
+        self.height_m = self.height_of_m(item)
+        is_first = not any(d.kind is not StageKind.DELAY for d in self.stages)
+        self._add(StageKind.TAKEOFF).yaw_deg = item.param4
         if is_first and self.height_m <= 0.0:
             self.remark(
                 ZERO_TAKEOFF,
-                number,
-                item,
                 f"take-off altitude {quantity.height(self.height_m)} above home",
             )
 
-    def land(self, number: int, item: MissionItem) -> None:
+    def land(self, item: MissionItem) -> None:
         """Land at a place: the flight is over."""
-        self.move_to(number, item)
+        self.move_to(item)
         self.height_m = self.ground_m(self.latitude_deg, self.longitude_deg)
-        self._add(StageKind.LAND, number).yaw_deg = item.param4
+        self._add(StageKind.LAND).yaw_deg = item.param4
         self.is_over = True
 
-    def circle(self, number: int, item: MissionItem) -> None:
+    def circle(self, item: MissionItem) -> None:
         """Fly turns about a place."""
-        self.move_to(number, item)
-        self.height_m = self.height_of_m(number, item)
+        self.move_to(item)
+        self.height_m = self.height_of_m(item)
         turns, radius = abs(item.param1 or 0.0), item.param3 or 0.0
         if turns > MOST_TURNS or abs(radius) > LARGEST_RADIUS_M:
-            self.refuse(
-                number, item, f"{quantity.count(turns, 'turn')} of {radius:g} m cannot be flown"
-            )
+            self.refuse(item, f"{quantity.count(turns, 'turn')} of {radius:g} m cannot be flown")
         if self.dialect is Autopilot.ARDUPILOT:
             kept_turns = stored_turns(turns)
             kept_radius = stored_radius_m(radius)
             if (kept_turns, kept_radius) != (turns, radius):
-                said, kept = (
-                    f"{quantity.count(turns, 'turn')} of {radius:g} m",
-                    f"{kept_turns:g} of {kept_radius:g} m",
-                )
-                self._remark_stored(number, item, said, kept)
+                written = f"{quantity.count(turns, 'turn')} of {radius:g} m"
+                kept = f"{kept_turns:g} of {kept_radius:g} m"
+                self._remark_stored(item, written, kept)
             turns, radius = kept_turns, kept_radius
-        draft = self._add(StageKind.CIRCLE, number)
-        draft.turns = turns
-        draft.radius_m = radius
+        stage = self._add(StageKind.CIRCLE)
+        stage.turns = turns
+        stage.radius_m = radius
 
-    def delay(self, number: int, item: MissionItem) -> None:
+    def delay(self, item: MissionItem) -> None:
         """Wait for a time, or until a time of day."""
         seconds = item.param1 or 0.0
         if seconds > LONGEST_HOLD_S:
-            self.refuse(number, item, f"a delay of {seconds:g} s is longer than any flight")
-        in_air = bool(self.drafts)
+            self.refuse(item, f"a delay of {seconds:g} s is longer than any flight")
+        in_air = bool(self.stages)
         if seconds <= 0.0:
             clock = [item.param2, item.param3, item.param4]
             if any(part is not None and part >= 0.0 for part in clock):
@@ -697,66 +492,58 @@ class Course(Whereabouts):
                 if self.dialect is Autopilot.PX4:
                     message = f"PX4 has no time of day: it does not wait until {until} UTC"
                     severity = None
-                self.remark(WAIT_NOT_COUNTED, number, item, message, severity=severity)
+                self.remark(WAIT_NOT_COUNTED, message, severity=severity)
         elif seconds > 0.0 and not in_air:
             self.remark(
                 WAIT_NOT_COUNTED,
-                number,
-                item,
                 f"waits {quantity.duration(seconds)} on the ground before the take-off: not counted",
             )
         elif seconds > 0.0:
-            self._add(StageKind.DELAY, number).hold_s = seconds
+            self._add(StageKind.DELAY).hold_s = seconds
 
-    def set_down(self, number: int, item: MissionItem) -> None:
+    def set_down(self, item: MissionItem) -> None:
         """Lower a load to the ground."""
-        self.move_to(number, item)
-        self._add(StageKind.SET_DOWN, number)
+        self.move_to(item)
+        self._add(StageKind.SET_DOWN)
         message = (
-            "NAV_PAYLOAD_PLACE: the load is taken to touch the ground at home's level and to weigh "
+            "NAV_PAYLOAD_PLACE: the load is assumed to touch the ground at home's level and to weigh "
             "nothing"
         )
         deepest_m = item.param1 or 0.0
         if 0.0 < deepest_m < self.height_m:
             message += f"; the vehicle gives up {quantity.height(deepest_m)} down"
-        self.remark(ITEM_NOT_MODELLED, number, item, message)
+        self.remark(ITEM_NOT_MODELLED, message)
 
-    def arc(self, number: int, item: MissionItem) -> None:
-        """Fly to a place; the arc that is asked for is only told."""
-        self._go(StageKind.GO, number, item)
-        angle_rad = math.radians(min(abs(item.param1 or 0.0), 359.0))
-        longer = "" if angle_rad == 0.0 else f", {self._arc_over_chord(angle_rad)} as long"
+    def arc(self, item: MissionItem) -> None:
+        """Fly straight to a place; the arc is only reported."""
+        self._go(StageKind.GO, item)
+        half_rad = 0.5 * math.radians(min(abs(item.param1 or 0.0), 359.0))
+        longer = ""
+        if half_rad > 0.0:  # arc over chord
+            longer = f", {quantity.decimals(half_rad / math.sin(half_rad), 2)} times as long"
         self.remark(
             ITEM_NOT_MODELLED,
-            number,
-            item,
             "NAV_ARC_WAYPOINT is not modelled: a straight flight to its place is assumed, not the "
             f"arc of {abs(item.param1 or 0.0):g}°{longer}",
             severity=Severity.ERROR if longer else None,
         )
 
-    @staticmethod
-    def _arc_over_chord(angle_rad: float) -> str:
-        """Return the length of an arc over that of its chord: θ/2 over sin θ/2."""
-        half = 0.5 * angle_rad
-        return f"{quantity.decimals(half / math.sin(half), 2)} times"
-
-    def guided(self, number: int, item: MissionItem) -> None:
+    def guided(self, item: MissionItem) -> None:
         """Hand over to a companion computer, which decides when the mission goes on."""
         if self.dialect is not Autopilot.ARDUPILOT:
-            self.pass_by(number, item)
+            self.pass_by(item)
         elif item.param1 is not None and item.param1 > 0.0:
             message = (
                 "NAV_GUIDED_ENABLE: ArduPilot waits for a companion computer until it or "
                 "DO_GUIDED_LIMITS ends it; predicted without the wait"
             )
-            self.remark(WAITS_FOR_EVER, number, item, message)
+            self.remark(WAITS_FOR_EVER, message)
 
-    def change_speed(self, number: int, item: MissionItem) -> None:
+    def change_speed(self, item: MissionItem) -> None:
         """Take a new speed for what follows."""
         kind, speed = item.param1 or 0.0, item.param2
         if speed is not None and speed > FASTEST_M_S:
-            self.refuse(number, item, f"a speed of {speed:g} m/s cannot be flown")
+            self.refuse(item, f"a speed of {speed:g} m/s cannot be flown")
         if self.dialect is Autopilot.PX4:
             # PX4 does not look at the type; nothing above zero resets to its own cruise speed.
             self.speed_m_s = speed if speed is not None and speed > 0.0 else None
@@ -771,19 +558,17 @@ class Course(Whereabouts):
         else:
             self.remark(
                 ITEM_NOT_MODELLED,
-                number,
-                item,
                 f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged",
             )
 
-    def set_home(self, number: int, item: MissionItem) -> None:
+    def set_home(self, item: MissionItem) -> None:
         """Move the place a return leads to."""
-        self._move_home(number, item)
+        self._move_home(item)
         ground_m = self.ground_m(*self.home_deg)
-        self.moved_homes.append((len(self.drafts), *self.home_deg, ground_m))
+        self.moved_homes.append((len(self.stages), *self.home_deg, ground_m))
 
-    def _move_home(self, number: int, item: MissionItem) -> None:
-        if item.param1 == 1.0 or not self.has_place(number, item):
+    def _move_home(self, item: MissionItem) -> None:
+        if item.param1 == 1.0 or not self.has_place(item):
             self.home_deg = (self.latitude_deg, self.longitude_deg)
             self.datum_m = self.height_m
             if self.height_m != self.ground_level_m:
@@ -792,7 +577,7 @@ class Course(Whereabouts):
                     f"DO_SET_HOME: home is moved to where the vehicle flies, {height} up; the "
                     "return is predicted to end on the ground"
                 )
-                self.remark(ITEM_NOT_MODELLED, number, item, message)
+                self.remark(ITEM_NOT_MODELLED, message)
             return
         self.home_deg = (item.latitude_deg or 0.0, item.longitude_deg or 0.0)
         if item.altitude_m is None:
@@ -800,11 +585,11 @@ class Course(Whereabouts):
         if item.frame in RELATIVE_FRAMES:  # of the home there has been until now
             self.datum_m += item.altitude_m
         else:
-            self.amsl_items.append(number)
+            self.amsl_items.append(self.number)
             self.datum_m = item.altitude_m - (self.home_amsl_m or 0.0)
         self.ground_level_m = self.datum_m
 
-    def pass_by(self, number: int, item: MissionItem) -> None:
+    def pass_by(self, item: MissionItem) -> None:
         """Follow an item that is no flight of its own, or none that is predicted."""
         effect = command_effect(item.command)
         if effect is CommandEffect.NO_EFFECT or item.command in {
@@ -816,64 +601,197 @@ class Course(Whereabouts):
         name = command_name(item.command)
         if self.dialect is not None and support(item.command, self.dialect) is Support.SKIPPED:
             assumed = f"{self.dialect.label} skips it, 0 s and 0 Wh are assumed"
-        elif is_destination(item.command) and self.has_place(number, item):
-            self._go(StageKind.GO, number, item)
+        elif is_destination(item.command) and self.has_place(item):
+            self._go(StageKind.GO, item)
             assumed = "a straight flight to its place is assumed"
         else:
             assumed = "0 s and 0 Wh are assumed"
         self.remark(
             ITEM_NOT_MODELLED,
-            number,
-            item,
             f"{name} is not modelled: {assumed}",
             severity=None if goes_on_flying(item.command, self.dialect) else Severity.ERROR,
         )
 
-    def _hold_s(self, number: int, item: MissionItem) -> float:
+    def _hold_s(self, item: MissionItem) -> float:
         hold = item.param1 or 0.0
         if hold == 0.0:
             return 0.0
         if hold > LONGEST_HOLD_S:
-            self.refuse(number, item, f"a hold of {hold:g} s is longer than any flight")
+            self.refuse(item, f"a hold of {hold:g} s is longer than any flight")
         if hold < 0.0:
             self.remark(
                 ITEM_NOT_MODELLED,
-                number,
-                item,
                 f"{command_name(item.command)}: its hold of {hold:g} s is predicted as 0 s",
             )
             return 0.0
         if self.dialect is not Autopilot.ARDUPILOT:
             return hold
         if hold > LONGEST_STORED_HOLD_S:
-            self.refuse(number, item, f"ArduPilot cannot keep a hold of {hold:g} s")
+            self.refuse(item, f"ArduPilot cannot keep a hold of {hold:g} s")
         kept = stored_hold_s(hold)
         if kept != hold:
-            self._remark_stored(number, item, f"a hold of {hold:g} s", f"{kept:g} s")
+            self._remark_stored(item, f"a hold of {hold:g} s", f"{kept:g} s")
         return kept
 
-    def _remark_stored(self, number: int, item: MissionItem, said: str, kept: str) -> None:
-        message = f"{command_name(item.command)}: ArduPilot keeps {said} as {kept}"
-        self.remark(VALUE_STORED_OTHERWISE, number, item, message)
+    def _remark_stored(self, item: MissionItem, written: str, kept: str) -> None:
+        message = f"{command_name(item.command)}: ArduPilot keeps {written} as {kept}"
+        self.remark(VALUE_STORED_OTHERWISE, message)
+
+    def move_to(self, item: MissionItem) -> None:
+        """Go to the place of an item, if it names one."""
+        is_going = item.command in _GOING
+        if is_going and (item.latitude_deg is None or item.longitude_deg is None):
+            self.remark(
+                ZERO_POSITION,
+                f"{command_name(item.command)} has no position: predicted as 'here'",
+            )
+        elif self.has_place(item):
+            self.latitude_deg = item.latitude_deg or 0.0
+            self.longitude_deg = item.longitude_deg or 0.0
+
+    def has_place(self, item: MissionItem) -> bool:
+        """Return whether an item names a place; 0°, 0° means 'here', and is reported on PX4."""
+        latitude, longitude = item.latitude_deg, item.longitude_deg
+        if latitude is None or longitude is None:
+            return False
+        if not is_on_earth(latitude, longitude):
+            self.refuse(item, f"{latitude:g}°, {longitude:g}° is no place on Earth")
+        if latitude != 0.0 or longitude != 0.0:
+            return True
+        is_going = item.command in _GOING
+        if self.dialect is Autopilot.PX4 or (is_going and self.dialect is None):
+            # PX4 flies there, or returns there, and has no energy for it: the totals are not its flight
+            is_lost = self.dialect is Autopilot.PX4
+            self.remark(
+                ZERO_POSITION,
+                f"{command_name(item.command)} at 0°, 0°: PX4 flies to that place; "
+                "predicted as 'here'",
+                severity=Severity.ERROR if is_lost else None,
+            )
+        return False
+
+    def height_of_m(self, item: MissionItem) -> float:
+        """Return the item's altitude as a height above the home the flight started from."""
+        altitude = item.altitude_m
+        if altitude is None:
+            return self._height_left_open_m(item)
+        if not abs(altitude) <= HIGHEST_M:
+            self.refuse(item, f"an altitude of {altitude:g} m cannot be flown")
+        if altitude == 0.0 and self.stages:
+            if self.dialect is Autopilot.ARDUPILOT:
+                return self.height_m
+            if item.frame in RELATIVE_FRAMES | TERRAIN_FRAMES and item.command not in TAKEOFFS:
+                return self._zero_height_m()
+        return self._above_home_m(item, altitude)
+
+    def _above_home_m(self, item: MissionItem, altitude: float) -> float:
+        """Return an altitude in an item's frame as a height above the first home."""
+        frame = item.frame
+        if frame in RELATIVE_FRAMES:
+            return altitude + self.datum_m
+        if frame in AMSL_FRAMES or (frame == Frame.MISSION and self.dialect is Autopilot.ARDUPILOT):
+            self.amsl_items.append(self.number)
+            height_m = altitude - (self.home_amsl_m or 0.0)
+            self._doubt_amsl(item, height_m)
+            return height_m
+        if frame in TERRAIN_FRAMES:
+            return altitude + self._terrain_m(item)
+        self.remark(
+            FRAME_NOT_RESOLVED,
+            f"frame {frame} ({frame_name(frame)}): its altitude is read as height above home",
+        )
+        return altitude + self.datum_m
+
+    def _height_left_open_m(self, item: MissionItem) -> float:
+        """Return the height of an item without altitude: from the terrain, or as it was."""
+        ground_m = (
+            None
+            if item.unresolved_agl_m is None
+            else self._known_ground_m(self.latitude_deg, self.longitude_deg)
+        )
+        if ground_m is None or item.unresolved_agl_m is None:
+            known = "" if item.unresolved_agl_m is None else " (give --terrain to compute it)"
+            message = f"no altitude: the previous height is kept{known}"
+            self.remark(ALTITUDE_UNKNOWN, message)
+            return self.height_m
+        height_m = ground_m + item.unresolved_agl_m
+        self.remark(
+            ALTITUDE_FROM_TERRAIN,
+            f"no altitude in the file: {quantity.height(item.unresolved_agl_m)} above the "
+            f"terrain grid, {quantity.height(height_m)} above home",
+        )
+        return height_m
+
+    def _zero_height_m(self) -> float:
+        """Return the height of an item in the air with altitude 0, where not ArduPilot's is meant."""
+        is_px4 = self.dialect is Autopilot.PX4
+        kept = "" if is_px4 else "; predicted with the height kept"
+        message = f"altitude 0: PX4 flies to home's level, ArduPilot keeps its height{kept}"
+        self.remark(ZERO_ALTITUDE, message)
+        return self.datum_m if is_px4 else self.height_m
+
+    def _doubt_amsl(self, item: MissionItem, height_m: float) -> None:
+        """Tell of an AMSL altitude that is not above home, unless the ground is known to fall."""
+        if self.home_amsl_m is None or height_m > 0.0:
+            return
+        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
+        if ground_m is not None and height_m > ground_m:
+            return
+        below = "at home's level" if height_m == 0.0 else f"{quantity.height(-height_m)} below home"
+        self.remark(
+            AMSL_SUSPECT,
+            f"{quantity.height(item.altitude_m)} AMSL, {below}: probably meant above home",
+        )
+
+    def _terrain_m(self, item: MissionItem) -> float:
+        """Return the ground's height above the first home at the present place."""
+        ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
+        if ground_m is not None:
+            return ground_m
+        self.remark(
+            TERRAIN_ASSUMED_LEVEL,
+            f"{quantity.height(item.altitude_m)} above unknown terrain: read as height above home",
+        )
+        return self.datum_m
+
+    def ground_m(self, latitude_deg: float, longitude_deg: float) -> float:
+        """Return the height of the ground at a place; home's where it is not known. [m]"""
+        ground_m = self._known_ground_m(latitude_deg, longitude_deg)
+        return self.ground_level_m if ground_m is None else ground_m
+
+    def _known_ground_m(self, latitude_deg: float, longitude_deg: float) -> float | None:
+        if self.terrain is None or self.home_amsl_m is None:
+            return None
+        ground_m = ground_amsl_m(self.terrain, latitude_deg, longitude_deg)
+        return None if ground_m is None else ground_m - self.home_amsl_m
+
+    def remark(self, rule: Rule, message: str, *, severity: Severity | None = None) -> None:
+        """Report something about the item being followed."""
+        self.remarks.add(rule, message, item=self.number, place=self.place, severity=severity)
+
+    def refuse(self, item: MissionItem, why: str) -> NoReturn:
+        """Raise the error about a number that no vehicle can fly."""
+        message = f"item {self.number} {command_name(item.command)}: {why}; correct the item"
+        raise MissionFileError(message, source=self.source, place=self.place)
 
 
-_WAYS: Mapping[int, Callable[[Course, int, MissionItem], None]] = {
-    Command.NAV_WAYPOINT: Course.waypoint,
-    Command.NAV_SPLINE_WAYPOINT: Course.spline,
-    Command.NAV_LOITER_TIME: Course.loiter_time,
-    Command.NAV_LOITER_TURNS: Course.circle,
-    Command.NAV_LOITER_TO_ALT: Course.change_height,
-    Command.NAV_LOITER_UNLIM: Course.loiter_for_ever,
-    Command.NAV_TAKEOFF: Course.take_off,
-    Command.NAV_VTOL_TAKEOFF: Course.take_off,
-    Command.NAV_LAND: Course.land,
-    Command.NAV_VTOL_LAND: Course.land,
-    Command.NAV_RETURN_TO_LAUNCH: Course.return_home,
-    Command.NAV_DELAY: Course.delay,
-    Command.NAV_PAYLOAD_PLACE: Course.set_down,
-    Command.NAV_ARC_WAYPOINT: Course.arc,
-    Command.NAV_GUIDED_ENABLE: Course.guided,
-    Command.DO_CHANGE_SPEED: Course.change_speed,
-    Command.DO_SET_HOME: Course.set_home,
+_WAYS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
+    Command.NAV_WAYPOINT: MissionState.waypoint,
+    Command.NAV_SPLINE_WAYPOINT: MissionState.spline,
+    Command.NAV_LOITER_TIME: MissionState.loiter_time,
+    Command.NAV_LOITER_TURNS: MissionState.circle,
+    Command.NAV_LOITER_TO_ALT: MissionState.change_height,
+    Command.NAV_LOITER_UNLIM: MissionState.loiter_for_ever,
+    Command.NAV_TAKEOFF: MissionState.take_off,
+    Command.NAV_VTOL_TAKEOFF: MissionState.take_off,
+    Command.NAV_LAND: MissionState.land,
+    Command.NAV_VTOL_LAND: MissionState.land,
+    Command.NAV_RETURN_TO_LAUNCH: MissionState.return_home,
+    Command.NAV_DELAY: MissionState.delay,
+    Command.NAV_PAYLOAD_PLACE: MissionState.set_down,
+    Command.NAV_ARC_WAYPOINT: MissionState.arc,
+    Command.NAV_GUIDED_ENABLE: MissionState.guided,
+    Command.DO_CHANGE_SPEED: MissionState.change_speed,
+    Command.DO_SET_HOME: MissionState.set_home,
 }
 """How each command is followed; any other is passed by."""
