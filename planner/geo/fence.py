@@ -243,7 +243,7 @@ class FenceArea(Value):
     def signed_distance_m(self, east_m: npt.ArrayLike, north_m: npt.ArrayLike) -> FloatArray:
         """Distance of points to the boundary of the allowed region, positive inside.
 
-        Exact inside.  Beyond a barrier, the distance back to the barrier farthest behind; where
+        Exact inside.  Beyond a barrier, the distance back to the barrier farthest away; where
         several are overstepped the way back into the region may be longer.
 
         Returns
@@ -270,7 +270,7 @@ class FenceArea(Value):
         Returns
         -------
         tuple of OutsideSpan
-            One span goes on over corners of the path; different barriers have their own.
+            A span continues over corners of the path; different barriers have their own.
 
         Raises
         ------

@@ -305,7 +305,7 @@ class LocalFrame(Value):
     Put the origin where the flying is, and take lengths of far missions from
     :func:`planner.geo.geodesy.leg_length_m`.
 
-    A straight line here is taken for what an autopilot flies.  PX4 projects likewise (on a
+    A straight line here is assumed to be what an autopilot flies.  PX4 projects likewise (on a
     sphere): its lines stay within 3 cm of these over 20 km.  ArduPilot scales degrees of
     longitude by the cosine of the mean latitude, so that its lines bow away by up to
     :math:`L^2 \tan(\phi) / 8R` over a leg of length L: at 47° 2 cm in 1 km, 0.5 m in 5 km,

@@ -85,7 +85,7 @@ class CircleBarrier(Value):
             start, end = np.concatenate([zero, last]), np.concatenate([first, legs.length_m])
         else:
             start, end = first, last
-        # The test in the middle of a piece also tells a leg that stands still or stays clear.
+        # The test in the middle of a piece also covers a leg that stands still or stays clear.
         middle = legs.point_m((start + end) / 2.0, leg)
         standing = legs.length_m[leg] == 0.0
         beyond = (self.signed_distance_m(middle) < 0.0) & ((end > start) | standing)

@@ -24,7 +24,7 @@ MaskedHeights: TypeAlias = "np.ma.MaskedArray[Any, np.dtype[np.float64]]"
 
 _WGS84 = "EPSG:4326"
 # No ground lies outside: the Dead Sea's shore is at −440 m, Everest's top at 8849 m.  Beyond are
-# −9999, −32768 and the like, in files that do not declare what stands for "no data".
+# −9999, −32768 and the like, in files that do not declare their "no data".
 _LOWEST_GROUND_M, _HIGHEST_GROUND_M = -500.0, 9000.0
 _METRES = frozenset({"", "m", "metre", "metres", "meter", "meters"})
 _MOST_CELLS = 250_000_000  # 1 GB in memory; a tile of 1° at 1″ has 13 million
@@ -112,7 +112,7 @@ class TerrainGrid(Value):
     """Ground heights above mean sea level from one tile or several."""
 
     tiles: tuple[TerrainTile, ...]
-    """Where tiles overlap the first that knows the height tells it."""
+    """Where tiles overlap the first that has the height counts."""
 
     def height_amsl_m(
         self, latitude_deg: npt.ArrayLike, longitude_deg: npt.ArrayLike
@@ -146,7 +146,7 @@ class TerrainGrid(Value):
 def read_terrain(*paths: str | PathLike[str]) -> TerrainGrid:
     """Read terrain files: GeoTIFF of any georeferenced kind, or SRTM ``.hgt``.
 
-    Heights are taken as above mean sea level, as SRTM (EGM96) and Copernicus (EGM2008) give them.
+    Heights are read as above mean sea level, as SRTM (EGM96) and Copernicus (EGM2008) give them.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def _read_tile(path: Path) -> TerrainTile:
 
 
 def _raster_problem(raster: Any) -> str | None:  # noqa: ANN401 - rasterio has no types
-    """Return what keeps a raster from being taken for ground heights in metres, if anything."""
+    """Return what keeps a raster from being ground heights in metres, if anything."""
     crs = raster.crs
     if crs is None or tuple(raster.transform)[:6] == (1.0, 0.0, 0.0, 0.0, 1.0, 0.0):
         return "the file does not say where on the Earth it is; georeference it"

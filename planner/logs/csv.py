@@ -46,7 +46,7 @@ _UNITS: Mapping[str, Mapping[str, float]] = {
     "_a": {"A": 1.0, "mA": 1e-3, "cA": 1e-2},
     "_w": {"W": 1.0, "mW": 1e-3, "kW": 1e3},
 }
-"""Units by the end of a quantity's name; the first of each is the one the name says."""
+"""Units by the end of a quantity's name; the first of each is the one in the name."""
 
 STATES = ("is_armed", "is_landed", "mission_item", "mode")
 """Quantities without a unit."""
@@ -112,7 +112,7 @@ class Axes(StrEnum):
 
 
 class ColumnSource(Value):
-    """The column a quantity stands in."""
+    """The column of a quantity."""
 
     column: str
     """Its header, without blanks around it."""
@@ -145,7 +145,7 @@ class CsvMapping(Value):
 
 
 def column_source(name: str, column: str, unit: str | None = None, sign: int = 1) -> ColumnSource:
-    """Return where a quantity stands.
+    """Return where a quantity is.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def read_csv_mapping(path: str | Path) -> CsvMapping:
     Raises
     ------
     LogFileError
-        If it cannot be read, or says something unknown.
+        If it cannot be read, or holds something unknown.
     """
     source = str(path)
     try:
@@ -311,20 +311,20 @@ _MOST_CHARACTERS = 1 << 30
 """A day at ten rows a second is a fifth of that."""
 _HEADER_CHARACTERS = 1 << 16
 _MARKS = (",", ";", "\t")
-"""What may stand between columns."""
+"""What may separate columns."""
 _PERIODIC = ("yaw_deg", "roll_deg", "course_deg", "longitude_deg", "reference_longitude_deg")
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 _TRUE = frozenset(("1", "1.0", "true", "yes", "on"))
-_HELD_SHARE = 0.5
+_HELD_FRACTION = 0.5
 """Where fewer rows bring a new value, the old one is repeated until the next is measured. [-]"""
 _LONGEST_HOLD_S = 5.0
 """No battery is measured more seldom than this. [s]"""
 _LEAST_CHANGES = 10
-"""Fewer changes tell no rate."""
+"""Fewer changes show no rate."""
 
 
 def csv_recordings(file: LogFile, mapping: CsvMapping | None) -> tuple[Recording, ...]:
-    """Return what a CSV file tells, a recording for each run of its clock.
+    """Return what a CSV file holds, a recording for each run of its clock.
 
     Parameters
     ----------
@@ -589,7 +589,7 @@ def _measured_rows(time_s: FloatArray, columns: list[FloatArray]) -> IntArray:
     is_new = np.ones(time_s.shape, np.bool_)
     is_new[1:] = np.any([column[1:] != column[:-1] for column in columns], axis=0)
     rows = np.arange(len(time_s), dtype=np.int64)
-    if np.mean(is_new) > _HELD_SHARE or np.sum(is_new) < _LEAST_CHANGES:
+    if np.mean(is_new) > _HELD_FRACTION or np.sum(is_new) < _LEAST_CHANGES:
         return rows
     usual_s = float(np.median(np.diff(time_s[is_new])))
     if not 0.0 < usual_s < _LONGEST_HOLD_S:

@@ -139,7 +139,7 @@ class DataflashLog(Value, eq=False):
     first_unreadable: int | None
     """The first of them."""
     stopped_by: str = ""
-    """Why nothing behind a place was read, where that is so."""
+    """Why nothing after a place was read, where that is so."""
 
     def between(self, begin: int, end: int) -> Mapping[str, MessageTable]:
         """Return the messages from one place to before another, tables without any left out."""
@@ -182,7 +182,7 @@ _NUMBERS: dict[str, tuple[str, float]] = {
     "q": ("<i8", 1.0),
     "Q": ("<u8", 1.0),
 }
-"""Type and unit of the format letters that stand for numbers."""
+"""Type and unit of the format letters of numbers."""
 _SIZES = {letter: int(kind[2]) for letter, (kind, _) in _NUMBERS.items()}
 _SIZES |= {"n": 4, "N": 16, "Z": 64, "a": 64}
 
@@ -230,10 +230,10 @@ def _walk(data: mmap) -> _Walk:
         kind = data[at + 2]
         length = lengths[kind]
         if data[at] != first or data[at + 1] != second or not length:
-            if last:  # what stands before no message is damaged itself
+            if last:  # a message before damage is damaged itself
                 last.pop()
             last = None
-            at = _behind_damage(data, at, walk)
+            at = _after_damage(data, at, walk)
             continue
         if at + length > end:
             break
@@ -247,20 +247,20 @@ def _walk(data: mmap) -> _Walk:
     return walk
 
 
-def _behind_damage(data: mmap, at: int, walk: _Walk) -> int:
+def _after_damage(data: mmap, at: int, walk: _Walk) -> int:
     """Return where the next message may begin, and count what lies before it."""
-    behind = data.find(HEADER, at + 1)
-    while behind >= 0 and behind + 3 <= len(data) and not walk.lengths[data[behind + 2]]:
-        behind = data.find(HEADER, behind + 1)
-    if behind < 0:
-        behind = len(data)
+    after = data.find(HEADER, at + 1)
+    while after >= 0 and after + 3 <= len(data) and not walk.lengths[data[after + 2]]:
+        after = data.find(HEADER, after + 1)
+    if after < 0:
+        after = len(data)
         rest = data[at:]
         if len(rest) < _LONGEST or not rest.strip(b"\x00\xff"):
-            return behind  # the last message, cut off, or memory that was never written
-    walk.unreadable += behind - at
+            return after  # the last message, cut off, or memory that was never written
+    walk.unreadable += after - at
     if walk.first_unreadable is None:
         walk.first_unreadable = at
-    return behind
+    return after
 
 
 def _define(data: mmap, at: int, walk: _Walk) -> bool:
@@ -373,7 +373,7 @@ def _define_text(line: str, rows: dict[bytes, _Rows]) -> None:
 
 
 def _add(line: str, place: int, rows: _Rows) -> bool:
-    """Add a line; return whether it is what its FMT says."""
+    """Add a line; return whether it fits its FMT."""
     count = len(rows.message.fields)
     parts = line.split(",", count)[1:]
     if len(parts) != count:
@@ -401,7 +401,7 @@ def _text_table(rows: _Rows) -> MessageTable:
 
 
 def dataflash_recordings(data: mmap, file: LogFile, *, is_binary: bool) -> tuple[Recording, ...]:
-    """Return what a DataFlash log tells, a recording for each run of its clock."""
+    """Return what a DataFlash log holds, a recording for each run of its clock."""
     log = read_binary(data) if is_binary else read_text(data)
     own_times = {name: table.time_s() for name, table in log.tables.items()}
     timed = {name: times for name, times in own_times.items() if times is not None}
@@ -462,7 +462,7 @@ def _recording(
 def _damage(log: DataflashLog, source: str) -> Iterator[Finding]:
     if not log.unreadable:
         return
-    why = f" ({log.stopped_by}; nothing behind it is read)" if log.stopped_by else ""
+    why = f" ({log.stopped_by}; nothing after it is read)" if log.stopped_by else ""
     yield LOG_DAMAGED.finding(
         f"{source}: {log.unreadable} of {log.size} {log.unit}, the first at "
         f"{log.first_unreadable}, are not messages: left out{why}"

@@ -1,4 +1,4 @@
-"""Which DataFlash message tells which quantity: names and units of every ArduPilot since 3.1.
+"""Which DataFlash message holds which quantity: names and units of every ArduPilot since 3.1.
 
 Sources: ArduPilot's log documentation and structures (``LogStructure.h`` of the libraries,
 ``Log.cpp`` of Copter), compared with logs of Copter 3.1, 3.3, 3.4 and 4.7.
@@ -85,7 +85,7 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "wind_north_m_s": sources("XKF2.VWN", "NKF2.VWN", "EKF2.VWN"),
     "wind_east_m_s": sources("XKF2.VWE", "NKF2.VWE", "EKF2.VWE"),
 }
-"""Where each quantity stands, the best place first.
+"""Where each quantity is found, the best place first.
 
 References are the path as it is shaped (D for desired), not with the correction of the position
 error on top (T for target), which follows the vehicle as much as it leads it.
@@ -112,7 +112,7 @@ def first_instance(table: MessageTable) -> BoolArray:
 def quantity_series(
     tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity that the messages tell, and what is wrong with some."""
+    """Return every quantity in the messages, and what is wrong with some."""
     valid = {name: first_instance(table) for name, table in tables.items()}
     if "GPS" in tables and "Status" in tables["GPS"].numbers:
         valid["GPS"] = valid["GPS"] & (tables["GPS"].numbers["Status"] >= _FIX_3D)
@@ -179,7 +179,7 @@ def _place(
     times: Mapping[str, FloatArray],
     valid: Mapping[str, BoolArray],
 ) -> dict[str, Series]:
-    """Return latitude and longitude; zero and zero stands for no position."""
+    """Return latitude and longitude; zero and zero means no position."""
     for name in ("POS", "GPS"):
         table = tables.get(name)
         if table is None or not {"Lat", "Lng"} <= table.numbers.keys():
@@ -273,7 +273,7 @@ def landed_events(
 
 
 def firmware_and_frame(tables: Mapping[str, MessageTable]) -> tuple[str, str]:
-    """Return the firmware's name and version, and the frame, empty where they are not told."""
+    """Return the firmware's name and version, and the frame, empty where they are not logged."""
     messages = tables["MSG"].texts.get("Message", ()) if "MSG" in tables else ()
     firmware = next((text for text in messages if _FIRMWARE.fullmatch(text)), "")
     frame = next((text for text in messages if text.startswith(_FRAME)), "")
@@ -323,7 +323,7 @@ def mission_item_events(
 
     Firmware from 4.6 logs MISE for each item begun, older ones CMD; both may send
     ``Mission: 3 WP`` as text besides.  What is begun before the log begins is not logged: the
-    item before the first one is taken to have been flown until then.
+    item before the first one is assumed to have been flown until then.
     """
     found_in, begun_s, items = _begun(tables, times)
     if not len(items):
@@ -371,7 +371,7 @@ def homes(
 def parameters(
     tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[tuple[float, str, float], ...]:
-    """Return time, name and value of each parameter told."""
+    """Return time, name and value of each parameter reported."""
     table = tables.get("PARM")
     if table is None or "Name" not in table.texts or "Value" not in table.numbers:
         return ()
@@ -413,7 +413,7 @@ def _lists(numbers: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[tuple[in
 def _begun(
     tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[str, FloatArray, FloatArray]:
-    """Return the message that tells it, times and numbers of the items begun."""
+    """Return the message found, times and numbers of the items begun."""
     if "MISE" in tables and "CNum" in tables["MISE"].numbers:
         return "MISE.CNum", times["MISE"], tables["MISE"].numbers["CNum"]
     if "CMD" in tables and "CNum" in tables["CMD"].numbers:
@@ -428,8 +428,8 @@ def _begun(
         for time_s, text in zip(
             times["MSG"].tolist(), tables["MSG"].texts.get("Message", ()), strict=False
         ):
-            if told := re.match(r"Mission: (\d{1,5}) ", text):
-                begun.append((time_s, float(told[1])))
+            if begun_item := re.match(r"Mission: (\d{1,5}) ", text):
+                begun.append((time_s, float(begun_item[1])))
     return (
         "MSG.Message",
         np.array([time_s for time_s, _ in begun], np.float64),

@@ -65,7 +65,7 @@ def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[Fligh
                 raise LogFileError(msg, source=source)
             with (
                 mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
-                # What is no number or no possible one is told apart value by value.
+                # What is no number or no possible one is sorted out value by value.
                 np.errstate(invalid="ignore", over="ignore"),
             ):
                 recordings = _recordings(data, source, digest, mapping)
@@ -78,7 +78,7 @@ def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[Fligh
 def _recordings(
     data: mmap.mmap, source: str, sha256: str, mapping: CsvMapping | None
 ) -> tuple[Recording, ...]:
-    """Return what a log tells by the reader its first bytes ask for."""
+    """Return what a log holds by the reader its first bytes ask for."""
 
     def file(log_format: LogFormat) -> LogFile:
         return LogFile(source=source, sha256=sha256, log_format=log_format)

@@ -39,9 +39,9 @@ LONGEST_SILENCE_S = 60.0
 _AIRBORNE_M = 1.0
 """Rise that counts as having left the ground. [m]"""
 _OFF_GROUND_M = 0.5
-"""Rise at which take-off is timed, where only the heights tell. [m]"""
-_IDLE_SHARE = 0.15
-"""Share of the power in flight under which the motors stand still, where only power tells. [-]"""
+"""Rise at which take-off is timed, where only heights are known. [m]"""
+_IDLE_FRACTION = 0.15
+"""Fraction of the power in flight below which the motors stand, where only power is known. [-]"""
 _SHORTEST_PAUSE_S = 5.0
 """The motors stand still, or the vehicle on the ground, for longer than this between flights. [s]"""
 _LONGEST_FLIGHT_S = 43_200.0
@@ -100,7 +100,7 @@ def flight_spans(recording: Recording) -> tuple[tuple[FlightSpan, ...], tuple[Fi
 
 
 def is_airborne_in(recording: Recording, span: FlightSpan) -> bool:
-    """Return whether the vehicle leaves the ground; it is believed where nothing tells."""
+    """Return whether the vehicle leaves the ground; assumed where nothing is known."""
     landed = recording.is_landed
     if landed is not None and np.any(landed.between(span.begin_s, span.end_s).values == 0.0):
         return True
@@ -121,10 +121,10 @@ def height_series(recording: Recording) -> Series | None:
 
 
 def is_off_ground(height_m: FloatArray) -> BoolArray:
-    """Return whether heights are above the ground, from take-off to landing as the heights tell.
+    """Return whether heights are above the ground, from take-off to landing by the heights.
 
     The ground is where the heights begin.  They may end on lower ground, or in the air; landing
-    on higher ground looks like ending in the air and is taken for it.
+    on higher ground looks like ending in the air and is read as it.
 
     Parameters
     ----------
@@ -200,14 +200,14 @@ def _spans_of(events: Series, recording: Recording, boundary: Boundary) -> list[
 
 
 def _unarmed_spans(recording: Recording, piece: FlightSpan) -> list[FlightSpan]:
-    """Return the flights as power tells them, else the landing detector, else the height."""
+    """Return the flights by power, else the landing detector, else the height."""
     count = int((piece.end_s - piece.begin_s) / STEP_S) + 1
     time_s = piece.begin_s + np.arange(count, dtype=np.float64) * STEP_S
     if "power_w" in recording.series:
         power_w = recording.series["power_w"].mean_at(time_s)
         known = power_w[np.isfinite(power_w)]
         if len(known):
-            is_on = power_w > _IDLE_SHARE * np.percentile(known, 90.0)
+            is_on = power_w > _IDLE_FRACTION * np.percentile(known, 90.0)
             return _runs(is_on, time_s, Boundary.POWER)
     if recording.is_landed is not None:
         inverted = recording.is_landed.at(time_s)
@@ -243,7 +243,7 @@ def _pieces(span: FlightSpan, recording: Recording) -> Iterable[FlightSpan]:
     for piece in _between_silences(span, recording):
         if piece.end_s - piece.begin_s > _LONGEST_FLIGHT_S:
             hours = (piece.end_s - piece.begin_s) / SECONDS_PER_HOUR
-            msg = f"goes on for {hours:.0f} h without a break: its clock is broken"
+            msg = f"lasts {hours:.0f} h without a break: its clock is broken"
             raise LogFileError(msg, source=recording.file.source)
         yield piece
 
@@ -395,7 +395,7 @@ def flight_record(
 
 
 def _modes(grid: Grid) -> tuple[TextArray, str | None]:
-    """Return the mode at each time, empty before the first is told."""
+    """Return the mode at each time, empty before the first is known."""
     entered_s = np.array([time_s for time_s, _ in grid.recording.modes], np.float64)
     names = np.array(["", *(name for _, name in grid.recording.modes)], np.str_)
     modes = names[np.searchsorted(entered_s, grid.time_s, side="right")]
@@ -403,13 +403,13 @@ def _modes(grid: Grid) -> tuple[TextArray, str | None]:
 
 
 def _landed(grid: Grid, height: GridColumn | None) -> tuple[BoolArray, str | None]:
-    """Return whether the vehicle stands on the ground, as the detector or the heights tell."""
+    """Return whether the vehicle stands on the ground, by the detector or the heights."""
     detector = grid.recording.is_landed
     if detector is not None:
         # Before the first event the opposite holds; a sampled state begins with what it is.
-        told = detector.between(grid.time_s[0], np.inf).values
+        reported = detector.between(grid.time_s[0], np.inf).values
         values = detector.at(grid.time_s)
-        before = bool(told[0] == 0.0) if len(told) else True
+        before = bool(reported[0] == 0.0) if len(reported) else True
         return np.where(np.isnan(values), before, values != 0.0), detector.found_in
     if height is None:
         return np.zeros(grid.time_s.shape, np.bool_), None

@@ -67,7 +67,7 @@ class Grid(Value, eq=False):
         )
 
     def column(self, name: str, *, is_mean: bool = False) -> GridColumn | None:
-        """Return a series of the recording on the grid; ``None`` where it tells nothing here."""
+        """Return a series of the recording on the grid; ``None`` where it has nothing here."""
         series = self.recording.series.get(name)
         if series is None:
             return None
@@ -190,7 +190,7 @@ def _global_columns(grid: Grid, frame: LocalFrame | None) -> dict[str, GridColum
 
 
 def _local_columns(grid: Grid, known: GridColumn | None, axis: str) -> dict[str, GridColumn]:
-    """Return a coordinate and its reference from the local frame; ``known`` tells its origin."""
+    """Return a coordinate and its reference from the local frame; ``known`` gives its origin."""
     local, reference = grid.column(f"local_{axis}"), grid.column(f"reference_{axis}")
     if local is None:
         return {}

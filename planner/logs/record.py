@@ -54,7 +54,7 @@ class LogFormat(StrEnum):
     TLOG = "tlog"
     """MAVLink telemetry with timestamps, as ground stations write it."""
     CSV = "csv"
-    """Columns of text, with a mapping that says which is which."""
+    """Columns of text, with a mapping of the columns."""
 
 
 class Boundary(StrEnum):
@@ -103,35 +103,35 @@ class LoggedItem(Value):
 
 
 class LoggedQuantity(Value):
-    """A row of the table that says what was found where."""
+    """A row of the table of what was found where."""
 
     name: str
     """The column of :class:`FlightRecord`."""
     found_in: str | None
     """Message and fields of the log, or what it is computed from; ``None`` where it is missing."""
     rate_hz: float | None
-    """Median rate of the samples in the log; ``None`` where it is missing or told by events."""
+    """Median rate of the samples in the log; ``None`` where it is missing or known from events."""
     coverage: float
-    """Share of the flight it is known for, 0 to 1. [-]"""
+    """Fraction of the flight it is known for, 0 to 1. [-]"""
     absence_cost: str
-    """What cannot be done without it; said of every quantity, found or missing."""
+    """What cannot be done without it; given for every quantity, found or missing."""
     remark: str = ""
     """What is not as it should be: ``BAT.Curr is 0 throughout: no current sensor``."""
 
     @property
     def is_found(self) -> bool:
-        """Whether the log tells it at least once."""
+        """Whether the log has it at least once."""
         return self.found_in is not None
 
 
 class FlightRecord(Value, eq=False):
     """One flight, from arming to disarming, the vehicle armed throughout.
 
-    The columns are arrays of one length.  NaN stands in a column of numbers wherever the log does
-    not tell: before the first sample, in a gap, and throughout where the quantity is missing;
+    The columns are arrays of one length.  NaN is in a column of numbers wherever the log has
+    no value: before the first sample, in a gap, and throughout where the quantity is missing;
     nothing is extrapolated.  Heights and the local frame have their origin at ``home``.
 
-    .. warning:: North, east and **up**: climbs are positive, whatever the log says (NED turns sign).
+    .. warning:: North, east and **up**: climbs are positive, whatever the sign in the log (NED turns sign).
     """
 
     time_s: FloatArray
@@ -166,16 +166,16 @@ class FlightRecord(Value, eq=False):
     """Clockwise from north, in [0, 360). [°]"""
 
     reference_north_m: FloatArray
-    """Position the controller was told to hold, north of home. [m]"""
+    """Position the controller was commanded to hold, north of home. [m]"""
     reference_east_m: FloatArray
     reference_height_m: FloatArray
-    """Height above home the controller was told to hold. [m]"""
+    """Height above home the controller was commanded to hold. [m]"""
     reference_velocity_north_m_s: FloatArray
     reference_velocity_east_m_s: FloatArray
     reference_climb_m_s: FloatArray
     """Positive upwards. [m s⁻¹]"""
     reference_speed_m_s: FloatArray
-    """Horizontal speed the controller was told to fly, over ground. [m s⁻¹]"""
+    """Horizontal speed the controller was commanded to fly, over ground. [m s⁻¹]"""
 
     voltage_v: FloatArray
     current_a: FloatArray
@@ -185,7 +185,7 @@ class FlightRecord(Value, eq=False):
     mode: TextArray
     """Flight mode by the autopilot's own name; empty where it is not known."""
     is_landed: BoolArray
-    """Whether the vehicle stands on the ground."""
+    """Whether the vehicle is on the ground."""
     mission_item: IntArray
     """The item being flown, from 1, home not counted; 0 where none is, or none is known."""
 
@@ -208,7 +208,7 @@ class FlightRecord(Value, eq=False):
     firmware: str
     """Name and version as the log has it; empty where it does not say."""
     vehicle: str
-    """What flew, as far as the log says (frame, airframe number); empty where it does not."""
+    """What flew, as far as the log has it (frame, airframe number); empty where it does not."""
 
     source: str
     """File name as the user gave it."""
@@ -242,9 +242,9 @@ class FlightRecord(Value, eq=False):
 _NO_TRACK = "no track: distances and the places of stops are unknown"
 _NO_HEIGHT = "climbs, descents and the hover power over height cannot be identified"
 _NO_SPEED = "accelerating, cruise and braking cannot be identified"
-_NO_AIR = "the air is taken to be calm: power over speed is that over ground"
+_NO_AIR = "calm air is assumed: power over speed is that over ground"
 _NO_LEAN = "wind cannot be estimated from how the vehicle leans"
-_NO_POSITION_REFERENCE = "position errors cannot be told from the path commanded"
+_NO_POSITION_REFERENCE = "position errors cannot be separated from the path commanded"
 _NO_SPEED_REFERENCE = (
     "the speed response can only be identified against the steps the speed itself suggests"
 )
@@ -279,8 +279,8 @@ ABSENCE_COSTS: Mapping[str, str] = {
     "voltage_v": _NO_POWER,
     "current_a": _NO_POWER,
     "power_w": _NO_POWER,
-    "mode": "flights by hand cannot be told from missions",
-    "is_landed": "take-off and landing are told from the heights, to about a second",
+    "mode": "manual flights cannot be distinguished from missions",
+    "is_landed": "take-off and landing are found from the heights, to about a second",
     "mission_item": "states cannot be matched with the mission's items",
 }
 """Cost by the name of the column, in the order of the columns of a record."""
@@ -295,7 +295,7 @@ class Source(Value):
     unit: float
     """The field times this is in the column's unit; negative where the log counts downwards."""
     valid: str | None
-    """Field of the message that says which samples count, where it has such."""
+    """Field of the message that marks the samples that count."""
 
 
 def sources(*places: str, unit: float = 1.0, valid: str | None = None) -> tuple[Source, ...]:
@@ -316,7 +316,7 @@ class LogFile(Value):
 
 
 class Recording(Value, eq=False):
-    """Everything a log tells between two restarts of its clock.
+    """Everything a log holds between two restarts of its clock.
 
     ``series`` holds quantities by the names of the record's columns, as far as the log has them
     directly; the rest is computed.  It may hold these besides, which are no columns:
@@ -349,21 +349,21 @@ class Recording(Value, eq=False):
     missions: tuple[tuple[float, tuple[LoggedItem, ...]], ...]
     """Time from which each mission is the one on board."""
     parameters: tuple[tuple[float, str, float], ...]
-    """Time, name and value of each parameter told, in the order of the log."""
+    """Time, name and value of each parameter reported, in the order of the log."""
     autopilot: Autopilot | None
     firmware: str
     vehicle: str
     position_jumps: tuple[tuple[float, float], ...]
     """Time and size in metres of each reset of the position estimate, where they are logged."""
     remarks: Mapping[str, str]
-    """What is to be said of a quantity that is not as it should be, by the column's name."""
+    """What to report of a quantity that is not as it should be, by the column's name."""
     findings: tuple[Finding, ...]
 
 
 def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
     """Return the runs of one vehicle's clock, each with what a vehicle keeps over a restart.
 
-    Parameters, mission, firmware and frame are told once; they hold until they are told anew.
+    Parameters, mission, firmware and frame are reported once; they hold until reported again.
     """
     found: list[Recording] = []
     for run in runs:
@@ -478,7 +478,7 @@ _SUB_MODES: Mapping[int, str] = {
 
 
 def px4_custom_mode(number: int) -> str:
-    """Return the name of a mode as a heartbeat tells it.
+    """Return the name of a mode in a heartbeat.
 
     The third byte is the main mode, the fourth the sub mode of the automatic ones
     (``px4_custom_mode.h``).

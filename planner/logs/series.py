@@ -87,7 +87,7 @@ class Series(Value, eq=False):
         return replace(self, time_s=self.time_s[chosen], values=self.values[chosen])
 
     def at(self, time_s: FloatArray) -> FloatArray:
-        """Return the values at other times, NaN where the samples do not tell.
+        """Return the values at other times, NaN where there are no samples.
 
         Events hold until the next.  Everything else moves on straight lines between neighbours,
         but not across a gap: a silence of more than :data:`GAP_INTERVALS` usual intervals and of
@@ -158,7 +158,7 @@ class Clock(Value, eq=False):
     """Where in the log, rising: byte, line or number of the message."""
     time_s: FloatArray
     restarts: tuple[int, ...]
-    """Places at which the clock begins anew."""
+    """Places at which the clock restarts."""
     strays: int
     """Messages out of time, left out."""
 
@@ -166,7 +166,7 @@ class Clock(Value, eq=False):
     def of(cls, places: IntArray, time_s: FloatArray) -> Self:
         """Return the clock that timed messages show.
 
-        A few messages that are more than a second ahead of those after them, or behind those before
+        A few messages that are more than a second ahead of those after them, or after those before
         them, are strays; where there are many on both sides the clock has restarted.
         """
         order = np.argsort(places, kind="stable")
@@ -177,11 +177,11 @@ class Clock(Value, eq=False):
         restarts: list[int] = []
         for drop in np.flatnonzero(np.diff(time_s) < -_BACK_S).tolist():
             ahead = time_s[max(drop - _MOST_STRAYS, 0) : drop + 1] > time_s[drop + 1] + _BACK_S
-            behind = time_s[drop + 1 : drop + 2 + _MOST_STRAYS] < time_s[drop] - _BACK_S
+            after = time_s[drop + 1 : drop + 2 + _MOST_STRAYS] < time_s[drop] - _BACK_S
             if not np.all(ahead):
                 is_stray[drop - int(np.argmin(ahead[::-1])) + 1 : drop + 1] = True
-            elif not np.all(behind) or len(behind) <= _MOST_STRAYS:
-                count = int(np.argmin(behind)) if not np.all(behind) else len(behind)
+            elif not np.all(after) or len(after) <= _MOST_STRAYS:
+                count = int(np.argmin(after)) if not np.all(after) else len(after)
                 is_stray[drop + 1 : drop + 1 + count] = True
             else:
                 restarts.append(int(places[drop + 1]))
@@ -193,7 +193,7 @@ class Clock(Value, eq=False):
         )
 
     def runs(self) -> Iterator[tuple[int, int]]:
-        """Return first place and place behind the last of each run, all places in one of them."""
+        """Return first place and place after the last of each run, all places in one of them."""
         yield from itertools.pairwise((0, *self.restarts, np.iinfo(np.int64).max))
 
     def is_in_time(self, places: IntArray) -> BoolArray:
@@ -220,7 +220,7 @@ class Clock(Value, eq=False):
 
 
 def items_flown(
-    told_s: FloatArray,
+    reported_s: FloatArray,
     items: FloatArray,
     modes: tuple[tuple[float, str], ...],
     mission_mode: str,
@@ -233,10 +233,10 @@ def items_flown(
     Series
         Events; 0 outside the mission mode.
     """
-    current = Series.of(told_s, items, found_in, is_event=True)
+    current = Series.of(reported_s, items, found_in, is_event=True)
     entered_s = np.array([time_s for time_s, _ in modes])
     is_mission = np.array([False, *(name == mission_mode for _, name in modes)])
-    times = np.union1d(told_s, entered_s)
+    times = np.union1d(reported_s, entered_s)
     is_flown = is_mission[np.searchsorted(entered_s, times, side="right")]
     flown = np.where(is_flown, np.nan_to_num(current.at(times), nan=0.0), 0.0)
     return Series.of(times, flown, found_in, is_event=True)

@@ -44,7 +44,7 @@ _EARLIEST_S, _LATEST_S = 946_684_800.0, 4_102_444_800.0
 
 
 class TelemetryFrame(Value, kw_only=False):
-    """One frame: where it stands, when it came, whose it is."""
+    """One frame: where it is, when it came, whose it is."""
 
     place: int
     """First byte of its time in the log."""
@@ -67,7 +67,7 @@ class Damage:
 
 
 def is_tlog(data: mmap) -> bool:
-    """Return whether a file begins with two frames behind plausible times."""
+    """Return whether a file begins with two frames after plausible times."""
     first = _frame_end(data, 0)
     if first is None or not _EARLIEST_S < _stamp_s(data, 0) < _LATEST_S:
         return False
@@ -88,11 +88,11 @@ def frames(data: mmap, wanted: frozenset[int], damage: Damage) -> Iterator[Telem
         if end is None:
             if len(data) - at < _STAMP + 280:
                 return  # the last frame, cut off
-            behind = _next_frame(data, at + 1)
-            damage.unreadable += behind - at
+            after = _next_frame(data, at + 1)
+            damage.unreadable += after - at
             if damage.first_unreadable is None:
                 damage.first_unreadable = at
-            at = behind
+            at = after
             continue
         start = at + _STAMP
         if data[start] == _V1:
@@ -122,7 +122,7 @@ def _frame_end(data: mmap, at: int) -> int | None:
 
 
 def _next_frame(data: mmap, at: int) -> int:
-    """Return the next place where two frames stand one behind the other, else the end."""
+    """Return the next place where two frames follow each other, else the end."""
     while at < len(data):
         markers = [
             place
@@ -277,8 +277,8 @@ def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, di
 def boot_time_s(tables: Iterable[Messages]) -> dict[int, FloatArray]:
     """Return the times of messages on the vehicle's clock, by the identity of their table.
 
-    Messages that carry no time of their own came as much after the last one that does as the
-    ground station's clock says.  Where none does, the ground station's clock is all there is.
+    Messages that carry no time of their own came as much after the last one that does by the
+    ground station's clock.  Where none does, the ground station's clock is all there is.
 
     Returns
     -------
@@ -335,9 +335,9 @@ def _add(
 
 
 def _sum_mv(cells: Iterable[int]) -> float:
-    """Return the voltage of all cells; NaN where none is told."""
-    told = [cell for cell in cells if cell != _NO_VOLTAGE_MV]
-    return float(sum(told)) if told else np.nan
+    """Return the voltage of all cells; NaN where none is reported."""
+    known = [cell for cell in cells if cell != _NO_VOLTAGE_MV]
+    return float(sum(known)) if known else np.nan
 
 
 def _messages(rows: _Rows) -> Messages:
@@ -373,7 +373,7 @@ _INT32 = 6
 
 
 def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
-    """Return what a telemetry log tells, a recording for each vehicle and run of its clock."""
+    """Return what a telemetry log holds, a recording for each vehicle and run of its clock."""
     damage = Damage()
     vehicles = messages_by_vehicle(data, file.source, damage)
     if not vehicles:
@@ -463,7 +463,7 @@ def _identity(heartbeats: Messages | None) -> tuple[Autopilot | None, str]:
 
 
 def _firmware(tables: Mapping[str, Messages]) -> str:
-    """Return the firmware as ArduPilot's texts or the version message tell it."""
+    """Return the firmware from ArduPilot's texts or the version message."""
     texts = tables["STATUSTEXT"].texts["text"] if "STATUSTEXT" in tables else ()
     named = next((text for text in texts if "Copter V" in text or "Copter-" in text), "")
     if named or "AUTOPILOT_VERSION" not in tables:
@@ -482,11 +482,11 @@ def _armed(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> S
 def _landed(
     tables: Mapping[str, Messages], times: Mapping[str, FloatArray], autopilot: Autopilot | None
 ) -> Series | None:
-    for name, column, landed, is_told in (
+    for name, column, landed, is_reported in (
         ("EXTENDED_SYS_STATE", "landed_state", _ON_GROUND, True),
         ("HEARTBEAT", "system_status", _STANDBY, autopilot is Autopilot.ARDUPILOT),
     ):
-        if is_told and name in tables:
+        if is_reported and name in tables:
             states = tables[name].numbers[column]
             known = states > 0.0
             return Series.of(
@@ -659,7 +659,7 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "wind_north_m_s": sources("WIND_COV.wind_x"),
     "wind_east_m_s": sources("WIND_COV.wind_y"),
 }
-"""Where each quantity stands, the best place first.
+"""Where each quantity is found, the best place first.
 
 The airspeed of VFR_HUD is not used: without a sensor it is the ground speed under another name.
 """
@@ -668,7 +668,7 @@ The airspeed of VFR_HUD is not used: without a sensor it is the ground speed und
 def quantity_series(
     tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity that the messages tell, and what is wrong with some."""
+    """Return every quantity in the messages, and what is wrong with some."""
     series: dict[str, Series] = {}
     for name, places in _QUANTITIES.items():
         for source in places:
@@ -687,7 +687,7 @@ def quantity_series(
 
 
 def _place(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> dict[str, Series]:
-    """Return latitude and longitude; zero and zero stands for no position."""
+    """Return latitude and longitude; zero and zero means no position."""
     table = tables.get(_POSITION)
     if table is None:
         return {}
@@ -703,7 +703,7 @@ def _place(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> d
 
 
 def _wind(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> dict[str, Series]:
-    """Return ArduPilot's wind, told by speed and the direction it comes from."""
+    """Return ArduPilot's wind, from speed and the direction it comes from."""
     table = tables.get("WIND")
     if table is None:
         return {}
@@ -718,17 +718,17 @@ def _wind(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> di
 def _references(
     tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
 ) -> dict[str, Series]:
-    """Return what the controller was told, from the local form if it is there, else the global."""
+    """Return the references of the controller, from the local form if it is there, else the global."""
     series: dict[str, Series] = {}
     name = "POSITION_TARGET_GLOBAL_INT"
     if name in tables:
         numbers = tables[name].numbers
-        frame, is_told = numbers["coordinate_frame"], _is_told(tables[name], _NO_POSITION)
+        frame, is_reported = numbers["coordinate_frame"], _is_reported(tables[name], _NO_POSITION)
         for column, field, unit, rows in (
-            ("reference_latitude_deg", "lat_int", _E7, is_told),
-            ("reference_longitude_deg", "lon_int", _E7, is_told),
-            ("reference_altitude_amsl_m", "alt", 1.0, is_told & np.isin(frame, _AMSL_FRAMES)),
-            ("reference_height_m", "alt", 1.0, is_told & np.isin(frame, _RELATIVE_FRAMES)),
+            ("reference_latitude_deg", "lat_int", _E7, is_reported),
+            ("reference_longitude_deg", "lon_int", _E7, is_reported),
+            ("reference_altitude_amsl_m", "alt", 1.0, is_reported & np.isin(frame, _AMSL_FRAMES)),
+            ("reference_height_m", "alt", 1.0, is_reported & np.isin(frame, _RELATIVE_FRAMES)),
         ):
             series[column] = Series.of(
                 times[name][rows], numbers[field][rows] * unit, f"{name}.{field}"
@@ -737,7 +737,9 @@ def _references(
     name = "POSITION_TARGET_LOCAL_NED"
     if name in tables:
         numbers = tables[name].numbers
-        rows = _is_told(tables[name], _NO_POSITION) & (numbers["coordinate_frame"] == _LOCAL_FRAME)
+        rows = _is_reported(tables[name], _NO_POSITION) & (
+            numbers["coordinate_frame"] == _LOCAL_FRAME
+        )
         for column, field, unit in (
             ("reference_north_m", "x", 1.0),
             ("reference_east_m", "y", 1.0),
@@ -753,7 +755,7 @@ def _references(
 def _reference_velocity(
     name: str, tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
 ) -> dict[str, Series]:
-    rows = _is_told(tables[name], _NO_VELOCITY)
+    rows = _is_reported(tables[name], _NO_VELOCITY)
     if not np.any(rows):
         return {}
     return {
@@ -768,9 +770,9 @@ def _reference_velocity(
     }
 
 
-def _is_told(table: Messages, ignored: int) -> BoolArray:
-    is_told: BoolArray = table.numbers["type_mask"].astype(np.int64) & ignored == 0
-    return is_told
+def _is_reported(table: Messages, ignored: int) -> BoolArray:
+    is_reported: BoolArray = table.numbers["type_mask"].astype(np.int64) & ignored == 0
+    return is_reported
 
 
 def _electrical(

@@ -101,7 +101,7 @@ def _item(items: Topic, row: int, sequence: int) -> LoggedItem:
 
 
 def _speed_changes(begun_s: dict[int, float], setpoints: Topic) -> dict[int, LoggedItem]:
-    """Return a change of speed for each number left out behind which another speed is flown."""
+    """Return a change of speed for each number left out after which another speed is flown."""
     speeds = setpoints.fields[_SPEED]
     changes: dict[int, LoggedItem] = {}
     flown: float | None = None
@@ -133,7 +133,7 @@ _REFERENCES = (
     ("trajectory_setpoint", ("x", "y", "z")),
     ("vehicle_local_position_setpoint", ("x", "y", "z")),
 )
-"""Where the position told to the controller stands, the best place first."""
+"""Where the commanded position is found, the best place first."""
 _AXES = ("north_m", "east_m", "height_m")
 
 
@@ -290,7 +290,7 @@ class Topic(Value, eq=False):
         Parameters
         ----------
         valid : str, optional
-            Field that says which samples are valid, where the topic has it.
+            Field that marks valid samples, where the topic has it.
         """
         values = self.fields.get(field)
         if values is None:
@@ -360,7 +360,7 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "wind_north_m_s": sources(*_of(_WINDS, "windspeed_north")),
     "wind_east_m_s": sources(*_of(_WINDS, "windspeed_east")),
 }
-"""Where each quantity stands, the best place first.
+"""Where each quantity is found, the best place first.
 
 References are the path as it is shaped (trajectory_setpoint); the local setpoint has the
 correction of the position error on top, and is taken only where the other is not logged.
@@ -370,7 +370,7 @@ _PERIODS = {"longitude_deg": 360.0}
 
 
 def quantity_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
-    """Return the quantities that stand in the topics as they are."""
+    """Return the quantities that topics hold directly."""
     series: dict[str, Series] = {}
     for name, places in _QUANTITIES.items():
         for source in places:
@@ -407,7 +407,7 @@ _BACK_S = 1.0
 
 
 def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
-    """Return what a ULog tells.
+    """Return what a ULog holds.
 
     Returns
     -------
@@ -511,15 +511,15 @@ def _state(topic: Topic | None, field: str) -> Series | None:
 
 
 def _armed(topics: Mapping[str, Topic]) -> Series | None:
-    """Return arming and disarming; the status comes seldom but says since when it is armed."""
+    """Return arming and disarming; the status comes seldom but has the time of arming."""
     status = topics.get("vehicle_status")
     if status is None or "arming_state" not in status.fields:
         return _state(topics.get("actuator_armed"), "armed")
     is_armed = status.fields["arming_state"] == _ARMED
     since_s = status.fields.get("armed_time", np.zeros(status.time_s.shape)) * 1e-6
-    is_told = is_armed & (since_s > 0.0) & (since_s <= status.time_s)
+    is_reported = is_armed & (since_s > 0.0) & (since_s <= status.time_s)
     begins = np.append([True], is_armed[1:] & ~is_armed[:-1])
-    times = np.where(is_told & begins, since_s, status.time_s)
+    times = np.where(is_reported & begins, since_s, status.time_s)
     return Series.of(times, is_armed, "vehicle_status.arming_state", is_event=True)
 
 

@@ -99,7 +99,7 @@ UNSET_YAW = frozenset(
 
 
 class CommandDefinition(Value):
-    """What MAVLink says about one command."""
+    """MAVLink's definition of one command."""
 
     name: str
     """Without the ``MAV_CMD_`` prefix."""
@@ -209,7 +209,7 @@ EFFECTS: Mapping[CommandEffect, str] = {
         NAV_LAND NAV_TAKEOFF NAV_LOITER_TO_ALT NAV_SPLINE_WAYPOINT NAV_DELAY DO_JUMP
         DO_CHANGE_SPEED DO_SET_HOME JUMP_TAG DO_JUMP_TAG
     """,
-    # The CONDITION commands hold back the next DO command while the flight goes on.
+    # The CONDITION commands hold back the next DO command while the flight continues.
     CommandEffect.NO_EFFECT: """
         NAV_ROI CONDITION_DELAY CONDITION_DISTANCE CONDITION_YAW DO_SET_RELAY DO_REPEAT_RELAY
         DO_SET_SERVO DO_REPEAT_SERVO DO_SET_ACTUATOR DO_RETURN_PATH_START DO_LAND_START

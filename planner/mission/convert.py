@@ -47,7 +47,7 @@ _WRITTEN_KEYS = frozenset(
     {"fileType", "version", "groundStation", "mission", "geoFence", "rallyPoints"}
     | {"items", "plannedHomePosition"}
 )
-"""Keys of a plan whose content the text has, or whose loss is told on its own."""
+"""Keys of a plan whose content the text has, or whose loss has a finding of its own."""
 _WRITTEN_ITEM_KEYS = frozenset(
     {"type", "command", "frame", "params", "autoContinue", "doJumpId"}
     | {"Altitude", "AltitudeMode", "AMSLAltAboveTerrain"}
@@ -248,7 +248,7 @@ def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
     )
     if expanded:
         items = quantity.count(expanded.total(), "complex item")
-        message = f"{items} ({', '.join(expanded)}) written as the items they stand for"
+        message = f"{items} ({', '.join(expanded)}) written as plain items"
         yield COMPLEX_ITEMS_WRITTEN_OUT.finding(message)
     if unexpanded:
         items = quantity.count(unexpanded.total(), "complex item")
@@ -257,7 +257,7 @@ def _check_complex_items(mission: Mission, back: Mission) -> Iterator[Finding]:
 
 
 def _complex_kinds(mission: Mission) -> tuple[Counter[str], Counter[str]]:
-    """Return the kinds of complex items that stand for items, and of those that stand for none."""
+    """Return the kinds of complex items with items, and of those without."""
     kinds: tuple[Counter[str], Counter[str]] = (Counter(), Counter())
     document = mission.document
     if isinstance(document, PlanDocument):
@@ -281,7 +281,7 @@ KEYS_NOT_WRITTEN = Rule(
 
 
 def _check_keys(mission: Mission, back: Mission) -> Iterator[Finding]:
-    """Yield what a plan says beyond its items, home, fence and rally points."""
+    """Yield what a plan holds beyond its items, home, fence and rally points."""
     lost: list[str] = []
     document = mission.document
     if isinstance(document, PlanDocument):

@@ -1,4 +1,4 @@
-"""Mission files of every format, told apart by their content and never by their suffix."""
+"""Mission files of every format, recognised by their content, never by their suffix."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read_mission(path: str | Path) -> Mission:
     ----------
     path : str or Path
         A plan, a ``QGC WPL`` text, one of their older forms, or either of them compressed; what
-        it is is told by its content.
+        it is shows in its content.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def write_mission(mission: Mission, path: str | Path) -> tuple[Finding, ...]:
     file_format = _WRITTEN_SUFFIXES.get(PurePath(path).suffix.lower())
     if file_format is None:
         known = ", ".join(_WRITTEN_SUFFIXES)
-        msg = f"{path}: the suffix tells the format to write: give a name that ends in {known}"
+        msg = f"{path}: the suffix decides the format: give a name ending in {known}"
         raise UsageError(msg)
     from planner.mission.convert import convert_mission  # a check writes none
 

@@ -44,19 +44,19 @@ class VehicleKind(StrEnum):
 
 
 class VehicleEvidence(Value):
-    """A kind of vehicle and what tells it."""
+    """A kind of vehicle and the evidence for it."""
 
     kind: VehicleKind
     is_certain: bool
     """``False`` where a multicopter's mission may look the same."""
     reason: str
-    """What tells it, fit to stand behind "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
+    """What proves it, as after "because": ``item 1 is NAV_VTOL_TAKEOFF``."""
 
 
 class MissionItem(Value, kw_only=False):
     """One item, with the meaning MAVLink gives its seven parameters.
 
-    ``None`` stands where the file says ``null`` or ``nan``: not specified.
+    ``None`` means not specified: ``null`` or ``nan`` in the file.
     """
 
     command: int
@@ -125,7 +125,7 @@ def _target(named: float | None, number_of: dict[int, int], *, last: int) -> flo
 
 @dataclass(slots=True, kw_only=True)
 class ItemSequence:
-    """The items of one complex item, numbered on; all of them stand at its place in the file."""
+    """The items of one complex item, numbered on; all of them at its place in the file."""
 
     first_number: int
     """Number of the first item in flown order, which is its jump id too, as ground stations do."""
@@ -202,7 +202,7 @@ class Mission(Value):
     autopilot: Autopilot | None
     """Firmware the file was written for; ``None`` where it does not say."""
     vehicle: VehicleEvidence | None
-    """What it was written for; ``None`` where the file does not say and the commands do not tell."""
+    """What it was written for; ``None`` where neither the file nor its commands decide."""
     fence: Fence | None = None
     rally: tuple[RallyPoint, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -45,7 +45,7 @@ _FAMILIES: dict[int, str] = {
     **{command: f"command {command}" for command in (530, 531, 532, 534)},
     **{command: f"output {command}" for command in (_ACTUATOR, _SPRAYER, *_OF_AN_OUTPUT)},
 }
-"""What each command that leaves a state behind sets; the last of a family counts."""
+"""What each command that leaves a state sets; the last of a family counts."""
 _PHOTOS = frozenset({203, _START_IMAGES, _STOP_IMAGES})
 """Commands that do no harm flown twice: a photo more."""
 
@@ -102,7 +102,7 @@ class CarriedState(Value):
 
 
 def carried_state(items: Iterable[MissionItem], dialect: Autopilot | None) -> CarriedState:
-    """Return the state that items leave behind, flown one after the other.
+    """Return the state that items leave, flown one after the other.
 
     Parameters
     ----------
@@ -182,9 +182,9 @@ class FlownItems(Value):
     stages: tuple[int | None, ...]
     """Position in the route's stages; ``None``: no flight."""
     states: tuple[CarriedState, ...]
-    """What is set before each step, and behind the last."""
+    """What is set before each step, and after the last."""
     first: int
-    """The first step behind the take-off."""
+    """The first step after the take-off."""
     flying: tuple[int, ...]
     """The steps after the take-off that fly."""
     has_jumps: bool
@@ -266,7 +266,7 @@ def _refuse_unsuitable(mission: Mission, route: Route) -> None:
     if mission.home is None:
         why = "where home is must be known, for every part comes back to it: set the planned home"
     elif route.lap is not None:
-        why = f"item {route.lap.item} jumps back for ever: give the jump a count"
+        why = f"item {route.lap.item} is an endless loop: give the jump a count"
     elif route.moved_homes:
         why = (
             "DO_SET_HOME moves home: heights and returns of the parts would count from another "
@@ -315,7 +315,7 @@ class MissionPart(Value):
     first_own: int
     """The first item that flies the whole's legs, from 1; those before lead there."""
     last_own: int
-    """The last of them; those behind lead home."""
+    """The last of them; those after it lead home."""
 
 
 def split_points(flown: FlownItems, *, inside_legs: bool) -> list[SplitPoint]:
@@ -519,7 +519,7 @@ def _waypoint(flown: FlownItems, cut: SplitPoint, like: MissionItem) -> MissionI
     )
     place = (float(latitude_deg), float(longitude_deg))
     if cut.fraction == 0.0 and before.latitude_deg and before.longitude_deg:
-        place = (before.latitude_deg, before.longitude_deg)  # as the file says, to the last digit
+        place = (before.latitude_deg, before.longitude_deg)  # as in the file, to the last digit
     frame, altitude_m = int(Frame.GLOBAL_RELATIVE_ALT), _height_m(flown, cut)
     if before.frame in AMSL_FRAMES:
         frame, altitude_m = before.frame, altitude_m + flown.route.home_amsl_m

@@ -56,32 +56,32 @@ _TAKEOFFS = frozenset({Command.NAV_TAKEOFF, Command.NAV_VTOL_TAKEOFF})
 _LEAST_PITCH_DEG = 5.0
 _MOST_PITCH_DEG = 45.0
 _METRES_PER_DEGREE = 111_195.0
-"""Of latitude on a sphere: near enough to tell a landing approach."""
+"""Of latitude on a sphere: near enough to recognise a landing approach."""
 _SHORTEST_APPROACH_M = 50.0
 """From 5 m of height a plane that glides 1 in 10 needs as much; missions come in from 100 m and more."""
 _SURVEY_TAKEOFF = (20.0, 30.0)
 """Pitch [°] and altitude [m] that Mission Planner's survey writes for every kind of vehicle."""
 
 
-def tell_vehicle(
+def vehicle_evidence(
     items: Sequence[MissionItem],
     *,
     vehicle_type: int | None = None,
     home_altitude_amsl_m: float | None = None,
 ) -> VehicleEvidence | None:
-    """Return for what kind of vehicle a mission was written, and what tells it.
+    """Return for what kind of vehicle a mission was written, and the evidence.
 
     Parameters
     ----------
     vehicle_type : int, optional
         MAV_TYPE as a plan states it; it wins over the commands unless it is 0 (generic).
     home_altitude_amsl_m : float, optional
-        To tell a dive from country below sea level. [m AMSL]
+        To distinguish a dive from country below sea level. [m AMSL]
 
     Returns
     -------
     VehicleEvidence or None
-        ``None`` where nothing tells: most missions of multicopters, and those of other vehicles
+        ``None`` where there is no evidence: most missions of multicopters, and those of other vehicles
         that a multicopter could fly as well.
 
     Notes
@@ -92,7 +92,7 @@ def tell_vehicle(
     """
     if vehicle_type is not None and vehicle_type != _GENERIC:
         kind, name = _TYPES.get(vehicle_type, (VehicleKind.OTHER, "another kind"))
-        reason = f"the file says vehicleType {vehicle_type} ({name})"
+        reason = f"the file has vehicleType {vehicle_type} ({name})"
         return VehicleEvidence(kind=kind, is_certain=True, reason=reason)
     found = {item.command for item in items}
     for commands, kind in (
@@ -106,11 +106,11 @@ def tell_vehicle(
             if item.command in commands:
                 reason = f"item {number} is {command_name(item.command)}"
                 return VehicleEvidence(kind=kind, is_certain=True, reason=reason)
-    return _tell_fixed_wing(items) or _tell_by_altitude(items, home_altitude_amsl_m)
+    return _fixed_wing_evidence(items) or _altitude_evidence(items, home_altitude_amsl_m)
 
 
-def _tell_fixed_wing(items: Sequence[MissionItem]) -> VehicleEvidence | None:
-    """Return what the take-off's pitch angle and the way of landing tell together."""
+def _fixed_wing_evidence(items: Sequence[MissionItem]) -> VehicleEvidence | None:
+    """Return the evidence in the take-off's pitch angle and the way of landing."""
     commands = [item.command for item in items]
     reasons: list[str] = []
     for number, item in enumerate(items, start=1):
@@ -155,10 +155,10 @@ def _comes_down_upright(items: Sequence[MissionItem]) -> bool:
     return False
 
 
-def _tell_by_altitude(
+def _altitude_evidence(
     items: Sequence[MissionItem], home_altitude_amsl_m: float | None
 ) -> VehicleEvidence | None:
-    """Return what altitudes tell that are all at or below the ground, with no take-off."""
+    """Return the evidence in altitudes that are all at or below the ground, with no take-off."""
     if any(item.command in _TAKEOFFS for item in items):
         return None
     heights_m = [

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from planner.mission.items import MissionItem, VehicleEvidence, VehicleKind
-from planner.mission.vehicle_kind import tell_vehicle
+from planner.mission.vehicle_kind import vehicle_evidence
 
 
 def make_item(
@@ -28,7 +28,7 @@ def make_item(
 
 
 def tell(*items: MissionItem, home_altitude_amsl_m: float | None = None) -> VehicleEvidence | None:
-    return tell_vehicle(items, home_altitude_amsl_m=home_altitude_amsl_m)
+    return vehicle_evidence(items, home_altitude_amsl_m=home_altitude_amsl_m)
 
 
 TAKEOFF, WAYPOINT, RTL = (make_item(command) for command in (22, 16, 20))
@@ -56,14 +56,14 @@ LAND_START = make_item(189)
     ],
 )
 def test_the_plans_own_word_is_certain(vehicle_type: int, kind: VehicleKind) -> None:
-    evidence = tell_vehicle([make_item(84)], vehicle_type=vehicle_type)
+    evidence = vehicle_evidence([make_item(84)], vehicle_type=vehicle_type)
     assert evidence is not None
     assert (evidence.kind, evidence.is_certain) == (kind, True)
     assert f"vehicleType {vehicle_type}" in evidence.reason
 
 
 def test_a_generic_vehicle_type_says_nothing() -> None:
-    assert tell_vehicle([TAKEOFF, WAYPOINT], vehicle_type=0) is None
+    assert vehicle_evidence([TAKEOFF, WAYPOINT], vehicle_type=0) is None
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from rule_cases.case import ARDUPILOT, PLAIN, PX4, RuleCases, found
 
 from planner.geo.geodesy import distance_m
 from planner.mission.items import Home, MissionFormat
-from planner.mission.vehicle_kind import tell_vehicle
+from planner.mission.vehicle_kind import vehicle_evidence
 from planner.selection import Selection
 from planner.site_profile import SiteProfile
 from planner.values import replace
@@ -49,7 +49,7 @@ def pitched(pitch_deg: float) -> Mission:
         item(22, HOME.latitude_deg, 20.0, params=(pitch_deg, 0.0, 0.0, None)),
         waypoint(100, 20),
     )
-    return mission(*items, vehicle=tell_vehicle(items))
+    return mission(*items, vehicle=vehicle_evidence(items))
 
 
 def heading(heading_deg: float | None) -> Mission:

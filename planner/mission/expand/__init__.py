@@ -1,1 +1,1 @@
-"""Items that stand for several, expanded as QGroundControl does; a wrong value is a `MissionFileError`."""
+"""Complex items, expanded as QGroundControl does; a wrong value is a `MissionFileError`."""

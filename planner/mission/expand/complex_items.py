@@ -1,4 +1,4 @@
-"""Complex items of a plan, expanded to the mission items they stand for."""
+"""Complex items of a plan, expanded to mission items."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class ComplexItemReader(Value):
     remarks: Remarks
 
     def read(self, raw: JsonFields, place: Place, *, first_number: int) -> list[MissionItem]:
-        """Return the mission items that a complex item stands for.
+        """Return the mission items of a complex item.
 
         Returns
         -------
@@ -84,7 +84,9 @@ class ComplexItemReader(Value):
         is_known = version in VERSIONS.get(kind, ())
         if raw.value.get("type") != "ComplexItem":
             found = describe(raw.value.get("type"))
-            self._tell_refused(item, f"'type' is {found}, read as ComplexItem", first_number, place)
+            self._report_refused(
+                item, f"'type' is {found}, read as ComplexItem", first_number, place
+            )
         transects = raw.value.get("TransectStyleComplexItem")
         if isinstance(transects, dict) and "Items" in transects:
             if not is_known:
@@ -96,7 +98,7 @@ class ComplexItemReader(Value):
             version = transects.get("version")
             if version not in _TRANSECT_VERSIONS:
                 what = f"'TransectStyleComplexItem' is of version {describe(version)}"
-                self._tell_refused(item, what, first_number, place)
+                self._report_refused(item, what, first_number, place)
             return self._embedded(item, first_number)
         if not is_known:
             return self._refused(item, f"version {describe(version)} is not known", place)
@@ -110,13 +112,13 @@ class ComplexItemReader(Value):
             )
         return self._without_items(item, kind, place, first_number)
 
-    def _tell_refused(self, item: JsonFields, what: str, number: int, place: Place) -> None:
-        """Tell that QGroundControl does not open a file with this."""
+    def _report_refused(self, item: JsonFields, what: str, number: int, place: Place) -> None:
+        """Report that QGroundControl does not open a file with this."""
         message = f"{item.title}: {what}: QGroundControl refuses the file"
         self.remarks.add(PLAN_VALUE, message, item=number, place=place)
 
     def _refused(self, item: JsonFields, why: str, place: Place) -> list[MissionItem]:
-        """Tell that nothing of a complex item is in the prediction."""
+        """Report that nothing of a complex item is in the prediction."""
         message = f"{item.title} cannot be expanded, {why}: missing from this prediction"
         self.remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
         return []

@@ -81,7 +81,7 @@ def _is_relative(pattern: JsonFields, first_number: int, place: Place, remarks: 
     land = pattern.truth("landAltitudeRelative")
     if loiter != land:
         message = (
-            f"{pattern.title}: only one of its altitudes is relative to home; both are taken as "
+            f"{pattern.title}: only one of its altitudes is relative to home; both are read as "
             "such, as QGroundControl does"
         )
         remarks.add(

@@ -33,7 +33,7 @@ def unpack_gzip(data: bytes, *, most_bytes: int, source: str) -> bytes:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
             unpacked = stream.read(most_bytes)
     except _UNPACK_ERRORS:
-        msg = "a gzip file that is broken: make it anew"
+        msg = "a gzip file that is broken: compress it again"
         raise MissionFileError(msg, source=source) from None
     return unpacked
 
@@ -82,7 +82,7 @@ _SIGNATURES: tuple[tuple[bytes, int, str], ...] = (
     (b"\x1f\x8b", 0, "this is compressed twice: unpack it and give the mission file"),
     (b"PK\x03\x04", 0, "this is a zip archive in another: unpack it and give the mission file"),
 )
-"""First bytes, where they stand, and the sentence."""
+"""First bytes, their offset, and the sentence."""
 
 _XML_ROOT = re.compile(r"<\s*([A-Za-z_][\w.-]*:)?([A-Za-z_][\w.-]*)")
 _XML_SKIP = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>", re.DOTALL | re.IGNORECASE)
@@ -104,7 +104,7 @@ _PARAMETERS = re.compile(
 def describe_binary(data: bytes) -> str | None:
     """Return the sentence about a file known by its first bytes, ``None`` for any other."""
     for signature, offset, sentence in _SIGNATURES:
-        # A telemetry log is told by a zero high byte of its time stamp and a packet after it.
+        # A telemetry log is recognised by a zero high byte of its time stamp and a packet after it.
         if offset and (data[:1] != b"\0" or len(data) < offset + 8):
             continue
         if data.startswith(signature, offset):
@@ -114,7 +114,7 @@ def describe_binary(data: bytes) -> str | None:
 
 def describe_xml(text: str) -> str:
     """Return the sentence about a text that begins like XML."""
-    # Comments may be long; what names the document stands near its beginning.
+    # Comments may be long; what names the document is near its beginning.
     match = _XML_ROOT.search(_XML_SKIP.sub("", text[:20_000]))
     root = "" if match is None else match[2]
     return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), no mission: {_GIVE_A_MISSION}")
@@ -258,7 +258,7 @@ def _decode(data: bytes, *, source: str) -> tuple[str, str]:
 
 
 def _utf_16_variant(data: bytes) -> str | None:
-    """Return the codec of UTF-16 text, told by its mark or by every second byte being zero."""
+    """Return the codec of UTF-16 text, by its mark or by every second byte being zero."""
     if data.startswith(codecs.BOM_UTF16_LE):
         return "utf-16-le"
     if data.startswith(codecs.BOM_UTF16_BE):

@@ -91,9 +91,9 @@ def _make_polygons(
     start = 0
     while start < len(items):
         first = items[start]
-        said = int(first.param1) if first.param1 is not None and first.param1 >= 1.0 else None
-        most = len(items) if said is None else min(start + said, len(items))
-        # A vertex that says another count begins another polygon, whatever was announced.
+        declared = int(first.param1) if first.param1 is not None and first.param1 >= 1.0 else None
+        most = len(items) if declared is None else min(start + declared, len(items))
+        # A vertex with another count begins another polygon, whatever was announced.
         others = (n for n in range(start, most) if items[n].param1 != first.param1)
         end = next(others, most)
         vertices = tuple(
@@ -108,9 +108,9 @@ def _make_polygons(
             polygons.append(
                 FencePolygon(inclusion=inclusion, vertices_deg=vertices, place=first.place)
             )
-            if len(vertices) != said:
-                says = "does not say how many" if said is None else f"says {said}"
-                remarks.add(FENCE_INCOMPLETE, f"{has} and {says}", place=first.place)
+            if len(vertices) != declared:
+                wrong = "declares no number" if declared is None else f"declares {declared}"
+                remarks.add(FENCE_INCOMPLETE, f"{has} and {wrong}", place=first.place)
         start = end
     return polygons
 

@@ -1,4 +1,4 @@
-"""JSON text as Python values that know where in the text they stand.
+"""JSON text as Python values with their places in the text.
 
 Strict where leniency would hide something: a repeated key, ``NaN`` and ``Infinity``, numbers too
 large for a double and absurd nesting are refused, each with its line and column.
@@ -44,7 +44,7 @@ _SENTENCES = (
     ("control character", "a text holds a line break or another control character"),
     ("escape", "a text holds a backslash that JSON does not know"),
     ("unterminated", "a text that begins here is not closed: the file may be cut off"),
-    ("extra data", "'{rest}' follows the end of the JSON: only one value may stand in a file"),
+    ("extra data", "'{rest}' follows the end of the JSON: a file holds one value only"),
     ("property name", "expected a key in double quotes, found '{rest}'"),
     ("':'", "expected a colon after the key, found '{rest}'"),
     ("','", "expected a comma or a closing bracket, found '{rest}'"),
@@ -70,7 +70,7 @@ class SourceText(Value, eq=False):
         return Place(line + 1, offset - start + 1)
 
     def refuse(self, message: str, offset: int) -> NoReturn:
-        """Raise the error about what stands at an offset."""
+        """Raise the error about an offset."""
         raise MissionFileError(message, source=self.source, place=self.place(offset))
 
 
@@ -159,7 +159,7 @@ def parse_json(text: str, *, source: str) -> JsonDocument:
     starts = _object_starts(codes, offsets)
     if repeating:
         at, key = _repeated_key(text, starts[repeating[0]])
-        origin.refuse(f"the key '{key[:40]}' stands twice in one object: which one counts?", at)
+        origin.refuse(f"the key '{key[:40]}' appears twice in one object: which one counts?", at)
     return JsonDocument(
         origin=origin,
         root=root,
@@ -303,7 +303,7 @@ def _repeated_key(text: str, offset: int) -> tuple[int, str]:
 
 
 def _number_offset(text: str, token: str) -> int:
-    """Return where a number token first stands outside strings."""
+    """Return where a number token first appears outside strings."""
     return next(match.start() for match in _NUMBER.finditer(text) if match.group(1) == token)
 
 
@@ -325,7 +325,7 @@ def _explain(error: json.JSONDecodeError) -> str:
     if not error.doc[error.pos :].strip():
         return "the JSON ends too early: the file is cut off"
     if "trailing comma" in kind or (before == "," and rest[:1] in {"}", "]"}):
-        return "a comma stands before a closing bracket: JSON allows none there"
+        return "comma before a closing bracket: JSON allows none there"
     if rest.startswith(("//", "/*", "#")):
         return "JSON has no comments: delete this one"
     return next(sentence for gist, sentence in _SENTENCES if gist in kind).format(rest=rest)

@@ -15,7 +15,7 @@ from planner.mission.formats.fence_items import FENCE_INCOMPLETE, FENCE_ITEM_BRO
 from planner.mission.formats.json_document import JsonDocument, JsonFields, describe, parse_json
 from planner.mission.formats.simple_item import PLAN_VALUE, SimpleItemReader
 from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, make_items
-from planner.mission.vehicle_kind import tell_vehicle
+from planner.mission.vehicle_kind import vehicle_evidence
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def read_items(
     section : JsonFields
         The section ``mission``, or a mission file of the old kind.
     is_legacy : bool
-        Whether the file is from before plans, where older forms of items are nothing to tell.
+        Whether the file is from before plans, where older forms of items are no finding.
     """
     document = section.document
     elements = section.listed("items")
@@ -90,7 +90,7 @@ def _expand(
     *,
     first_number: int,
 ) -> list[MissionItem]:
-    """Return the mission items that a complex item stands for."""
+    """Return the mission items of a complex item."""
     from planner.mission.expand.complex_items import ComplexItemReader  # many missions hold none
 
     reader = ComplexItemReader(simple_items=simple_items, remarks=remarks)
@@ -109,7 +109,7 @@ JUMP_IDS = Rule(
 
 
 def _compare_jump_ids(items: list[MissionItem], remarks: Remarks) -> None:
-    """Tell about ids that leave open where a DO_JUMP goes."""
+    """Report ids that leave open where a DO_JUMP goes."""
     first_with: dict[int, int] = {}
     for number, item in enumerate(items, start=1):
         if item.jump_id is None:
@@ -152,7 +152,7 @@ def _check_jumps(
     remarks: Remarks,
     autopilot: Autopilot | None,
 ) -> None:
-    """Tell where ground stations make something else of a DO_JUMP than the file says."""
+    """Report where ground stations change a DO_JUMP."""
     inside = {at + n for at, group in groups for n in range(len(group))}
     simple_ids = {item.jump_id for at, item in enumerate(items) if at not in inside}
     number_of = {item.jump_id: at + 1 for at, item in enumerate(items)}
@@ -277,25 +277,25 @@ FENCE_VERSION = Rule(
 
 
 def _is_current(section: JsonFields, what: str, remarks: Remarks) -> bool:
-    """Return whether loaders read a section; tell if they pass over something in it."""
+    """Return whether loaders read a section; report what they pass over."""
     version = section.whole("version", most=2**31, default=1)
     if version == SECTION_VERSION:
         return True
     if version != 1:
         section.refuse(
             f"{what} is of version {version}, expected {SECTION_VERSION}: "
-            "no program reads it, save the plan anew",
+            "no program reads it, save the plan again",
             "version",
         )
     if any(value not in ([], {}, None) for key, value in section.value.items() if key != "version"):
-        says = "of version 1" if "version" in section.value else "without a version"
-        message = f"{what} is {says}: every loader ignores what is in it, and so does this check"
+        which = "of version 1" if "version" in section.value else "without a version"
+        message = f"{what} is {which}: every loader ignores what is in it, and so does this check"
         remarks.add(FENCE_VERSION, message, place=section.document.place(section.value))
     return False
 
 
 def _check_keys(fields: JsonFields, keys: tuple[str, ...], remarks: Remarks) -> None:
-    """Tell about keys that QGroundControl requires and we can do without."""
+    """Report keys that QGroundControl requires and we can do without."""
     for key in keys:
         if key not in fields.value:
             message = f"{fields.title} has no '{key}': QGroundControl refuses the file"
@@ -439,7 +439,7 @@ REQUIRED_KEY = Rule(
 
 
 def _check_required_keys(plan: JsonFields, section: JsonFields, remarks: Remarks) -> None:
-    """Tell which of the keys are missing that QGroundControl requires and we can do without."""
+    """Report which of the keys are missing that QGroundControl requires and we can do without."""
     head = ("fileType", "version", "groundStation", "geoFence", "rallyPoints")
     missing = [key for key in head if key not in plan.value]
     missing += [
@@ -459,7 +459,7 @@ def _check_required_keys(plan: JsonFields, section: JsonFields, remarks: Remarks
 
 
 def _check_values(plan: JsonFields, section: JsonFields, remarks: Remarks) -> None:
-    """Tell about values that QGroundControl wants to be of a type, and we have no use for."""
+    """Report values that QGroundControl wants to be of a type, and we have no use for."""
     wanted = (
         (plan, "groundStation", "a text", str),
         (plan, "version", "a number", (int, float)),
@@ -515,7 +515,7 @@ def read_vehicle(
     section: JsonFields, items: Sequence[MissionItem], home: Home | None
 ) -> VehicleEvidence | None:
     """Return the kind of vehicle by the file's word, else by its commands."""
-    return tell_vehicle(
+    return vehicle_evidence(
         items,
         vehicle_type=section.whole("vehicleType", most=255, default=0),
         home_altitude_amsl_m=None if home is None else home.altitude_amsl_m,

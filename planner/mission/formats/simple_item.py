@@ -51,7 +51,7 @@ ALTITUDE_MODE_OF_FRAME: dict[int, int] = {
     Frame.GLOBAL_TERRAIN_ALT: _TERRAIN,
     Frame.GLOBAL_TERRAIN_ALT_INT: _TERRAIN,
 }
-"""The AltitudeMode that says the same as a frame."""
+"""The AltitudeMode that means the same as a frame."""
 
 
 def is_complex(raw: dict[str, Any]) -> bool:
@@ -150,7 +150,7 @@ class SimpleItemReader:
     ----------
     is_legacy : bool
         Whether the file is from before plans: its jump ids have another key, and items in an
-        older form are nothing to tell.
+        older form are no finding.
     """
 
     def __init__(
@@ -334,7 +334,7 @@ class SimpleItemReader:
     def _compare_copies(
         self, raw: dict[str, Any], number: int, place: Place, altitude: float | None, frame: int
     ) -> float | None:
-        """Tell where the copies for display say something else than is flown.
+        """Report where the copies for display say something else than is flown.
 
         Returns the height above ground of an item whose altitude is not worked out yet. [m]
         """

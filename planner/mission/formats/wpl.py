@@ -28,7 +28,7 @@ from planner.mission.commands import (
 )
 from planner.mission.formats.fence_items import FENCE_COMMANDS, make_fence, make_rally_points
 from planner.mission.items import Home, Mission, MissionFormat, MissionItem
-from planner.mission.vehicle_kind import tell_vehicle
+from planner.mission.vehicle_kind import vehicle_evidence
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ class _Fields(Value):
         )
 
     def place(self, index: int) -> Place:
-        """Return where a field stands."""
+        """Return the place of a field."""
         return Place(self.line, self.columns[index])
 
     def refuse(self, index: int, expected: str) -> NoReturn:
@@ -169,7 +169,7 @@ class _Fields(Value):
         return int(value)
 
     def real(self, index: int) -> float | None:
-        """Return a field as a number, ``None`` where it says that there is none."""
+        """Return a field as a number, ``None`` where it is unset."""
         text = self.texts[index]
         if text.lower() in UNSET:
             return None
@@ -303,7 +303,7 @@ def read_wpl(text: str, *, source: str) -> Mission:
     fence, fence_findings = make_fence(listed)
     home_altitude_amsl_m = None if home is None else home.altitude_amsl_m
     rally, rally_findings = make_rally_points(listed, home_altitude_amsl_m=home_altitude_amsl_m)
-    vehicle = tell_vehicle(items, home_altitude_amsl_m=home_altitude_amsl_m)
+    vehicle = vehicle_evidence(items, home_altitude_amsl_m=home_altitude_amsl_m)
     findings += _check_dialect(content, has_header=version is not None)
     findings += _check_rows(rows, base=base)
     findings += [*fence_findings, *rally_findings]
@@ -364,7 +364,7 @@ def _read_header(
         elif line != HEADER:
             message = "there are blanks around the header: QGroundControl refuses the file"
         elif number > 1:
-            message = f"the header stands in line {number}: other loaders want it in the first"
+            message = f"the header is in line {number}: other loaders want it in the first"
         else:
             return version[1], [], []
         return version[1], [], [TEXT_HEADER.finding(message, place=place)]

@@ -2,7 +2,7 @@
 
 What was read from a JSON file is written with its own content: unknown keys, complex items, fence
 and rally points stay as they were, and only what has changed since, or what QGroundControl would
-refuse, is written anew.
+refuse, is written again.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ _LARGEST_EXACT = 2**53
 def write_elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[dict[str, Any]]:
     """Return the elements of a plan's ``items``.
 
-    An item that stands at the place of an element of the file is written on top of it, so that
+    An item from the place of an element of the file is written on top of it, so that
     keys nobody knows are kept.  A complex item stays while all of its items are as they were, and
-    one that stands for no items keeps its place in the list.
+    one without items keeps its place in the list.
 
     Parameters
     ----------
     items : tuple of MissionItem
-        In flown order; they are numbered anew unless they are those of ``before``.
+        In flown order; they are numbered again unless they are those of ``before``.
     before : Mission
         The mission as it was read; its document is not changed.
     """
@@ -92,14 +92,14 @@ def write_elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[d
 
 
 def put(fields: dict[str, Any], key: str, value: object) -> None:
-    """Set a key, unless the file says the same in its own way of writing."""
+    """Set a key, unless the file has the same value written another way."""
     was = fields.get(key)
     if was != value or isinstance(was, bool) is not isinstance(value, bool):  # 1 == True
         fields[key] = value
 
 
 def _spans(origins: Sequence[int]) -> dict[int, slice]:
-    """Return for each element that stands for items which of them they are."""
+    """Return for each element with items which of them they are."""
     spans: dict[int, slice] = {}
     for origin, group in groupby(range(len(origins)), key=origins.__getitem__):
         indexes = list(group)
@@ -108,7 +108,7 @@ def _spans(origins: Sequence[int]) -> dict[int, slice]:
 
 
 def _named_complex(raw: dict[str, Any]) -> dict[str, Any]:
-    """Return a complex item that says it is one."""
+    """Return a complex item with its type."""
     return raw if raw.get("type") == "ComplexItem" else raw | {"type": "ComplexItem"}
 
 
@@ -219,7 +219,7 @@ def plan_text(mission: Mission) -> str:
     Returns
     -------
     str
-        The file itself where there is nothing to write anew.
+        The file itself where there is nothing to change.
     """
     basis = _basis(mission)
     plan = dict(basis.head)
@@ -349,7 +349,7 @@ def _completed(section: Mapping[str, Any], lists: Mapping[str, Any]) -> dict[str
 
 
 def _versioned(area: dict[str, Any]) -> dict[str, Any]:
-    """Return a fence area that says its version, which QGroundControl requires."""
+    """Return a fence area with its version, which QGroundControl requires."""
     return area if "version" in area else area | {"version": AREA_VERSION}
 
 
@@ -368,7 +368,7 @@ def wpl_text(mission: Mission) -> str:
     Parameters
     ----------
     mission : Mission
-        Its items are numbered anew.  Where it has none, its fence is written, and where it has no
+        Its items are numbered again.  Where it has none, its fence is written, and where it has no
         fence either, its rally points; with items neither is.
 
     Returns
@@ -391,7 +391,7 @@ def with_unused_position_zero(item: MissionItem) -> MissionItem:
     """Return an item whose unset position values are 0 where its command has no use for them.
 
     Loaders turn the position into whole numbers, which know no NaN: MAVSDK's makes −214.7° of it,
-    pymavlink's fails.  0 says the same there, and does neither.
+    pymavlink's fails.  0 means the same there, and does neither.
     """
     definition = load_command_table().commands.get(item.command)
     if definition is None or definition.has_location:
@@ -407,7 +407,7 @@ def with_unused_position_zero(item: MissionItem) -> MissionItem:
 
 
 def written_items(mission: Mission) -> tuple[MissionItem, ...]:
-    """Return the items of a mission as they are written: numbered anew, 0 where that says the same.
+    """Return the items of a mission as they are written: numbered again, 0 where that means the same.
 
     ArduPilot has no use for the heading of `UNSET_YAW`, and Mission Planner leaves out rows that
     hold ``nan``: of a mission for ArduPilot it is 0.

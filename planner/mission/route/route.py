@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 MOST_VISITS = 20_000
-"""A mission whose jumps lead past so many items again is cut here, and said to be."""
+"""A mission whose jumps lead past so many items again is cut here, with a finding."""
 _FOREVER = -1
 _FOREVER_IN_16_BITS = 65_535  # PX4 keeps -1 as this, ArduPilot keeps this as -1
 _ENDLESS = frozenset({_FOREVER, _FOREVER_IN_16_BITS})
@@ -66,7 +66,7 @@ JUMPS_TOO_LONG = Rule(
 
 
 def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> FlownOrder:
-    """Return in which order items are reached, from the first to the end or once round for ever.
+    """Return in which order items are reached, from the first to the end or once round an endless loop.
 
     Parameters
     ----------
@@ -168,12 +168,12 @@ def _targets(
 
 
 def is_counted(item: MissionItem) -> bool:
-    """Return whether a jump is taken a number of times, and not for ever."""
+    """Return whether a jump is taken a number of times, not endlessly."""
     return _repeats(item) not in _ENDLESS
 
 
 def _repeats(item: MissionItem) -> int:
-    """Return how often a jump is taken; any negative count is for ever."""
+    """Return how often a jump is taken; any negative count is endless."""
     repeats = 0.0 if item.param2 is None else item.param2
     return _FOREVER if repeats < 0.0 else int(min(repeats, _FOREVER_IN_16_BITS))
 
@@ -266,7 +266,7 @@ def _begin(
     home_amsl_m: float | None,
     terrain: TerrainGrid | None,
 ) -> tuple[MissionState, list[Finding]]:
-    """Return a state that stands at home, and what had to be assumed about home."""
+    """Return the state at home, and what had to be assumed about home."""
     findings: list[Finding] = []
     home = mission.home
     place = (0.0, 0.0)
@@ -312,7 +312,7 @@ def _begin(
 
 
 def _home_amsl_m(source: str, home: Home) -> float | None:
-    """Return the altitude that a mission gives its home; refuse one where nobody stands."""
+    """Return the altitude that a mission gives its home; refuse one where nobody can be."""
     amsl_m = home.altitude_amsl_m
     if amsl_m is not None and not _LOWEST_HOME_M <= amsl_m <= _HIGHEST_HOME_M:
         message = (
@@ -384,10 +384,10 @@ ITEMS_NOT_FLOWN = Rule(
 
 
 def _left_out(
-    mission: Mission, stages: list[StageInDegrees], behind: set[int], reached: list[int]
+    mission: Mission, stages: list[StageInDegrees], after: set[int], reached: list[int]
 ) -> list[Finding]:
-    """Return that items behind the end of the flight are not flown."""
-    missed = sorted(behind - set(reached))
+    """Return that items after the end of the flight are not flown."""
+    missed = sorted(after - set(reached))
     if not missed:
         return []
     which = f"item {missed[0]}" if len(missed) == 1 else f"{len(missed)} items from {missed[0]} on"
@@ -396,7 +396,7 @@ def _left_out(
         for n in missed
     )
     only = ", reached by a failsafe only" if landing else ""
-    # A vehicle set to go on after a landing, or started again, flies what stands behind it.
+    # A vehicle set to continue after a landing, or started again, flies what comes after it.
     takes_off_again = any(mission.items[n - 1].command == Command.NAV_TAKEOFF for n in missed)
     return [
         ITEMS_NOT_FLOWN.finding(

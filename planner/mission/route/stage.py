@@ -88,7 +88,7 @@ class Lap(Value):
     """The part of a route that an endless jump repeats; a route flies it once more, to its end."""
 
     item: int
-    """The item that jumps back for ever."""
+    """The item that closes the endless loop."""
     first_stage: int
     """Where the repeated lap begins, as a position in the route's stages."""
 

@@ -317,7 +317,7 @@ class MissionState:
 
     source: str
     dialect: Autopilot | None
-    """Whose reading of the items counts; ``None`` where neither file nor vehicle says."""
+    """Whose reading of the items counts; ``None`` where neither file nor vehicle decides."""
     start_deg: tuple[float, float]
     """Where the flight starts. [°]"""
     home_deg: tuple[float, float]
@@ -360,7 +360,7 @@ class MissionState:
     def waypoint(self, item: MissionItem) -> None:
         """Fly to a place and hold there."""
         if item.param4 == 0.0 and self.dialect is Autopilot.PX4:
-            message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it goes on"
+            message = "NAV_WAYPOINT asks for heading 0°: PX4 turns north before it continues"
             self.remark(HEADING_NORTH, message)
         self._go(StageKind.GO, item, hold_s=self._hold_s(item))
 
@@ -529,7 +529,7 @@ class MissionState:
         )
 
     def guided(self, item: MissionItem) -> None:
-        """Hand over to a companion computer, which decides when the mission goes on."""
+        """Hand over to a companion computer, which decides when the mission continues."""
         if self.dialect is not Autopilot.ARDUPILOT:
             self.pass_by(item)
         elif item.param1 is not None and item.param1 > 0.0:
@@ -731,7 +731,7 @@ class MissionState:
         return self.datum_m if is_px4 else self.height_m
 
     def _doubt_amsl(self, item: MissionItem, height_m: float) -> None:
-        """Tell of an AMSL altitude that is not above home, unless the ground is known to fall."""
+        """Report an AMSL altitude that is not above home, unless the ground is known to fall."""
         if self.home_amsl_m is None or height_m > 0.0:
             return
         ground_m = self._known_ground_m(self.latitude_deg, self.longitude_deg)
