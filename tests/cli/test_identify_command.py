@@ -82,7 +82,7 @@ def test_a_log_is_listed_with_what_each_quantity_costs(
     assert main(["identify", "--list", copter]) == 0
     out = capsys.readouterr().out
     assert "BAT.Volt × Curr" in out
-    assert "the air is taken to be calm" in out
+    assert "calm air is assumed" in out
     assert main(["identify", "--list", copter, "--format", "json"]) == 0
     flights = json.loads(capsys.readouterr().out)["flights"]
     assert {row["name"] for row in flights[0]["quantities"]} >= {"power_w", "airspeed_m_s"}

@@ -71,7 +71,7 @@ def test_a_plan_in_text_says_all_that_is_left_out() -> None:
         "left out the fence (2 areas) and 2 rally points: "
         "QGC WPL text has no place for them beside items"
     )
-    assert said["L202"] == "1 complex item (survey) written as the items they stand for"
+    assert said["L202"] == "1 complex item (survey) written as plain items"
     assert said["L204"] == (
         "QGC WPL text has no place for firmwareType, vehicleType, cruiseSpeed, hoverSpeed, "
         "globalPlanAltitudeMode: left out"

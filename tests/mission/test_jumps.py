@@ -31,7 +31,7 @@ def test_a_jump_forward_leaves_items_out() -> None:
 
 
 def test_an_inner_loop_is_not_started_anew_by_an_outer_one() -> None:
-    # Both autopilots count jumps for the whole mission, see planner/mission/route/jumps.py.
+    # Both autopilots count jumps for the whole mission, see planner/mission/route/route.py.
     flown = order(takeoff(10), waypoint(1, 10), jump(2, 1), waypoint(2, 10), jump(2, 1))
     assert flown == (1, 2, 3, 2, 3, 4, 5, 2, 3, 4, 5)
 

@@ -194,7 +194,7 @@ def test_every_key_may_be_missing_or_stand_twice(start: dict[str, Any]) -> None:
             key = json.dumps(path[-1])
             target["\ue000"] = target[path[-1]]
             twice = json.dumps(plan, ensure_ascii=False).replace('"\ue000"', key)
-            with pytest.raises(MissionFileError, match="stands twice"):
+            with pytest.raises(MissionFileError, match="appears twice"):
                 parse_json(twice, source="a.plan")
             del target["\ue000"]
         del target[path[-1]]

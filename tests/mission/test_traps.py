@@ -448,7 +448,7 @@ TRAPS = (
         number=29,
         says="another vehicle's mission",
         content=plan(going()).replace('"vehicleType": 2', '"vehicleType": 1'),
-        sentence="this is a fixed-wing mission (the file says vehicleType 1",
+        sentence="this is a fixed-wing mission (the file has vehicleType 1",
     ),
     Trap(
         number=30,

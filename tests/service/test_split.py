@@ -193,7 +193,7 @@ def test_outputs_are_set_again_and_the_pilot_is_told() -> None:
             mission(takeoff(40.0), waypoint(9000.0, 40.0), waypoint(0.0, 40.0), rtl()),
             "item 2 is a go",
         ),
-        (mission(takeoff(40.0), waypoint(900.0, 40.0), jump(2, -1.0)), "T101|jumps back for ever"),
+        (mission(takeoff(40.0), waypoint(900.0, 40.0), jump(2, -1.0)), "T101|endless loop"),
         (
             mission(
                 takeoff(40.0),
