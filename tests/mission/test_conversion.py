@@ -178,7 +178,7 @@ def test_the_suffix_tells_the_format(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["b", "b.kml", "-", "b.mission"])
 def test_another_suffix_is_a_sentence(name: str, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"ends in \.plan, \.json, \.waypoints, \.txt"):
+    with pytest.raises(UsageError, match=r"ending in \.plan, \.json, \.waypoints, \.txt"):
         planner.write_mission(made(takeoff(30.0)), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
