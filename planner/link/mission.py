@@ -31,7 +31,7 @@ from planner.mission.items import (
     MissionItem,
     numbered_in_order,
 )
-from planner.mission.vehicle_kind import tell_vehicle
+from planner.mission.vehicle_kind import vehicle_evidence
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -481,7 +481,7 @@ def mission_of_lists(
         items=items,
         home=home,
         autopilot=identity.autopilot,
-        vehicle=tell_vehicle(
+        vehicle=vehicle_evidence(
             items, vehicle_type=identity.vehicle_type, home_altitude_amsl_m=altitude_m
         ),
         fence=fence,
