@@ -53,7 +53,9 @@ def test_several_that_come_too_near_are_one_finding() -> None:
         check_together(results, separation_m=20.0), ("3.0", "3.0", "4.0"), strict=True
     ):
         [finding] = [finding for finding in one.findings if finding.code == "S101"]
-        assert finding.message.startswith(f"{nearest} m from other.plan, 20 m required by --separation: ")
+        assert finding.message.startswith(
+            f"{nearest} m from other.plan, 20 m required by --separation: "
+        )
         assert finding.message.endswith("; too near to other.plan as well")
 
 
