@@ -224,12 +224,11 @@ def _same_step(manoeuvres: Sequence[Manoeuvre]) -> None:
 def _continuous(model: ArxModel) -> TransferFunction:
     """Invert the sampling behind a zero-order hold by the matrix logarithm; equation 2."""
     import control
-    from scipy.linalg import logm
+    from scipy.linalg import companion, logm
 
     order = len(model.a)
-    padding = [0.0] * (order - len(model.b))
-    sampled = control.tf([*model.b, *padding], [1.0, *model.a], model.step_s)
-    poles = sampled.poles()
+    sampled = companion([1.0, *model.a])
+    poles = np.linalg.eigvals(sampled)
     if not np.all(np.abs(poles) < 1.0):
         msg = "the ARX model is not stable: refine it, or fit another order"
         raise IdentificationError(msg)
@@ -239,10 +238,10 @@ def _continuous(model: ArxModel) -> TransferFunction:
             "of z = 0"
         )
         raise IdentificationError(msg)
-    form = control.ss(sampled)
-    held = np.block([[form.A, form.B], [np.zeros((1, order)), np.ones((1, 1))]])
+    held = np.block([[sampled, np.eye(order, 1)], [np.zeros((1, order)), np.ones((1, 1))]])
     generator = np.asarray(logm(held)).real / model.step_s
-    system = control.tf(control.ss(generator[:order, :order], generator[:order, order:], form.C, 0))
+    output = [[*model.b, *[0.0] * (order - len(model.b))]]
+    system = control.tf(control.ss(generator[:order, :order], generator[:order, order:], output, 0))
     return TransferFunction(
         numerator=tuple(system.num[0][0].tolist()),
         denominator=tuple(system.den[0][0].tolist()),
