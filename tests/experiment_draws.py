@@ -18,17 +18,19 @@ from simulated_experiment import ALTITUDE_NOISE_M, POWER_NOISE_W, SPEED_NOISE_M_
 from planner.identify.arx import ArxModel, select_arx
 from planner.identify.output_error import (
     LEAST_FACTOR,
+    MOTION,
+    POWER,
+    POWER_WITHOUT_ZERO,
     Residuals,
     ResponseFit,
     select_response,
 )
-from planner.identify.structure import MOTION, POWER, POWER_WITHOUT_ZERO
 from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.identify.manoeuvres import Manoeuvre
-    from planner.identify.structure import Structure
+    from planner.identify.output_error import Structure
 
     # figure: value, standard error (NaN where the method tells none)
     Figures = dict[str, tuple[float, float]]

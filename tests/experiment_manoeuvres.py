@@ -19,10 +19,10 @@ from simulated_experiment import (
     fly_vertically,
 )
 
-from planner.identify.hover import fit_altitude_law
 from planner.identify.manoeuvres import Manoeuvre
-from planner.identify.noise import mean_with_error
-from planner.identify.steady import MeasuredPower
+from planner.identify.power_laws import fit_altitude_law
+from planner.identify.segments import MeasuredPower
+from planner.identify.uncertainty import mean_with_error
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:

@@ -164,10 +164,7 @@ def _settings(output: Path | None, options: dict[str, object]) -> Identification
     """Return what was asked for."""
     import datetime as dt
 
-    from planner.identify.assembly import (
-        IdentificationSettings,
-        Method,
-    )
+    from planner.identify.assembly import IdentificationSettings, Method
     from planner.identify.battery import PackSettings
     from planner.vehicle.library import load_vehicle
     from planner.vehicle.reader import chemistry_names

@@ -18,7 +18,7 @@ from planner.identify.arx import ARX_BIASED
 from planner.identify.battery import PackSettings, identify_battery
 from planner.identify.flown_mission import flown_parameters
 from planner.identify.manoeuvres import ResponseKind
-from planner.identify.outcome import Evidence, FitStatus, Identification
+from planner.identify.segments import FitStatus
 from planner.identify.spread import left_out_spread, ramp_spread
 from planner.values import Value, field, replace
 from planner.vehicle.declared import Interval
@@ -37,14 +37,50 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.identify.outcome import StateOutcome
-    from planner.identify.power_states import PowerIdentification
+    from planner.identify.battery import BatteryFit
+    from planner.identify.power import PowerIdentification
+    from planner.identify.power_laws import SteadyMap
     from planner.identify.ramps import RampIdentification
-    from planner.identify.response_states import ResponseIdentification
-    from planner.identify.steady import MeasuredPower
+    from planner.identify.responses import ResponseEvidence, ResponseIdentification
+    from planner.identify.segments import MeasuredPower, StateOutcome
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import Loads, ManoeuvreResponse, ModelSpread, Ramps
     from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower
+
+
+class Evidence(Value, eq=False):
+    """What the model rests on, for figures."""
+
+    records: tuple[FlightRecord, ...]
+    steady: tuple[MeasuredPower, ...]
+    hovers: tuple[MeasuredPower, ...]
+    responses: tuple[ResponseEvidence, ...]
+    steady_map: SteadyMap | None
+    battery: BatteryFit | None
+
+
+class Identification(Value, eq=False):
+    """A model made of flights, and how."""
+
+    model: VehicleModel
+    states: tuple[StateOutcome, ...]
+    findings: tuple[Finding, ...]
+    evidence: Evidence
+    remarks: tuple[str, ...]
+    """Comments for the top of the model file."""
+
+    def state(self, name: str) -> StateOutcome:
+        """Return the outcome of a state by its name.
+
+        Raises
+        ------
+        KeyError
+            If there is none of that name.
+        """
+        for outcome in self.states:
+            if outcome.name == name:
+                return outcome
+        raise KeyError(name)
 
 
 _SHORT_SHARE = 0.005
@@ -524,6 +560,7 @@ STATE_LEFT_OUT = Rule(
     fix="record a flight with the missing manoeuvre, or name a base model with --base",
 )
 
+
 STATE_OF_BASE = Rule(
     "I103 state-of-base",
     Severity.WARNING,
@@ -532,6 +569,7 @@ STATE_OF_BASE = Rule(
     how="With --base, states missing from the flights are copied from that model.",
     fix="record a flight with the missing manoeuvre",
 )
+
 
 MASS_UNKNOWN = Rule(
     "I105 mass-unknown",

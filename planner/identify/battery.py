@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from planner.errors import IdentificationError
-from planner.identify.noise import Noise, fit_noise, least_squares_covariance
-from planner.identify.outcome import Estimate, FitStatus, SegmentUse, StateOutcome
+from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
+from planner.identify.uncertainty import Estimate, Noise, fit_noise, least_squares_covariance
 from planner.units import SECONDS_PER_HOUR
 from planner.values import Value
 from planner.vehicle.battery import Battery
@@ -252,7 +252,6 @@ def _with_curve(
     columns: tuple[FloatArray, FloatArray, FloatArray],
 ) -> BatteryIdentification:
     """Scale the curve of a kind of cell, V = k E(s) - R I, by linear least squares."""
-    from planner.identify.noise import fit_noise, least_squares_covariance
     from planner.physics.battery import open_circuit_voltage_v
     from planner.vehicle.reader import load_chemistry
 

@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.states import find_states
+from planner.identify.segments import find_states
 from planner.logs.record import AUTO, AUTO_MISSION
 from planner.mission.commands import Command
 from planner.mission.items import (
@@ -286,6 +286,7 @@ MISSION_LEFT = Rule(
     fix="verify with flights that kept to their missions",
 )
 
+
 FLIGHT_CUT = Rule(
     "R205 flight-cut",
     Severity.INFO,
@@ -296,6 +297,7 @@ FLIGHT_CUT = Rule(
     "mission does not land; reported from more than 2 s on.",
     fix="nothing",
 )
+
 
 BEGUN_IN_AIR = Rule(
     "R207 mission-begun-in-air",

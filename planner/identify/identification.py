@@ -3,7 +3,7 @@
 A vehicle whose reference is a step is identified as in the article: responses G1 to G5, hover power over
 height, cruise power over speed.  One whose autopilot shapes the reference is identified by the steady
 power over airspeed and climb rate, by how it follows the logged setpoints, and by the autopilot's own
-parameters.  What the flights do not tell is taken from a base model or left out, and said.
+parameters.  What the flights do not tell is taken from a base model or left out, and reported.
 """
 
 from __future__ import annotations
@@ -16,12 +16,8 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import IdentificationError, UsageError
 from planner.identify.assembly import Method, Parts, assemble_model
-from planner.identify.manoeuvres import (
-    ResponseKind,
-    cut_manoeuvres,
-)
-from planner.identify.outcome import FitStatus, SegmentUse
-from planner.identify.power_states import (
+from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
+from planner.identify.power import (
     PowerIdentification,
     at_mean_load,
     identify_cruise,
@@ -30,33 +26,31 @@ from planner.identify.power_states import (
     identify_power,
     manoeuvre_powers,
 )
-from planner.identify.ramps import (
-    has_references,
-    identify_ramps,
-)
-from planner.identify.response_states import identify_response
-from planner.identify.states import find_states
-from planner.identify.steady import (
+from planner.identify.ramps import has_references, identify_ramps
+from planner.identify.responses import identify_response
+from planner.identify.segments import (
+    FitStatus,
+    SegmentUse,
+    find_states,
     record_air_density_kg_m3,
     steady_flight,
     steady_stretches,
 )
+from planner.identify.verification import verify_flight
 from planner.values import replace
 from planner.vehicle.model import Loads
-from planner.vehicle.power import (
-    AltitudeLaw,
-    hover_power_w,
-)
+from planner.vehicle.power import AltitudeLaw, hover_power_w
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from planner.identify.assembly import IdentificationSettings
+    from planner.identify.assembly import Identification, IdentificationSettings
     from planner.identify.manoeuvres import ManoeuvreCut
-    from planner.identify.outcome import Identification
-    from planner.identify.response_states import ResponseIdentification
-    from planner.identify.steady import MeasuredPower, SteadyStretch
+    from planner.identify.responses import ResponseIdentification
+    from planner.identify.segments import MeasuredPower, SteadyStretch
+    from planner.identify.verification import KnownConditions, Verification
     from planner.logs.record import FlightRecord
+
 
 _SAME_POWER = 0.05
 """Share of hover power by which that of cruise may differ for a stop to be counted from hover. [-]"""
@@ -353,3 +347,41 @@ def _flown_mass_kg(settings: IdentificationSettings) -> float | None:
     if own is None and settings.base is not None:
         own = settings.base.mass_kg
     return None if own is None else own + settings.payload_kg
+
+
+def verify_left_out(
+    logs: Sequence[Sequence[FlightRecord]],
+    settings: IdentificationSettings,
+    known: KnownConditions,
+) -> Iterator[Verification]:
+    """Identify a vehicle from all logs but one, and verify on that one, for each in turn.
+
+    Parameters
+    ----------
+    logs : sequence of sequence of FlightRecord
+        The flights, log by log.
+    settings : IdentificationSettings
+        What no log tells; its base gives what the other logs do not tell, which is then said.
+    known : KnownConditions
+        What the logs do not tell of the flights, or tell wrongly.
+
+    Yields
+    ------
+    Verification
+        One for every flight, with what was found when the others were identified.
+
+    Raises
+    ------
+    UsageError
+        If there is one log only.
+    """
+    if len(logs) < 2:
+        msg = "leaving one log out needs two logs at least"
+        raise UsageError(msg)
+    for number, flights in enumerate(logs):
+        others = [record for n, log in enumerate(logs) if n != number for record in log]
+        identified = identify_vehicle(others, settings)
+        for record in flights:
+            verified = verify_flight(record, identified.model, known)
+            own = [f for f in identified.findings if f.code.startswith("I")]
+            yield replace(verified, findings=(*verified.findings, *own))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from planner.identify.steady import speed_through_air_m_s
+from planner.identify.segments import speed_through_air_m_s
 from planner.values import Value, force_setattr, replace
 
 if TYPE_CHECKING:

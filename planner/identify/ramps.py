@@ -1,4 +1,4 @@
-r"""Ramps of a vehicle that logs no references, from how long its manoeuvres took.
+"""Ramps of a vehicle that logs no references, from how long its manoeuvres took.
 
 With acceleration a and braking b, a leg of length L at speed v takes L/v + k v, where k = (1/a + 1/b)/2, and
 stops within v²/2b.  What is slower than u = 1 m/s counts as standing: a first leg, seen from u to u, loses
@@ -21,9 +21,8 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.outcome import Estimate, FitStatus, SegmentUse, StateOutcome
-from planner.identify.quality import fit_percent
-from planner.identify.states import run_bounds
+from planner.identify.segments import FitStatus, SegmentUse, StateOutcome, run_bounds
+from planner.identify.uncertainty import Estimate, fit_percent
 from planner.values import Value
 from planner.vehicle.model import Ramps
 

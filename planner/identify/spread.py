@@ -17,15 +17,19 @@ import numpy as np
 
 from planner.errors import IdentificationError, MavjouleError
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.power_states import (
+from planner.identify.power import (
     at_mean_load,
     identify_manoeuvre_power,
     identify_power,
     manoeuvre_powers,
 )
 from planner.identify.ramps import durations_s, fit_ramps, timed_flight
-from planner.identify.states import find_states, slope_per_s
-from planner.identify.steady import record_air_density_kg_m3, speed_through_air_m_s
+from planner.identify.segments import (
+    find_states,
+    record_air_density_kg_m3,
+    slope_per_s,
+    speed_through_air_m_s,
+)
 from planner.identify.verification import KnownConditions, verify_flight
 from planner.units import SECONDS_PER_HOUR
 from planner.values import Value, replace
@@ -37,9 +41,9 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.identify.assembly import IdentificationSettings
-    from planner.identify.power_states import PowerIdentification
+    from planner.identify.power import PowerIdentification
     from planner.identify.ramps import TimedFlight
-    from planner.identify.steady import MeasuredPower
+    from planner.identify.segments import MeasuredPower
     from planner.logs.record import FlightRecord
     from planner.vehicle.model import Ramps, VehicleModel
 

@@ -20,7 +20,7 @@ from planner.identify.flown_mission import (
     flown_window,
     record_parameters,
 )
-from planner.identify.states import find_states
+from planner.identify.segments import find_states
 from planner.logs.record import STEP_S
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.prediction import Flight
-    from planner.identify.states import StateSegment
+    from planner.identify.segments import StateSegment
     from planner.logs.record import FlightRecord
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.findings import Severity
-from planner.identify.outcome import FitStatus
+from planner.identify.segments import FitStatus
 from planner.report.text import finding_lines, note_lines, printable, table_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.identify.outcome import Identification, SegmentUse, StateOutcome
+    from planner.identify.assembly import Identification
+    from planner.identify.segments import SegmentUse, StateOutcome
     from planner.identify.verification import StateComparison, StopComparison, Verification
     from planner.logs.record import FlightRecord
     from planner.report.medium import Medium

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding, Rule
     from planner.guard.decision import Decision
-    from planner.identify.outcome import Identification, StateOutcome
+    from planner.identify.assembly import Identification
+    from planner.identify.segments import StateOutcome
     from planner.identify.verification import Verification
     from planner.link.telemetry import VehicleSnapshot
     from planner.logs.record import FlightRecord

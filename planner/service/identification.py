@@ -8,8 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from planner.identify.assembly import IdentificationSettings
-    from planner.identify.outcome import Identification
+    from planner.identify.assembly import Identification, IdentificationSettings
     from planner.logs.csv import CsvMapping
     from planner.logs.record import FlightRecord
 

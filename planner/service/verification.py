@@ -56,7 +56,7 @@ def verify_logs(
     from planner.logs.files import read_log
 
     if left_out is not None:
-        from planner.identify.left_out import verify_left_out
+        from planner.identify.identification import verify_left_out
 
         yield from verify_left_out([read_log(path, mapping) for path in paths], left_out, known)
         return

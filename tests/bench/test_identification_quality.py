@@ -19,7 +19,7 @@ from experiment_draws import FIGURES, STRUCTURES, WAYS, bound, identified
 from experiment_manoeuvres import hovers
 from simulated_experiment import HOVER_COEFFICIENT_W, HOVER_EXPONENT, fly_vertically
 
-from planner.identify.hover import fit_altitude_law
+from planner.identify.power_laws import fit_altitude_law
 
 pytestmark = pytest.mark.bench
 

@@ -10,12 +10,8 @@ from simulated_experiment import G1, G2, G3, G4, G5, STEP_S, Model
 
 from planner.errors import IdentificationError
 from planner.identify.arx import ArxModel, fit_arx, select_arx
-from planner.identify.manoeuvres import (
-    Manoeuvre,
-    ReferenceForm,
-)
-from planner.identify.output_error import fit_response
-from planner.identify.structure import MOTION
+from planner.identify.manoeuvres import Manoeuvre, ReferenceForm
+from planner.identify.output_error import MOTION, fit_response
 
 MODELS = {"G1": G1, "G2": G2, "G3": G3, "G4": G4, "G5": G5}
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from planner.errors import IdentificationError
-from planner.identify.hover import fit_cruise_curve
-from planner.identify.steady import MeasuredPower
+from planner.identify.power_laws import fit_cruise_curve
+from planner.identify.segments import MeasuredPower
 
 
 def cruise(speed_m_s: float, power_w: float, error_w: float = 1.0) -> MeasuredPower:

@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 from made_record import make_record
 
-from planner.identify.battery import (
-    PackSettings,
-    charge_used_ah,
-    identify_battery,
-)
-from planner.identify.outcome import FitStatus
+from planner.identify.battery import PackSettings, charge_used_ah, identify_battery
+from planner.identify.segments import FitStatus
 from planner.physics.battery import open_circuit_voltage_v
 from planner.values import replace
 from planner.vehicle.reader import load_chemistry

@@ -8,8 +8,8 @@ from experiment_manoeuvres import hovers
 from simulated_experiment import HOVER_COEFFICIENT_W, HOVER_EXPONENT, fly_vertically
 
 from planner.errors import IdentificationError
-from planner.identify.hover import fit_altitude_law, fit_density_law
-from planner.identify.steady import MeasuredPower
+from planner.identify.power_laws import fit_altitude_law, fit_density_law
+from planner.identify.segments import MeasuredPower
 
 
 def hover(

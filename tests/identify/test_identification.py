@@ -23,10 +23,7 @@ from simulated_experiment import (
 )
 
 from planner.cli.main import main
-from planner.identify.assembly import (
-    IdentificationSettings,
-    Method,
-)
+from planner.identify.assembly import IdentificationSettings, Method
 from planner.identify.identification import identify_vehicle
 from planner.values import replace
 from planner.vehicle.power import AltitudeLaw, CruisePower

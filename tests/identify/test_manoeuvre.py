@@ -6,11 +6,7 @@ import control
 import numpy as np
 import pytest
 
-from planner.identify.manoeuvres import (
-    Manoeuvre,
-    ReferenceForm,
-    simulated_answers,
-)
+from planner.identify.manoeuvres import Manoeuvre, ReferenceForm, simulated_answers
 from planner.physics.response import TransferFunction
 
 SYSTEM = TransferFunction(numerator=(0.4, 2.56), denominator=(1.0, 1.9, 2.56), delay_s=0.3)

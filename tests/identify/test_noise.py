@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from planner.errors import IdentificationError
-from planner.identify.noise import Noise, fit_noise, least_squares_covariance, mean_with_error
+from planner.identify.uncertainty import Noise, fit_noise, least_squares_covariance, mean_with_error
 
 
 def remembering(

@@ -14,8 +14,15 @@ from simulated_experiment import G4, STEP_S, Model
 
 from planner.errors import IdentificationError
 from planner.identify.manoeuvres import Manoeuvre
-from planner.identify.output_error import Residuals, fit_response, select_response
-from planner.identify.structure import MOTION, POWER, POWER_WITHOUT_ZERO, Structure
+from planner.identify.output_error import (
+    MOTION,
+    POWER,
+    POWER_WITHOUT_ZERO,
+    Residuals,
+    Structure,
+    fit_response,
+    select_response,
+)
 from planner.values import replace
 
 if TYPE_CHECKING:

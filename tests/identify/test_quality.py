@@ -7,7 +7,8 @@ import pytest
 from experiment_manoeuvres import manoeuvres
 
 from planner.identify.manoeuvres import Manoeuvre
-from planner.identify.quality import evaluate_model, fit_percent, whiteness
+from planner.identify.responses import evaluate_model
+from planner.identify.uncertainty import fit_percent, whiteness
 from planner.physics.response import TransferFunction
 
 TRUTH = TransferFunction(numerator=(0.3569,), denominator=(1.0, 0.935, 0.3588), delay_s=0.6)

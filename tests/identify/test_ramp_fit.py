@@ -15,18 +15,10 @@ from planner.flight.motion.ramps import fly_ramps
 from planner.flight.motion.steps import StepLegs
 from planner.identify.assembly import IdentificationSettings
 from planner.identify.identification import identify_vehicle
-from planner.identify.power_states import (
-    at_mean_load,
-    identify_manoeuvre_power,
-    manoeuvre_powers,
-)
-from planner.identify.ramps import (
-    fit_ramps,
-    identify_ramps,
-    timed_flight,
-)
+from planner.identify.power import at_mean_load, identify_manoeuvre_power, manoeuvre_powers
+from planner.identify.ramps import fit_ramps, identify_ramps, timed_flight
+from planner.identify.segments import MeasuredPower
 from planner.identify.spread import ramp_spread
-from planner.identify.steady import MeasuredPower
 from planner.mission.route.stage import (
     Stage,
     StageKind,

@@ -17,17 +17,10 @@ from simulated_experiment import (
 )
 
 from planner.flight.motion.kinematics import FlightState
-from planner.identify.hover import fit_altitude_law
-from planner.identify.manoeuvres import (
-    ReferenceForm,
-    ResponseKind,
-    cut_manoeuvres,
-    hold_out,
-)
-from planner.identify.output_error import fit_response
-from planner.identify.states import find_states
-from planner.identify.steady import steady_stretches
-from planner.identify.structure import MOTION, POWER
+from planner.identify.manoeuvres import ReferenceForm, ResponseKind, cut_manoeuvres, hold_out
+from planner.identify.output_error import MOTION, POWER, fit_response
+from planner.identify.power_laws import fit_altitude_law
+from planner.identify.segments import find_states, steady_stretches
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:

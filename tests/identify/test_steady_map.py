@@ -7,13 +7,9 @@ import pytest
 from made_record import make_record
 
 from planner.errors import IdentificationError
-from planner.identify.power_states import identify_power
-from planner.identify.steady import (
-    MeasuredPower,
-    fit_steady_map,
-    record_air_density_kg_m3,
-    steady_flight,
-)
+from planner.identify.power import identify_power
+from planner.identify.power_laws import fit_steady_map
+from planner.identify.segments import MeasuredPower, record_air_density_kg_m3, steady_flight
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import replace
 from planner.vehicle.power import (

@@ -12,8 +12,8 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 import planner
 from planner.identify.manoeuvres import Manoeuvre
-from planner.identify.outcome import ResponseEvidence
-from planner.identify.steady import MeasuredPower
+from planner.identify.responses import ResponseEvidence
+from planner.identify.segments import MeasuredPower
 from planner.report import plots
 from planner.vehicle.library import load_vehicle
 

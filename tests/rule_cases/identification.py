@@ -13,10 +13,7 @@ from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
 from rule_cases.flight_log import records_of
 from simulated_experiment import fly_horizontally, fly_vertically
 
-from planner.identify.assembly import (
-    IdentificationSettings,
-    Method,
-)
+from planner.identify.assembly import IdentificationSettings, Method
 from planner.identify.battery import PackSettings
 from planner.identify.identification import identify_vehicle
 from planner.values import replace

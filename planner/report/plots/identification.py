@@ -13,9 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.arrays import FloatArray
+    from planner.identify.assembly import Identification
     from planner.identify.battery import BatteryFit
-    from planner.identify.outcome import Identification, ResponseEvidence
-    from planner.identify.steady import MeasuredPower
+    from planner.identify.responses import ResponseEvidence
+    from planner.identify.segments import MeasuredPower
     from planner.identify.verification import Verification
     from planner.logs.record import FlightRecord
     from planner.report.plots.tables import Row

@@ -1,4 +1,4 @@
-"""Steady power of a vehicle from its steady flight: one law of everything, or tables state by state."""
+"""Power of a vehicle from its flights: one law of everything, tables, or means over manoeuvres."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.hover import (
+from planner.identify.power_laws import (
     LOWEST_HEIGHT_M,
+    SteadyMap,
+    cell_of,
     fit_altitude_law,
     fit_cruise_curve,
     fit_density_law,
-)
-from planner.identify.noise import mean_with_error
-from planner.identify.outcome import Estimate, FitStatus, SegmentUse, StateOutcome
-from planner.identify.quality import fit_percent
-from planner.identify.ramps import timed_flight
-from planner.identify.steady import (
-    MeasuredPower,
-    SteadyMap,
-    cell_of,
     fit_steady_map,
+)
+from planner.identify.ramps import timed_flight
+from planner.identify.segments import (
+    FitStatus,
+    MeasuredPower,
+    SegmentUse,
+    StateOutcome,
     speed_through_air_m_s,
 )
+from planner.identify.uncertainty import Estimate, fit_percent, mean_with_error
 from planner.values import Value, replace
 from planner.vehicle.power import AltitudeLaw, CruisePower, VerticalPower, hover_power_w
 

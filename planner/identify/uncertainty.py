@@ -1,4 +1,4 @@
-r"""What a fit leaves over: noise with a memory, and what it does to errors of estimates.
+r"""What a fit leaves over, and what that does to the errors of its estimates.
 
 Residuals of flights are seldom white: gusts last seconds.  They are described as autoregressive,
 
@@ -14,6 +14,7 @@ References
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -208,3 +209,74 @@ def _correlated(noise: Noise, columns: FloatArray) -> FloatArray:
     if noise.is_white:
         return noise.variance * columns
     return np.asarray(matmul_toeplitz(noise.autocovariances(columns.shape[0]), columns))
+
+
+class Estimate(Value):
+    """A number that was measured, and how well."""
+
+    name: str
+    value: float
+    error: float
+    """Standard error, in the unit of the value."""
+
+    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+        """Return the interval that holds the truth with a probability, errors taken as normal."""
+        half = NormalDist().inv_cdf(0.5 + 0.5 * confidence) * self.error
+        return self.value - half, self.value + half
+
+
+_LAGS = 20
+
+
+def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
+    r"""Fit as MATLAB's ``compare`` gives it.
+
+    .. math:: 100 \left(1 - \frac{\lVert y - \hat y \rVert}{\lVert y - \bar y \rVert}\right)
+
+    Parameters
+    ----------
+    measured, predicted : ndarray, shape (n,)
+        Answers y and ŷ. [output]
+
+    Returns
+    -------
+    float
+        At most 100; -inf for a wrong prediction of a constant. [%]
+    """
+    error = float(np.linalg.norm(measured - predicted))
+    if error == 0.0:
+        return 100.0
+    spread = float(np.linalg.norm(measured - measured.mean()))
+    return 100.0 * (1.0 - error / spread) if spread > 0.0 else -np.inf
+
+
+def whiteness(residuals: FloatArray) -> float:
+    r"""Chance that white noise has residuals of such a memory: the test of Ljung and Box.
+
+    .. math:: Q = n (n + 2) \sum_{k=1}^{h} \frac{r_k^2}{n - k} \sim \chi^2_h
+
+    G. Ljung, G. Box, Biometrika 65 (1978) 297; with h = 20 lags, fewer where there are fewer than four
+    samples for each.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (n,)
+        Residuals about any mean. [output]
+
+    Returns
+    -------
+    float
+        Small for residuals with a memory. [-]
+    """
+    from scipy.stats import chi2
+
+    centred = residuals - residuals.mean()
+    power = float(centred @ centred)
+    used = min(_LAGS, residuals.size // 4)
+    if power == 0.0 or used < 1:
+        return 1.0
+    statistic = sum(
+        (float(centred[lag:] @ centred[:-lag]) / power) ** 2 / (residuals.size - lag)
+        for lag in range(1, used + 1)
+    )
+    return float(chi2.sf(residuals.size * (residuals.size + 2) * statistic, used))

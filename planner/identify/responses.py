@@ -8,15 +8,16 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.manoeuvres import (
-    ManoeuvreCut,
-    ResponseKind,
-    hold_out,
+from planner.identify.manoeuvres import ManoeuvreCut, ResponseKind, hold_out, simulated_answers
+from planner.identify.output_error import (
+    FOLLOWING,
+    MOTION,
+    POWER,
+    POWER_WITHOUT_ZERO,
+    select_response,
 )
-from planner.identify.outcome import FitStatus, ResponseEvidence, SegmentUse, StateOutcome
-from planner.identify.output_error import select_response
-from planner.identify.quality import evaluate_model
-from planner.identify.structure import FOLLOWING, MOTION, POWER, POWER_WITHOUT_ZERO
+from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
+from planner.identify.uncertainty import Estimate, fit_percent, whiteness
 from planner.values import Value, replace
 from planner.vehicle.declared import declared
 from planner.vehicle.model import ManoeuvreResponse, Responses
@@ -25,10 +26,67 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.identify.manoeuvres import Manoeuvre
-    from planner.identify.outcome import Estimate
-    from planner.identify.quality import Quality
-    from planner.identify.structure import Structure
+    from planner.identify.output_error import Structure
     from planner.physics.response import TransferFunction
+
+
+class ResponseEvidence(Value, eq=False):
+    """Manoeuvres beside the model that was fitted to them: what a figure shows."""
+
+    name: str
+    manoeuvres: tuple[Manoeuvre, ...]
+    transfer_function: TransferFunction
+    window_s: float | None
+
+
+class Quality(Value):
+    """How one manoeuvre is described by a model."""
+
+    fit_percent: float
+    """100 for a perfect model, 0 for one no better than the mean, negative for a worse one. [%]"""
+    rms: float
+    """Root mean square of the residuals. [output]"""
+    whiteness: float
+    """Chance that white noise has residuals of such a memory; small where the model leaves
+    something over. [-]"""
+    is_held_out: bool
+    """Whether the manoeuvre was kept from the fit."""
+    source: str
+    """Name of the log."""
+
+
+def evaluate_model(
+    system: TransferFunction, manoeuvres: Sequence[Manoeuvre]
+) -> tuple[Quality, ...]:
+    """Describe each manoeuvre by a model; its offset is the mean answer before the command.
+
+    Parameters
+    ----------
+    system : TransferFunction
+        The model.
+    manoeuvres : sequence of Manoeuvre
+        Held out from the fit, or not.
+
+    Returns
+    -------
+    tuple of Quality
+        One for each manoeuvre.
+    """
+    found = []
+    answers = simulated_answers(system.modes, system.delay_s, manoeuvres)
+    for manoeuvre, answer in zip(manoeuvres, answers, strict=True):
+        predicted = manoeuvre.answer_before + answer
+        residuals = manoeuvre.answer - predicted
+        found.append(
+            Quality(
+                fit_percent=fit_percent(manoeuvre.answer, predicted),
+                rms=float(np.sqrt(np.mean(residuals**2))),
+                whiteness=whiteness(residuals),
+                is_held_out=manoeuvre.is_held_out,
+                source=manoeuvre.source,
+            )
+        )
+    return tuple(found)
 
 
 _POWERS = (ResponseKind.CLIMB_POWER, ResponseKind.DESCENT_POWER, ResponseKind.BRAKE_POWER)
@@ -202,8 +260,6 @@ def _fit_by_arx(
     manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], longest_delay_s: float
 ) -> FittedResponse:
     """Fit as the article does: it tells no errors, and noise biases it."""
-    from planner.identify.outcome import Estimate
-
     system = _slowest_sampled(manoeuvres, structures[0], longest_delay_s)
     gain = system.numerator[-1] / system.denominator[-1]
     rows = {"steady_gain": gain, "delay_s": system.delay_s}

@@ -1,0 +1,562 @@
+"""Segments of a flight: its states, its steady flight, and what each of them was used for.
+
+States are the eight of the article's Figure 1, ground time left out.  Climb and descent are found by the
+motion, and so is horizontal flight, unless the record has the speed reference that an autopilot shaped:
+that separates accelerating, cruising and braking without noise.  Thresholds have a hysteresis, those of
+climbs grow with the wobble of the height; what is shorter than a second belongs to what was before it.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
+from planner.identify.uncertainty import Estimate, mean_with_error
+from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
+from planner.values import Value
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.logs.record import FlightRecord
+
+
+class FitStatus(StrEnum):
+    """What became of a state."""
+
+    IDENTIFIED = "identified"
+    """The flights tell it."""
+    BASE = "base"
+    """The flights do not tell it: taken from the base model."""
+    LEFT_OUT = "left-out"
+    """The flights do not tell it, and no base model does."""
+
+
+class SegmentUse(Value):
+    """A stretch of a flight, and what it was used for."""
+
+    log: str
+    """File name."""
+    flight: int
+    """Which flight of the log, from 1."""
+    start_s: float
+    """In the flight. [s]"""
+    duration_s: float
+    """[s]"""
+    what: str
+    """The state, and how far or fast: ``climb 100 m``."""
+    refusal: str = ""
+    """Why it was not used; empty where it was."""
+    is_held_out: bool = False
+    """Whether the fit that is tested was made without it."""
+    fit_percent: float | None = None
+    """How well the model describes it. [%]"""
+
+    @property
+    def is_used(self) -> bool:
+        """Whether the model rests on it, or was tested on it."""
+        return not self.refusal
+
+
+class StateOutcome(Value):
+    """What was found about one state."""
+
+    name: str
+    """``altitude``, ``speed``, ``climb_power`` …, ``hover``, ``cruise``, ``vertical``, ``battery``."""
+    status: FitStatus
+    said: str
+    """What was identified by which law, or why it was not."""
+    unit: str = ""
+    """Of the residuals."""
+    estimates: tuple[Estimate, ...] = ()
+    segments: tuple[SegmentUse, ...] = ()
+    """Every stretch that was looked at."""
+    fit_percent: float | None = None
+    """On segments held out, by a fit without them. [%]"""
+    rms: float | None = None
+    """Root mean square of the residuals of those. [unit]"""
+    whiteness: float | None = None
+    """Median chance that white noise has residuals of such a memory. [-]"""
+
+    @property
+    def used(self) -> int:
+        """Number of segments the model rests on."""
+        return sum(s.is_used for s in self.segments)
+
+    @property
+    def held_out(self) -> int:
+        """Number of segments the model was tested on."""
+        return sum(s.is_held_out for s in self.segments)
+
+    def refusals(self) -> tuple[tuple[str, int], ...]:
+        """Return the reasons for which segments were not used, each with their number."""
+        counts: dict[str, int] = {}
+        for segment in self.segments:
+            if segment.refusal:
+                counts[segment.refusal] = counts.get(segment.refusal, 0) + 1
+        return tuple(sorted(counts.items(), key=lambda pair: -pair[1]))
+
+
+_VERTICAL_M_S = (0.15, 0.3)
+_HORIZONTAL_M_S = (0.5, 1.0)
+_ACCELERATION_M_S2 = (0.15, 0.3)
+"""Where a motion ends, and where it begins: the hysteresis."""
+_LEVEL_M_S = 1.0
+"""Climb rates below it are wobble for the most part."""
+_QUIET_M_S = 0.1
+"""Wobble of the climb rate, a standard deviation, from which on its limits grow in proportion."""
+_WIDEST = 3.0
+"""Most that they grow: landings are as slow as 1 m/s. [-]"""
+_SLOPE_S = 3.0
+"""Window of a slope: noise of 0.3 m at 10 Hz leaves 0.06 m/s."""
+_SHORTEST_S = 1.0
+_GROUND_S = 3.0
+"""A climb that begins this soon after the ground is a take-off, a descent that ends there a landing."""
+_CONTACT_S = 10.0
+"""Spinning up before a take-off and waiting for the ground to be noticed take no longer."""
+_STEPPED = 0.5
+"""Share of its range by which a reference that is not shaped jumps from sample to sample. [-]"""
+_KNOWN = 0.9
+"""Share of the flight a column must be known for. [-]"""
+
+
+class StateSegment(Value):
+    """A stretch of one flight state."""
+
+    state: FlightState
+    first: int
+    """Its first sample in the record."""
+    end: int
+    """The sample after its last."""
+    start_s: float
+    """Time of the first sample in the record. [s]"""
+    duration_s: float
+    """[s]"""
+
+    @property
+    def samples(self) -> slice:
+        """Its part of every column of the record."""
+        return slice(self.first, self.end)
+
+
+def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
+    """Find the flight states of a record.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+
+    Returns
+    -------
+    tuple of StateSegment
+        In the order flown; time on the ground, and time at which neither height nor speed is known,
+        belongs to none.
+    """
+    step_s = float(record.time_s[1] - record.time_s[0])
+    climb, speed, acceleration = _motion(record, step_s)
+    flying = ~record.is_landed & np.isfinite(climb) & np.isfinite(speed)
+    states = np.full(flying.size, -1, dtype=np.int64)
+    states[flying] = STATE_INDEX[FlightState.HOVER]
+    horizontal = _with_hysteresis(speed, _HORIZONTAL_M_S)
+    states[flying & horizontal] = STATE_INDEX[FlightState.CRUISE]
+    gaining = _with_hysteresis(acceleration, _ACCELERATION_M_S2)
+    losing = _with_hysteresis(-acceleration, _ACCELERATION_M_S2)
+    moving = flying & (horizontal | (speed > _HORIZONTAL_M_S[0]))
+    states[moving & gaining] = STATE_INDEX[FlightState.ACCELERATE]
+    states[moving & losing] = STATE_INDEX[FlightState.BRAKE]
+    limits = _vertical_limits_m_s(climb[flying])
+    states[flying & _with_hysteresis(climb, limits)] = STATE_INDEX[FlightState.CLIMB]
+    states[flying & _with_hysteresis(-climb, limits)] = STATE_INDEX[FlightState.DESCEND]
+    states = _without_short_runs(states, round(_SHORTEST_S / step_s))
+    _join_ground_contact(states, record.is_landed, step_s)
+    return _segments(record, states, step_s)
+
+
+def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
+    """Return where a climb ends and begins: beyond what the height wobbles by in this flight."""
+    level = np.abs(climb_m_s)[np.abs(climb_m_s) < _LEVEL_M_S]
+    # the median absolute deviation of normal wobble is 0.6745 of its standard deviation
+    wobble = float(np.median(level)) / 0.6745 if level.size else 0.0
+    scale = min(max(wobble / _QUIET_M_S, 1.0), _WIDEST)
+    return scale * _VERTICAL_M_S[0], scale * _VERTICAL_M_S[1]
+
+
+def _motion(record: FlightRecord, step_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Climb rate, horizontal speed and the acceleration along it."""
+    window = round(_SLOPE_S / step_s)
+    if _share_known(record.climb_m_s, record.is_landed) >= _KNOWN:
+        climb = _mean(record.climb_m_s, window)
+    else:
+        climb = slope_per_s(record.height_above_home_m, window, step_s)
+    if _is_shaped(record.reference_speed_m_s, record.is_landed):
+        speed = record.reference_speed_m_s
+        acceleration = np.gradient(speed, step_s)
+    else:
+        measured = record.ground_speed_m_s
+        if _share_known(measured, record.is_landed) < _KNOWN:
+            measured = record.airspeed_m_s
+        speed = _mean(measured, round(window / 3))
+        acceleration = slope_per_s(measured, window, step_s)
+    return climb, speed, acceleration
+
+
+def _share_known(column: FloatArray, is_landed: BoolArray) -> float:
+    airborne = column[~is_landed]
+    return float(np.isfinite(airborne).mean()) if airborne.size else 0.0
+
+
+def _is_shaped(reference: FloatArray, is_landed: BoolArray) -> bool:
+    """Whether a reference is known throughout and changes gradually."""
+    if _share_known(reference, is_landed) < _KNOWN:
+        return False
+    known = reference[np.isfinite(reference) & ~is_landed]
+    height = float(np.ptp(known))
+    return height > 0.0 and float(np.abs(np.diff(known)).max()) < _STEPPED * height
+
+
+def slope_per_s(column: FloatArray, window: int, step_s: float) -> FloatArray:
+    """Slope of a straight line through the samples around each.
+
+    Parameters
+    ----------
+    column : ndarray, shape (n,)
+        Samples. [unit]
+    window : int
+        Number of samples of the line; made odd.
+    step_s : float
+        Sampling step. [s]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        NaN where a sample is not known; towards the ends as at the last full window. [unit/s]
+    """
+    half = min(window // 2, (column.size - 1) // 2)
+    if half < 1:
+        return np.zeros(column.size)
+    lags = np.arange(-half, half + 1)
+    weights = lags / float(lags @ lags) / step_s
+    inner = np.convolve(column, weights[::-1], mode="valid")
+    return np.pad(inner, half, mode="edge")
+
+
+def _mean(column: FloatArray, window: int) -> FloatArray:
+    """Mean of the samples around each."""
+    half = min(window // 2, (column.size - 1) // 2)
+    weights = np.full(2 * half + 1, 1.0 / (2 * half + 1))
+    return np.pad(np.convolve(column, weights, mode="valid"), half, mode="edge")
+
+
+def _with_hysteresis(values: FloatArray, limits: tuple[float, float]) -> BoolArray:
+    """Where values are above the lower limit in a stretch that reaches the upper one."""
+    low, high = limits
+    above = np.nan_to_num(values, nan=-np.inf) > low
+    starts, ends = run_bounds(above)
+    found = np.zeros(values.size, dtype=np.bool_)
+    for start, end in zip(starts, ends, strict=True):
+        if above[start] and np.max(values[start:end]) > high:
+            found[start:end] = True
+    return found
+
+
+def run_bounds(values: npt.NDArray[np.generic]) -> tuple[IntArray, IntArray]:
+    """First samples, and samples after the last, of the runs of equal values."""
+    changes = np.flatnonzero(values[1:] != values[:-1]) + 1
+    return np.concatenate([[0], changes]), np.concatenate([changes, [values.size]])
+
+
+def _without_short_runs(states: IntArray, shortest: int) -> IntArray:
+    """Give runs that are too short to what was before them, or after them at the start."""
+    cleaned = states.copy()
+    starts, ends = run_bounds(states)
+    for start, end in zip(starts, ends, strict=True):
+        if cleaned[start] < 0 or end - start >= shortest:
+            continue
+        if start > 0 and cleaned[start - 1] >= 0:
+            cleaned[start:end] = cleaned[start - 1]
+        elif end < states.size and states[end] >= 0:
+            cleaned[start:end] = states[end]
+    return cleaned
+
+
+def _join_ground_contact(states: IntArray, is_landed: BoolArray, step_s: float) -> None:
+    """Give the moment of spinning up to the take-off, that of touching down to the landing."""
+    near, longest = round(_GROUND_S / step_s), round(_CONTACT_S / step_s)
+    hover = STATE_INDEX[FlightState.HOVER]
+    starts, ends = run_bounds(states)
+    for start, end in zip(starts, ends, strict=True):
+        if states[start] != hover or end - start > longest:
+            continue
+        climbs = end < states.size and states[end] == STATE_INDEX[FlightState.CLIMB]
+        descended = start > 0 and states[start - 1] == STATE_INDEX[FlightState.DESCEND]
+        if climbs and is_landed[max(start - near, 0) : start].any():
+            states[start:end] = states[end]
+        elif descended and is_landed[end : end + near].any():
+            states[start:end] = states[start - 1]
+
+
+def _segments(record: FlightRecord, states: IntArray, step_s: float) -> tuple[StateSegment, ...]:
+    """Join runs to segments; a climb from the ground is a take-off, a descent to it a landing."""
+    near = round(_GROUND_S / step_s)
+    found: list[StateSegment] = []
+    starts, ends = run_bounds(states)
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        if states[start] < 0:
+            continue
+        state = STATES[states[start]]
+        if state is FlightState.CLIMB and record.is_landed[max(start - near, 0) : start].any():
+            state = FlightState.TAKEOFF
+        elif state is FlightState.DESCEND and record.is_landed[end : end + near].any():
+            state = FlightState.LAND
+        found.append(
+            StateSegment(
+                state=state,
+                first=start,
+                end=end,
+                start_s=float(record.time_s[start]),
+                duration_s=(end - start) * step_s,
+            )
+        )
+    return tuple(found)
+
+
+def speed_through_air_m_s(record: FlightRecord) -> FloatArray:
+    """Horizontal airspeed of a record where it is told, else its ground speed (n,) [m/s]."""
+    is_told = bool(np.isfinite(record.airspeed_m_s).any())
+    return record.airspeed_m_s if is_told else record.ground_speed_m_s
+
+
+def record_air_density_kg_m3(
+    record: FlightRecord, *, home_temperature_c: float | None = None
+) -> FloatArray:
+    """Density of the air along a record.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+    home_temperature_c : float, optional
+        Air temperature at home; left out, that of the standard atmosphere there. [°C]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        NaN where no height is known. [kg m⁻³]
+    """
+    home_amsl_m = record.home.altitude_amsl_m or 0.0
+    altitude = record.altitude_amsl_m
+    if not np.isfinite(altitude).any():
+        altitude = record.height_above_home_m + home_amsl_m
+    temperature_c = (
+        standard_temperature_c(home_amsl_m) if home_temperature_c is None else home_temperature_c
+    )
+    return air_density_kg_m3(altitude, home_amsl_m=home_amsl_m, home_temperature_c=temperature_c)
+
+
+_SETTLING_S = 5.0
+"""Taken off the beginning of a steady stretch, where the power of the manoeuvre before it rings."""
+_SHORTEST_STEADY_S = 5.0
+_HEIGHT_RANGE_M = 2.0
+_SPEED_RANGE_M_S = 2.0
+"""Largest difference between the 5th and the 95th percentile in a stretch that counts as steady."""
+
+
+class MeasuredPower(Value):
+    """Mean power over steady flight at one height and speed."""
+
+    power_w: float
+    """Mean electrical power. [W]"""
+    error_w: float
+    """Standard error of the mean, memory of the noise counted. [W]"""
+    duration_s: float
+    """Time it was measured for. [s]"""
+    height_above_home_m: float
+    """Mean height. [m]"""
+    airspeed_m_s: float = 0.0
+    """Mean horizontal airspeed. [m/s]"""
+    climb_rate_m_s: float = 0.0
+    """Mean climb rate, descent negative. [m/s]"""
+    air_density_kg_m3: float | None = None
+    """Mean air density, where it is known. [kg m⁻³]"""
+    mass_kg: float | None = None
+    """Mass that flew, where it is known. [kg]"""
+    source: str = ""
+    """Name of the log."""
+    start_s: float = 0.0
+    """When it begins, in the flight. [s]"""
+
+
+class SteadyStretch(Value):
+    """A hover or cruise of a record, and the mean power it gives, if any."""
+
+    segment: StateSegment
+    power: MeasuredPower | None
+    refusal: str = ""
+    """Why it gives none; empty where it does."""
+
+
+def steady_stretches(
+    record: FlightRecord,
+    segments: Sequence[StateSegment],
+    *,
+    settling_s: float = _SETTLING_S,
+) -> tuple[SteadyStretch, ...]:
+    """Mean powers of the hovers and cruises of a record.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+    segments : sequence of StateSegment
+        Its flight states.
+    settling_s : float
+        Time left out at the beginning of each. [s]
+
+    Returns
+    -------
+    tuple of SteadyStretch
+        Every hover and cruise, used or refused.
+    """
+    found = []
+    step_s = float(record.time_s[1] - record.time_s[0])
+    for segment in segments:
+        if segment.state not in {FlightState.HOVER, FlightState.CRUISE}:
+            continue
+        part = slice(segment.first + round(settling_s / step_s), segment.end)
+        refusal = _unsteadiness(record, segment, part, step_s)
+        power: MeasuredPower | None = None
+        if not refusal:
+            is_hover = segment.state is FlightState.HOVER
+            mean_w, error_w = mean_with_error([record.power_w[part]])
+            power = MeasuredPower(
+                power_w=mean_w,
+                error_w=error_w,
+                duration_s=step_s * (part.stop - part.start),
+                height_above_home_m=float(record.height_above_home_m[part].mean()),
+                airspeed_m_s=0.0 if is_hover else float(speed_through_air_m_s(record)[part].mean()),
+                source=f"{record.source}#{record.number}",
+            )
+        found.append(SteadyStretch(segment=segment, power=power, refusal=refusal))
+    return tuple(found)
+
+
+def _unsteadiness(record: FlightRecord, segment: StateSegment, part: slice, step_s: float) -> str:
+    """Why the power over a stretch is no steady power; empty where it is."""
+    if (part.stop - part.start) * step_s < _SHORTEST_STEADY_S:
+        return f"lasts {segment.duration_s:.1f} s: too short to settle and to average"
+    if not np.isfinite(record.power_w[part]).all():
+        return "the log does not tell the power throughout"
+    speed = speed_through_air_m_s(record)[part]
+    if not np.isfinite([record.height_above_home_m[part], speed]).all():
+        return "the log does not tell height and speed throughout"
+    if np.ptp(np.percentile(record.height_above_home_m[part], (5, 95))) > _HEIGHT_RANGE_M:
+        return "the height is not steady"
+    if np.ptp(np.percentile(speed, (5, 95))) > _SPEED_RANGE_M_S:
+        return "the speed is not steady"
+    return ""
+
+
+_STEADY_M_S2 = 0.3
+"""Mean acceleration over that below which flight is steady: gusts shake a vehicle by more than this."""
+_FLIGHT_SETTLING_S = 1.5
+"""Taken off the beginning of a stretch: the rotors still answer what was before it. [s]"""
+_SHORTEST_FLIGHT_S = 3.0
+_LONGEST_S = 20.0
+"""Longer stretches are cut: height, wind and density change over them. [s]"""
+_GROUND_EFFECT_S = 3.0
+"""Left out after lift-off and before touch-down: the ground carries part of the weight. [s]"""
+
+
+def steady_flight(
+    record: FlightRecord,
+    *,
+    air_density_kg_m3: FloatArray,
+    mass_kg: float | None = None,
+) -> tuple[MeasuredPower, ...]:
+    """Mean powers of all steady flight of a record.
+
+    Parameters
+    ----------
+    record : FlightRecord
+        One flight.
+    air_density_kg_m3 : ndarray, shape (n,)
+        Air density at each sample. [kg m⁻³]
+    mass_kg : float, optional
+        Mass that flew. [kg]
+
+    Returns
+    -------
+    tuple of MeasuredPower
+        In the order flown; empty where the log tells no power or no motion.
+    """
+    step_s = float(record.time_s[1] - record.time_s[0])
+    airspeed = speed_through_air_m_s(record)
+    climb = record.climb_m_s
+    if not np.isfinite(climb).any():
+        climb = slope_per_s(record.height_above_home_m, round(_SLOPE_S / step_s), step_s)
+    columns = np.stack([record.power_w, airspeed, climb, air_density_kg_m3])
+    steady = (
+        np.isfinite(columns).all(axis=0)
+        & _is_clear_of_ground(record.is_landed, step_s)
+        & (_acceleration_m_s2(record, climb, step_s) < _STEADY_M_S2)
+    )
+    found = []
+    settling, longest = round(_FLIGHT_SETTLING_S / step_s), round(_LONGEST_S / step_s)
+    for start, end in zip(*run_bounds(steady), strict=True):
+        if not steady[start]:
+            continue
+        pieces = max(1, round((end - start - settling) / longest))
+        edges = np.linspace(start + settling, end, pieces + 1).astype(int)
+        for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            if (last - first) * step_s < _SHORTEST_FLIGHT_S:
+                continue
+            part = slice(first, last)
+            power_w, error_w = mean_with_error([record.power_w[part]])
+            found.append(
+                MeasuredPower(
+                    power_w=power_w,
+                    error_w=error_w,
+                    duration_s=(last - first) * step_s,
+                    height_above_home_m=float(np.nanmean(record.height_above_home_m[part])),
+                    airspeed_m_s=float(airspeed[part].mean()),
+                    climb_rate_m_s=_mean_climb_m_s(record, climb, part),
+                    air_density_kg_m3=float(air_density_kg_m3[part].mean()),
+                    mass_kg=mass_kg,
+                    source=f"{record.source}#{record.number}",
+                    start_s=float(record.time_s[first]),
+                )
+            )
+    return tuple(found)
+
+
+def _mean_climb_m_s(record: FlightRecord, climb_m_s: FloatArray, part: slice) -> float:
+    """Mean climb rate by the heights where they are known: climb rates are often biased in cruise."""
+    heights = record.height_above_home_m[part]
+    if not np.isfinite(heights).all():
+        return float(climb_m_s[part].mean())
+    return float(np.polyfit(record.time_s[part], heights, 1)[0])
+
+
+def _acceleration_m_s2(record: FlightRecord, climb_m_s: FloatArray, step_s: float) -> FloatArray:
+    """Magnitude of the acceleration over ground; of the speed where the velocity is not known."""
+    window = round(_SLOPE_S / step_s)
+    columns = [record.velocity_north_m_s, record.velocity_east_m_s]
+    if not np.isfinite(columns).any(axis=1).all():
+        columns = [speed_through_air_m_s(record)]
+    slopes = [slope_per_s(column, window, step_s) for column in (*columns, climb_m_s)]
+    magnitude: FloatArray = np.sqrt(np.sum(np.square(slopes), axis=0))
+    return np.where(np.isfinite(magnitude), magnitude, np.inf)
+
+
+def _is_clear_of_ground(is_landed: BoolArray, step_s: float) -> BoolArray:
+    """Where the vehicle is not on the ground, nor was or will be in a moment."""
+    near = round(_GROUND_EFFECT_S / step_s)
+    kernel = np.ones(2 * near + 1)
+    return np.convolve(is_landed, kernel, mode="same")[: is_landed.size] < 0.5
