@@ -129,7 +129,6 @@ def command(
     warn_before: float,
     lost_after: float,
     keep: bool,
-    authoriser: str,
     log: Path | None,
     **options: object,
 ) -> None:
@@ -162,7 +161,7 @@ def command(
                 valid_for_s=int(valid_for), confirmed_s=confirm_within, oldest_s=reread
             ),
             is_charge_given="charge" in values,
-            uses_mavsdk=authoriser == "mavsdk",
+            uses_mavsdk=options["authoriser"] == "mavsdk",
             lost_after_s=lost_after,
             keeps_waiting=keep,
             warn_before_s=warn_before,

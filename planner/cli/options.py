@@ -143,6 +143,8 @@ def given_settings(options: Mapping[str, object]) -> dict[str, Any]:
     declared = settings()
     given: dict[str, Any] = {}
     for key, value in options.items():
+        if key not in declared:
+            continue
         if isinstance(value, tuple) and declared[key].kind.is_repeated:
             if value:  # one tuple for each time
                 given[key] = tuple(one for several in value for one in several)

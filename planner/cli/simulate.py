@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -89,11 +89,9 @@ def command(
     url: str,
     speed_up: float,
     arm_after: float | None,
-    authoriser: int | None,
-    system_id: int,
     faults: str,
     logs: tuple[Path, ...],
-    **options: object,
+    **options: Any,  # noqa: ANN401 - as click reads them
 ) -> None:
     """Speak as a vehicle that holds a mission and flies it as predicted.
 
@@ -125,8 +123,8 @@ def command(
         setup=setup,
         speed_up=speed_up,
         faults=read_faults(faults),
-        system=system_id,
-        authoriser=authoriser,
+        system=options["system_id"],
+        authoriser=options["authoriser"],
         logs=logs,
     )
     vehicle = make_simulated_vehicle(read_mission(mission), request)

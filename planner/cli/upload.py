@@ -69,7 +69,7 @@ def command(
     It is sent only where it is a go with the vehicle's own parameters, charge and home, and after
     a question, to a vehicle that is disarmed and on the ground.  A fence that only the vehicle has
     makes it a no-go.  It is read back and compared, then the vehicle is listened to.  Where the
-    transfer breaks or is stopped, the old mission is put back, and what is on the vehicle is said.
+    transfer breaks or is stopped, the old mission is put back, and what is on the vehicle is reported.
 
     Exit codes: 0 the mission is on the vehicle, 1 it is a no-go, the answer was no, the vehicle
     refuses it or has something else, 2 unusable input or usage, or a vehicle that is armed or in
@@ -83,19 +83,10 @@ def command(
     mission = read_mission(file)
 
     def may_send(proposal: UploadProposal) -> bool:
-        verdict = proposal.check.verdict
-        exit_code = ExitCode.GO if verdict == "go" else ExitCode.NO_GO
-        write_data(rendered([proposal.check], Output(), exit_code=exit_code))
-        vehicle = proposal.snapshot.identity.label
-        if verdict != "go" and not force:
-            narrate("a no-go is not sent: correct the mission, or give --force")
-            return False
         what = f"{quantity.count(len(mission.items), 'item')} of {file}"
-        if proposal.removed:
-            narrate(f"will be removed from {vehicle}: {' and '.join(proposal.removed)}")
-        old = ", ".join(proposal.replaced)
-        question = f"send {what} to {vehicle}, in place of its {old}?"
-        return yes or click.confirm(question, err=True)
+        return _is_sendable(proposal, is_forced=force) and _is_confirmed(
+            proposal, what, is_sure=yes
+        )
 
     try:
         upload = send_mission(
@@ -119,6 +110,26 @@ def command(
         return ExitCode.NO_GO
     _tell(upload.result)
     return ExitCode.GO if upload.result.is_good else ExitCode.NO_GO
+
+
+def _is_sendable(proposal: UploadProposal, *, is_forced: bool) -> bool:
+    """Report the check of what is to be sent, and return whether it may be."""
+    is_go = proposal.check.verdict == "go"
+    exit_code = ExitCode.GO if is_go else ExitCode.NO_GO
+    write_data(rendered([proposal.check], Output(), exit_code=exit_code))
+    if not is_go and not is_forced:
+        narrate("a no-go is not sent: correct the mission, or give --force")
+        return False
+    return True
+
+
+def _is_confirmed(proposal: UploadProposal, what: str, *, is_sure: bool) -> bool:
+    """Report what is lost on the vehicle, and ask whether to send."""
+    vehicle = proposal.snapshot.identity.label
+    if proposal.removed:
+        narrate(f"will be removed from {vehicle}: {' and '.join(proposal.removed)}")
+    question = f"send {what} to {vehicle}, in place of its {', '.join(proposal.replaced)}?"
+    return is_sure or click.confirm(question, err=True)
 
 
 def _can_ask() -> bool:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from planner import __version__, service
-from planner.cli.options import KindType, data_options, setting_option
+from planner.cli.options import KindType, data_options, given_settings, setting_option
 from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
@@ -68,13 +68,10 @@ def command(
     mission: Path | None,
     params: Path | None,
     mapping: Path | None,
-    fail_on_time: float | None,
-    fail_on_energy: float | None,
-    leave_one_out: bool,
     plots: Path | None,
     file_format: str,
     output: Path | None,
-    **conditions: object,
+    **options: Any,  # noqa: ANN401 - as click reads them
 ) -> ExitCode:
     """Predict the flights in logs from their missions, and compare with what was flown.
 
@@ -86,7 +83,7 @@ def command(
     """
     read = [*logs, model, *(str(path) for path in (mission, params, mapping) if path is not None)]
     refuse_overwriting(output, read)
-    known = _known(mission, params, conditions)
+    known = _known(mission, params, given_settings(options))
     vehicle = load_vehicle(model)
     csv_mapping = None
     if mapping is not None:
@@ -100,7 +97,7 @@ def command(
                 paths,
                 known,
                 mapping=csv_mapping,
-                left_out=_settings(vehicle) if leave_one_out else None,
+                left_out=_settings(vehicle) if options["leave_one_out"] else None,
             )
         )
     if plots is not None:
@@ -114,19 +111,16 @@ def command(
 
         text = verification_text(done, medium=standard_medium(output))
     write_data(text, output=output)
-    return _exit_code(done, fail_on_time, fail_on_energy)
+    return _exit_code(done, options["fail_on_time"], options["fail_on_energy"])
 
 
-def _known(
-    mission: Path | None, params: Path | None, conditions: dict[str, object]
-) -> KnownConditions:
+def _known(mission: Path | None, params: Path | None, given: dict[str, Any]) -> KnownConditions:
     from planner.identify.verification import KnownConditions
 
-    given = {key: value for key, value in conditions.items() if value is not None}
     return KnownConditions(
         mission=None if mission is None else read_mission(mission),
         parameters=None if params is None else _parameters(params),
-        **given,  # type: ignore[arg-type]  # each option is read as its setting
+        **given,
     )
 
 
