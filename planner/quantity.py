@@ -145,6 +145,12 @@ def beside(value: float, limit: float, shown: Callable[[float], str]) -> str:
     return f"just {'over' if value > limit else 'under'} {text}"
 
 
+def signed(value: float | None, shown: Callable[[float | None], str]) -> str:
+    """Return a difference with its sign: ``+5.20 Wh``, ``-12 s``."""
+    text = shown(value)
+    return f"+{text}" if value is not None and value > 0.0 and text[0].isdecimal() else text
+
+
 def count(number: float, noun: str, plural: str | None = None) -> str:
     """Return a number of things: ``1 error``, ``2 errors``, ``0.5 turns``, ``3 vertices``."""
     text = number if isinstance(number, int) else f"{number:g}"

@@ -5,19 +5,29 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
+from planner.report.figures import figures_at, number_at
 from planner.report.json import envelope, figures, finding_document, json_text, value, values
 from planner.report.text import finding_lines, printable, table_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from planner.mission.compare import Difference
+    from planner.report.figures import Figure
+    from planner.report.json import Document
     from planner.report.medium import Medium
     from planner.service import CheckResult
     from planner.service.comparison import Comparison
     from planner.service.vehicle import MissionComparison
 
 
+_COMPARED = figures_at(
+    "totals.time_s",
+    "totals.distance_m",
+    "totals.energy_wh",
+    "battery.margin_wh",
+    "return.margin_wh",
+)
 _STATE_KEYS = ("count", "time_s", "distance_m", "energy_wh")
 _DIFFERENCES = ("time_s", "distance_m", "energy_wh", "margin_wh", "return_margin_wh")
 
@@ -35,29 +45,7 @@ def comparison_text(
         ("", "A", "B", "B - A"),
         ("verdict", a.verdict.upper(), b.verdict.upper(), ""),
         ("vehicle", printable(a.setup.vehicle.name), printable(b.setup.vehicle.name), ""),
-        _row("time", comparison, quantity.duration, "time_s", lambda one: one.totals.time_s),
-        _row(
-            "distance",
-            comparison,
-            quantity.distance,
-            "distance_m",
-            lambda one: one.totals.distance_m,
-        ),
-        _row("energy", comparison, quantity.energy, "energy_wh", lambda one: one.totals.energy_wh),
-        _row(
-            "above the reserve",
-            comparison,
-            quantity.energy,
-            "margin_wh",
-            lambda one: None if one.battery is None else one.battery.margin_wh,
-        ),
-        _row(
-            "on the return",
-            comparison,
-            quantity.energy,
-            "return_margin_wh",
-            lambda one: None if one.return_plan is None else one.return_plan.margin_wh,
-        ),
+        *(_row(one, figures(a), figures(b)) for one in _COMPARED),
     ]
     lines += ["", *table_lines(rows, alignment="<>>>"), ""]
     heads = ("", "time A", "time B", "energy A", "energy B", "B - A")
@@ -68,12 +56,7 @@ def comparison_text(
             quantity.duration(other.time_s),
             quantity.energy(one.energy_wh),
             quantity.energy(other.energy_wh),
-            _signed(
-                quantity.energy,
-                None
-                if one.energy_wh is None or other.energy_wh is None
-                else other.energy_wh - one.energy_wh,
-            ),
+            quantity.signed(_apart(one.energy_wh, other.energy_wh), quantity.energy),
         )
         for state, one, other in comparison.states
     ]
@@ -127,20 +110,18 @@ def _document(result: CheckResult, options: str) -> dict[str, object]:
     }
 
 
-def _row(
-    name: str,
-    comparison: Comparison,
-    shown: Callable[[float | None], str],
-    difference: str,
-    of: Callable[[CheckResult], float | None],
-) -> tuple[str, ...]:
-    apart: float | None = getattr(comparison, difference)
-    return (name, shown(of(comparison.a)), shown(of(comparison.b)), _signed(shown, apart))
+def _row(figure: Figure, a: Document, b: Document) -> tuple[str, ...]:
+    first, second = number_at(a, figure.path), number_at(b, figure.path)
+    return (
+        figure.label.lower(),
+        figure.text(first),
+        figure.text(second),
+        quantity.signed(_apart(first, second), figure.text),
+    )
 
 
-def _signed(shown: Callable[[float | None], str], apart: float | None) -> str:
-    """Return a difference with its sign, on both sides of nothing."""
-    return f"{'+' if apart is not None and apart > 0.0 else ''}{shown(apart)}"
+def _apart(first: float | None, second: float | None) -> float | None:
+    return None if first is None or second is None else second - first
 
 
 def mission_comparison_text(comparison: MissionComparison) -> str:

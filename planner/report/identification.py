@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _STYLES = {FitStatus.IDENTIFIED: "green", FitStatus.BASE: "yellow", FitStatus.LEFT_OUT: "yellow"}
 _COLOURED_NOISE = 0.01
-"""Chance of white noise below which residuals are said to have a memory. [-]"""
+"""Chance of white noise below which residuals are reported as correlated. [-]"""
 
 
 def identification_text(found: Identification, *, medium: Medium, with_segments: bool) -> str:
@@ -77,7 +77,7 @@ def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) 
     elif outcome.rms is not None:
         lines.append(f"  residuals{_rms(outcome)}")
     if outcome.whiteness is not None:
-        kind = "have a memory" if outcome.whiteness < _COLOURED_NOISE else "are like white noise"
+        kind = "are correlated" if outcome.whiteness < _COLOURED_NOISE else "look like white noise"
         lines.append(f"  residuals {kind} (Ljung-Box p = {outcome.whiteness:.2g})")
     if with_segments:
         lines += [f"    {_segment_line(segment)}" for segment in outcome.segments]
@@ -195,7 +195,7 @@ def _flight_lines(one: Verification, *, medium: Medium) -> list[str]:
     for finding in graver:
         lines += finding_lines(finding, file=one.mission, medium=medium)
     if notes:
-        lines += ["", "Assumed"]
+        lines += ["", "Assumptions"]
     for finding in notes:
         lines += note_lines(finding, medium=medium)
     return lines

@@ -101,26 +101,26 @@ def _remarks(curve: SpeedCurve) -> list[str]:
     remarks: list[str] = []
     if not curve.is_power_over_speed_known:
         remarks.append(
-            f"{curve.vehicle_name} knows no power over airspeed: only time changes here, "
-            "and neither the best endurance nor the best range can be told"
+            f"{curve.vehicle_name} has no airspeed term in its power: only the time changes, "
+            "best endurance and best range are unknown"
         )
     elif (saved := _saved(curve)) is not None and curve.best_range is not None:
         speed = f"{quantity.decimals(curve.best_range.speed_m_s, 2)} m/s"
-        share = quantity.percent(saved) if saved >= _WORTH_TELLING else "less than 1 %"
-        remarks.append(f"At {speed} the mission takes {share} less energy than as it stands")
+        fraction = quantity.percent(saved) if saved >= _WORTH_TELLING else "less than 1 %"
+        remarks.append(f"At {speed} the mission uses {fraction} less energy than at its own speeds")
     if curve.present.fits is None:
-        remarks.append("No battery is known: whether it does at a speed cannot be told")
+        remarks.append("Battery unknown: give --battery to see which speeds it allows")
     elif curve.fastest_fitting is None:
-        remarks.append("At none of these speeds is it sure that the battery does")
+        remarks.append("No speed is certain to fit the battery")
     elif curve.fastest_clear is None:
-        remarks.append("At none of these speeds is the mission a go with room to the fence")
+        remarks.append("No speed makes the mission a GO with room to the fence")
     if (identified := curve.identified_m_s) is not None:
         remarks.append(
             f"The model was identified from {quantity.decimals(identified.low, 1)} to "
-            f"{quantity.speed(identified.high)} through the air; what E105 says of a speed beyond counts"
+            f"{quantity.speed(identified.high)} through the air: E105 reports speeds outside"
         )
     else:
-        remarks.append("The model does not say which speeds it was identified at")
+        remarks.append("The model does not state the speeds it was identified at")
     return remarks
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner import quantity
+from planner.report.figures import figures_at, number_at
 from planner.report.json import (
     envelope,
     figures,
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 _AT_START_M = 0.05
 """A leg taken up nearer to its beginning than this is flown from its beginning on. [m]"""
+_SHOWN = figures_at("totals.time_s", "totals.energy_wh", "battery.margin_wh", "return.margin_wh")
 _PART_KEYS = (
     "file",
     "first_item",
@@ -37,7 +39,7 @@ _PART_KEYS = (
 def split_text(split: Split, *, medium: Medium) -> str:
     """Return a line for each part, and what is other than in the mission."""
     lines = [flights_text(split, energy=quantity.energy(split.whole.totals.energy_wh)), ""]
-    heads = ("", "file", "flies", "time", "energy", "above reserve", "on the return")
+    heads = ("", "file", "flies", *(one.label.lower() for one in _SHOWN))
     rows = [_row(part) for part in split.parts]
     lines += table_lines([heads, *rows], alignment="<<<>>>>")
     time_s, energy_wh = together(split).values()
@@ -90,7 +92,7 @@ def flights_text(split: Split, *, energy: str = "") -> str:
     split : Split
         As `planner.split_mission` returns it.
     energy : str
-        What the one flight would take; left out where it is not told.
+        What the one flight would take; empty leaves it out.
     """
     of = f" of {energy}" if energy else ""
     count = len(split.parts)
@@ -99,17 +101,9 @@ def flights_text(split: Split, *, energy: str = "") -> str:
 
 
 def _row(part: SplitPart) -> tuple[str, ...]:
-    result = part.result
-    battery, plan = result.battery, result.return_plan
-    return (
-        result.verdict.upper(),
-        printable(part.file),
-        flown_text(part),
-        quantity.duration(result.totals.time_s),
-        quantity.energy(result.totals.energy_wh),
-        quantity.energy(None if battery is None else battery.margin_wh),
-        quantity.energy(None if plan is None else plan.margin_wh),
-    )
+    document = figures(part.result)
+    numbers = (one.text(number_at(document, one.path)) for one in _SHOWN)
+    return (part.result.verdict.upper(), printable(part.file), flown_text(part), *numbers)
 
 
 def flown_text(part: SplitPart) -> str:

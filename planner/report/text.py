@@ -126,15 +126,13 @@ def finding_tally(findings: Sequence[Finding]) -> str:
 
 
 def closing_line(findings: Sequence[Finding], *, suppressed: Sequence[Finding]) -> str:
-    """Return what was found, or that nothing was, and what was found but not reported."""
-    if any(finding.severity > Severity.INFO for finding in findings):
-        text = f"Found {finding_tally(findings)}."
-    elif findings:
-        text = f"All checks passed, with {finding_tally(findings)}."
-    else:
-        text = "All checks passed."
+    """Return ``Found 1 error. 2 assumptions.``, and what is suppressed."""
+    problems = [finding for finding in findings if finding.severity > Severity.INFO]
+    text = f"Found {finding_tally(problems)}." if problems else "No problem found."
     if suppressed:
         text += f" Not reported, as asked: {finding_tally(suppressed)}."
+    if len(problems) < len(findings):
+        text += f" {quantity.count(len(findings) - len(problems), 'assumption')}."
     return text
 
 
@@ -191,10 +189,10 @@ def headline(result: CheckResult | UnreadableMission) -> str:
     if not result.segments:
         return "nothing is flown"
     if math.isnan(totals.energy_wh):
-        return f"{way}; the energy is not known"
+        return f"{way}; energy unknown"
     flown = f"{way}, {quantity.energy(totals.energy_wh)}"
     if battery is None:
-        return f"{flown}; no battery is known"
+        return f"{flown}; battery unknown"
     return f"{flown}: {quantity.percent(battery.used_fraction)} of the battery, {_left(battery)}"
 
 
@@ -250,11 +248,12 @@ def _mission_lines(result: CheckResult | UnreadableMission, *, medium: Medium) -
         lines += finding_lines(finding, file=result.file, medium=medium)
     if isinstance(result, CheckResult):
         lines += ["", *_figure_lines(result, medium=medium), "", *_phase_lines(result)]
-    if notes:
-        lines += ["", "Assumed"]
+    closing = closing_line(result.findings, suppressed=result.suppressed)
+    lines += ["", f"{closing.removesuffix('.')}:" if notes else closing]
     for note in notes:
         lines += note_lines(note, medium=medium)
-    lines += ["", closing_line(result.findings, suppressed=result.suppressed)]
+    if notes:
+        lines.append("")
     if result.findings:
         lines.append(f"More about a code: mavjoule explain {result.findings[0].code}")
     return lines
@@ -303,7 +302,7 @@ def _energy(totals: Totals) -> str:
         low, high = quantity.energy(totals.energy_wh_p10), quantity.energy(totals.energy_wh_p90)
         text += f" (8 of 10 flights: {low} to {high})"
     elif not math.isnan(totals.energy_wh):
-        text += " (its spread is not known)"
+        text += " (no error bar: this model was never compared with other flights)"
     if totals.charge_mah is not None:
         text += f", {quantity.charge(totals.charge_mah)}"
     return (
@@ -359,7 +358,7 @@ def _phase_lines(result: CheckResult) -> list[str]:
         )
         for phase in flight_phases(result)
     ]
-    heads = ("Phase", "count", "time", "distance", "energy", "share")
+    heads = ("Phase", "count", "time", "distance", "energy", "of total")
     return table_lines([heads, *rows], alignment="<>>>>>")
 
 

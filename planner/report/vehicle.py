@@ -41,7 +41,7 @@ def _rows(snapshot: VehicleSnapshot) -> Iterator[tuple[str, str]]:
         parts = [
             f"{quantity.percent(battery.remaining_fraction)} full"
             if battery.remaining_fraction is not None
-            else "charge not told",
+            else "charge unknown",
             "" if battery.voltage_v is None else f"{battery.voltage_v:.2f} V",
             "" if battery.capacity_ah is None else f"of {battery.capacity_ah:g} Ah",
         ]
@@ -51,7 +51,7 @@ def _rows(snapshot: VehicleSnapshot) -> Iterator[tuple[str, str]]:
 
 
 def _state(snapshot: VehicleSnapshot) -> str:
-    armed = {None: "not told whether armed", True: "armed", False: "disarmed"}[
+    armed = {None: "armed or not unknown", True: "armed", False: "disarmed"}[
         snapshot.state.is_armed
     ]
     landed = {None: "", True: ", on the ground", False: ", in the air"}[snapshot.state.is_landed]
@@ -60,14 +60,14 @@ def _state(snapshot: VehicleSnapshot) -> str:
 
 def _place(home: Home | None) -> str:
     if home is None:
-        return "not known"
+        return "unknown"
     altitude_m = home.altitude_amsl_m
-    amsl = "altitude not known" if altitude_m is None else f"{altitude_m:.1f} m AMSL"
+    amsl = "altitude unknown" if altitude_m is None else f"{altitude_m:.1f} m AMSL"
     return f"{home.latitude_deg:.7f}, {home.longitude_deg:.7f}, {amsl}"
 
 
 _LATE_S = 2.0
-"""A vehicle that was not heard for so long is told of. [s]"""
+"""A vehicle not heard for so long is reported. [s]"""
 
 
 def status_line(status: GuardStatus) -> str:
@@ -98,11 +98,11 @@ def energy_text(state: EnergyState) -> str:
         f"reserve {quantity.energy(state.reserve_wh)}",
     ]
     if state.ratio is not None:
-        parts.append(f"taken {quantity.percent(state.ratio)} of the model")
+        parts.append(f"{quantity.percent(state.ratio)} of the predicted use so far")
     if state.is_joined:
-        parts.append("its start was not seen")
+        parts.append("joined in flight")
     if state.lead_s is not None:
-        parts.append(f"no return in {quantity.duration(state.lead_s)}")
+        parts.append(f"point of no return in {quantity.duration(state.lead_s)}")
     return ", ".join(parts)
 
 

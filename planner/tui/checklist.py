@@ -93,7 +93,7 @@ def _manual_lines(checked: Checked, done: frozenset[int]) -> Iterator[Line]:
     if not items:
         yield Line(
             sign="",
-            text="No manual items: --profile site.toml with [manual] adds them.",
+            text="No manual items: add them under [manual] in a --profile file.",
             tone="info",
         )
     for position, item in enumerate(items):
@@ -181,16 +181,16 @@ def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: date
     items = manual_items(checked)
     open_items = [item for position, item in enumerate(items) if position not in done]
     if not who.strip():
-        msg = "who signs? give a name"
+        msg = "name missing: type who signs"
         raise UsageError(msg)
     if open_items:
-        msg = f"still open: {open_items[0].section}: {open_items[0].prompt}"
+        msg = f"not ticked off: {open_items[0].section}: {open_items[0].prompt}"
         raise UsageError(msg)
     if checked.snapshot is not None:
-        msg = "what a vehicle holds may change: save the mission as a file, review and sign that"
+        msg = "a mission on a vehicle may change: save it as a file and sign that"
         raise UsageError(msg)
     if checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
-        msg = "the mission file is not the one that was checked: check it again first"
+        msg = "the mission file changed after the check: check it again first"
         raise UsageError(msg)
     result = checked.result
     document = {

@@ -70,7 +70,7 @@ def segment_details(result: CheckResult, index: int) -> Details:
         ("Energy", quantity.energy(segment.energy_wh)),
     ]
     if segment.stopping_distance_m is not None:
-        parts.append(("Stop", f"{quantity.distance(segment.stopping_distance_m)} to stand still"))
+        parts.append(("Stop", f"{quantity.distance(segment.stopping_distance_m)} to stop"))
     parts += _found(result, segment.item)
     title = f"Segment {segment.index}: {segment.state}, for item {segment.item}"
     return Details(title=title, parts=tuple(parts))
@@ -84,7 +84,7 @@ def item_details(result: CheckResult, number: int) -> Details:
             "Reached",
             "not flown"
             if arrival.arrival_s is None
-            else f"{quantity.duration(arrival.arrival_s)} after take-off began",
+            else f"{quantity.duration(arrival.arrival_s)} after take-off",
         ),
         ("Used", quantity.energy(arrival.energy_used_wh)),
     ]

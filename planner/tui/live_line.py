@@ -17,13 +17,13 @@ _LATE_S = 2.0
 
 
 def live_line(address: str, status: GuardStatus) -> str:
-    """Return ``live udpin:…: battery 78 %, 14.9 V, in flight, item 5, 3 min 12 s along, …``."""
+    """Return ``live udpin:…: battery 78 %, 14.9 V, in flight, item 5, 3 min 12 s into the flight, …``."""
     return f"live {address}: {', '.join(_parts(status))}"
 
 
 def _parts(status: GuardStatus) -> Iterator[str]:
     if status.heard_ago_s > _LATE_S:
-        yield f"NOT HEARD for {quantity.duration(status.heard_ago_s)}"
+        yield f"NO SIGNAL for {quantity.duration(status.heard_ago_s)}"
     battery = status.state.battery
     charge = None if battery is None else battery.remaining_fraction
     voltage_v = None if battery is None else battery.voltage_v
@@ -43,9 +43,9 @@ def _parts(status: GuardStatus) -> Iterator[str]:
         yield "energy not measured"
         return
     yield f"item {energy.progress.item}"
-    yield f"{quantity.duration(energy.progress.time_s)} along"
+    yield f"{quantity.duration(energy.progress.time_s)} into the flight"
     yield f"{quantity.energy(energy.left.energy_wh)} left"
-    yield f"at the end {against(energy.finish_margin_wh, 'the reserve')}"
-    yield f"home from here {against(energy.return_margin_wh, 'the reserve')}"
+    yield f"at landing {against(energy.finish_margin_wh, 'the reserve')}"
+    yield f"returning now {against(energy.return_margin_wh, 'the reserve')}"
     if energy.lead_s is not None:
-        yield f"no return in {quantity.duration(energy.lead_s)}"
+        yield f"point of no return in {quantity.duration(energy.lead_s)}"

@@ -112,7 +112,7 @@ class EntryRows(Value, eq=False):
 
 
 def preview(entry: Entry, result: CheckResult | UnreadableMission | str | None) -> Details:
-    """Return what is told about a mission before it is opened."""
+    """Return what is shown of a mission before it is opened."""
     if entry.is_folder or result is None:
         return Details(title=entry.name)
     if isinstance(result, str):

@@ -100,15 +100,15 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
     path = Path(name.strip()).expanduser()
     suffix = path.suffix.lower()
     if suffix not in {".txt", ".json", ".html", *MISSION_SUFFIXES}:
-        msg = "end the name in .txt, .json or .html for the report, .plan or .waypoints for the mission"
+        msg = "expected .txt, .json or .html for the report, .plan or .waypoints for the mission"
         raise UsageError(msg)
     if path.exists():
         if _is_read(checked, path):
-            msg = f"{path} is what this review reads: give another name"
+            msg = f"{path} is an input of this review: choose another name"
             raise UsageError(msg)
         if not replace:
-            msg = f"{path} is there: Enter again writes over it"
-            raise FileThereError(msg)
+            msg = f"{path} exists: press Enter again to overwrite it"
+            raise OverwriteError(msg)
     if suffix in MISSION_SUFFIXES:
         return _save_mission(checked, path)
     results = [checked.result]
@@ -137,12 +137,12 @@ def _save_mission(checked: Checked, path: Path) -> str:
             mission = mission_at_speed(mission, speed_m_s)
         items, losses = len(mission.items), write_mission(mission, path)
     flown = "" if speed_m_s is None else f" at {quantity.speed(speed_m_s)}"
-    lost = f"; not the same in it: {quantity.count(len(losses), 'thing')}" if losses else ""
+    lost = f"; {quantity.count(len(losses), 'difference')} in this format" if losses else ""
     return f"{path}: the mission{flown}, {quantity.count(items, 'item')}{lost}"
 
 
-class FileThereError(UsageError):
-    """A file is there that would be written over; asked again, it is."""
+class OverwriteError(UsageError):
+    """The file exists; asked a second time, it is overwritten."""
 
 
 def _is_read(checked: Checked, path: Path) -> bool:

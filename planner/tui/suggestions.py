@@ -52,7 +52,7 @@ class SuggestionRows(Value, eq=False):
     suggestions: tuple[Suggestion, ...]
     columns: tuple[Column, ...] = (
         Column(head="", width=1),
-        Column(head="worth a try (Tab, Enter)", width=0, is_right=False),
+        Column(head="suggestions (Tab, Enter)", width=0, is_right=False),
     )
 
     def __len__(self) -> int:
@@ -197,5 +197,5 @@ def _more_reserve(checked: Checked, result: CheckResult) -> Iterator[Suggestion]
     )
     percent = math.floor((budget.reserve_wh + left_wh) / budget.capacity_wh / _RESERVE_STEP)
     if percent > 0 and percent * _RESERVE_STEP > budget.reserve_wh / budget.capacity_wh:
-        text = f"{percent}% of reserve, the most that fits"
+        text = f"reserve {percent}%, the most that fits"
         yield _tried(checked, text, {"reserve": f"{percent}%"})

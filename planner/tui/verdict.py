@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from planner import quantity
+from planner.report.figures import figures_at, number_at
+from planner.report.json import figures
 from planner.report.text import against, caveat, closing_line, headline, printable
 from planner.rules.energy import destination_name, place_along
 from planner.service import CheckResult
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from planner.flight.returns.tightest import ReturnPlan
     from planner.service import UnreadableMission
+
+
+_CHANGED = tuple(
+    zip(
+        ("Time", "Energy", "Margin", "Return"),
+        figures_at("totals.time_s", "totals.energy_wh", "battery.margin_wh", "return.margin_wh"),
+        strict=True,
+    )
+)
+"""What a change is judged by, with labels that fit a narrow pane."""
 
 
 class Summary(Value):
@@ -73,36 +84,16 @@ def differences(
     lines = [("Verdict", _arrow([base.verdict.upper(), now.verdict.upper()]))]
     if not (isinstance(base, CheckResult) and isinstance(now, CheckResult)):
         return tuple(lines)
-    was, then = base.totals, now.totals
-    pairs: list[tuple[str, float | None, float | None, Callable[[float | None], str]]] = [
-        ("Time", was.time_s, then.time_s, quantity.duration),
-        ("Energy", was.energy_wh, then.energy_wh, quantity.energy),
-        ("Margin", _margin_wh(base), _margin_wh(now), quantity.energy),
-        ("Return", _return_wh(base), _return_wh(now), quantity.energy),
-    ]
-    for name, before, after, shown in pairs:
-        if before is None or after is None or math.isnan(before) or math.isnan(after):
-            lines.append((name, _arrow([shown(before), shown(after)])))
-        else:
-            changed = signed(after - before, shown)
-            lines.append((name, f"{_arrow([shown(before), shown(after)])} ({changed})"))
+    before, after = figures(base), figures(now)
+    for name, figure in _CHANGED:
+        was, then = number_at(before, figure.path), number_at(after, figure.path)
+        text = _arrow([figure.text(was), figure.text(then)])
+        if was is not None and then is not None:
+            changed = "no change" if was == then else quantity.signed(then - was, figure.text)
+            text += f" ({changed})"
+        lines.append((name, text))
     return tuple(lines)
-
-
-def signed(value: float, shown: Callable[[float | None], str]) -> str:
-    """Return a difference with its sign: ``+5.20 Wh``, ``−12 s``, ``±0 s``."""
-    if value == 0.0:
-        return "no change"
-    return f"{'+' if value > 0.0 else '−'}{shown(abs(value))}"
 
 
 def _arrow(texts: Sequence[str]) -> str:
     return texts[0] if texts[0] == texts[1] else " → ".join(texts)
-
-
-def _margin_wh(result: CheckResult) -> float | None:
-    return None if result.battery is None else result.battery.margin_wh
-
-
-def _return_wh(result: CheckResult) -> float | None:
-    return None if result.return_plan is None else result.return_plan.margin_wh

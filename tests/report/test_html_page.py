@@ -24,7 +24,7 @@ from page_browser import (
 
 from planner import quantity
 from planner.physics.wind import Wind
-from planner.report.html.mission import FIGURES
+from planner.report.figures import FIGURES
 from planner.report.html.page import check_html
 from planner.report.json import check_json
 from planner.service import check_file

@@ -113,16 +113,16 @@ def test_a_finding_is_one_line_for_other_programs_with_its_fix_below(flown: Chec
 
 def test_findings_come_before_figures_and_assumptions_after(grounded: CheckResult) -> None:
     text = check_text([grounded], medium=Medium())
-    order = [text.index(mark) for mark in ("E101", "E105", "Flight ", "Phase ", "Assumed", "E107")]
+    order = [text.index(mark) for mark in ("E101", "E105", "Flight ", "Phase ", "Found ", "E107")]
     assert order == sorted(order)
-    assert "Found 1 error, 1 warning, 1 assumption." in text
+    assert "Found 1 error, 1 warning. 1 assumption:" in text
 
 
 def test_a_clean_check_says_that_all_passed(flown: CheckResult) -> None:
     text = check_text([replace(flown, findings=())], medium=Medium())
-    assert text.endswith("All checks passed.\n")
+    assert text.endswith("No problem found.\n")
     with_note = replace(flown, findings=flown.findings[1:])
-    assert "All checks passed, with 1 assumption." in check_text([with_note], medium=Medium())
+    assert "No problem found. 1 assumption:" in check_text([with_note], medium=Medium())
 
 
 def test_the_numbers_are_those_of_json_after_formatting(flown: CheckResult) -> None:
@@ -206,7 +206,10 @@ def test_a_file_cannot_steer_the_terminal(flown: CheckResult) -> None:
 
 
 def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
-    assert "24.1 Wh (its spread is not known), 1626 mAh" in check_text([flown], medium=Medium())
+    assert (
+        "24.1 Wh (no error bar: this model was never compared with other flights), 1626 mAh"
+        in check_text([flown], medium=Medium())
+    )
     assert flown.battery is not None
     assert flown.return_plan is not None
     told = replace(
@@ -246,7 +249,7 @@ def test_what_is_not_reported_is_still_counted_beside_the_verdict(
     assert summary[0].startswith("  GO  site.plan (not counting 1 error, 1 warning): 11 min")
     assert summary[1].startswith("  GO  site.plan: 11 min")
     assert lines[-1] == (
-        "All checks passed. Not reported, as asked: 1 error, 1 warning, 1 assumption."
+        "No problem found. Not reported, as asked: 1 error, 1 warning, 1 assumption."
     )
 
 

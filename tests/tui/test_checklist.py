@@ -128,7 +128,7 @@ async def test_a_pilot_ticks_off_and_signs(profile: dict[str, object]) -> None:
         assert who.placeholder == "your name, then Enter"
         await pilot.press(*"Ada", "enter")
         await pilot.pause()
-        assert "still open" in text_of(screen, "#problem")
+        assert "not ticked off" in text_of(screen, "#problem")
         await pilot.press("escape", "space", "down", "space", "down", "enter", "n", "enter")
         await pilot.pause()
         assert isinstance(pilot.app.screen, ReviewScreen)

@@ -85,12 +85,12 @@ def pane(tmp_path: Path) -> Iterator[Pane]:
 
 
 def test_a_new_user_finds_why_it_fails_and_what_makes_it_go(pane: Pane) -> None:
-    shown = pane.wait_for("would make it go")
+    shown = pane.wait_for("would make it a GO")
     assert "✖ NO-GO" in shown
     assert "short of the 20 %" in shown
     assert "E101" in shown
     pane.keys("w")
-    pane.wait_for("worth a try")
+    pane.wait_for("suggestions (Tab")
     pane.keys("Up")  # from the first field around to the suggestions
     pane.keys("Enter")
     pane.wait_for("NO-GO → GO")

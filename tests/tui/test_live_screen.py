@@ -164,7 +164,7 @@ async def test_a_change_on_the_vehicle_is_checked_again_and_its_silence_leaves_n
         await one.until(lambda: len(rows_of(one.screen, "#items")) == 3 and "✔ GO" in one.verdict)
         one.runner.close()
         await one.until(lambda: "NO VERDICT" in one.verdict)
-        assert "NOT HEARD" in one.line
+        assert "NO SIGNAL" in one.line
         assert "GO when it was checked last" in one.verdict
 
 
@@ -195,7 +195,7 @@ async def test_changes_are_offered_for_what_a_vehicle_holds() -> None:
     async with live() as one:
         await one.until(lambda: "✔ GO" in one.verdict)
         one.screen.query_one("#set-battery", Input).value = "5Wh"
-        await one.until(lambda: "would make it go" in one.verdict)
+        await one.until(lambda: "would make it a GO" in one.verdict)
         assert "NO-GO" in one.verdict
         assert any("battery" in cells[1] for cells in rows_of(one.screen, "#suggestions"))
 

@@ -12,7 +12,7 @@ from planner.errors import UsageError
 from planner.mission.files import read_mission
 from planner.service import CheckResult
 from planner.tui.checked import checked
-from planner.tui.saving import FileThereError, save
+from planner.tui.saving import OverwriteError, save
 
 
 def test_the_report_ends_in_the_command_that_says_the_same() -> None:
@@ -66,7 +66,7 @@ def test_the_mission_itself_is_never_written_over() -> None:
 def test_a_file_that_is_there_is_written_over_when_asked_twice() -> None:
     Path("report.txt").write_text("mine", encoding="utf-8")
     one = checked(TOO_FAR, what_if_of(TOO_FAR))
-    with pytest.raises(FileThereError):
+    with pytest.raises(OverwriteError):
         save(one, "report.txt")
     assert Path("report.txt").read_text(encoding="utf-8") == "mine"
     save(one, "report.txt", replace=True)

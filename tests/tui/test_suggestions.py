@@ -124,7 +124,7 @@ async def test_the_split_is_shown_and_its_parts_saved_by_keys() -> None:
 async def test_the_offered_speed_is_tried_by_keys() -> None:
     async with review_app(SURVEY, given=TOO_SMALL).run_test(size=(160, 48)) as pilot:
         screen = await settled(pilot)
-        assert "3 changes would make it go" in text_of(screen, "#verdict")
+        assert "3 changes would make it a GO" in text_of(screen, "#verdict")
         await _choose(pilot, "level legs")
         await settled(pilot)
         assert text_of(screen, "#verdict").startswith("✔ GO")

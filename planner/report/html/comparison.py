@@ -5,13 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from planner import quantity
-from planner.report.html.mission import (
-    FIGURES,
-    Quantity,
-    number_at,
-)
+from planner.report.figures import FIGURES, Figure, figures_at, number_at
 from planner.report.html.page import template
-from planner.report.json import mission_document
+from planner.report.json import figures
 from planner.report.text import flight_phases, headline, printable
 from planner.service import CheckResult
 
@@ -80,7 +76,7 @@ def compared_tables(
     first: Result, second: Result
 ) -> tuple[tuple[str, tuple[ComparedRow, ...]], ...]:
     """Return what two results say, table by table; rows of which neither knows anything left out."""
-    documents = mission_document(first), mission_document(second)
+    documents = figures(first), figures(second)
     tables = [
         (title, _rows(documents[0], documents[1], members))
         for title, members in FIGURES
@@ -91,7 +87,7 @@ def compared_tables(
 
 
 def _rows(
-    first: Document, second: Document, members: tuple[Quantity, ...]
+    first: Document, second: Document, members: tuple[Figure, ...]
 ) -> tuple[ComparedRow, ...]:
     rows = []
     for row in members:
@@ -101,14 +97,12 @@ def _rows(
     return tuple(rows)
 
 
-def _row(row: Quantity, a: float | None, b: float | None) -> ComparedRow:
+def _row(row: Figure, a: float | None, b: float | None) -> ComparedRow:
     is_place = row.path.endswith(_WITHOUT_DIFFERENCE)
     difference = None if a is None or b is None or is_place else b - a
     # a difference may be none, and below nothing, as no chance is
-    told = quantity.percent if row.text is quantity.chance else row.text
-    text = "" if difference is None else told(difference)
-    if difference is not None and difference > 0.0 and text[0].isdecimal():
-        text = f"+{text}"
+    shown = quantity.percent if row.text is quantity.chance else row.text
+    text = "" if difference is None else quantity.signed(difference, shown)
     texts = row.text(a), row.text(b), text
     return ComparedRow(row.label, *texts, difference, row.path, (a, b))
 
@@ -120,7 +114,7 @@ def _state_rows(first: Result, second: Result) -> tuple[ComparedRow, ...]:
         else {}
         for result in (first, second)
     ]
-    energy = next(one for _, members in FIGURES for one in members if one.label == "Energy")
+    [energy] = figures_at("totals.energy_wh")
     states = {**energies[0], **energies[1]}
     return tuple(
         _row(

@@ -1,4 +1,4 @@
-"""What the page tells of one mission, ready for the template."""
+"""One mission on the page, ready for the template."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from planner import catalogue, quantity
 from planner.findings import Severity
+from planner.report.figures import KEY_FIGURES, number_at, shown_figure, shown_figures
 from planner.report.json import ITEM_KEYS, SEGMENT_KEYS, mission_document
 from planner.report.plots.figures import ORANGE, still_svg
 from planner.report.plots.flight import mission_panels
@@ -20,152 +21,20 @@ from planner.report.text import (
     printable,
     said,
 )
-from planner.rules.energy import destination_name
 from planner.service import CheckResult
-from planner.setup import conditions
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from planner.findings import Finding
+    from planner.report.figures import ShownFigure
     from planner.report.json import Document
     from planner.report.plots.tables import FlightTables, Row
     from planner.service import UnreadableMission
     from planner.vehicle.model import VehicleModel
 Spec = dict[str, Any]
 
-
-class Quantity(NamedTuple):
-    """A number of the JSON report, and how it is told."""
-
-    path: str
-    """Keys in the document of a mission, joined by a dot."""
-    label: str
-    text: Callable[[float | None], str]
-
-
-class Shown(NamedTuple):
-    """A number as the page shows it."""
-
-    label: str
-    text: str
-    path: str
-    value: float | None
-
-
-def _voltage(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 1)} V"
-
-
-def _rate(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 1)} C"
-
-
-def _degrees(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{quantity.decimals(value, 6)}°"
-
-
-def _item(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"item {value:.0f}"
-
-
-def _destination(value: float | None) -> str:
-    return quantity.ABSENT if value is None else destination_name(int(value))
-
-
-def _unformatted(value: float | None) -> str:
-    return quantity.ABSENT if value is None else f"{value:g}"
-
-
-def _of_point(point: str, label: str, *, known: tuple[str, ...] = ()) -> tuple[Quantity, ...]:
-    """Return what is told of a point of the flight; the contract calls some of it otherwise."""
-    told = (
-        ("item", f"{label} from", _item),
-        ("time_s", f"{label}, after", quantity.duration),
-        ("along_m", f"{label}, along its leg", quantity.distance),
-        ("leg_m", f"{label}, whole leg", quantity.distance),
-        ("latitude_deg", f"{label}, latitude", _degrees),
-        ("longitude_deg", f"{label}, longitude", _degrees),
-    )
-    return tuple(
-        Quantity(f"return.{point}_{key}", name, text)
-        for key, name, text in told
-        if f"{point}_{key}" not in known
-    )
-
-
-FIGURES: tuple[tuple[str, tuple[Quantity, ...]], ...] = (
-    (
-        "Flight",
-        (
-            Quantity("totals.time_s", "Time", quantity.duration),
-            Quantity("totals.time_s_p10", "8 of 10 flights: from", quantity.duration),
-            Quantity("totals.time_s_p90", "8 of 10 flights: to", quantity.duration),
-            Quantity("totals.distance_m", "Distance", quantity.distance),
-            Quantity("totals.wander_m", "of it wandered", quantity.distance),
-            Quantity("totals.climb_m", "Climb", quantity.height),
-            Quantity("totals.descent_m", "Descent", quantity.height),
-        ),
-    ),
-    (
-        "Energy",
-        (
-            Quantity("totals.energy_wh", "Energy", quantity.energy),
-            Quantity("totals.energy_wh_p10", "8 of 10 flights: from", quantity.energy),
-            Quantity("totals.energy_wh_p90", "8 of 10 flights: to", quantity.energy),
-            Quantity("totals.charge_mah", "Charge", quantity.charge),
-            Quantity("totals.charge_mah_p10", "8 of 10 flights: from", quantity.charge),
-            Quantity("totals.charge_mah_p90", "8 of 10 flights: to", quantity.charge),
-            Quantity("totals.mean_power_w", "Mean power", quantity.power),
-            Quantity("totals.peak_power_w", "Peak power", quantity.power),
-        ),
-    ),
-    (
-        "Battery",
-        (
-            Quantity("battery.capacity_wh", "Full", quantity.energy),
-            Quantity("battery.usable_wh", "At the start", quantity.energy),
-            Quantity("battery.used_fraction", "Used", quantity.percent),
-            Quantity("battery.reserve_fraction", "Reserve, share of it", quantity.percent),
-            Quantity("battery.reserve_wh", "Reserve", quantity.energy),
-            Quantity("battery.margin_wh", "Left above the reserve", quantity.energy),
-            Quantity(
-                "battery.below_reserve_probability", "Chance to land below it", quantity.chance
-            ),
-            Quantity("battery.hover_left_s", "Hover left at landing", quantity.duration),
-            Quantity("battery.charge_left_fraction", "Charge left", quantity.percent),
-            Quantity("battery.lowest_voltage_v", "Lowest voltage", _voltage),
-            Quantity("battery.highest_c_rate", "Highest discharge rate", _rate),
-        ),
-    ),
-    (
-        "Return",
-        (
-            Quantity("return.tightest_item", "Tightest from", _item),
-            *_of_point("tightest", "Tightest", known=("tightest_item",)),
-            Quantity("return.energy_home_wh", "Energy to get home", quantity.energy),
-            Quantity("return.time_home_s", "Time to get home", quantity.duration),
-            Quantity("return.margin_wh", "Left above the reserve", quantity.energy),
-            Quantity(
-                "return.below_reserve_probability", "Chance to get home below it", quantity.chance
-            ),
-            Quantity("return.destination", "Leads", _destination),
-            *_of_point("last_return", "Last return"),
-            *_of_point("last_return_empty", "Last return at all"),
-        ),
-    ),
-    (
-        "Conditions",
-        tuple(
-            Quantity(f"conditions.{row.key}", row.label, row.shown) for row, _ in conditions(None)
-        ),
-    ),
-)
-"""What the page tells of a mission, in tables; what is not known is left out."""
-
-_SPREAD = "_sd_"
-"""In the name of a standard deviation, of which none is told by leaving it out."""
 
 SEGMENT_DIGITS = {
     "start_s": 1,
@@ -180,48 +49,6 @@ SEGMENT_DIGITS = {
     "energy_used_wh": 3,
 }
 """Decimals of the columns of long tables, whose heads name the unit."""
-
-
-def shown_figures(document: Document) -> tuple[tuple[str, tuple[Shown, ...]], ...]:
-    """Return the tables of a mission's document, each with its title; empty ones are left out."""
-    tables = [
-        (
-            title,
-            tuple(shown for one in members if (shown := shown_number(document, one)) is not None),
-        )
-        for title, members in (*FIGURES, ("More", _untold(document)))
-    ]
-    return tuple((title, rows) for title, rows in tables if rows)
-
-
-def _untold(document: Document) -> tuple[Quantity, ...]:
-    """Return what the document knows and no table names: a key that is new has no words yet."""
-    told = {one.path for _, members in FIGURES for one in members}
-    paths = [
-        f"{section}.{key}"
-        for section in ("totals", "battery", "return", "conditions")
-        if isinstance(found := document[section], dict)
-        for key in found
-    ]
-    return tuple(
-        Quantity(path, path.partition(".")[2], _unformatted) for path in paths if path not in told
-    )
-
-
-def shown_number(document: Document, row: Quantity) -> Shown | None:
-    """Return a number of a mission's document; ``None`` where it is not known, or is no spread."""
-    found = number_at(document, row.path)
-    if found is None or (found == 0.0 and _SPREAD in row.path):
-        return None
-    return Shown(row.label, row.text(found), row.path, found)
-
-
-def number_at(document: Document, path: str) -> float | None:
-    """Return the number at a path of keys; ``None`` where there is none."""
-    found: object = document
-    for key in path.split("."):
-        found = found.get(key) if isinstance(found, dict) else None
-    return found if isinstance(found, int | float) else None
 
 
 _TIME_TITLE = "Time [min]"
@@ -360,14 +187,6 @@ def _map_layers(spec: Spec) -> list[Spec]:
     ]
 
 
-_CARDS = (
-    Quantity("totals.time_s", "Time", quantity.duration),
-    Quantity("totals.distance_m", "Distance", quantity.distance),
-    Quantity("totals.energy_wh", "Energy", quantity.energy),
-    Quantity("battery.used_fraction", "Of the battery", quantity.percent),
-    Quantity("battery.margin_wh", "Above the reserve", quantity.energy),
-    Quantity("return.margin_wh", "Tightest return", quantity.energy),
-)
 _HEADS = {
     "index": "No.",
     "item": "Item",
@@ -379,9 +198,9 @@ _HEADS = {
     "climb_m": "Climb [m]",
     "speed_m_s": "Speed [m/s]",
     "energy_wh": "Energy [Wh]",
-    "stopping_distance_m": "Room to stop [m]",
+    "stopping_distance_m": "Stopping distance [m]",
     "stopping_distance_m_p90": "9 of 10 stop within [m]",
-    "arrival_s": "Done at [s]",
+    "arrival_s": "Reached [s]",
     "energy_used_wh": "Energy used [Wh]",
 }
 
@@ -419,8 +238,8 @@ class MissionView(Value):
     verdict: str
     headline: str
     remark: str
-    cards: tuple[Shown, ...]
-    figures: tuple[tuple[str, tuple[Shown, ...]], ...]
+    cards: tuple[ShownFigure, ...]
+    figures: tuple[tuple[str, tuple[ShownFigure, ...]], ...]
     phases: tuple[PhaseView, ...]
     graver: tuple[FindingView, ...]
     notes: tuple[FindingView, ...]
@@ -451,7 +270,7 @@ def mission_view(
     has_stills: bool = False,
     name: str = "",
 ) -> MissionView:
-    """Return what the page tells of a mission.
+    """Return one mission as the page shows it.
 
     Parameters
     ----------
@@ -488,7 +307,9 @@ def mission_view(
         verdict=result.verdict,
         headline=headline(result),
         remark=caveat([result]).strip(),
-        cards=tuple(shown for one in _CARDS if (shown := shown_number(document, one)) is not None),
+        cards=tuple(
+            shown for one in KEY_FIGURES if (shown := shown_figure(document, one)) is not None
+        ),
         figures=shown_figures(document),
         phases=_phases(result) if isinstance(result, CheckResult) else (),
         graver=tuple(view for view in views if view.finding.severity > Severity.INFO),
@@ -570,23 +391,23 @@ def _phases(result: CheckResult) -> tuple[PhaseView, ...]:
 
 
 def _vehicle(result: CheckResult) -> tuple[tuple[str, str], ...]:
-    told = [("Model", result.setup.vehicle.name), ("File", result.setup.vehicle.source)]
+    rows = [("Model", result.setup.vehicle.name), ("File", result.setup.vehicle.source)]
     if result.assessment is not None:
-        told += _provenance(result.assessment.vehicle)
-    return tuple((label, printable(text)) for label, text in told if text)
+        rows += _provenance(result.assessment.vehicle)
+    return tuple((label, printable(text)) for label, text in rows if text)
 
 
 def _provenance(vehicle: VehicleModel) -> list[tuple[str, str]]:
-    told = [("What it is", vehicle.description), ("Flown as", vehicle.reference.label)]
+    rows = [("Description", vehicle.description), ("Flown as", vehicle.reference.label)]
     origin = vehicle.provenance
-    told += [
+    rows += [
         ("Source", origin.source),
         ("Method", origin.method),
         ("Made", origin.date.isoformat()),
         ("Fit", ", ".join(f"{name} {value:.4g}" for name, value in origin.fit)),
         ("Logs", ", ".join(origin.logs)),
     ]
-    return told
+    return rows
 
 
 def _readings(vehicle: VehicleModel) -> tuple[str, ...]:

@@ -163,17 +163,17 @@
     look(time) {
       const row = this.at(this.tables.flight, time);
       for (const view of Object.values(this.views)) view.data("cursor", [row]).runAsync();
-      const said = [
+      const texts = [
         `${row.time_min.toFixed(2)} min`, `item ${row.item}, ${row.state}`,
         `${row.altitude_amsl_m.toFixed(0)} m AMSL`, `${row.speed_m_s.toFixed(1)} m/s`];
-      if (typeof row.power_w === "number") said.push(`${row.power_w.toFixed(0)} W`);
-      if (typeof row.used_wh === "number") said.push(`${row.used_wh.toFixed(2)} Wh used`);
+      if (typeof row.power_w === "number") texts.push(`${row.power_w.toFixed(0)} W`);
+      if (typeof row.used_wh === "number") texts.push(`${row.used_wh.toFixed(2)} Wh used`);
       if (this.tables.returns) {
-        const way = this.at(this.tables.returns, time);
-        said.push(`${way.needed_wh.toFixed(2)} Wh once home`);
+        const home = this.at(this.tables.returns, time);
+        texts.push(`${home.needed_wh.toFixed(2)} Wh used once home`);
       }
-      this.output.textContent = said.join(" · ");
-      this.slider.setAttribute("aria-valuetext", said.slice(0, 2).join(", "));
+      this.output.textContent = texts.join(" · ");
+      this.slider.setAttribute("aria-valuetext", texts.slice(0, 2).join(", "));
     }
 
     show(button) {

@@ -14,16 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
+from planner.report.figures import KEY_FIGURES, shown_figure
 from planner.report.html.mission import (
-    FIGURES,
     MissionView,
-    Quantity,
     badness,
     mission_view,
-    shown_number,
     tally_text,
 )
-from planner.report.json import mission_document
+from planner.report.json import figures
 from planner.report.plots.figures import (
     chart_config,
     load_altair,
@@ -45,7 +43,6 @@ _BUNDLE = "window.vegaEmbed = vegaEmbed;"
 _ROWS_OF_ONE, _ROWS_OF_ALL = 1_750, 7_000
 """Rows of the tables behind the pictures: of a mission, and of all missions of a page together."""
 _FEWEST_ROWS = 140
-_OVERVIEW = ("totals.time_s", "totals.energy_wh", "battery.used_fraction", "battery.margin_wh")
 
 
 def refuse_without_libraries() -> None:
@@ -117,6 +114,7 @@ def check_html(
         title=title or (missions[0].file if len(results) == 1 else tally(results)),
         is_one=len(results) == 1 and not title,
         missions=order,
+        heads=[one.label for one in KEY_FIGURES],
         overview=() if title else _overview([results[view.number] for view in order], order),
         sections=sections,
         style=style,
@@ -155,22 +153,17 @@ def _overview(results: Results, views: Sequence[MissionView]) -> list[dict[str, 
     """Return a row for each mission, in the order given; none for a page of one mission."""
     if len(results) < 2:
         return []
-    quantities = {one.path: one for _, members in FIGURES for one in members}
     return [
         {
             "rank": rank,
             "number": view.number,
             "file": view.file,
             "verdict": view.verdict,
-            "numbers": [_shown(result, quantities[path]) for path in _OVERVIEW],
+            "numbers": [shown_figure(figures(result), one) for one in KEY_FIGURES],
             "findings": tally_text(result),
         }
         for rank, (result, view) in enumerate(zip(results, views, strict=True), start=1)
     ]
-
-
-def _shown(result: CheckResult | UnreadableMission, quantity: Quantity) -> object:
-    return shown_number(mission_document(result), quantity)
 
 
 def _text(name: str) -> str:

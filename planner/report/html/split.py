@@ -5,12 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planner import quantity
-from planner.report.html.mission import (
-    Quantity,
-    Shown,
-    finding_view,
-    shown_number,
-)
+from planner.report.figures import KEY_FIGURES, ShownFigure, shown_figure
+from planner.report.html.mission import finding_view
 from planner.report.html.page import page_json, template
 from planner.report.plots.figures import still_svg
 from planner.report.plots.split import (
@@ -22,14 +18,6 @@ from planner.report.split import flown_text, part_document, together
 if TYPE_CHECKING:
     from planner.service.split import Split
 
-_COLUMNS = (
-    Quantity("totals.time_s", "Time", quantity.duration),
-    Quantity("totals.distance_m", "Distance", quantity.distance),
-    Quantity("totals.energy_wh", "Energy", quantity.energy),
-    Quantity("battery.used_fraction", "Of the battery", quantity.percent),
-    Quantity("battery.margin_wh", "Above the reserve", quantity.energy),
-    Quantity("return.margin_wh", "On the return", quantity.energy),
-)
 _TITLES = {"map": "Map of the parts", "energy": "Energy of each part"}
 
 
@@ -60,17 +48,19 @@ def split_section(split: Split) -> Any:  # noqa: ANN401 - Markup of jinja2, load
         {
             "verdict": part.result.verdict,
             "flies": flown_text(part),
-            "numbers": [shown_number(document, one) for one in _COLUMNS],
+            "numbers": [shown_figure(document, one) for one in KEY_FIGURES],
         }
         for part, document in zip(split.parts, documents, strict=True)
     ]
     totals = {
-        "time_s": Shown("", quantity.duration(sums["time_s"]), "time_s", sums["time_s"]),
-        "energy_wh": Shown("", quantity.energy(sums["energy_wh"]), "energy_wh", sums["energy_wh"]),
+        "time_s": ShownFigure("", quantity.duration(sums["time_s"]), "time_s", sums["time_s"]),
+        "energy_wh": ShownFigure(
+            "", quantity.energy(sums["energy_wh"]), "energy_wh", sums["energy_wh"]
+        ),
     }
     return template("split.html.j2").module.split(
-        heads=[one.label for one in _COLUMNS],
-        columns=[one.path.partition(".")[2] for one in _COLUMNS],
+        heads=[one.label for one in KEY_FIGURES],
+        columns=[one.path.partition(".")[2] for one in KEY_FIGURES],
         rows=rows,
         totals=totals,
         charts=_TITLES,

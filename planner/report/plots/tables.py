@@ -6,11 +6,13 @@ the extremes are kept, of the path the corners that can be seen.
 
 from __future__ import annotations
 
+import math
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.motion.kinematics import STATES
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from planner.flight.prediction import Trace
     from planner.geo.fence import FenceCircle
     from planner.geo.geodesy import LocalFrame
+    from planner.mission.route.stage import Stage
     from planner.report.plots.figures import Chart
     from planner.rules.assessment import Assessment
     from planner.service import CheckResult
@@ -47,7 +50,7 @@ _ARC_POINTS = 4
 
 
 def stop_room_rows(assessment: Assessment) -> list[Row]:
-    """Return what a flight would pass over if it were told to stop anywhere, a row per corner.
+    """Return what a flight would pass over if commanded to stop anywhere, a row per corner.
 
     Around every place of the path it is the way straight ahead until the vehicle stands still (to
     react, to stop, what the wind adds), and the margin by which its position may be wrong: where that
@@ -125,6 +128,18 @@ _EDGE_POINTS = 8
 """Fence edges are straight in degrees, thus bent in metres."""
 _MOST_ITEMS = 1_500
 """Of more items only some are marked, evenly chosen: the path shows the others."""
+_STAGE_NAMES = {
+    StageKind.TAKEOFF: "Take-off",
+    StageKind.GO: "Waypoint",
+    StageKind.SPLINE: "Spline waypoint",
+    StageKind.LOITER: "Loiter",
+    StageKind.DELAY: "Delay",
+    StageKind.CIRCLE: "Circle",
+    StageKind.CHANGE_HEIGHT: "Altitude change",
+    StageKind.SET_DOWN: "Payload place",
+    StageKind.LAND: "Landing",
+    StageKind.RETURN: "Return",
+}
 
 
 def item_rows(assessment: Assessment) -> list[Row]:
@@ -138,12 +153,24 @@ def item_rows(assessment: Assessment) -> list[Row]:
         np.array([stage.north_m for stage in stages.values()]),
     )
     return [
-        _place("item", f"item {item}: {stage.kind}", frame, latitude, longitude)
+        _place("item", _item_label(assessment, stage), frame, latitude, longitude)
         | {"item": item, "short": str(item)}
         for (item, stage), latitude, longitude in zip(
             stages.items(), latitude_deg.tolist(), longitude_deg.tolist(), strict=True
         )
     ]
+
+
+def _item_label(assessment: Assessment, stage: Stage) -> str:
+    """Return ``Waypoint 7 · reached 28:13 · 61.2 Wh used · 50 m above home``."""
+    arrival = assessment.items[stage.item - 1]
+    parts = [f"{_STAGE_NAMES[stage.kind]} {stage.item}"]
+    if arrival.arrival_s is not None:
+        parts.append(f"reached {quantity.clock(arrival.arrival_s)}")
+    if arrival.energy_used_wh is not None and math.isfinite(arrival.energy_used_wh):
+        parts.append(f"{quantity.energy(arrival.energy_used_wh)} used")
+    parts.append(f"{quantity.height(stage.height_m)} above home")
+    return " · ".join(parts)
 
 
 def place_rows(assessment: Assessment) -> list[Row]:
@@ -270,7 +297,7 @@ class FlightTables(Value, eq=False):
     stretches: list[Row]
     """Where over ground findings are."""
     room: list[Row]
-    """What the flight would pass over if told to stop; empty without a fence."""
+    """What the flight would pass over if commanded to stop; empty without a fence."""
     band: list[Row]
     """Energy that one flight of ten stays below, and one exceeds; empty without a spread."""
 

@@ -1,4 +1,4 @@
-"""The command line that says the same as the screen."""
+"""The command line that makes the same check."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ class CommandLineScreen(ModalScreen[None]):
     def compose(self) -> ComposeResult:
         """Yield the command and what became of it."""
         with Vertical():
-            yield Static(Content.styled("The same, as a command:", "bold"))
+            yield Static(Content.styled("The same check as a command:", "bold"))
             yield Static(Content(f"\n{self.command}\n"), id="command")
-            yield Static("Given to the terminal's clipboard, if the terminal allows. Enter: back")
+            yield Static("Copied to the clipboard if the terminal allows it. Enter: back")

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 _STALE_S = 5.0
-"""A verdict holds no longer when nothing was told of the vehicle for so long. [s]"""
+"""A verdict is unknown after so long without a report. [s]"""
 
 
 class LiveScreen(ReviewScreen):
@@ -176,7 +176,7 @@ class LiveScreen(ReviewScreen):
     def _take_loss(self, event: LiveScreen.Lost) -> None:
         self.lost_by = event.why
         self._say(f"LOST, trying again: {event.why}")
-        self._set_unknown("the vehicle is lost")
+        self._set_unknown("link to the vehicle lost")
 
     @on(Broken)
     def _break(self, event: LiveScreen.Broken) -> None:
@@ -197,7 +197,7 @@ class LiveScreen(ReviewScreen):
         if self.now is not None:
             super().show_verdict(*notes)
             return
-        unread = "nothing was read of the vehicle yet" if self.snapshot is None else self.unknown()
+        unread = "vehicle not read yet" if self.snapshot is None else self.unknown()
         none = Summary(
             verdict="NO VERDICT",
             is_go=False,
@@ -220,7 +220,7 @@ class LiveScreen(ReviewScreen):
     def unknown(self) -> str:
         """Return why what was read last may hold no longer."""
         if self.now is not None and self.now.snapshot is not self.snapshot:
-            return self._unheard or super().unknown() or "what changed is being checked"
+            return self._unheard or super().unknown() or "checking the change"
         return self._unheard or super().unknown()
 
     def checked(self, what_if: WhatIf) -> Checked:
@@ -234,9 +234,9 @@ class LiveScreen(ReviewScreen):
             super().ask(base)
 
     def watch_files(self) -> None:
-        """Look at whether anything is told of the vehicle still, and at the files."""
+        """Look at whether the vehicle still reports, and at the files."""
         if self._told_s is not None and time.monotonic() - self._told_s > _STALE_S:
-            self._set_unknown("nothing was told of the vehicle of late")
+            self._set_unknown(f"no report from the vehicle for {_STALE_S:.0f} s")
         super().watch_files()
 
     def action_missions(self) -> None:

@@ -42,7 +42,7 @@ WATCH_S = 2.0
 
 
 class MissionsScreen(Screen[None]):
-    """A list of missions with their verdicts, and what is told about the selected one."""
+    """A list of missions with their verdicts, and a preview of the selected one."""
 
     DEFAULT_CSS = """
     MissionsScreen #tally { height: 1; padding: 0 1; background: $panel; text-style: bold; }

@@ -147,7 +147,9 @@ class ReviewScreen(Screen[None]):
             return
         changed = "with your changes" if self.now is not self.base else ""
         going = (
-            f"{quantity.count(self._going, 'change')} would make it go: w" if self._going else ""
+            f"{quantity.count(self._going, 'change')} would make it a GO: press w"
+            if self._going
+            else ""
         )
         note = "; ".join(text for text in (changed, self._note, going, *notes) if text)
         self.query_one("#verdict", VerdictStrip).show(self.summary(self.now), note=note)
@@ -158,14 +160,14 @@ class ReviewScreen(Screen[None]):
         why = self.unknown()
         if not why:
             return said
-        last = f"{why}; {said.verdict} when it was checked last"
+        last = f"{why}; last verdict: {said.verdict}"
         return replace(said, verdict="NO VERDICT", is_go=False, file=f"{said.file}  {last}")
 
     def unknown(self) -> str:
         """Return why there is no verdict of what is asked for; empty where there is one."""
         if self._problem:
-            return f"not checked with what is typed or saved: {self._problem}"
-        return "" if self.base is not None else "what changed is being checked"
+            return f"cannot be checked like this: {self._problem}"
+        return "" if self.base is not None else "checking the change"
 
     # Checks
 

@@ -12,7 +12,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Input, Static
 
 from planner.errors import MavjouleError
-from planner.tui.saving import FileThereError, default_name, save
+from planner.tui.saving import OverwriteError, default_name, save
 
 if TYPE_CHECKING:
     from textual.app import ComposeResult
@@ -37,7 +37,7 @@ class SaveScreen(ModalScreen[None]):
         super().__init__()
         self._checked = checked
         self._asked = ""
-        """The name of a file that is there, once it was told so."""
+        """The existing file that the user was warned of."""
 
     def compose(self) -> ComposeResult:
         """Yield the field and what may be written."""
@@ -53,7 +53,7 @@ class SaveScreen(ModalScreen[None]):
     def _save(self, event: Input.Submitted) -> None:
         try:
             done = save(self._checked, event.value, replace=event.value == self._asked)
-        except FileThereError as error:
+        except OverwriteError as error:
             self._asked = event.value
             self.query_one("#problem", Static).update(Content(str(error)))
         except MavjouleError as error:

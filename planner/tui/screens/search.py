@@ -50,7 +50,7 @@ class SearchScreen(ModalScreen[Hit | None]):
         """Yield the field and the list."""
         with Vertical():
             yield Input(placeholder="number of an item, code or text", id="wanted")
-            yield RowList(HitRows(hits=()), empty="Nothing is found.", id="hits")
+            yield RowList(HitRows(hits=()), empty="Nothing found.", id="hits")
 
     def on_mount(self) -> None:
         """Put the keyboard into the field."""

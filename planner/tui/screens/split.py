@@ -45,14 +45,14 @@ class SplitScreen(ModalScreen[None]):
         self._split = split
         self._checked = checked
         self._asked = ""
-        """The name of a folder that holds parts, once it was told so."""
+        """The folder with parts in it that the user was warned of."""
 
     def compose(self) -> ComposeResult:
         """Yield the flights and the field."""
         with Vertical():
             with VerticalScroll():
                 yield Static(_shown(self._split), id="parts")
-            yield Static("Save parts in the folder (Enter; Escape: back)")
+            yield Static("Save the parts in this folder (Enter: save, Escape: back)")
             yield Input(parts_folder(self._checked), id="folder")
             yield Static(id="problem")
 
@@ -65,7 +65,7 @@ class SplitScreen(ModalScreen[None]):
         folder = Path(event.value.strip()).expanduser()
         if any(folder.glob("part-*.plan")) and event.value != self._asked:
             self._asked = event.value
-            message = f"{folder} holds parts already: Enter again writes over them"
+            message = f"{folder} already holds parts: press Enter again to overwrite them"
             self.query_one("#problem", Static).update(Content(message))
             return
         try:

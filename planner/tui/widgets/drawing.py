@@ -1,4 +1,4 @@
-"""A widget that shows a canvas, drawn anew only when what is on it changes."""
+"""A widget that shows a canvas, drawn again only when what is on it changes."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ class Drawing(Widget, can_focus=True):
         raise NotImplementedError
 
     def redraw(self) -> None:
-        """Draw everything anew."""
+        """Draw everything again."""
         self._still = None
         self.move_cursor()
 
     def move_cursor(self) -> None:
-        """Draw the cursor anew."""
+        """Draw the cursor again."""
         self._shown = None
         self.refresh()
 

@@ -33,7 +33,7 @@ class GroundMap(Drawing):
         Binding("left,h", "step(-1)", "Earlier", show=False),
         Binding("right,l", "step(1)", "Later", show=False),
         Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
-        Binding("minus", "zoom(-1)", "out"),
+        Binding("minus", "zoom(-1)", "Zoom out"),
         Binding("0", "fit", "Whole map", show=False),
         Binding("shift+left,H", "pan(-1, 0)", "Pan west", show=False),
         Binding("shift+right,L", "pan(1, 0)", "Pan east", show=False),

@@ -34,7 +34,7 @@ PANES = {
 }
 """Panes by id, in the order of their digits."""
 
-_UNCHECKED = "Nothing was checked yet."
+_UNCHECKED = "Not checked yet."
 _NOTHING = UnreadableMission(file="", findings=())
 """What is shown until the first check is done."""
 
@@ -88,7 +88,7 @@ class Panes(Container):
         is_first, self._shown = self._shown is None, now
         result = now.result
         findings = self.query_one("#findings", RowList)
-        findings.show(FindingRows(findings=self._findings), empty="All checks passed.")
+        findings.show(FindingRows(findings=self._findings), empty="No problem found.")
         segments = self.query_one("#segments", RowList)
         segments.show(segment_rows(result), empty="Nothing is flown.")
         self.query_one("#items", RowList).show(item_rows(result), empty="No items.")
