@@ -13,8 +13,7 @@ from planner import (
 from planner.cli.options import setting_option
 from planner.cli.output import narrate, refuse_overwriting
 from planner.errors import UsageError
-from planner.report.medium import Medium
-from planner.report.text import finding_lines
+from planner.report.text import Medium, finding_lines
 
 
 @click.command("convert")

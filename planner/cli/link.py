@@ -190,8 +190,7 @@ def fetch(
     Exit codes: 0 both files are written, 2 they cannot be, 3 the vehicle did not answer, or broke
     off.
     """
-    from planner.report.medium import Medium
-    from planner.report.text import finding_lines
+    from planner.report.text import Medium, finding_lines
     from planner.service.vehicle import fetch_vehicle, refuse_existing, write_snapshot
 
     if output.suffix.lower() not in {".plan", ".json"}:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from planner.errors import OutputError, UsageError
-from planner.report.medium import Medium
+from planner.report.text import Medium
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

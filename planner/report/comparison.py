@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.mission.compare import Difference
     from planner.report.figures import Figure
     from planner.report.json import Document
-    from planner.report.medium import Medium
+    from planner.report.text import Medium
     from planner.service import CheckResult
     from planner.service.comparison import Comparison
     from planner.service.vehicle import MissionComparison

@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Severity
 from planner.report.pipeline import pipeline_path
-from planner.report.text import caveat, headline, label, printable, said, tally
+from planner.report.text import (
+    caveat,
+    finding_message,
+    headline,
+    label,
+    printable,
+    tally,
+)
 from planner.service import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:
@@ -79,7 +86,7 @@ def github_summary(results: Results, *, folder: Path) -> str:
         lines += ["", "| severity | where | code | finding |", "|---|---|---|---|"]
     for path, finding in found[:_MOST_ROWS]:
         where = path if finding.place is None else f"{path}:{finding.place.line}"
-        lines.append(_row(finding.severity.label, where, label(finding), said(finding)))
+        lines.append(_row(finding.severity.label, where, label(finding), finding_message(finding)))
     lines += _more(len(found))
     return "\n".join(lines) + "\n\n"
 
@@ -98,7 +105,11 @@ def _command(finding: Finding, *, path: str) -> str:
     if finding.place is not None:
         properties |= {"line": str(finding.place.line), "col": str(finding.place.column)}
     listed = ",".join(f"{name}={_property(text)}" for name, text in properties.items())
-    text = f"{said(finding)}\nfix: {printable(finding.fix)}" if finding.fix else said(finding)
+    text = (
+        f"{finding_message(finding)}\nfix: {printable(finding.fix)}"
+        if finding.fix
+        else finding_message(finding)
+    )
     return f"::{_COMMANDS[finding.severity]} {listed}::{_data(text)}"
 
 

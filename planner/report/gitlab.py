@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from planner.findings import Severity
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.text import (
+    finding_message,
     label,
-    said,
     well_formed,
 )
 
@@ -41,7 +41,7 @@ def check_gitlab(results: Sequence[CheckResult | UnreadableMission], *, folder: 
             line = 1 if finding.place is None else finding.place.line
             issues.append(
                 {
-                    "description": well_formed(f"{label(finding)}: {said(finding)}"),
+                    "description": well_formed(f"{label(finding)}: {finding_message(finding)}"),
                     "check_name": finding.code,
                     "fingerprint": mark,
                     "severity": _SEVERITIES[finding.severity],

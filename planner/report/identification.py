@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.identify.segments import SegmentUse, StateOutcome
     from planner.identify.verification import StateComparison, StopComparison, Verification
     from planner.logs.record import FlightRecord
-    from planner.report.medium import Medium
+    from planner.report.text import Medium
     from planner.vehicle.model import VehicleModel
 
 

@@ -10,8 +10,7 @@ import msgspec
 
 from planner.catalogue import entries, events_of
 from planner.report.rule_text import way_off
-from planner.report.statistics import count_codes
-from planner.report.text import well_formed
+from planner.report.text import count_codes, well_formed
 from planner.service import CheckResult
 from planner.setup import conditions
 

@@ -13,10 +13,10 @@ from xml.etree import ElementTree as ET
 from planner.report.pipeline import pipeline_path
 from planner.report.text import (
     caveat,
+    finding_message,
     headline,
     label,
     printable,
-    said,
 )
 from planner.service import CheckResult
 
@@ -66,7 +66,7 @@ def _suite(result: CheckResult | UnreadableMission, *, path: str) -> ET.Element:
 
 
 def _judge(case: ET.Element, finding: Finding, result: CheckResult | UnreadableMission) -> None:
-    message = printable(said(finding))
+    message = printable(finding_message(finding))
     if finding.suppression:
         ET.SubElement(case, "skipped", message=printable(f"{finding.suppression}: {message}"))
     elif not isinstance(result, CheckResult):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.findings import Rule
-    from planner.report.medium import Medium
+    from planner.report.text import Medium
 
 
 def rules_text(rules: Sequence[Rule]) -> str:

@@ -20,7 +20,10 @@ from planner.report.json import (
 )
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.rule_text import explanation
-from planner.report.text import printable, said
+from planner.report.text import (
+    finding_message,
+    printable,
+)
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
@@ -135,7 +138,11 @@ def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Docume
 
 
 def _message(finding: Finding) -> str:
-    return f"{said(finding)}. Fix: {printable(finding.fix)}" if finding.fix else said(finding)
+    return (
+        f"{finding_message(finding)}. Fix: {printable(finding.fix)}"
+        if finding.fix
+        else finding_message(finding)
+    )
 
 
 def _mission(result: CheckResult | UnreadableMission, *, folder: Path) -> Document:

@@ -18,7 +18,7 @@ from planner.report.text import finding_lines, printable, table_lines
 
 if TYPE_CHECKING:
     from planner.report.json import Document
-    from planner.report.medium import Medium
+    from planner.report.text import Medium
     from planner.service.split import Split, SplitPart
 
 _AT_START_M = 0.05

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
+import textwrap
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner import quantity
@@ -13,13 +14,13 @@ from planner.flight.motion.kinematics import STATES
 from planner.rules.energy import destination_name, place_along, reserve_name
 from planner.service import CheckResult
 from planner.setup import conditions_text
+from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.report.medium import Medium
     from planner.service import UnreadableMission
 
 
@@ -97,7 +98,7 @@ def finding_lines(finding: Finding, *, file: str, medium: Medium) -> list[str]:
     head = f"{printable(file)}:"
     if finding.place is not None:
         head += f"{finding.place.line}:{finding.place.column}:"
-    text = f"{head} {label(finding)} [{finding.severity.label}] {said(finding)}"
+    text = f"{head} {label(finding)} [{finding.severity.label}] {finding_message(finding)}"
     first, *rest = medium.wrapped(text, indent=_INDENT)
     first = first.replace(
         f" {finding.code} ", f" {medium.paint(finding.code, _STYLES[finding.severity])} ", 1
@@ -111,7 +112,7 @@ def finding_lines(finding: Finding, *, file: str, medium: Medium) -> list[str]:
 
 def note_lines(finding: Finding, *, medium: Medium) -> list[str]:
     """Return a finding of severity info as a note, without file and fix."""
-    return medium.wrapped(f"  {label(finding)}: {said(finding)}", indent=_INDENT)
+    return medium.wrapped(f"  {label(finding)}: {finding_message(finding)}", indent=_INDENT)
 
 
 def finding_tally(findings: Sequence[Finding]) -> str:
@@ -141,7 +142,7 @@ def label(finding: Finding) -> str:
     return f"{finding.code} {finding.name}"
 
 
-def said(finding: Finding) -> str:
+def finding_message(finding: Finding) -> str:
     """Return the message of a finding, safe to print, with its item."""
     message = printable(finding.message)
     if finding.item is None or re.search(rf"\bitem {finding.item}\b", message):
@@ -231,8 +232,6 @@ def caveat(results: Sequence[CheckResult | UnreadableMission]) -> str:
 
 def statistics_text(results: Sequence[CheckResult | UnreadableMission], *, medium: Medium) -> str:
     """Return the verdicts of a call, a line per mission, and how often each rule fired."""
-    from planner.report.statistics import count_codes, statistics_lines
-
     lines = _summary_lines(results, medium=medium)
     return "\n".join([*lines, "", *statistics_lines(count_codes(results))]) + "\n"
 
@@ -266,11 +265,11 @@ def _verdict(result: CheckResult | UnreadableMission, medium: Medium, width: int
 
 def _left(battery: BatteryBudget) -> str:
     if battery.reserve is None or battery.reserve.hover_s is None:
-        return against(battery.margin_wh, f"the {reserve_name(battery)} reserve")
-    return against(battery.margin_wh, f"the reserve of {reserve_name(battery)}")
+        return margin_text(battery.margin_wh, f"the {reserve_name(battery)} reserve")
+    return margin_text(battery.margin_wh, f"the reserve of {reserve_name(battery)}")
 
 
-def against(margin_wh: float, reserve: str) -> str:
+def margin_text(margin_wh: float, reserve: str) -> str:
     """Return a margin in words: ``4.20 Wh above the 20 % reserve``, ``1.30 Wh short of …``."""
     if margin_wh < 0.0:
         return f"{quantity.energy(-margin_wh)} short of {reserve}"
@@ -337,7 +336,7 @@ def _return_plan(plan: ReturnPlan) -> str:
         text += f" in {quantity.duration(plan.time_home_s)}"
     if plan.margin_wh is None:
         return text
-    text = f"{text}, {against(plan.margin_wh, 'the reserve')}"
+    text = f"{text}, {margin_text(plan.margin_wh, 'the reserve')}"
     chance = plan.below_reserve_probability
     return text if chance is None else f"{text}; {_chance(chance)} to get home below it"
 
@@ -373,3 +372,92 @@ def _summary_lines(
         first, *rest = medium.wrapped(text, indent=width + 4)
         lines += [first.replace(verdict, f"  {_verdict(result, medium, width)}", 1), *rest]
     return lines
+
+
+_CODES = {"bold": "1", "red": "1;31", "yellow": "33", "green": "1;32", "dim": "2"}
+
+
+class Medium(Value):
+    """A terminal, or a file or pipe, which has neither width nor colour."""
+
+    width: int | None = None
+    """Columns to wrap text at; ``None``: one line each, for other programs to read."""
+    is_coloured: bool = False
+
+    def paint(self, text: str, style: str) -> str:
+        """Return the text in a style of ``bold``, ``red``, ``yellow``, ``green`` or ``dim``."""
+        return f"\x1b[{_CODES[style]}m{text}\x1b[0m" if self.is_coloured else text
+
+    def wrapped(self, text: str, *, indent: int = 0) -> list[str]:
+        """Return a text as lines; those after the first are indented.
+
+        The text is not to be painted: colour codes would count as columns.
+        """
+        if self.width is None:
+            return [text]
+        return textwrap.wrap(
+            text,
+            width=max(self.width, 40),
+            subsequent_indent=" " * indent,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+
+
+class CodeCount(Value):
+    """The findings of one rule and severity in all missions of a call."""
+
+    code: str
+    name: str
+    severity: Severity
+    count: int
+    """How many are reported."""
+    suppressed: int
+    """How many are not."""
+    missions: int
+    """In how many missions there are any."""
+
+
+def count_codes(results: Sequence[CheckResult | UnreadableMission]) -> tuple[CodeCount, ...]:
+    """Return what was found by rule and severity: worst first, then most, then by code."""
+    reported = Counter(_key(finding) for result in results for finding in result.findings)
+    suppressed = Counter(_key(finding) for result in results for finding in result.suppressed)
+    missions: defaultdict[tuple[str, str, Severity], set[int]] = defaultdict(set)
+    for index, result in enumerate(results):
+        for finding in (*result.findings, *result.suppressed):
+            missions[_key(finding)].add(index)
+    counts = [
+        CodeCount(
+            code=code,
+            name=name,
+            severity=severity,
+            count=reported[code, name, severity],
+            suppressed=suppressed[code, name, severity],
+            missions=len(where),
+        )
+        for (code, name, severity), where in missions.items()
+    ]
+    return tuple(sorted(counts, key=lambda one: (-one.severity, -one.count, one.code)))
+
+
+def statistics_lines(counts: Sequence[CodeCount]) -> list[str]:
+    """Return counts as an aligned table; none where nothing was found."""
+    if not counts:
+        return ["Nothing was found."]
+    heads = ("count", "not reported", "missions", "code", "severity", "name")
+    rows = [
+        (
+            str(one.count),
+            str(one.suppressed),
+            str(one.missions),
+            one.code,
+            one.severity.label,
+            one.name,
+        )
+        for one in counts
+    ]
+    return table_lines([heads, *rows], alignment=">>><<<")
+
+
+def _key(finding: Finding) -> tuple[str, str, Severity]:
+    return finding.code, finding.name, finding.severity

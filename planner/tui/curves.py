@@ -1,4 +1,4 @@
-"""The quantities of a flight over time, as curves to draw, and their values at one moment."""
+"""The quantities of a flight over time, as curves; which moment, segment and item belong together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MOST_ENDS = 20_000
 """Segments whose ends are looked at besides."""
 
 
-class Line(Value, eq=False):
+class Curve(Value, eq=False):
     """One line of a picture."""
 
     name: str
@@ -37,7 +37,7 @@ class Picture(Value, eq=False):
     """One quantity over time."""
 
     name: str
-    lines: tuple[Line, ...]
+    lines: tuple[Curve, ...]
     """The quantity itself first."""
     shown: Callable[[float | None], str]
     """From a value to its text."""
@@ -66,18 +66,18 @@ def pictures(assessment: Assessment | None) -> tuple[Picture, ...]:
     found = [
         Picture(
             name="altitude above home",
-            lines=(Line(name="altitude", time_s=time_s, value=state.height_m, ink="curve"),),
+            lines=(Curve(name="altitude", time_s=time_s, value=state.height_m, ink="curve"),),
             shown=quantity.height,
         ),
         Picture(
             name="ground speed",
-            lines=(Line(name="speed", time_s=time_s, value=state.ground_speed_m_s, ink="curve"),),
+            lines=(Curve(name="speed", time_s=time_s, value=state.ground_speed_m_s, ink="curve"),),
             shown=quantity.speed,
         ),
     ]
     if not assessment.vehicle.is_power_known:
         return tuple(found)
-    power = Line(name="power", time_s=time_s, value=flight.power_w(time_s), ink="curve")
+    power = Curve(name="power", time_s=time_s, value=flight.power_w(time_s), ink="curve")
     found.append(Picture(name="power", lines=(power,), shown=quantity.power))
     found.append(_energy(assessment))
     if (charge := _charge(assessment)) is not None:
@@ -94,10 +94,10 @@ def _used(assessment: Assessment) -> tuple[FloatArray, FloatArray]:
 
 def _energy(assessment: Assessment) -> Picture:
     time_s, used_wh = _used(assessment)
-    lines = [Line(name="used", time_s=time_s, value=used_wh, ink="curve")]
+    lines = [Curve(name="used", time_s=time_s, value=used_wh, ink="curve")]
     home = return_profile(assessment.returns)
     lines.append(
-        Line(
+        Curve(
             name="used and return",
             time_s=home.time_s,
             value=home.used_wh + home.return_wh,
@@ -122,15 +122,15 @@ def _charge(assessment: Assessment) -> Picture | None:
     else:
         name = "charge left in the battery"
         left = np.append(assessment.charge, assessment.discharge.state_of_charge)
-    lines = [Line(name="left", time_s=time_s, value=left, ink="curve")]
+    lines = [Curve(name="left", time_s=time_s, value=left, ink="curve")]
     if assessment.discharge is None:
         share = battery.reserve_wh / battery.capacity_wh
         lines.append(_level("reserve", share, assessment.flight.time_s))
     return Picture(name=name, lines=tuple(lines), shown=quantity.percent)
 
 
-def _level(name: str, value: float, time_s: float) -> Line:
-    return Line(name=name, time_s=np.array([0.0, time_s]), value=np.full(2, value), ink="limit")
+def _level(name: str, value: float, time_s: float) -> Curve:
+    return Curve(name=name, time_s=np.array([0.0, time_s]), value=np.full(2, value), ink="limit")
 
 
 def thinned(
@@ -163,3 +163,37 @@ def thinned(
         (np.where(is_rising, lowest, highest), np.where(is_rising, highest, lowest)), axis=1
     )
     return np.repeat(column[first], 2), pair.ravel()
+
+
+def segment_at(assessment: Assessment, time_s: float) -> int:
+    """Return the segment that is flown at a time."""
+    end_s = assessment.flight.motion.segments.end_s
+    return min(int(np.searchsorted(end_s, time_s, side="right")), len(end_s) - 1)
+
+
+def segment_span_s(assessment: Assessment, segment: int) -> tuple[float, float]:
+    """Return when a segment begins and ends. [s]"""
+    columns = assessment.flight.motion.segments
+    end_s = float(columns.end_s[segment])
+    return end_s - float(columns.duration_s[segment]), end_s
+
+
+def item_at(assessment: Assessment, time_s: float) -> int:
+    """Return the item that is flown for at a time."""
+    return int(assessment.flight.motion.segments.item[segment_at(assessment, time_s)])
+
+
+def item_span_s(assessment: Assessment, item: int) -> tuple[float, float] | None:
+    """Return when an item is first flown for, begin and end; ``None`` where it never is. [s]
+
+    An item that only sets something is a moment.
+    """
+    of_item = np.flatnonzero(assessment.flight.motion.segments.item == item)
+    if len(of_item):
+        apart = np.flatnonzero(np.diff(of_item) > 1)
+        last = of_item[apart[0]] if len(apart) else of_item[-1]
+        return segment_span_s(assessment, int(of_item[0]))[0], segment_span_s(
+            assessment, int(last)
+        )[1]
+    arrival_s = assessment.items[item - 1].arrival_s if 0 < item <= len(assessment.items) else None
+    return None if arrival_s is None else (arrival_s, arrival_s)

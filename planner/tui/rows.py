@@ -8,7 +8,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Severity
-from planner.report.text import printable, said
+from planner.report.text import finding_message, printable
 from planner.service import CheckResult
 from planner.units import wh_from_j
 from planner.values import Value
@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.flight.prediction import (
-        ItemArrival,
-        Segment,
-    )
+    from planner.flight.prediction import ItemArrival, Segment
     from planner.service import UnreadableMission
 
 
@@ -29,7 +26,7 @@ MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}
 """Signs of severities, so that colour is never needed."""
 
 
-class Column(Value):
+class TableColumn(Value):
     """One column of a table."""
 
     head: str
@@ -38,11 +35,11 @@ class Column(Value):
     is_right: bool = True
 
 
-class Rows(Protocol):
+class Table(Protocol):
     """The rows of a table."""
 
     @property
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[TableColumn, ...]:
         """Heads and widths."""
         ...
 
@@ -59,15 +56,15 @@ class Rows(Protocol):
         ...
 
 
-class FindingRows(Value, eq=False):
+class FindingTable(Value, eq=False):
     """Findings, worst first."""
 
     findings: tuple[Finding, ...]
-    columns: tuple[Column, ...] = (
-        Column(head="", width=1),
-        Column(head="code", width=4, is_right=False),
-        Column(head="item", width=4),
-        Column(head="what was found", width=0, is_right=False),
+    columns: tuple[TableColumn, ...] = (
+        TableColumn(head="", width=1),
+        TableColumn(head="code", width=4, is_right=False),
+        TableColumn(head="item", width=4),
+        TableColumn(head="what was found", width=0, is_right=False),
     )
 
     def __len__(self) -> int:
@@ -84,11 +81,11 @@ class FindingRows(Value, eq=False):
         return self.findings[index].severity.label
 
 
-class SegmentRows(Value, eq=False):
+class SegmentTable(Value, eq=False):
     """The segments of a flight; climbs are changes of height, ``stop`` is to stand still."""
 
     segments: Sequence[Segment]
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     """The first are shown where there is no room for all."""
 
     def __len__(self) -> int:
@@ -115,18 +112,18 @@ class SegmentRows(Value, eq=False):
         return ""
 
 
-class ItemRows(Value, eq=False):
+class ItemTable(Value, eq=False):
     """The items of a mission with the worst finding of each."""
 
     items: tuple[ItemArrival, ...]
     worst: dict[int, Severity]
     """By item."""
-    columns: tuple[Column, ...] = (
-        Column(head="", width=1),
-        Column(head="item", width=5),
-        Column(head="command", width=0, is_right=False),
-        Column(head="reached", width=14),
-        Column(head="used", width=8),
+    columns: tuple[TableColumn, ...] = (
+        TableColumn(head="", width=1),
+        TableColumn(head="item", width=5),
+        TableColumn(head="command", width=0, is_right=False),
+        TableColumn(head="reached", width=14),
+        TableColumn(head="used", width=8),
     )
 
     def __len__(self) -> int:
@@ -150,7 +147,7 @@ class ItemRows(Value, eq=False):
         return "" if worst is None else worst.label
 
 
-def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
+def segment_table(result: CheckResult | UnreadableMission) -> SegmentTable:
     """Return the segments, columns as wide as the numbers; none of a mission not read."""
     assessment = result.assessment if isinstance(result, CheckResult) else None
     columns: dict[str, tuple[FloatArray | list[float], int]] = {
@@ -175,9 +172,11 @@ def segment_rows(result: CheckResult | UnreadableMission) -> SegmentRows:
             "climb m": (own.climb_m, 1),
             "stop m": (own.stopping_distance_m, 1),
         }
-    made = [Column(head=head, width=_width(head, *numbers_)) for head, numbers_ in columns.items()]
-    made.insert(1, Column(head="state", width=10, is_right=False))
-    return SegmentRows(
+    made = [
+        TableColumn(head=head, width=_width(head, *numbers_)) for head, numbers_ in columns.items()
+    ]
+    made.insert(1, TableColumn(head="state", width=10, is_right=False))
+    return SegmentTable(
         segments=result.segments if isinstance(result, CheckResult) else (),
         columns=tuple(made),
     )
@@ -190,15 +189,15 @@ def _width(head: str, values: FloatArray | list[float], digits: int) -> int:
     return max(len(head), *(len(quantity.decimals(value, digits)) for value in ends), 0)
 
 
-def item_rows(result: CheckResult | UnreadableMission) -> ItemRows:
+def item_table(result: CheckResult | UnreadableMission) -> ItemTable:
     """Return the items; none of a mission that cannot be read."""
     worst: dict[int, Severity] = {}
     for finding in result.findings:
         if finding.item is not None:
             worst[finding.item] = max(worst.get(finding.item, Severity.INFO), finding.severity)
-    return ItemRows(items=result.items if isinstance(result, CheckResult) else (), worst=worst)
+    return ItemTable(items=result.items if isinstance(result, CheckResult) else (), worst=worst)
 
 
 def finding_line(finding: Finding) -> str:
     """Return a finding in one line: its mark, code and sentence."""
-    return f"{MARKS[finding.severity]} {finding.code} {said(finding)}"
+    return f"{MARKS[finding.severity]} {finding.code} {finding_message(finding)}"

@@ -14,7 +14,7 @@ from planner.report.text import headline
 from planner.service import CheckResult
 from planner.setup import battery_text
 from planner.tui.checked import check_again, check_inputs
-from planner.tui.rows import MARKS, Column
+from planner.tui.rows import MARKS, TableColumn
 from planner.values import Value
 from planner.vehicle.battery import Battery
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.service import UnreadableMission
     from planner.service.split import Split
     from planner.tui.checked import Checked
+
 
 _CHARGE_STEP_AH = 0.1
 _ENERGY_STEP_WH = 1.0
@@ -46,13 +47,13 @@ class Suggestion(Value):
     """The flights it is, instead of one under other settings."""
 
 
-class SuggestionRows(Value, eq=False):
+class SuggestionTable(Value, eq=False):
     """Suggestions as rows of a table."""
 
     suggestions: tuple[Suggestion, ...]
-    columns: tuple[Column, ...] = (
-        Column(head="", width=1),
-        Column(head="suggestions (Tab, Enter)", width=0, is_right=False),
+    columns: tuple[TableColumn, ...] = (
+        TableColumn(head="", width=1),
+        TableColumn(head="suggestions (Tab, Enter)", width=0, is_right=False),
     )
 
     def __len__(self) -> int:

@@ -10,7 +10,7 @@ import pytest
 
 from planner.cli.main import main
 from planner.cli.output import standard_medium
-from planner.report.medium import Medium
+from planner.report.text import Medium
 
 
 class _Terminal(io.StringIO):

@@ -247,7 +247,7 @@ def test_a_flight_that_is_joined_is_held_against_the_model_from_there_on(
     followed = [one.energy for one in statuses if one.energy is not None]
     assert all(one.is_joined for one in followed)
     assert followed[0].ratio is None
-    assert "of the model" not in energy_text(followed[0])
-    assert "its start was not seen" in energy_text(followed[0])
+    assert "of the predicted use" not in energy_text(followed[0])
+    assert "joined in flight" in energy_text(followed[0])
     ratios = [one.ratio for one in followed if one.ratio is not None]
     assert ratios[-1] == pytest.approx(1.0, abs=0.15)  # whole percents of a part of the flight

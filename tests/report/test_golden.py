@@ -27,9 +27,8 @@ from planner.report.json import (
     check_json_lines,
 )
 from planner.report.junit import check_junit
-from planner.report.medium import Medium
 from planner.report.sarif import check_sarif
-from planner.report.text import check_text, statistics_text
+from planner.report.text import Medium, check_text, statistics_text
 from planner.service import CheckResult, UnreadableMission
 from planner.setup import Setup
 from planner.values import replace

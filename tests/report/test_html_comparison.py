@@ -72,7 +72,7 @@ def test_a_chance_that_stays_as_small_differs_by_nothing(flown: CheckResult) -> 
     results = [replace(flown, battery=one) for one in (battery, battery, more)]
     for other, said in ((results[1], "0 %"), (results[2], "< 0.1 %")):
         tables = dict(compared_tables(results[0], other))
-        [row] = [row for row in tables["Battery"] if row.label == "Chance to land below it"]
+        [row] = [row for row in tables["Battery"] if row.label == "Chance of landing below it"]
         assert (row.first, row.difference) == ("< 0.1 %", said)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from planner.findings import Rule, Severity
-from planner.report.medium import Medium
 from planner.report.rule_text import rule_text, rules_text, way_off
+from planner.report.text import Medium
 from planner.service.preflight import FILE_UNREADABLE
 from planner.values import replace
 

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 
 from planner.findings import Finding, Severity
 from planner.report.json import check_json
-from planner.report.medium import Medium
-from planner.report.statistics import count_codes, statistics_lines
-from planner.report.text import statistics_text
+from planner.report.text import (
+    Medium,
+    count_codes,
+    statistics_lines,
+    statistics_text,
+)
 from planner.values import replace
 
 if TYPE_CHECKING:

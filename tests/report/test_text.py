@@ -12,8 +12,7 @@ from planner import quantity
 from planner.physics.wind import Wind
 from planner.quantity import Spread
 from planner.report.json import check_json
-from planner.report.medium import Medium
-from planner.report.text import check_text, headline, tally
+from planner.report.text import Medium, check_text, headline, tally
 from planner.rules.energy import RESERVE_BELOW_MINIMUM
 from planner.values import replace
 
@@ -63,7 +62,7 @@ def test_the_headline_says_time_distance_energy_share_and_margin(
 
 def test_without_a_battery_the_headline_says_so(flown: CheckResult) -> None:
     assert headline(replace(flown, battery=None)) == (
-        "11 min 32 s, 4.32 km, 24.1 Wh; no battery is known"
+        "11 min 32 s, 4.32 km, 24.1 Wh; battery unknown"
     )
 
 

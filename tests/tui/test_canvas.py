@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.tui.canvas import Canvas
+from planner.tui.widgets.canvas import Canvas
 
 
 def _text(canvas: Canvas, row: int = 0) -> str:

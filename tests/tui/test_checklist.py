@@ -13,7 +13,11 @@ from textual.widgets import Input
 
 from planner.errors import OutputError, UsageError
 from planner.tui.checked import checked
-from planner.tui.checklist import checklist_rows, sign_off_paths, write_sign_off
+from planner.tui.screens.checklist import (
+    checklist_table,
+    sign_off_paths,
+    write_sign_off,
+)
 from planner.tui.screens.review import ReviewScreen
 
 PROFILE = '[manual]\nAirframe = ["Propellers tight", "Battery strapped"]\nSite = ["Notices read"]\n'
@@ -29,7 +33,7 @@ def profile() -> dict[str, object]:
 
 
 def test_only_what_failed_is_spread_out() -> None:
-    rows = checklist_rows(
+    rows = checklist_table(
         checked(TOO_FAR, what_if_of(TOO_FAR)), done=frozenset(), opened=frozenset()
     )
     texts = [line.text for line in rows.lines]
@@ -40,7 +44,7 @@ def test_only_what_failed_is_spread_out() -> None:
 def test_a_family_is_opened_and_closed() -> None:
     one = checked(TOO_FAR, what_if_of(TOO_FAR))
     texts = [
-        line.text for line in checklist_rows(one, done=frozenset(), opened=frozenset("EM")).lines
+        line.text for line in checklist_table(one, done=frozenset(), opened=frozenset("EM")).lines
     ]
     assert not any("E101" in text for text in texts)
     assert any("M109" in text for text in texts)
@@ -88,7 +92,7 @@ def test_a_sign_off_that_cannot_be_written_leaves_no_empty_file(
         msg = f"{path}: cannot be written: {len(text)} bytes are too many"
         raise OutputError(msg)
 
-    monkeypatch.setattr("planner.tui.checklist.write_output_file", fail)
+    monkeypatch.setattr("planner.tui.screens.checklist.write_output_file", fail)
     with pytest.raises(OutputError):
         write_sign_off(checked(GOOD, what_if_of(GOOD)), done=frozenset(), who="Ada", at=AT)
     assert sign_off_paths(GOOD) == ()

@@ -30,7 +30,10 @@ from planner.service.simulation import open_simulation
 from planner.service.vehicle import LinkRequest
 from planner.tui.app import ReviewApp
 from planner.tui.screens.live import LiveScreen
-from planner.tui.widgets.drawing import VEHICLE, Drawing
+from planner.tui.widgets.canvas import (
+    VEHICLE,
+    Drawing,
+)
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList
@@ -144,7 +147,7 @@ async def test_what_a_vehicle_holds_and_flies_is_followed_and_nothing_commanded(
         await one.pilot.press("enter")
         await one.until(saved.exists)
         one.vehicle.arm_at(one.runner.now_s())
-        await one.until(lambda: "in flight" in one.line and " along" in one.line)
+        await one.until(lambda: "in flight" in one.line and " into the flight" in one.line)
         assert "above the reserve" in one.line
         plot, ground = one.screen.query_one(ProfilePlot), one.screen.query_one(GroundMap)
         assert VEHICLE in drawn(plot)
@@ -165,7 +168,7 @@ async def test_a_change_on_the_vehicle_is_checked_again_and_its_silence_leaves_n
         one.runner.close()
         await one.until(lambda: "NO VERDICT" in one.verdict)
         assert "NO SIGNAL" in one.line
-        assert "GO when it was checked last" in one.verdict
+        assert "last verdict: GO" in one.verdict
 
 
 async def test_what_is_wrong_in_flight_leads_the_findings_and_is_no_go() -> None:
@@ -265,7 +268,7 @@ async def test_as_long_as_nothing_was_read_there_is_no_verdict_and_no_check_has_
         while "LOST" not in text_of(screen, "#live"):
             happened.clear()
             await happened.wait()
-        assert "the vehicle is lost" in text_of(screen, "#verdict")
+        assert "link to the vehicle lost" in text_of(screen, "#verdict")
         findings = screen.query_one("#findings", RowList)
-        assert "Nothing was checked yet." in findings.render_line(1).text
+        assert "Not checked yet." in findings.render_line(1).text
         assert "no heartbeat" in screen.lost_by

@@ -11,7 +11,7 @@ from reviews import SURVEY, TOO_FAR, missions_shown, review_app, rows_of, settle
 from planner.tui.checked import check_what_if
 from planner.tui.screens.missions import MissionsScreen
 from planner.tui.screens.review import ReviewScreen
-from planner.tui.widgets.details_pane import DetailsPane
+from planner.tui.widgets.panes import DetailsPane
 
 if TYPE_CHECKING:
     from planner.service import CheckResult, UnreadableMission

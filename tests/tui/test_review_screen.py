@@ -17,8 +17,7 @@ from planner import (
 from planner.report.json import check_json
 from planner.service import check_file
 from planner.tui.screens.review import ReviewScreen
-from planner.tui.widgets.details_pane import DetailsPane
-from planner.tui.widgets.panes import PANES
+from planner.tui.widgets.panes import PANES, DetailsPane
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList
 from planner.tui.widgets.what_if_form import WhatIfForm
@@ -164,7 +163,7 @@ async def test_a_text_that_says_no_value_is_told_and_changes_nothing() -> None:
         screen = await settled(pilot)
         await typed(pilot, "wind", "strong")
         assert "expected speed in m/s" in text_of(screen, "#outcome")
-        assert "not checked with what is typed" in text_of(screen, "#verdict")
+        assert "cannot be checked like this" in text_of(screen, "#verdict")
         assert screen.query_one("#set-wind", Input).has_class("-wrong")
 
 

@@ -12,7 +12,10 @@ from planner.errors import UsageError
 from planner.mission.files import read_mission
 from planner.service import CheckResult
 from planner.tui.checked import checked
-from planner.tui.saving import OverwriteError, save
+from planner.tui.screens.save import (
+    OverwriteError,
+    save,
+)
 
 
 def test_the_report_ends_in_the_command_that_says_the_same() -> None:
@@ -52,7 +55,7 @@ def test_the_report_is_a_page() -> None:
 
 
 def test_a_name_that_says_nothing_is_refused() -> None:
-    with pytest.raises(UsageError, match="end the name"):
+    with pytest.raises(UsageError, match="expected .txt"):
         save(checked(TOO_FAR, what_if_of(TOO_FAR)), "report")
 
 

@@ -8,10 +8,8 @@ from reviews import TOO_FAR, review_app, rows_of, settled, what_if_of
 from planner.findings import Severity
 from planner.service import CheckResult
 from planner.tui.checked import checked
-from planner.tui.screens.search import SearchScreen
-from planner.tui.search import hits
-from planner.tui.widgets.details_pane import DetailsPane
-from planner.tui.widgets.panes import Panes
+from planner.tui.screens.search import SearchScreen, hits
+from planner.tui.widgets.panes import DetailsPane, Panes
 from planner.tui.widgets.row_list import RowList
 
 WIDE = (160, 48)

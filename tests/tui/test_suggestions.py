@@ -11,8 +11,11 @@ from textual.widgets import Input
 
 from planner.service import CheckResult
 from planner.tui.checked import checked
-from planner.tui.saving import save, save_parts
-from planner.tui.screens.split import SplitScreen
+from planner.tui.screens.save import (
+    SplitScreen,
+    save,
+    save_parts,
+)
 from planner.tui.suggestions import suggestions
 from planner.tui.widgets.row_list import RowList
 
@@ -73,9 +76,9 @@ def test_a_mission_that_no_flight_can_begin_is_offered_no_split() -> None:
 
 def test_a_go_is_offered_the_reserve_it_still_keeps() -> None:
     offered = _offered(SURVEY, {})
-    [(percent, one)] = offered.items()
+    [one] = offered.values()
     assert one.is_go
-    more = f"{int(percent.split('%')[0]) + 1}%"
+    more = f"{int(dict(one.changes)['reserve'].removesuffix('%')) + 1}%"
     assert checked(SURVEY, what_if_of(SURVEY).changed("reserve", more)).result.verdict == "no-go"
 
 
@@ -112,7 +115,7 @@ async def test_the_split_is_shown_and_its_parts_saved_by_keys() -> None:
         await _choose(pilot, "split")
         await pilot.press("enter")
         await pilot.pause()
-        assert "Enter again writes over them" in text_of(pilot.app.screen, "#problem")
+        assert "press Enter again to overwrite them" in text_of(pilot.app.screen, "#problem")
         await pilot.press("enter")
         await pilot.pause()
         assert pilot.app.screen is review

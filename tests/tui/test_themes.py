@@ -12,17 +12,33 @@ from textual.containers import Vertical
 
 from planner.findings import Severity
 from planner.service import CheckResult
+from planner.tui.app import (
+    HIGH_CONTRAST,
+    THEMES,
+)
 from planner.tui.checked import checked
-from planner.tui.checklist import checklist_rows
-from planner.tui.mission_list import EntryRows, entries_given
-from planner.tui.rows import MARKS, FindingRows, item_rows
-from planner.tui.search import HitRows, hits
-from planner.tui.suggestions import SuggestionRows, suggestions
-from planner.tui.themes import HIGH_CONTRAST, THEMES
-from planner.tui.verdict import Summary
+from planner.tui.details import Summary
+from planner.tui.rows import (
+    MARKS,
+    FindingTable,
+    item_table,
+)
+from planner.tui.screens.checklist import checklist_table
+from planner.tui.screens.missions import (
+    MissionTable,
+    entries_given,
+)
+from planner.tui.screens.search import (
+    HitTable,
+    hits,
+)
+from planner.tui.suggestions import (
+    SuggestionTable,
+    suggestions,
+)
+from planner.tui.widgets.bars import verdict_line
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
-from planner.tui.widgets.verdict_strip import verdict_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,7 +46,7 @@ if TYPE_CHECKING:
     from textual.geometry import Region
     from textual.pilot import Pilot
 
-    from planner.tui.rows import Rows
+    from planner.tui.rows import Table
 LEAST_TEXT, LEAST_TEXT_HIGH, LEAST_DRAWING = 4.5, 7.0, 3.0
 """WCAG 2.2: 1.4.3, 1.4.6 and 1.4.11."""
 SIZES = [(80, 24), (100, 30), (142, 42)]
@@ -171,13 +187,13 @@ def test_no_row_is_told_apart_by_its_colour_alone() -> None:
     entries = entries_given([TOO_FAR, SURVEY, "new.plan", "."])
     results = {TOO_FAR: one.result, SURVEY: checked(SURVEY, what_if_of(SURVEY)).result}
     offered = tuple(suggestions(one))
-    tables: list[Rows] = [
-        FindingRows(findings=one.result.findings),
-        item_rows(one.result),
-        HitRows(hits=hits(one.result, one.result.findings, "e")),
-        EntryRows(entries=entries, results=results),
-        checklist_rows(one, done=frozenset(), opened=frozenset()),
-        SuggestionRows(suggestions=offered),
+    tables: list[Table] = [
+        FindingTable(findings=one.result.findings),
+        item_table(one.result),
+        HitTable(hits=hits(one.result, one.result.findings, "e")),
+        MissionTable(entries=entries, results=results),
+        checklist_table(one, done=frozenset(), opened=frozenset()),
+        SuggestionTable(suggestions=offered),
     ]
     for rows in tables:
         tones: dict[str, set[str]] = {}

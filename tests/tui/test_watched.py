@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING
 import pytest
 from reviews import TOO_FAR, missions_shown, review_app, rows_of, settled, text_of, what_if_of
 
-from planner.tui.watched import FileWatch, deciding_files
+from planner.tui.checked import (
+    FileWatch,
+    deciding_files,
+)
 from planner.values import replace
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.writer import write_vehicle
@@ -90,7 +93,7 @@ async def test_another_configuration_counts_and_one_that_is_broken_leaves_no_ver
         own.unlink()
         verdict = await _looked(pilot, screen)
         assert verdict.startswith("✖ NO-GO")
-        assert "no battery is known" in verdict
+        assert "battery unknown" in verdict
 
 
 @pytest.mark.asyncio

@@ -15,11 +15,11 @@ from planner.report.rule_text import explanation
 from planner.report.text import (
     caveat,
     closing_line,
+    finding_message,
     finding_tally,
     flight_phases,
     headline,
     printable,
-    said,
 )
 from planner.service import CheckResult
 from planner.values import Value
@@ -366,7 +366,7 @@ def finding_view(finding: Finding, number: int, *, has_place: bool) -> FindingVi
         number=number,
         finding=finding,
         severity=finding.severity.label,
-        message=said(finding),
+        message=finding_message(finding),
         fix=printable(finding.fix),
         where=", ".join(where),
         explanation=() if rule is None else (("What", rule.summary), *explanation(rule)),

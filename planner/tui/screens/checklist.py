@@ -1,8 +1,10 @@
-"""The checklist of a mission, and its sign-off."""
+"""The checklist: findings beside what a person has to look at; and its sign-off."""
 
 from __future__ import annotations
 
+from collections import Counter
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import events, on
@@ -11,17 +13,229 @@ from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Input, Static
 
-from planner.errors import MavjouleError
-from planner.tui.checklist import ChecklistRows, checklist_rows, write_sign_off
-from planner.tui.verdict import summary
-from planner.tui.widgets.key_bar import KeyBar
+from planner import __version__, catalogue
+from planner.errors import MavjouleError, OutputError, UsageError
+from planner.files import write_output_file
+from planner.findings import Severity
+from planner.report.json import envelope, json_text
+from planner.report.text import finding_tally, printable
+from planner.service import CheckResult
+from planner.tui.checked import file_sha256
+from planner.tui.details import summary
+from planner.tui.rows import MARKS, TableColumn, finding_line
+from planner.tui.widgets.bars import KeyBar, VerdictStrip
 from planner.tui.widgets.row_list import RowList
-from planner.tui.widgets.verdict_strip import VerdictStrip
+from planner.values import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from textual.app import ComposeResult
 
+    from planner.findings import Finding
+    from planner.site_profile import ManualItem
     from planner.tui.checked import Checked
+
+
+AUTOMATIC_FAMILIES = "EFAWMTPX"
+"""Families of rules a mission is judged by, those that ground it most often first."""
+
+
+class ChecklistRow(Value):
+    """One line of the checklist."""
+
+    sign: str
+    text: str
+    tone: str = ""
+    manual: int | None = None
+    """Which manual item; ``None`` where none."""
+    family: str = ""
+    """Which family of rules opens and closes here."""
+
+
+class ChecklistTable(Value, eq=False):
+    """Lines as rows of a table."""
+
+    lines: tuple[ChecklistRow, ...]
+    columns: tuple[TableColumn, ...] = (
+        TableColumn(head="", width=3, is_right=False),
+        TableColumn(head="before take-off", width=0, is_right=False),
+    )
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return sign and text."""
+        return self.lines[index].sign, self.lines[index].text
+
+    def tone(self, index: int) -> str:
+        """Return the severity."""
+        return self.lines[index].tone
+
+
+def manual_items(checked: Checked) -> tuple[ManualItem, ...]:
+    """Return what the profile asks a person to look at."""
+    profile = None if checked.assessment is None else checked.assessment.setup.profile
+    return () if profile is None else profile.manual
+
+
+def checklist_table(
+    checked: Checked, *, done: frozenset[int], opened: frozenset[str]
+) -> ChecklistTable:
+    """Return the checklist: only what failed is spread out.
+
+    Parameters
+    ----------
+    checked : Checked
+        The mission as it was checked.
+    done : frozenset of int
+        Manual items that are ticked off, by position.
+    opened : frozenset of str
+        Families that the user opened, or closed where they failed.
+    """
+    return ChecklistTable(lines=(*_manual_lines(checked, done), *_automatic_lines(checked, opened)))
+
+
+def _manual_lines(checked: Checked, done: frozenset[int]) -> Iterator[ChecklistRow]:
+    items = manual_items(checked)
+    if not items:
+        yield ChecklistRow(
+            sign="",
+            text="No manual items: add them under [manual] in a --profile file.",
+            tone="info",
+        )
+    for position, item in enumerate(items):
+        yield ChecklistRow(
+            sign="[x]" if position in done else "[ ]",
+            text=f"{printable(item.section)}: {printable(item.prompt)}",
+            tone="" if position in done else "warning",
+            manual=position,
+        )
+
+
+def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[ChecklistRow]:
+    findings = checked.result.findings
+    counts = Counter(finding.code[0] for finding in findings)
+    for family in (*AUTOMATIC_FAMILIES, *sorted(set(counts) - set(AUTOMATIC_FAMILIES))):
+        own = [finding for finding in findings if finding.code[0] == family]
+        worst = max((finding.severity for finding in own), default=Severity.INFO)
+        has_failed = worst > Severity.INFO
+        sign = f" {MARKS[worst]}" if has_failed else " ✔"
+        said = finding_tally(own) if own else "nothing found"
+        name = catalogue.FAMILIES.get(family, family)
+        yield ChecklistRow(
+            sign=sign, text=f"{name}: {said}", tone=worst.label if has_failed else "", family=family
+        )
+        if has_failed is not (family in opened):
+            yield from (
+                ChecklistRow(
+                    sign="", text=f"  {finding_line(one)}", tone=one.severity.label, family=family
+                )
+                for one in own
+            )
+
+
+def sign_off_paths(file: str) -> tuple[Path, ...]:
+    """Return the sign-offs of a mission that are there, the first one first."""
+    found: list[Path] = []
+    while (path := _sign_off_path(file, len(found) + 1)).exists() or path.is_symlink():
+        found.append(path)
+    return tuple(found)
+
+
+def _sign_off_path(file: str, number: int) -> Path:
+    """Return where a sign-off of a mission goes: beside it, each to a file of its own."""
+    return Path(f"{file}.signoff.json" if number == 1 else f"{file}.signoff-{number}.json")
+
+
+def _reserved_path(file: str) -> Path:
+    """Return a new file for a sign-off, made here: no other one is ever written over."""
+    while True:
+        path = _sign_off_path(file, len(sign_off_paths(file)) + 1)
+        try:
+            path.touch(exist_ok=False)
+        except FileExistsError:
+            continue  # someone else signed at this moment
+        except OSError as error:
+            msg = f"{path}: cannot be written: {error.strerror or error}"
+            raise OutputError(msg) from error
+        return path
+
+
+def write_sign_off(checked: Checked, *, done: frozenset[int], who: str, at: datetime) -> Path:
+    """Write that a person has gone through the checklist of a mission.
+
+    Parameters
+    ----------
+    checked : Checked
+        The mission as it was checked.
+    done : frozenset of int
+        Manual items that are ticked off, by position.
+    who : str
+        Name of the person.
+    at : datetime
+        With its time zone.
+
+    Returns
+    -------
+    Path
+        A new file beside the mission; those signed before stay.
+
+    Raises
+    ------
+    UsageError
+        If the name is missing, manual items are open, or the file is no longer the one checked.
+    OutputError
+        If it cannot be written.
+    """
+    items = manual_items(checked)
+    open_items = [item for position, item in enumerate(items) if position not in done]
+    if not who.strip():
+        msg = "name missing: type who signs"
+        raise UsageError(msg)
+    if open_items:
+        msg = f"not ticked off: {open_items[0].section}: {open_items[0].prompt}"
+        raise UsageError(msg)
+    if checked.snapshot is not None:
+        msg = "a mission on a vehicle may change: save it as a file and sign that"
+        raise UsageError(msg)
+    if checked.sha256 is None or file_sha256(checked.file) != checked.sha256:
+        msg = "the mission file changed after the check: check it again first"
+        raise UsageError(msg)
+    result = checked.result
+    document = {
+        "mission": checked.file,
+        "mission_sha256": checked.sha256,
+        "verdict": result.verdict,
+        "signed_by": who.strip(),
+        "signed_at": at.isoformat(timespec="seconds"),
+        "command": checked.what_if.command_line(checked.file),
+        "vehicle": result.setup.vehicle.name if isinstance(result, CheckResult) else None,
+        "manual": [
+            {"section": item.section, "prompt": item.prompt, "done": True} for item in items
+        ],
+        "findings": [_finding_document(finding) for finding in result.findings],
+        "suppressed": [_finding_document(finding) for finding in result.suppressed],
+    }
+    text = json_text(envelope(__version__) | document, indent=2)
+    path = _reserved_path(checked.file)
+    try:
+        write_output_file(path, text)
+    except OutputError:
+        path.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _finding_document(finding: Finding) -> dict[str, object]:
+    return {
+        "code": finding.code,
+        "severity": finding.severity.label,
+        "item": finding.item,
+        "message": finding.message,
+    }
+
 
 _TO_SIGN = "n to sign"
 
@@ -71,8 +285,8 @@ class ChecklistScreen(Screen[None]):
     def _say_key(self) -> None:
         self.query_one("#who", Input).placeholder = _TO_SIGN
 
-    def _rows(self) -> ChecklistRows:
-        return checklist_rows(self._checked, done=self._done, opened=self._opened)
+    def _rows(self) -> ChecklistTable:
+        return checklist_table(self._checked, done=self._done, opened=self._opened)
 
     @on(RowList.Chosen)
     def action_tick(self) -> None:

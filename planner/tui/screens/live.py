@@ -1,4 +1,4 @@
-"""The review of what a vehicle on the line holds, kept as it is there."""
+"""The review of what a vehicle on the link holds, kept up to date."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from textual import on
 from textual.message import Message
 from textual.widgets import Static
 
+from planner import quantity
 from planner.errors import ExitCode, MavjouleError
 from planner.findings import Severity
 from planner.guard.authorisation import Verdict
-from planner.report.text import printable
+from planner.report.text import margin_text, printable
 from planner.tui.checked import checked_vehicle
-from planner.tui.live_line import live_line
+from planner.tui.details import Summary
 from planner.tui.screens.review import ReviewScreen
-from planner.tui.verdict import Summary
+from planner.tui.widgets.bars import VerdictStrip
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.panes import Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
-from planner.tui.widgets.verdict_strip import VerdictStrip
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from textual.app import ComposeResult
 
@@ -36,6 +36,45 @@ if TYPE_CHECKING:
     from planner.service.vehicle import LinkRequest
     from planner.tui.checked import Checked
     from planner.tui.what_if import WhatIf
+
+
+_LATE_S = 2.0
+"""A vehicle not heard for so long is reported. [s]"""
+
+
+def live_line(address: str, status: GuardStatus) -> str:
+    """Return ``live udpin:…: battery 78 %, 14.9 V, in flight, item 5, 3 min 12 s into the flight, …``."""
+    return f"live {address}: {', '.join(_status_parts(status))}"
+
+
+def _status_parts(status: GuardStatus) -> Iterator[str]:
+    if status.heard_ago_s > _LATE_S:
+        yield f"NO SIGNAL for {quantity.duration(status.heard_ago_s)}"
+    battery = status.state.battery
+    charge = None if battery is None else battery.remaining_fraction
+    voltage_v = None if battery is None else battery.voltage_v
+    yield "battery unknown" if charge is None else f"battery {quantity.percent(charge)}"
+    if voltage_v is not None:
+        yield f"{voltage_v:.1f} V"
+    if not status.is_flying:
+        if status.state.home is None:
+            yield "home unknown"
+        yield "armed" if status.is_armed else "on the ground"
+        return
+    yield "in flight"
+    if status.state.position is not None:
+        yield f"{quantity.height(status.state.position.height_above_home_m)} above home"
+    energy = status.energy
+    if energy is None:
+        yield "energy not measured"
+        return
+    yield f"item {energy.progress.item}"
+    yield f"{quantity.duration(energy.progress.time_s)} into the flight"
+    yield f"{quantity.energy(energy.left.energy_wh)} left"
+    yield f"at landing {margin_text(energy.finish_margin_wh, 'the reserve')}"
+    yield f"returning now {margin_text(energy.return_margin_wh, 'the reserve')}"
+    if energy.lead_s is not None:
+        yield f"point of no return in {quantity.duration(energy.lead_s)}"
 
 
 _STALE_S = 5.0

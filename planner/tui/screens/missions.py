@@ -1,4 +1,4 @@
-"""Missions to choose from, each checked in the background."""
+"""Missions to choose from: files and folders, each checked in the background."""
 
 from __future__ import annotations
 
@@ -14,28 +14,148 @@ from textual.screen import Screen
 from textual.widgets import Static
 from textual.worker import get_current_worker
 
+from planner import quantity
 from planner.errors import MavjouleError, bug_text
-from planner.tui.checked import check_what_if
-from planner.tui.mission_list import (
-    EntryRows,
-    entries_given,
-    entries_of,
-    preview,
-    tally_text,
-)
-from planner.tui.watched import FileWatch, deciding_files
-from planner.tui.widgets.details_pane import DetailsPane
-from planner.tui.widgets.key_bar import KeyBar
+from planner.findings import Severity
+from planner.report.text import headline, printable
+from planner.tui.checked import FileWatch, check_what_if, deciding_files
+from planner.tui.details import Details, summary
+from planner.tui.rows import MARKS, TableColumn, finding_line
+from planner.tui.widgets.bars import KeyBar
+from planner.tui.widgets.panes import DetailsPane
 from planner.tui.widgets.row_list import RowList
+from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from textual.app import ComposeResult
 
     from planner.service import CheckResult, UnreadableMission
-    from planner.tui.mission_list import Entry
     from planner.tui.what_if import WhatIf
+
+
+SUFFIXES = frozenset({".plan", ".waypoints", ".mission"})
+"""What mission files are called; a file that is named by the user may be called anything."""
+MOST_LISTED = 2000
+
+
+class MissionEntry(Value):
+    """A mission, or a folder that may hold some."""
+
+    path: str
+    name: str
+    is_folder: bool = False
+
+
+def entries_of(folder: Path) -> tuple[MissionEntry, ...]:
+    """Return the missions of a folder and its folders, the way up first.
+
+    Hidden ones are left out; what cannot be read holds nothing.
+    """
+    try:
+        inside = sorted(folder.iterdir(), key=lambda path: path.name.lower())
+    except OSError:
+        inside = []
+    up = MissionEntry(path=str(folder / ".."), name="../", is_folder=True)
+    seen = [path for path in inside if not path.name.startswith(".")][:MOST_LISTED]
+    missions = [
+        MissionEntry(path=str(path), name=printable(path.name))
+        for path in seen
+        if path.suffix.lower() in SUFFIXES and path.is_file()
+    ]
+    folders = [
+        MissionEntry(path=str(path), name=f"{printable(path.name)}/", is_folder=True)
+        for path in seen
+        if path.is_dir()
+    ]
+    return (*missions, *folders, up)
+
+
+def entries_given(paths: Sequence[str]) -> tuple[MissionEntry, ...]:
+    """Return the missions and folders that are named; of a single folder what it holds."""
+    if len(paths) == 1 and Path(paths[0]).is_dir():
+        return entries_of(Path(paths[0]))
+    return tuple(
+        MissionEntry(
+            path=path,
+            name=printable(path) + ("/" if Path(path).is_dir() else ""),
+            is_folder=Path(path).is_dir(),
+        )
+        for path in paths
+    )
+
+
+class MissionTable(Value, eq=False):
+    """Missions as rows: sign, name, verdict with what the flight takes and leaves."""
+
+    entries: tuple[MissionEntry, ...]
+    results: Mapping[str, CheckResult | UnreadableMission | str]
+    """By path; a text says why a mission could not be checked."""
+
+    @property
+    def columns(self) -> tuple[TableColumn, ...]:
+        """Heads and widths; the names as wide as they need."""
+        widest = max((len(entry.name) for entry in self.entries), default=0)
+        return (
+            TableColumn(head="", width=1),
+            TableColumn(head="mission", width=min(max(widest, 7), 36), is_right=False),
+            TableColumn(head="verdict", width=7, is_right=False),
+            TableColumn(head="", width=0, is_right=False),
+        )
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return sign, name, verdict and figures."""
+        entry = self.entries[index]
+        if entry.is_folder:
+            return "▸", entry.name, "", "folder"
+        result = self.results.get(entry.path)
+        if result is None:
+            return "…", entry.name, "", "checking"
+        if isinstance(result, str):
+            return MARKS[Severity.ERROR], entry.name, "NO-GO", printable(result)
+        sign = "✔" if result.verdict == "go" else MARKS[Severity.ERROR]
+        return sign, entry.name, result.verdict.upper(), headline(result)
+
+    def tone(self, index: int) -> str:
+        """Return ``error`` for a no-go."""
+        result = self.results.get(self.entries[index].path)
+        if result is None:
+            return ""
+        return "" if not isinstance(result, str) and result.verdict == "go" else "error"
+
+
+def preview(entry: MissionEntry, result: CheckResult | UnreadableMission | str | None) -> Details:
+    """Return what is shown of a mission before it is opened."""
+    if entry.is_folder or result is None:
+        return Details(title=entry.name)
+    if isinstance(result, str):
+        return Details(title=entry.name, tone="error", parts=(("", printable(result)),))
+    said = summary(result)
+    parts = [("", said.headline)]
+    if said.return_plan:
+        parts.append(("", said.return_plan))
+    parts += [("", finding_line(f)) for f in result.findings if f.severity > Severity.INFO]
+    parts.append(("", said.closing))
+    return Details(
+        title=f"{said.verdict}  {entry.name}",
+        tone="" if said.is_go else "error",
+        parts=tuple(parts),
+    )
+
+
+def tally_text(rows: MissionTable) -> str:
+    """Return how many missions are checked and go, in a line."""
+    missions = [entry for entry in rows.entries if not entry.is_folder]
+    done = [rows.results[entry.path] for entry in missions if entry.path in rows.results]
+    going = sum(not isinstance(one, str) and one.verdict == "go" for one in done)
+    text = f"{quantity.count(len(missions), 'mission')}: {going} GO, {len(done) - going} NO-GO"
+    left = len(missions) - len(done)
+    return f"{text}, {left} being checked" if left else text
+
 
 WATCH_S = 2.0
 """How often the files are looked at. [s]"""
@@ -57,7 +177,7 @@ class MissionsScreen(Screen[None]):
     ]
 
     @dataclass
-    class Checked(Message, bubble=False):
+    class MissionChecked(Message, bubble=False):
         """One mission was checked; a text says why it could not be."""
 
         path: str
@@ -85,8 +205,8 @@ class MissionsScreen(Screen[None]):
         self._check_all()
         self.set_interval(WATCH_S, self.watch_files)
 
-    def _rows(self) -> EntryRows:
-        return EntryRows(entries=self._entries, results=dict(self._results))
+    def _rows(self) -> MissionTable:
+        return MissionTable(entries=self._entries, results=dict(self._results))
 
     def _show(self) -> None:
         rows = self._rows()
@@ -141,10 +261,10 @@ class MissionsScreen(Screen[None]):
                 result = str(error)
             except Exception as error:  # noqa: BLE001 - the other missions are checked still
                 result = bug_text(error)
-            self.post_message(self.Checked(path, result))
+            self.post_message(self.MissionChecked(path, result))
 
-    @on(Checked)
-    def _take(self, event: MissionsScreen.Checked) -> None:
+    @on(MissionChecked)
+    def _take(self, event: MissionsScreen.MissionChecked) -> None:
         self._results[event.path] = event.result
         self._show()
 
@@ -156,7 +276,7 @@ class MissionsScreen(Screen[None]):
     def _on_chosen(self, event: RowList.Chosen) -> None:
         self._open(self._entries[event.index])
 
-    def _open(self, entry: Entry) -> None:
+    def _open(self, entry: MissionEntry) -> None:
         from planner.tui.screens.review import ReviewScreen
 
         if entry.is_folder:

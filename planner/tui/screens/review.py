@@ -7,22 +7,20 @@ from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
 from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.content import Content
 from textual.message import Message
-from textual.screen import Screen
-from textual.widgets import Input
+from textual.screen import ModalScreen, Screen
+from textual.widgets import Input, Static
 from textual.worker import get_current_worker
 
 from planner import quantity
 from planner.errors import MavjouleError, bug_text
-from planner.tui.checked import checked
-from planner.tui.layout import LAYOUT
-from planner.tui.verdict import differences, summary
-from planner.tui.watched import FileWatch, deciding_files
-from planner.tui.widgets.key_bar import KeyBar
-from planner.tui.widgets.pane_bar import PaneBar
-from planner.tui.widgets.panes import PANES, Panes
+from planner.tui.checked import FileWatch, checked, deciding_files
+from planner.tui.details import differences, summary
+from planner.tui.widgets.bars import KeyBar, VerdictStrip
+from planner.tui.widgets.panes import PANES, PaneBar, Panes
 from planner.tui.widgets.profile_plot import ProfilePlot
-from planner.tui.widgets.verdict_strip import VerdictStrip
 from planner.tui.widgets.what_if_form import WhatIfForm
 from planner.values import replace
 
@@ -32,10 +30,50 @@ if TYPE_CHECKING:
     from textual.app import ComposeResult
 
     from planner.tui.checked import Checked
-    from planner.tui.search import Hit
+    from planner.tui.details import Summary
+    from planner.tui.screens.search import Hit
     from planner.tui.suggestions import Suggestion
-    from planner.tui.verdict import Summary
     from planner.tui.what_if import WhatIf
+
+
+LAYOUT = """
+ReviewScreen .pane { height: 1fr; width: 1fr; }
+ReviewScreen Panes { height: 1fr; }
+
+ReviewScreen.-narrow .pane, ReviewScreen.-low .pane { display: none; }
+ReviewScreen.-narrow .pane.-current, ReviewScreen.-low .pane.-current { display: block; }
+ReviewScreen.-narrow #findings, ReviewScreen.-low #findings { height: 2fr; max-height: 40%; }
+ReviewScreen.-narrow #details, ReviewScreen.-low #details {
+    border-top: solid $foreground 40%;
+    border-title-color: $foreground;
+    height: 3fr;
+}
+ReviewScreen.-narrow #details.-small, ReviewScreen.-low #details.-small {
+    height: 7;
+    dock: bottom;
+}
+
+ReviewScreen.-wide.-high #pane-bar { display: none; }
+ReviewScreen.-wide.-high Panes {
+    layout: grid;
+    grid-size: 3 3;
+    grid-columns: 1.2fr 1fr 42;
+    grid-rows: 1fr 1fr 1fr;
+}
+ReviewScreen.-wide.-high .pane {
+    display: block;
+    border: round $foreground 40%;
+    border-title-color: $foreground;
+    height: 100%;
+    max-height: 100%;
+}
+ReviewScreen.-wide.-high .pane:focus, ReviewScreen.-wide.-high .pane:focus-within {
+    border: round $primary;
+    border-title-style: bold;
+}
+ReviewScreen.-wide.-high #what-if { row-span: 3; }
+"""
+
 
 WATCH_S = 1.0
 """How often the files are looked at. [s]"""
@@ -90,7 +128,7 @@ class ReviewScreen(Screen[None]):
         problem: str
 
     @dataclass
-    class Suggested(Message, bubble=False):
+    class ChangesTried(Message, bubble=False):
         """Changes were tried."""
 
         number: int
@@ -222,15 +260,15 @@ class ReviewScreen(Screen[None]):
 
         worker = get_current_worker()
         found: tuple[Suggestion, ...] = ()
-        self.post_message(self.Suggested(number, found))
+        self.post_message(self.ChangesTried(number, found))
         for suggestion in suggestions(now):
             if worker.is_cancelled:
                 return
             found = (*found, suggestion)
-            self.post_message(self.Suggested(number, found))
+            self.post_message(self.ChangesTried(number, found))
 
-    @on(Suggested)
-    def _offer(self, event: ReviewScreen.Suggested) -> None:
+    @on(ChangesTried)
+    def _offer(self, event: ReviewScreen.ChangesTried) -> None:
         if event.number != self._asked:
             return
         self.query_one(WhatIfForm).show_suggestions(event.found)
@@ -238,8 +276,8 @@ class ReviewScreen(Screen[None]):
             self._going = sum(suggestion.is_go for suggestion in event.found)
             self.show_verdict()
 
-    @on(WhatIfForm.Changed)
-    def _change(self, event: WhatIfForm.Changed) -> None:
+    @on(WhatIfForm.SettingsTyped)
+    def _change(self, event: WhatIfForm.SettingsTyped) -> None:
         what_if = self.what_if.with_changes(event.changes)
         if what_if.changes != self.what_if.changes:
             self.what_if = what_if
@@ -248,7 +286,7 @@ class ReviewScreen(Screen[None]):
     @on(WhatIfForm.Suggested)
     def _try(self, event: WhatIfForm.Suggested) -> None:
         if event.suggestion.split is not None and self.now is not None:
-            from planner.tui.screens.split import SplitScreen
+            from planner.tui.screens.save import SplitScreen
 
             self.app.push_screen(SplitScreen(event.suggestion.split, self.now))
             return
@@ -317,8 +355,6 @@ class ReviewScreen(Screen[None]):
 
     def action_copy_command(self) -> None:
         """Show the command that says the same, and give it to the terminal's clipboard."""
-        from planner.tui.screens.command_line import CommandLineScreen
-
         command = self.what_if.command_line(self.file)
         self.app.copy_to_clipboard(command)
         self.app.push_screen(CommandLineScreen(command))
@@ -340,3 +376,28 @@ class ReviewScreen(Screen[None]):
     def action_missions(self) -> None:
         """Go to the list of missions."""
         self.app.call_later(self.app.run_action, "missions")
+
+
+class CommandLineScreen(ModalScreen[None]):
+    """Shows a command; any of Enter, Escape and q goes back."""
+
+    DEFAULT_CSS = """
+    CommandLineScreen { align: center middle; background: $background 60%; }
+    CommandLineScreen > Vertical {
+        width: 90%; height: auto; padding: 1 2; background: $panel; border: round $primary;
+    }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,enter,q,y", "dismiss", "Back"),
+    ]
+
+    def __init__(self, command: str) -> None:
+        super().__init__()
+        self.command = command
+
+    def compose(self) -> ComposeResult:
+        """Yield the command and what became of it."""
+        with Vertical():
+            yield Static(Content.styled("The same check as a command:", "bold"))
+            yield Static(Content(f"\n{self.command}\n"), id="command")
+            yield Static("Copied to the clipboard if the terminal allows it. Enter: back")

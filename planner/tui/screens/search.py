@@ -10,13 +10,109 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input
 
-from planner.tui.search import Hit, HitRows
+from planner.report.text import printable
+from planner.service import CheckResult
+from planner.tui.rows import MARKS, TableColumn
 from planner.tui.widgets.row_list import RowList
+from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Sequence
 
     from textual.app import ComposeResult
+
+    from planner.findings import Finding, Severity
+    from planner.flight.prediction import ItemArrival
+    from planner.service import UnreadableMission
+
+
+MOST_HITS = 200
+"""Enough to see that a text finds too much."""
+
+
+class Hit(Value):
+    """Something that was found."""
+
+    text: str
+    finding: int | None = None
+    """Which finding, from 0; ``None`` where it is an item."""
+    item: int | None = None
+    """Which item, from 1."""
+    severity: Severity | None = None
+
+
+class HitTable(Value, eq=False):
+    """Hits as rows of a table."""
+
+    hits: tuple[Hit, ...]
+    columns: tuple[TableColumn, ...] = (
+        TableColumn(head="", width=1),
+        TableColumn(head="number, code or text", width=0, is_right=False),
+    )
+
+    def __len__(self) -> int:
+        return len(self.hits)
+
+    def cells(self, index: int) -> tuple[str, ...]:
+        """Return the sign of a finding's severity, and what was found."""
+        hit = self.hits[index]
+        return "" if hit.severity is None else MARKS[hit.severity], hit.text
+
+    def tone(self, index: int) -> str:
+        """Return the severity."""
+        severity = self.hits[index].severity
+        return "" if severity is None else severity.label
+
+
+def hits(
+    result: CheckResult | UnreadableMission, findings: Sequence[Finding], text: str
+) -> tuple[Hit, ...]:
+    """Return what a text finds, of a number the item itself first.
+
+    Parameters
+    ----------
+    result : CheckResult or UnreadableMission
+        The mission, for its items.
+    findings : sequence of Finding
+        As they are listed.
+    text : str
+        A number of an item, a code or the beginning of one, or any words; case does not count.
+    """
+    wanted = text.strip().casefold()
+    if not wanted:
+        return ()
+    items = result.items if isinstance(result, CheckResult) else ()
+    found: list[Hit] = []
+    if wanted.isdecimal() and 0 < int(wanted) <= len(items):
+        found.append(_item_hit(items[int(wanted) - 1]))
+    found += _findings_that_hold(findings, wanted)
+    if not wanted.isdecimal():
+        matching = (arrival for arrival in items if wanted in arrival.command.casefold())
+        for arrival in matching:
+            if len(found) >= MOST_HITS:
+                break
+            found.append(_item_hit(arrival))
+    return tuple(found[:MOST_HITS])
+
+
+def _findings_that_hold(findings: Sequence[Finding], wanted: str) -> Iterator[Hit]:
+    for index, finding in enumerate(findings):
+        if wanted.isdecimal():
+            is_hit = str(finding.item) == wanted
+        else:
+            said = f"{finding.code} {finding.name} {finding.message}"
+            is_hit = wanted in said.casefold()
+        if is_hit:
+            item = "" if finding.item is None else f" item {finding.item}:"
+            yield Hit(
+                text=f"{finding.code}{item} {printable(finding.message)}",
+                finding=index,
+                severity=finding.severity,
+            )
+
+
+def _item_hit(arrival: ItemArrival) -> Hit:
+    return Hit(text=f"item {arrival.item}: {arrival.command}", item=arrival.item)
 
 
 class SearchScreen(ModalScreen[Hit | None]):
@@ -50,7 +146,7 @@ class SearchScreen(ModalScreen[Hit | None]):
         """Yield the field and the list."""
         with Vertical():
             yield Input(placeholder="number of an item, code or text", id="wanted")
-            yield RowList(HitRows(hits=()), empty="Nothing found.", id="hits")
+            yield RowList(HitTable(hits=()), empty="Nothing found.", id="hits")
 
     def on_mount(self) -> None:
         """Put the keyboard into the field."""
@@ -64,7 +160,7 @@ class SearchScreen(ModalScreen[Hit | None]):
     @on(Input.Changed)
     def _find(self, event: Input.Changed) -> None:
         rows = self.query_one("#hits", RowList)
-        rows.show(HitRows(hits=self._search(event.value)))
+        rows.show(HitTable(hits=self._search(event.value)))
         rows.select(0)
 
     @on(Input.Submitted)
@@ -72,5 +168,5 @@ class SearchScreen(ModalScreen[Hit | None]):
     def _choose(self) -> None:
         rows = self.query_one("#hits", RowList)
         found = rows.rows
-        if isinstance(found, HitRows) and found.hits:
+        if isinstance(found, HitTable) and found.hits:
             self.dismiss(found.hits[rows.cursor])

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from textual.binding import Binding, BindingType
-from textual.message import Message
 
 from planner import quantity
-from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
 from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
-from planner.tui.widgets.drawing import VEHICLE, Drawing
+from planner.tui.widgets.canvas import (
+    DOTS_ACROSS,
+    DOTS_DOWN,
+    VEHICLE,
+    Canvas,
+    Drawing,
+)
 
 if TYPE_CHECKING:
     from textual import events
@@ -33,19 +36,13 @@ class GroundMap(Drawing):
         Binding("left,h", "step(-1)", "Earlier", show=False),
         Binding("right,l", "step(1)", "Later", show=False),
         Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
-        Binding("minus", "zoom(-1)", "Zoom out"),
+        Binding("minus", "zoom(-1)", "out"),
         Binding("0", "fit", "Whole map", show=False),
         Binding("shift+left,H", "pan(-1, 0)", "Pan west", show=False),
         Binding("shift+right,L", "pan(1, 0)", "Pan east", show=False),
         Binding("shift+up,K", "pan(0, 1)", "Pan north", show=False),
         Binding("shift+down,J", "pan(0, -1)", "Pan south", show=False),
     ]
-
-    @dataclass
-    class Moved(Message):
-        """The cursor went to another moment of the flight."""
-
-        time_s: float
 
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
         super().__init__(id=id, classes=classes)

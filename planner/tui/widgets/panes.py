@@ -2,27 +2,98 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from textual import on
-from textual.containers import Container
+from textual.containers import Container, VerticalScroll
+from textual.content import Content
+from textual.widgets import Static
 
 from planner.service import CheckResult, UnreadableMission
-from planner.tui import details, pointer
-from planner.tui.rows import FindingRows, item_rows, segment_rows
-from planner.tui.widgets.details_pane import DetailsPane
+from planner.tui import curves, details
+from planner.tui.rows import FindingTable, item_table, segment_table
+from planner.tui.widgets.canvas import Drawing
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList
 from planner.tui.widgets.what_if_form import WhatIfForm
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from textual.app import ComposeResult
 
     from planner.findings import Finding
     from planner.rules.assessment import Assessment
     from planner.tui.checked import Checked
-    from planner.tui.search import Hit
+    from planner.tui.details import Details
+    from planner.tui.screens.search import Hit
+
+
+class PaneBar(Static):
+    """One line; a click shows the pane, and so does its digit."""
+
+    DEFAULT_CSS = """
+    PaneBar {
+        height: 1;
+        background: $panel;
+        padding: 0 1;
+        link-style: none;
+        link-color: $foreground;
+    }
+    """
+
+    def __init__(self, names: Mapping[str, str], *, id: str | None = None) -> None:  # noqa: A002 - textual's
+        super().__init__(_names(names, next(iter(names))), id=id)
+
+    def show(self, names: Mapping[str, str], current: str) -> None:
+        """Show the names of the panes by id, and which one is shown."""
+        self.update(_names(names, current))
+
+
+def _names(names: Mapping[str, str], current: str) -> Content:
+    parts = []
+    for number, (pane, name) in enumerate(names.items(), start=1):
+        part = Content.from_markup(f"[@click=screen.show_pane('{pane}')] {number} {name} [/]")
+        parts.append(part.stylize("bold reverse") if pane == current else part)
+    return Content("").join(parts)
+
+
+_STYLES = {"error": "bold $text-error", "warning": "bold $text-warning"}
+
+
+class DetailsPane(VerticalScroll):
+    """A heading and labelled paragraphs; scrolls."""
+
+    DEFAULT_CSS = """
+    DetailsPane {
+        background: $surface;
+        scrollbar-size-vertical: 1;
+        & > Static { width: 1fr; padding: 0 1; }
+    }
+    """
+    can_focus: ClassVar[bool] = True  # type: ignore[misc] # scrolled by keys
+
+    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
+        super().__init__(id=id, classes=classes)
+        self.details: Details | None = None
+
+    def compose(self) -> ComposeResult:
+        """Yield the text."""
+        yield Static(id="details-text")
+
+    def show(self, details: Details) -> None:
+        """Show what is said about another thing."""
+        if details == self.details:
+            return
+        self.details = details
+        lines = [Content.styled(details.title, _STYLES.get(details.tone, "bold"))]
+        for label, text in details.parts:
+            head = Content.styled(f"{label}  ", "bold") if label else Content("")
+            lines.append(Content.assemble(head, Content(text)))
+        self.query_one("#details-text", Static).update(Content("\n").join(lines))
+        self.scroll_home(animate=False)
+
 
 PANES = {
     "findings": "Findings",
@@ -52,7 +123,7 @@ class Panes(Container):
     def compose(self) -> ComposeResult:
         """Yield the panes; what the form holds follows when the first check is done."""
         yield RowList(
-            FindingRows(findings=()),
+            FindingTable(findings=()),
             empty=_UNCHECKED,
             id="findings",
             classes="pane -current",
@@ -61,8 +132,8 @@ class Panes(Container):
         yield WhatIfForm(id="what-if", classes="pane")
         yield DetailsPane(id="details", classes="pane -current")
         yield GroundMap(id="map", classes="pane")
-        yield RowList(segment_rows(_NOTHING), empty=_UNCHECKED, id="segments", classes="pane")
-        yield RowList(item_rows(_NOTHING), empty=_UNCHECKED, id="items", classes="pane")
+        yield RowList(segment_table(_NOTHING), empty=_UNCHECKED, id="segments", classes="pane")
+        yield RowList(item_table(_NOTHING), empty=_UNCHECKED, id="items", classes="pane")
 
     def on_mount(self) -> None:
         """Name the panes."""
@@ -88,10 +159,10 @@ class Panes(Container):
         is_first, self._shown = self._shown is None, now
         result = now.result
         findings = self.query_one("#findings", RowList)
-        findings.show(FindingRows(findings=self._findings), empty="No problem found.")
+        findings.show(FindingTable(findings=self._findings), empty="No problem found.")
         segments = self.query_one("#segments", RowList)
-        segments.show(segment_rows(result), empty="Nothing is flown.")
-        self.query_one("#items", RowList).show(item_rows(result), empty="No items.")
+        segments.show(segment_table(result), empty="Nothing is flown.")
+        self.query_one("#items", RowList).show(item_table(result), empty="No items.")
         self.query_one(ProfilePlot).show(now.pictures)
         self.query_one(GroundMap).show(now.ground)
         if is_first or self.screen.focused is findings:
@@ -106,7 +177,7 @@ class Panes(Container):
             return
         rows = self.query_one("#findings", RowList)
         moved, self._urgent = len(urgent) - len(self._urgent), urgent
-        rows.show(FindingRows(findings=self._findings))
+        rows.show(FindingTable(findings=self._findings))
         rows.select(rows.cursor + moved)
 
     def show_flight(self) -> None:
@@ -116,7 +187,7 @@ class Panes(Container):
 
     def find(self, text: str) -> tuple[Hit, ...]:
         """Return what a text finds among findings and items."""
-        from planner.tui.search import hits
+        from planner.tui.screens.search import hits
 
         return () if self._shown is None else hits(self._shown.result, self._findings, text)
 
@@ -166,7 +237,7 @@ class Panes(Container):
         assessment = self._case
         span_s = None
         if assessment is not None and finding.item is not None:
-            span_s = pointer.item_span_s(assessment, finding.item)
+            span_s = curves.item_span_s(assessment, finding.item)
             if span_s is not None:
                 self._point_at(span_s[0], but="findings")
             self.query_one("#items", RowList).select(finding.item - 1)
@@ -179,7 +250,7 @@ class Panes(Container):
         assessment, result = self._case, self._result
         if assessment is not None and result is not None:
             self.query_one(DetailsPane).show(details.segment_details(result, event.index))
-            self._mark(pointer.segment_span_s(assessment, event.index), but="segments")
+            self._mark(curves.segment_span_s(assessment, event.index), but="segments")
 
     @on(RowList.Selected, "#items")
     def _on_item(self, event: RowList.Selected) -> None:
@@ -187,17 +258,16 @@ class Panes(Container):
         if assessment is None or result is None:
             return
         self.query_one(DetailsPane).show(details.item_details(result, event.index + 1))
-        span_s = pointer.item_span_s(assessment, event.index + 1)
+        span_s = curves.item_span_s(assessment, event.index + 1)
         if span_s is not None:
             self._mark(span_s, but="items")
 
-    @on(ProfilePlot.Moved)
-    @on(GroundMap.Moved)
-    def _on_moment(self, event: ProfilePlot.Moved | GroundMap.Moved) -> None:
+    @on(Drawing.Moved)
+    def _on_moment(self, event: Drawing.Moved) -> None:
         assessment, result = self._case, self._result
         if assessment is not None and result is not None:
             self._point_at(event.time_s)
-            segment = pointer.segment_at(assessment, event.time_s)
+            segment = curves.segment_at(assessment, event.time_s)
             self.query_one(DetailsPane).show(details.segment_details(result, segment))
 
     def _mark(self, span_s: tuple[float, float], *, but: str) -> None:
@@ -213,6 +283,6 @@ class Panes(Container):
         self.query_one(ProfilePlot).point_at(time_s)
         self.query_one(GroundMap).point_at(time_s)
         if but != "segments":
-            self.query_one("#segments", RowList).select(pointer.segment_at(assessment, time_s))
+            self.query_one("#segments", RowList).select(curves.segment_at(assessment, time_s))
         if but not in {"items", "findings"}:
-            self.query_one("#items", RowList).select(pointer.item_at(assessment, time_s) - 1)
+            self.query_one("#items", RowList).select(curves.item_at(assessment, time_s) - 1)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from textual.binding import Binding, BindingType
-from textual.message import Message
 
 from planner import quantity
-from planner.tui.canvas import DOTS_ACROSS, DOTS_DOWN, Canvas
 from planner.tui.curves import thinned
-from planner.tui.widgets.drawing import VEHICLE, Drawing
+from planner.tui.widgets.canvas import (
+    DOTS_ACROSS,
+    DOTS_DOWN,
+    VEHICLE,
+    Canvas,
+    Drawing,
+)
 
 if TYPE_CHECKING:
     from textual import events
@@ -38,12 +41,6 @@ class ProfilePlot(Drawing):
         Binding("up,k", "turn(-1)", "Previous quantity", show=False),
         Binding("down,j", "turn(1)", "Next quantity", show=False),
     ]
-
-    @dataclass
-    class Moved(Message):
-        """The cursor went to another moment."""
-
-        time_s: float
 
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 - textual's
         super().__init__(id=id, classes=classes)

@@ -16,7 +16,10 @@ from textual.strip import Strip
 if TYPE_CHECKING:
     from textual import events
 
-    from planner.tui.rows import Column, Rows
+    from planner.tui.rows import (
+        Table,
+        TableColumn,
+    )
 
 _GAP = 1
 """Blank cells between columns."""
@@ -83,7 +86,7 @@ class RowList(ScrollView, can_focus=True):
 
     def __init__(
         self,
-        rows: Rows,
+        rows: Table,
         *,
         empty: str,
         id: str | None = None,  # noqa: A002 - textual's name
@@ -95,7 +98,7 @@ class RowList(ScrollView, can_focus=True):
         self._cursor = 0
 
     @property
-    def rows(self) -> Rows:
+    def rows(self) -> Table:
         """What is shown."""
         return self._rows
 
@@ -104,7 +107,7 @@ class RowList(ScrollView, can_focus=True):
         """The selected row, from 0."""
         return self._cursor
 
-    def show(self, rows: Rows, *, empty: str | None = None) -> None:
+    def show(self, rows: Table, *, empty: str | None = None) -> None:
         """Show other rows; the cursor stays where it was, as far as there are rows.
 
         Parameters
@@ -218,7 +221,7 @@ class RowList(ScrollView, can_focus=True):
         return Strip([Run(set_cell_size(text, width), style)], width)
 
 
-def _taken(columns: tuple[Column, ...]) -> int:
+def _taken(columns: tuple[TableColumn, ...]) -> int:
     """Return the cells that columns need."""
     return sum((column.width or _LEAST_FLEXIBLE) + _GAP for column in columns)
 

@@ -12,7 +12,10 @@ from textual.content import Content
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from planner.tui.suggestions import Suggestion, SuggestionRows
+from planner.tui.suggestions import (
+    Suggestion,
+    SuggestionTable,
+)
 from planner.tui.what_if import WhatIf, form_settings
 from planner.tui.widgets.row_list import RowList
 
@@ -47,7 +50,7 @@ class WhatIfForm(VerticalScroll):
     ]
 
     @dataclass
-    class Changed(Message):
+    class SettingsTyped(Message):
         """Settings were changed; blank ones as they were."""
 
         changes: dict[str, str]
@@ -74,7 +77,7 @@ class WhatIfForm(VerticalScroll):
         shown = form_settings()
         fields = [Input(id=f"set-{one.key}", compact=True, select_on_focus=False) for one in shown]
         labels = Static("\n".join(one.label for one in shown), classes="labels", markup=False)
-        rows = SuggestionRows(suggestions=self._suggestions)
+        rows = SuggestionTable(suggestions=self._suggestions)
         self.mount(
             Horizontal(labels, Vertical(*fields)),
             Static(self._outcome, classes="outcome", id="outcome"),
@@ -117,7 +120,7 @@ class WhatIfForm(VerticalScroll):
         """Show what is worth a try."""
         self._suggestions = found
         for rows in self.query("#suggestions").results(RowList):
-            rows.show(SuggestionRows(suggestions=found))
+            rows.show(SuggestionTable(suggestions=found))
             rows.display = bool(found)
             rows.styles.height = len(found) + 1
 
@@ -131,7 +134,7 @@ class WhatIfForm(VerticalScroll):
 
     def action_take_back(self) -> None:
         """Take all changes back."""
-        self.post_message(self.Changed({}))
+        self.post_message(self.SettingsTyped({}))
 
     @on(Input.Changed)
     def _wait_for_more(self, event: Input.Changed) -> None:
@@ -152,13 +155,13 @@ class WhatIfForm(VerticalScroll):
         fields = {
             one.key: self.query_one(f"#set-{one.key}", Input).value for one in form_settings()
         }
-        self.post_message(self.Changed(fields))
+        self.post_message(self.SettingsTyped(fields))
 
     @on(RowList.Chosen, "#suggestions")
     def _suggest(self, event: RowList.Chosen) -> None:
         event.stop()
         rows = event.row_list.rows
-        if isinstance(rows, SuggestionRows):
+        if isinstance(rows, SuggestionTable):
             self.post_message(self.Suggested(rows.suggestions[event.index]))
 
     @on(RowList.Selected, "#suggestions")
