@@ -1,1 +1,1 @@
-"""Results as text and data; ``planner.quantity`` alone writes numbers."""
+"""Results as text and data, for people and for programs."""

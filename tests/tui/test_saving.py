@@ -55,7 +55,7 @@ def test_the_report_is_a_page() -> None:
 
 
 def test_a_name_that_says_nothing_is_refused() -> None:
-    with pytest.raises(UsageError, match="expected .txt"):
+    with pytest.raises(UsageError, match=r"expected \.txt"):
         save(checked(TOO_FAR, what_if_of(TOO_FAR)), "report")
 
 
