@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import STATES
 from planner.mission.route.stage import (
     Stage,

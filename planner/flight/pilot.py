@@ -283,7 +283,7 @@ class Px4Pilot(Value):
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; PX4 shapes its references, so nothing rings."""
-        from planner.flight.motion.px4.flight import fly_px4
+        from planner.flight.motion.px4.pilot import fly_px4
 
         motion = fly_px4(
             route.stages,
@@ -298,14 +298,14 @@ class Px4Pilot(Value):
         self, points_m: FloatArray, targets: ReturnTargets, _route: Route
     ) -> tuple[Motion, Transients]:
         """Return the returns (RTL) from each point."""
-        from planner.flight.motion.px4.flight import px4_returns
+        from planner.flight.motion.px4.pilot import px4_returns
 
         motion = px4_returns(
             points_m,
             targets.ground_m,
             self.parameters,
             rally_height_m=targets.rally_height_m,
-            ways=targets.paths,
+            return_paths=targets.paths,
             wind=self.wind,
             airspeed_limit_m_s=self.airspeed_limit_m_s,
             hover_noise_m=self.position_noise_m,
@@ -347,7 +347,7 @@ class ArduPilotPilot(Value):
 
     def fly(self, route: Route) -> tuple[Motion, Transients]:
         """Return the motion along a route; ArduPilot shapes its references, so nothing rings."""
-        from planner.flight.motion.ardupilot.flight import fly_ardupilot
+        from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 
         motion = fly_ardupilot(
             route.stages,
@@ -363,7 +363,7 @@ class ArduPilotPilot(Value):
         self, points_m: FloatArray, targets: ReturnTargets, route: Route
     ) -> tuple[Motion, Transients]:
         """Return the returns (RTL) from each point."""
-        from planner.flight.motion.ardupilot.flight import ardupilot_returns
+        from planner.flight.motion.ardupilot.pilot import ardupilot_returns
 
         motion = ardupilot_returns(
             points_m,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from ardupilot_missions import DEFAULTS, fly, go, stage, states, takeoff, time_s, took_s
 
-from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import StageKind
 from planner.physics.wind import Wind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters

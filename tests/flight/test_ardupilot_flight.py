@@ -8,7 +8,7 @@ import pytest
 from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, takeoff, time_s, took_s
 from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
 
-from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import (
     Stage,
     StageKind,

@@ -10,7 +10,7 @@ from ardupilot_missions import DEFAULTS, ends, fly, go, stage, states, takeoff, 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.mission.route.stage import (
     Stage,
     StageKind,

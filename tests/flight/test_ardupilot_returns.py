@@ -10,7 +10,7 @@ from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, tak
 from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
 
 from planner.findings import Severity
-from planner.flight.motion.ardupilot.flight import ardupilot_returns
+from planner.flight.motion.ardupilot.pilot import ardupilot_returns
 from planner.mission.route.stage import (
     Stage,
     StageKind,

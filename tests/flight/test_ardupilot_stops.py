@@ -12,8 +12,8 @@ from ardupilot_missions import DEFAULTS, fly, go, home, stage, states, takeoff, 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.ardupilot.flight import fly_ardupilot
 from planner.flight.motion.ardupilot.legs import stopping_distance_m
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     FlightState,

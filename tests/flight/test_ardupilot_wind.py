@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from ardupilot_missions import DEFAULTS, go, stage, takeoff, took_s
 
-from planner.flight.motion.ardupilot.flight import fly_ardupilot
+from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import STATES
 from planner.mission.route.stage import (
     Stage,

@@ -13,11 +13,11 @@ from planner.flight.motion.kinematics import (
     STATES,
     FlightState,
 )
-from planner.flight.motion.px4.flight import fly_px4
 from planner.flight.motion.px4.pieces import (
     BrakeLaw,
     wright_omega,
 )
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.flight.motion.px4.speeds import (
     Px4Ramps,
     allowed_speed_m_s,

@@ -10,7 +10,7 @@ from ardupilot_missions import go, stage, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import (
     Stage,
     StageKind,

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import (
     Stage,
     StageKind,
@@ -134,16 +134,12 @@ def test_each_parameter_of_a_landing_moves_it_as_its_law_says(
         assert after - before == pytest.approx(longer_s, abs=0.35)
 
 
-@pytest.mark.parametrize(("has_range_sensor", "landed_s"), [(True, 3.6), (False, 1.6)])
-def test_a_mission_disarms_as_soon_as_it_has_landed_and_a_return_later(
-    has_range_sensor: bool,  # noqa: FBT001 - a table of cases
-    landed_s: float,
-) -> None:
+def test_a_mission_disarms_as_soon_as_it_has_landed_and_a_return_later() -> None:
     for end, delay_s in ((land(), 0.0), (stage(StageKind.RETURN, height_m=0.0), 2.0)):
-        motion = fly_px4((takeoff(40.0), end), PX4, has_range_sensor=has_range_sensor)
+        motion = fly_px4((takeoff(40.0), end), PX4)
         stood_s = motion.segments.end_s[-1] - touched_s(motion)
-        assert stood_s == pytest.approx(landed_s + delay_s, abs=0.05)
-        assert grounded_s(motion) == pytest.approx(2.5 + landed_s + delay_s)
+        assert stood_s == pytest.approx(3.6 + delay_s, abs=0.05)
+        assert grounded_s(motion) == pytest.approx(2.5 + 3.6 + delay_s)
 
 
 def test_a_landing_elsewhere_is_flown_to_level() -> None:
@@ -157,17 +153,12 @@ def test_a_landing_elsewhere_is_flown_to_level() -> None:
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.floats(0.2, 120.0), st.floats(-30.0, 30.0), st.booleans())
-def test_landings_end_on_the_ground_they_were_meant_for(
-    height_m: float,
-    ground_m: float,
-    has_range_sensor: bool,  # noqa: FBT001 - drawn
-) -> None:
+@given(st.floats(0.2, 120.0), st.floats(-30.0, 30.0))
+def test_landings_end_on_the_ground_they_were_meant_for(height_m: float, ground_m: float) -> None:
     over = max(ground_m, 0.0) + height_m
     motion = fly_px4(
         (takeoff(over), go(0.0, 0.0, over, hold=60.0), land(ground_m=ground_m)),
         PX4,
-        has_range_sensor=has_range_sensor,
     )
     end = motion.state_at_time(motion.segments.end_s[-1:])
     assert end.height_m == pytest.approx(ground_m, abs=0.01)

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.flight import fly_px4, px4_returns
+from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.flight.motion.px4.speeds import (
     allowed_speed_m_s,
     braking_distance_m,
@@ -118,18 +118,14 @@ def test_climbs_and_descents_take_what_was_measured(change_m: float, measured_s:
     assert took == pytest.approx(measured_s, rel=0.015)
 
 
-@pytest.mark.parametrize(("has_range_sensor", "measured_s"), [(True, 13.2), (False, 11.9)])
-def test_the_last_ten_metres_take_what_was_measured(
-    has_range_sensor: bool,  # noqa: FBT001 - a table of cases
-    measured_s: float,
-) -> None:
+def test_the_last_ten_metres_take_what_was_measured() -> None:
     stages = (takeoff(40), stage(StageKind.LAND, height_m=0.0))
-    motion = fly_px4(stages, PX4, has_range_sensor=has_range_sensor)
+    motion = fly_px4(stages, PX4)
     time_s = np.arange(0.0, motion.segments.end_s[-1], 0.01)
     height = motion.state_at_time(time_s).height_m
     begun = time_s[np.flatnonzero(height > 10.0)[-1]]
     touched = time_s[np.flatnonzero(height > 0.01)[-1]]
-    assert touched - begun == pytest.approx(measured_s, abs=0.4)
+    assert touched - begun == pytest.approx(13.2, abs=0.4)
 
 
 def test_a_hold_counts_from_reaching_the_place() -> None:

@@ -9,7 +9,7 @@ from made_missions import mission, rtl, waypoint
 from made_missions import takeoff as takeoff_item
 
 from planner.autopilot import Autopilot
-from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.flight.pilot import Px4Pilot, make_pilot
 from planner.service import check
 from planner.setup import Setup

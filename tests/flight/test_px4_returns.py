@@ -9,8 +9,8 @@ import pytest
 from ardupilot_missions import go, stage, takeoff
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.flight import fly_px4, px4_returns
 from planner.flight.motion.px4.moves import return_heights_m
+from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.flight.pilot import make_pilot
 from planner.mission.route.stage import (
     Stage,

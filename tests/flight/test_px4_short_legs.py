@@ -14,7 +14,7 @@ from ardupilot_missions import go, takeoff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 

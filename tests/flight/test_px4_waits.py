@@ -10,7 +10,7 @@ from ardupilot_missions import go, stage, takeoff
 from stepped_point import leg_time_s
 
 from planner.flight.motion.kinematics import STATES
-from planner.flight.motion.px4.flight import fly_px4
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.flight.motion.px4.speeds import yaw_time_s
 from planner.mission.route.stage import (
     Stage,

@@ -1,4 +1,4 @@
-"""Legs: the moves of a flight, flown one after the other."""
+"""Legs: the moves of a flight planned between their waypoints, and flown one after the other."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.landings import Takeoffs, ends_of_moves, make_takeoffs
-from planner.flight.motion.px4.moves import Columns
+from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs
+from planner.flight.motion.px4.moves import Columns, directions
 from planner.flight.motion.px4.speeds import (
     STILL_M,
     allowed_speed_m_s,
     braking_time_s,
     corner_speed_m_s,
+    vertical_limits,
     yaw_time_s,
 )
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
-from planner.flight.motion.px4.turns import cut_short, joined_turns, slowed_turns, turns_onto_moves
+from planner.flight.motion.px4.turns import cut_short, joined_turns, leg_entries, slowed_turns
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -127,20 +128,15 @@ def final_speeds_m_s(
         gain_per_s=parameters.trajectory_gain_per_s,
         acceleration_m_s2=parameters.acceleration_m_s2,
     )
-    leaving = allowed_speed_m_s(
-        length,
-        np.zeros(count),
-        acceleration_m_s2=np.full(count, parameters.acceleration_m_s2),
-        jerk_m_s3=np.full(count, parameters.jerk_m_s3),
-    )
+    leaving = allowed_speed_m_s(length, 0.0, parameters.acceleration_m_s2, parameters.jerk_m_s3)
     passed = follows & (length >= np.maximum(moves.radius_m, _SAME_PLACE_M))
     level = np.where(passed, np.minimum(np.minimum(corner, leaving), moves.speed_m_s), 0.0)
     return level, np.where(
-        follows, _vertex_speeds_m_s(direction, target, following_m, parameters), 0.0
+        follows, _vertical_corner_speeds_m_s(direction, target, following_m, parameters), 0.0
     )
 
 
-def _vertex_speeds_m_s(
+def _vertical_corner_speeds_m_s(
     direction: FloatArray, target_m: FloatArray, following_m: FloatArray, parameters: Px4Parameters
 ) -> FloatArray:
     """Return the vertical speeds at which targets are to be passed. (n,) [m s⁻¹]"""
@@ -162,11 +158,7 @@ def _vertex_speeds_m_s(
     cosine = np.divide(
         (come * leave).sum(axis=1), scale, out=np.zeros(len(scale)), where=scale > 0.0
     )
-    rising = direction[:, 2] > 0.0
-    acceleration = np.where(
-        rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2
-    )
-    limit = np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+    limit, acceleration = vertical_limits(direction[:, 2] > 0.0, parameters)
     speed = corner_speed_m_s(
         np.clip(cosine, -1.0, 1.0),
         acceleration * parameters.altitude_acceptance_m,
@@ -181,8 +173,8 @@ _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
 
-class LegLayout(Columns, eq=False):
-    """Moves laid out between their waypoints, before anything is known of speeds handed on."""
+class PlannedLegs(Columns, eq=False):
+    """Moves planned between their waypoints, before anything is known of speeds handed on."""
 
     begins_m: FloatArray
     """Waypoint before. (n, 3) [m]"""
@@ -209,14 +201,16 @@ class LegLayout(Columns, eq=False):
     is_takeoff: BoolArray
 
 
-def lay_out(moves: Moves, parameters: Px4Parameters) -> LegLayout:
-    """Return moves laid out between their waypoints: corner speeds, waits for headings, order."""
+def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
+    """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
     begins = moves.begins_m
     way = moves.target_m - begins
     way = np.where(np.abs(way) < STILL_M, 0.0, way)
-    length = np.sqrt((way**2).sum(axis=1))
-    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
-    band = _height_bands_m(moves, way[:, 2], parameters)
+    direction, _ = directions(way)
+    # NAV_MC_ALT_RAD; half the height of a take-off lower than that (``is_mission_item_reached``).
+    band = np.full(len(moves), parameters.altitude_acceptance_m)
+    low = moves.is_takeoff & (way[:, 2] > 0.0) & (way[:, 2] < band)
+    band = np.where(low, 0.5 * way[:, 2], band)
     level = np.hypot(direction[:, 0], direction[:, 1])
     tail = np.minimum(
         np.divide(moves.radius_m, level, out=np.full_like(level, np.inf), where=level > 0.0),
@@ -239,7 +233,7 @@ def lay_out(moves: Moves, parameters: Px4Parameters) -> LegLayout:
     first_of_flight = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(moves)), 0))
     before = np.where(before >= first_of_flight, before, -1)
     final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
-    return LegLayout(
+    return PlannedLegs(
         begins_m=begins,
         target_m=moves.target_m,
         direction=direction,
@@ -256,17 +250,6 @@ def lay_out(moves: Moves, parameters: Px4Parameters) -> LegLayout:
         stands=stands,
         is_takeoff=moves.is_takeoff,
     )
-
-
-def _height_bands_m(moves: Moves, climb_m: FloatArray, parameters: Px4Parameters) -> FloatArray:
-    """Return the heights from the target within which it counts as reached. (n,) [m]
-
-    NAV_MC_ALT_RAD; half the height of a take-off lower than that
-    (``MissionBlock::is_mission_item_reached``).
-    """
-    band = np.full(len(moves), parameters.altitude_acceptance_m)
-    low = moves.is_takeoff & (climb_m > 0.0) & (climb_m < band)
-    return np.where(low, 0.5 * climb_m, band)
 
 
 def _reached_at_once(
@@ -324,78 +307,63 @@ class Px4Legs(Columns, eq=False):
 class FlownMoves(Value, eq=False):
     """All there is to know of the moves of a flight."""
 
-    layout: LegLayout
+    planned: PlannedLegs
     legs: Px4Legs
     takeoffs: Takeoffs
     """Of the moves that are take-offs, in their order."""
 
 
 def fly_legs(moves: Moves, parameters: Px4Parameters) -> FlownMoves:
-    """Return how moves are flown.
-
-    Parameters
-    ----------
-    moves : Moves
-        At least one.
-    parameters : Px4Parameters
-        The vehicle's.
+    """Return how moves, at least one, are flown.
 
     Notes
     -----
     A leg is flown alike whatever came before, but for the speed and place it is begun with; only legs
     too short for the speed allowed at their end change those.  So all are flown at once, then those
-    behind a change again, until nothing changes.
+    after a change again, until nothing changes.
     """
-    layout = lay_out(moves, parameters)
+    planned = plan_legs(moves, parameters)
     takeoffs = make_takeoffs(
-        layout.begins_m[moves.is_takeoff], layout.target_m[moves.is_takeoff], parameters
+        planned.begins_m[moves.is_takeoff], planned.target_m[moves.is_takeoff], parameters
     )
-    legs = _guessed(layout, moves, parameters)
+    legs = _guessed(planned, moves, parameters)
     active = np.arange(len(moves))
     for _ in range(_ROUNDS):
-        flown = _flown(active, layout, legs, takeoffs, moves=moves, parameters=parameters)
+        flown = _flown(active, planned, legs, takeoffs, moves=moves, parameters=parameters)
         moved = np.abs(flown.end_m - legs.end_m[active]).max(axis=1)
         sped = np.abs(flown.end_m_s - legs.end_m_s[active]).max(axis=1)
         changed = np.zeros(len(moves) + 1, dtype=np.bool_)
         changed[active] = np.maximum(moved, sped) > _UNCHANGED
         legs.put(active, flown)
-        active = np.flatnonzero(changed[layout.before])
+        active = np.flatnonzero(changed[planned.before])
         if not len(active):
             break
-    return FlownMoves(layout=layout, legs=legs, takeoffs=takeoffs)
+    return FlownMoves(planned=planned, legs=legs, takeoffs=takeoffs)
 
 
-def _guessed(layout: LegLayout, moves: Moves, parameters: Px4Parameters) -> Px4Legs:
+def _guessed(planned: PlannedLegs, moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     """Return legs as flown by a vehicle that is never short of way."""
     count = len(moves)
-    straight = limits_along(
-        layout.begins_m,
-        layout.target_m,
-        tail_m=layout.tail_m,
-        speed_m_s=layout.speed_m_s,
-        final_level_m_s=layout.final_level_m_s,
-        final_upright_m_s=layout.final_upright_m_s,
-        parameters=parameters,
-    )
-    end_speed = np.minimum(straight.lowest_allowed_m_s(layout.tail_m), straight.cruise_m_s)
-    moving = layout.is_leg & ~(layout.hold_s > 0.0)
+    straight = limits_along(planned.begins_m, planned.target_m, planned, parameters)
+    end_speed = np.minimum(straight.lowest_allowed_m_s(planned.tail_m), straight.cruise_m_s)
+    moving = planned.is_leg & ~(planned.hold_s > 0.0)
     end_speed = np.where(moving, end_speed, 0.0)
     zero = np.zeros(count)
     return Px4Legs(
-        place_m=layout.begins_m.copy(),
+        place_m=planned.begins_m.copy(),
         velocity_m_s=np.zeros((count, 3)),
         turn_s=zero.copy(),
-        straight_m=layout.begins_m.copy(),
+        straight_m=planned.begins_m.copy(),
         limits=straight,
         straights=_unmoved(zero),
-        end_m=np.where(moving[:, None], layout.ends_m, layout.target_m),
-        end_m_s=layout.direction * end_speed[:, None],
+        end_m=np.where(moving[:, None], planned.ends_m, planned.target_m),
+        end_m_s=planned.direction * end_speed[:, None],
     )
 
 
 def _flown(
     rows: IntArray,
-    layout: LegLayout,
+    planned: PlannedLegs,
     legs: Px4Legs,
     takeoffs: Takeoffs,
     *,
@@ -403,9 +371,9 @@ def _flown(
     parameters: Px4Parameters,
 ) -> Px4Legs:
     """Return some of the moves as flown, after what is known of the moves before them."""
-    part = layout.select(rows)
+    part = planned.select(rows)
     place, velocity = _beginnings(rows, part, legs, moves)
-    turns = turns_onto_moves(part, place, velocity, parameters)
+    turns = leg_entries(part, place, velocity, parameters)
     turns, slowed = slowed_turns(part, place, velocity, turns, parameters)
     turns = joined_turns(part, place, velocity, turns, slowed, parameters=parameters)
     climbing = np.flatnonzero(part.is_takeoff)
@@ -414,15 +382,7 @@ def _flown(
 
     ends = np.where(part.stands[:, None] | ~part.is_leg[:, None], turns.end_m, part.ends_m)
     turns, ends = cut_short(part, place, velocity, turns, ends, parameters=parameters)
-    limits = limits_along(
-        turns.end_m,
-        ends,
-        tail_m=part.tail_m,
-        speed_m_s=part.speed_m_s,
-        final_level_m_s=part.final_level_m_s,
-        final_upright_m_s=part.final_upright_m_s,
-        parameters=parameters,
-    )
+    limits = limits_along(turns.end_m, ends, part, parameters)
     held = climbing[~takeoffs.is_free[which]]
     limits.cruise_m_s[held] = takeoffs.speed_m_s[which[~takeoffs.is_free[which]]]
     start, acceleration = _starts(limits, turns, velocity)
@@ -454,7 +414,7 @@ def _flown(
 
 
 def _beginnings(
-    rows: IntArray, part: LegLayout, legs: Px4Legs, moves: Moves
+    rows: IntArray, part: PlannedLegs, legs: Px4Legs, moves: Moves
 ) -> tuple[FloatArray, FloatArray]:
     """Return where and how fast moves begin."""
     begun = (part.before >= 0)[:, None]
@@ -513,10 +473,10 @@ def flight_times_s(flown: FlownMoves) -> FloatArray:
     braking_s = braking_time_s(
         np.where(brakes, joined, 1.0),
         np.where(brakes, end, 1.0),
-        acceleration_m_s2=limits.brake_m_s2[rows, straights.far],
-        half_b_m_s=straights.half_b_m_s[:, 0],
+        limits.brake_m_s2[rows, straights.far],
+        straights.half_b_m_s[:, 0],
     )
-    moving = flown.layout.is_leg & (limits.length_m > 0.0)
+    moving = flown.planned.is_leg & (limits.length_m > 0.0)
     braking_s = np.where(brakes, braking_s, 0.0) + straights.onset_s + straights.steady_s
     total = legs.turn_s + ramp_s - straights.ramp_begun_s + cruise_s + braking_s
     return np.where(moving, total, 0.0)

@@ -38,6 +38,22 @@ class Columns(Value, eq=False):
             else:
                 mine[rows] = given
 
+    @classmethod
+    def joined(cls, several: Sequence[Self]) -> Self:
+        """Return the rows of several as one."""
+        return cls(
+            **{
+                name: np.concatenate([getattr(columns, name) for columns in several])
+                for name in field_names(cls)
+            }
+        )
+
+
+def directions(way_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the unit vectors of ways, zero for one of no length, and their lengths. (n, 3), (n,)"""
+    length = np.sqrt((way_m**2).sum(axis=1))[:, None]
+    return np.divide(way_m, length, out=np.zeros_like(way_m), where=length > 0.0), length[:, 0]
+
 
 _CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
 """Half angles of the cone over home that mean something (``RTL::computeReturnAltitude``). [rad]"""
@@ -60,17 +76,9 @@ def return_legs(
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float = 0.0,
 ) -> tuple[ReturnLeg, ...]:
-    """Return the legs of returns: up, home, down to wait, to the ground.
+    """Return the legs of returns from places to homes (k, 3): up, home, down to wait, to the ground.
 
-    Parameters
-    ----------
-    places_m, home_m : ndarray
-        Where they begin and where they lead, the ground there included. (k, 3) [m]
-    parameters : Px4Parameters
-        The vehicle's.
-    rally_height_m : ndarray
-        Heights of rally points above the ground there, which the heights of the return count from;
-        0 for home. (k,) [m]
+    The heights of a return count from the rally point, ``rally_height_m`` above the ground; 0 for home.
 
     Notes
     -----
@@ -95,17 +103,8 @@ def return_legs(
     )
 
 
-def return_path_height_m(place_m: FloatArray, way: ReturnPath, parameters: Px4Parameters) -> float:
+def return_path_height_m(place_m: FloatArray, path: ReturnPath, parameters: Px4Parameters) -> float:
     """Return the height above home at which a return along the mission sets out. [m]
-
-    Parameters
-    ----------
-    place_m : ndarray
-        East, north, height above home where it begins. (3,) [m]
-    way : ReturnPath
-        Where it leads.
-    parameters : Px4Parameters
-        The vehicle's.
 
     Notes
     -----
@@ -113,10 +112,10 @@ def return_path_height_m(place_m: FloatArray, way: ReturnPath, parameters: Px4Pa
     what ``RTL::computeReturnAltitude`` says over the altitude of the landing item.
     """
     present = float(place_m[2])
-    over = way.climbs_over_m
+    over = path.climbs_over_m
     if over is None:
         return present
-    landing = way.stages[-1]
+    landing = path.stages[-1]
     distance = math.hypot(landing.east_m - place_m[0], landing.north_m - place_m[1])
     height = return_heights_m(np.array([distance]), np.array([present - over]), parameters)
     return over + float(height[0])
@@ -125,16 +124,7 @@ def return_path_height_m(place_m: FloatArray, way: ReturnPath, parameters: Px4Pa
 def return_heights_m(
     distance_m: FloatArray, height_m: FloatArray, parameters: Px4Parameters
 ) -> FloatArray:
-    """Return the heights above home at which returns are flown. (k,) [m]
-
-    Parameters
-    ----------
-    distance_m : ndarray
-        Horizontal distances from home. (k,) [m]
-    height_m : ndarray
-        Heights above home at which the returns begin. (k,) [m]
-    parameters : Px4Parameters
-        RTL_RETURN_ALT, RTL_CONE_ANG, RTL_MIN_DIST, NAV_ACC_RAD.
+    """Return the heights above home of returns that begin at a distance and height from it. (k,) [m]
 
     Notes
     -----
@@ -251,25 +241,14 @@ def return_moves(
     home_m: FloatArray,
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float = 0.0,
-    ways: Sequence[ReturnPath | None] = (),
+    return_paths: Sequence[ReturnPath | None] = (),
 ) -> Moves:
     """Return the moves of returns from places, flights of their own, numbered as stages and items.
 
-    Parameters
-    ----------
-    places_m : ndarray
-        East, north, height above home. (k, 3) [m]
-    home_m : ndarray
-        Where they lead, the ground there included. (k, 3) [m]
-    parameters : Px4Parameters
-        The vehicle's.
-    rally_height_m : ndarray
-        Heights of rally points above the ground there; 0 for home. (k,) [m]
-    ways : sequence of ReturnPath or None
-        Of those that lead along the mission; empty where none does. (k,)
+    ``return_paths`` are of those that lead along the mission; empty where none does.
     """
-    if any(way is not None for way in ways):
-        return _moves_along(places_m, home_m, parameters, rally_height_m, ways)
+    if any(path is not None for path in return_paths):
+        return _moves_along(places_m, home_m, parameters, rally_height_m, return_paths)
     legs = return_legs(places_m, home_m, parameters, rally_height_m)
     count = len(places_m)
     flown = np.column_stack([leg.is_flown for leg in legs])
@@ -302,19 +281,19 @@ def _moves_along(
     home_m: FloatArray,
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float,
-    ways: Sequence[ReturnPath | None],
+    return_paths: Sequence[ReturnPath | None],
 ) -> Moves:
     """Return the moves of returns of which some lead along the mission."""
     rally_m = np.broadcast_to(rally_height_m, len(places_m)).tolist()
     rows: list[Move] = []
     first: list[int] = []
-    for k, way in enumerate(ways):
+    for k, path in enumerate(return_paths):
         navigator = _Navigator(parameters, places_m[k])
         first.append(len(rows))
-        if way is None:
+        if path is None:
             rows += navigator.straight_home(k, k, home_m[k], rally_m[k])
         else:
-            rows += navigator.home_along(k, k, way)
+            rows += navigator.home_along(k, k, path)
     moves = Moves.of(rows)
     is_first = np.zeros(len(rows), dtype=np.bool_)
     is_first[first] = True
@@ -356,15 +335,13 @@ class _Navigator:
                 self.east_m, self.north_m = stage.east_m, stage.north_m
                 move = self._go(index, stage, is_stop=True, hold_s=0.0)
                 yield move._replace(seen_height_m=stage.height_m, yaw_rad=math.nan)
-                yield self._land(index, stage.item, stage.height_m)
+                self.height_m, self.is_airborne = stage.height_m, False
+                yield self._move(index, stage.item, is_stop=True, is_landing=True)
+            case StageKind.RETURN if stage.return_path is not None:
+                yield from self.home_along(index, stage.item, stage.return_path)
             case StageKind.RETURN:
-                yield from self._return(index, stage)
-
-    def _return(self, index: int, stage: Stage) -> Iterator[Move]:
-        if stage.return_path is not None:
-            return self.home_along(index, stage.item, stage.return_path)
-        home = np.array((stage.east_m, stage.north_m, stage.height_m))
-        return self.straight_home(index, stage.item, home, stage.rally_height_m)
+                home = np.array((stage.east_m, stage.north_m, stage.height_m))
+                yield from self.straight_home(index, stage.item, home, stage.rally_height_m)
 
     def straight_home(
         self, index: int, item: int, home_m: FloatArray, rally_height_m: float
@@ -375,17 +352,11 @@ class _Navigator:
             if not leg.is_flown[0]:
                 continue
             self.east_m, self.north_m, self.height_m = leg.target_m[0].tolist()
-            yield self._move(
-                index,
-                item,
-                hold_s=leg.hold_s,
-                is_stop=True,
-                is_landing=leg.is_landing,
-                is_return=True,
-            )
+            stop = self._move(index, item, hold_s=leg.hold_s, is_stop=True, is_return=True)
+            yield stop._replace(is_landing=leg.is_landing)
         self.is_airborne = False
 
-    def home_along(self, index: int, item: int, way: ReturnPath) -> Iterator[Move]:
+    def home_along(self, index: int, item: int, path: ReturnPath) -> Iterator[Move]:
         """Yield the moves of a return along items of the mission.
 
         Notes
@@ -394,17 +365,17 @@ class _Navigator:
         waypoints without hold, LOITER_TO_ALT stays what it is; the speed last commanded before the item
         it sets out from is commanded again (``MissionBase::replayCachedSpeedChangeItems``).
         """
-        speed = self.parameters.cruise_speed_m_s if way.speed_m_s is None else way.speed_m_s
+        speed = self.parameters.cruise_speed_m_s if path.speed_m_s is None else path.speed_m_s
         self.speed_m_s = min(speed, self.parameters.speed_max_m_s)
         is_seen = False
         height_m = return_path_height_m(
-            np.array((self.east_m, self.north_m, self.height_m)), way, self.parameters
+            np.array((self.east_m, self.north_m, self.height_m)), path, self.parameters
         )
         if height_m > self.height_m:
             self.height_m = height_m
             yield self._move(index, item, is_stop=True, is_return=True)
             is_seen = True
-        for stage in way.stages:
+        for stage in path.stages:
             for move in self.moves(index, stage):
                 yield move._replace(item=item, is_return=move.is_landing or not is_seen)
                 is_seen = True
@@ -419,10 +390,6 @@ class _Navigator:
         # Any heading is good enough for a take-off (``MissionBlock::is_mission_item_reached``).
         yield self._go(index, stage)._replace(yaw_rad=math.nan)
 
-    def _land(self, index: int, item: int, ground_m: float) -> Move:
-        self.height_m, self.is_airborne = ground_m, False
-        return self._move(index, item, is_stop=True, is_landing=True)
-
     def _place_at(self, stage: Stage) -> None:
         self.east_m, self.north_m, self.height_m = stage.east_m, stage.north_m, stage.height_m
 
@@ -431,31 +398,22 @@ class _Navigator:
     ) -> Move:
         """Return the flight to where the vehicle is now meant to be, as its stage wants it."""
         speed, radius, yaw = stage.speed_m_s, stage.acceptance_radius_m, stage.yaw_deg
-        return Move(
+        move = self._move(
             index,
             stage.item,
-            self.east_m,
-            self.north_m,
-            self.height_m,
-            self.height_m,
-            self.speed_m_s if speed is None else min(speed, self.parameters.speed_max_m_s),
-            self.radius_m if radius is None or radius < _SMALLEST_RADIUS_M else radius,
-            stage.hold_s if hold_s is None else hold_s,
-            math.nan if yaw is None else math.radians(yaw),
-            is_stop or stage.hold_s > 0.0,
+            hold_s=stage.hold_s if hold_s is None else hold_s,
+            is_stop=is_stop or stage.hold_s > 0.0,
+        )
+        return move._replace(
+            speed_m_s=move.speed_m_s
+            if speed is None
+            else min(speed, self.parameters.speed_max_m_s),
+            radius_m=move.radius_m if radius is None or radius < _SMALLEST_RADIUS_M else radius,
+            yaw_rad=math.nan if yaw is None else math.radians(yaw),
         )
 
     def _move(
-        self,
-        index: int,
-        item: int,
-        *,
-        hold_s: float = 0.0,
-        is_stop: bool = False,
-        is_delay: bool = False,
-        is_takeoff: bool = False,
-        is_landing: bool = False,
-        is_return: bool = False,
+        self, index: int, item: int, *, hold_s: float = 0.0, is_stop: bool = False, **flags: bool
     ) -> Move:
         return Move(
             index,
@@ -469,8 +427,5 @@ class _Navigator:
             hold_s,
             math.nan,
             is_stop,
-            is_delay,
-            is_takeoff,
-            is_landing,
-            is_return,
+            **flags,
         )

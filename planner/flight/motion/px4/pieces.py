@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.flight.motion.kinematics import KinematicState, PolynomialLaw
 from planner.flight.motion.px4.moves import Columns
-from planner.values import Value, field_values
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.kinematics import MotionLaw
@@ -154,7 +154,7 @@ def wright_omega(y: FloatArray) -> FloatArray:
     return np.where(vanishing, 0.0, omega)
 
 
-class BrakeLaw(Value, eq=False):
+class BrakeLaw(Columns, eq=False):
     """Flight at the speed allowed by the way left, u² + b u = 2 a d + v_f², along straight lines."""
 
     aim_m: FloatArray
@@ -170,20 +170,6 @@ class BrakeLaw(Value, eq=False):
     """b/2 = 2 a²/j. (rows,) [m s⁻¹]"""
     rate: FloatArray
     """Seconds of the law per second of flight: PX4 slows time down. (rows,) [-]"""
-
-    @classmethod
-    def joined(cls, laws: Sequence[Self]) -> Self:
-        """Return the rows of several as one."""
-        vector, scalar = (np.zeros((0, 3)),), (np.zeros(0),)
-        return cls(
-            aim_m=np.concatenate([law.aim_m for law in laws] or vector),
-            direction=np.concatenate([law.direction for law in laws] or vector),
-            start_m_s=np.concatenate([law.start_m_s for law in laws] or scalar),
-            final_m_s=np.concatenate([law.final_m_s for law in laws] or scalar),
-            acceleration_m_s2=np.concatenate([law.acceleration_m_s2 for law in laws] or scalar),
-            half_b_m_s=np.concatenate([law.half_b_m_s for law in laws] or scalar),
-            rate=np.concatenate([law.rate for law in laws] or scalar),
-        )
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time.
@@ -208,7 +194,7 @@ class BrakeLaw(Value, eq=False):
         )
 
 
-class SettlingLaw(Value, eq=False):
+class SettlingLaw(Columns, eq=False):
     """On each axis a cubic of time plus two exponentials that die away."""
 
     coefficients: FloatArray
@@ -217,17 +203,6 @@ class SettlingLaw(Value, eq=False):
     """Of the exponentials. (rows, 3, 2) [m]"""
     rate_per_s: FloatArray
     """Of their decay. (rows, 3, 2) [s⁻¹]"""
-
-    @classmethod
-    def joined(cls, laws: Sequence[Self]) -> Self:
-        """Return the rows of several as one."""
-        pairs = (np.zeros((0, 3, 2)),)
-        cubics = [law.coefficients for law in laws] or (np.zeros((0, 3, 4)),)
-        return cls(
-            coefficients=np.concatenate(cubics),
-            amplitude_m=np.concatenate([law.amplitude_m for law in laws] or pairs),
-            rate_per_s=np.concatenate([law.rate_per_s for law in laws] or pairs),
-        )
 
     def state_at(self, row: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state of ``row`` at its own time."""
@@ -269,8 +244,27 @@ class Places(Columns, eq=False):
     """Segment of its move."""
     duration_s: FloatArray
     """In the time of PX4's trajectory. [s]"""
-    pace: FloatArray
+    time_scale: FloatArray
     """Seconds of that per second of flight. [-]"""
+
+    @classmethod
+    def of(
+        cls,
+        move: IntArray,
+        order: IntArray | int,
+        slot: IntArray | int,
+        duration_s: FloatArray,
+        time_scale: FloatArray | float = 1.0,
+    ) -> Places:
+        """Return the places of pieces, some of it the same for all."""
+        shape = duration_s.shape
+        return cls(
+            move=move,
+            order=np.broadcast_to(order, shape),
+            slot=np.broadcast_to(slot, shape),
+            duration_s=duration_s,
+            time_scale=np.broadcast_to(time_scale, shape),
+        )
 
 
 class Lines(Columns, eq=False):
@@ -283,6 +277,18 @@ class Lines(Columns, eq=False):
     speed_m_s: FloatArray
     acceleration_m_s2: FloatArray
     jerk_m_s3: FloatArray
+
+    @classmethod
+    def at_rest(cls, place_m: FloatArray) -> Lines:
+        """Return lines that stay where they are."""
+        zero = np.zeros(len(place_m))
+        return cls(
+            place_m=place_m,
+            direction=np.zeros_like(place_m),
+            speed_m_s=zero,
+            acceleration_m_s2=zero,
+            jerk_m_s3=zero,
+        )
 
 
 class _Collected(Value, eq=False):
@@ -311,12 +317,14 @@ class Px4Pieces:
         if not len(kept):
             return
         places, lines = places.select(kept), lines.select(kept)
-        t, pace = places.duration_s, places.pace
+        t, time_scale = places.duration_s, places.time_scale
         v, a, j = lines.speed_m_s, lines.acceleration_m_s2, lines.jerk_m_s3
         way = t * (v + t * (0.5 * a + j * t / 6.0))
         coefficients = np.empty((len(kept), 3, 4))
         coefficients[..., 0] = lines.place_m
-        for power, value in enumerate((v * pace, 0.5 * a * pace**2, j * pace**3 / 6.0), start=1):
+        for power, value in enumerate(
+            (v * time_scale, 0.5 * a * time_scale**2, j * time_scale**3 / 6.0), start=1
+        ):
             coefficients[..., power] = lines.direction * value[:, None]
         self.coefficients.append(coefficients)
         level = np.hypot(lines.direction[:, 0], lines.direction[:, 1])
@@ -335,7 +343,7 @@ class Px4Pieces:
         first = c[..., 1] * t / 3.0
         last = (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3])) * t / 3.0
         polygon = _level(first) + _level(last) + _level(moved - first - last)
-        self.coefficients.append(c * places.pace[:, None, None] ** np.arange(4.0))
+        self.coefficients.append(c * places.time_scale[:, None, None] ** np.arange(4.0))
         self._add(_CUBIC, places, 0.5 * (polygon + _level(moved)), moved[:, 2])
 
     def add_brakes(self, places: Places, law: BrakeLaw, way_m: FloatArray) -> None:
@@ -344,10 +352,9 @@ class Px4Pieces:
         if not len(kept):
             return
         places, way = places.select(kept), way_m[kept]
-        rows = {name: column[kept] for name, column in field_values(law).items()}
-        rows["rate"] = rows["rate"] * places.pace
-        self.brakes.append(BrakeLaw(**rows))
-        direction = rows["direction"]
+        law = law.select(kept)
+        self.brakes.append(replace(law, rate=law.rate * places.time_scale))
+        direction = law.direction
         self._add(_BRAKE, places, way * _level(direction), way * direction[:, 2])
 
     def add_settlings(self, places: Places, law: SettlingLaw) -> None:
@@ -356,16 +363,16 @@ class Px4Pieces:
         if not len(kept):
             return
         places = places.select(kept)
-        pace = places.pace[:, None]
+        time_scale = places.time_scale[:, None]
         paced = SettlingLaw(
-            coefficients=law.coefficients[kept] * pace[..., None] ** np.arange(4.0),
+            coefficients=law.coefficients[kept] * time_scale[..., None] ** np.arange(4.0),
             amplitude_m=law.amplitude_m[kept],
-            rate_per_s=law.rate_per_s[kept] * pace[..., None],
+            rate_per_s=law.rate_per_s[kept] * time_scale[..., None],
         )
         self.settlings.append(paced)
         rows = np.arange(len(kept))
         before = paced.state_at(rows, np.zeros(len(kept)))
-        after = paced.state_at(rows, places.duration_s / places.pace)
+        after = paced.state_at(rows, places.duration_s / places.time_scale)
         self._add(
             _SETTLING,
             places,
@@ -386,7 +393,7 @@ class Px4Pieces:
             _Collected(
                 law=law,
                 places=places,
-                flight_s=places.duration_s / places.pace,
+                flight_s=places.duration_s / places.time_scale,
                 distance_m=distance_m,
                 climb_m=climb_m,
                 is_grounded=is_grounded,
@@ -394,12 +401,14 @@ class Px4Pieces:
         )
 
     def laws(self) -> tuple[MotionLaw, ...]:
-        """Return the laws of all pieces."""
-        cubics = np.concatenate(self.coefficients) if self.coefficients else np.zeros((0, 3, 4))
+        """Return the laws of all pieces, by their kind."""
+        none = PolynomialLaw(coefficients=np.zeros((0, 3, 4)))
         return (
-            PolynomialLaw(coefficients=cubics),
-            BrakeLaw.joined(self.brakes),
-            SettlingLaw.joined(self.settlings),
+            PolynomialLaw(coefficients=np.concatenate(self.coefficients))
+            if self.coefficients
+            else none,
+            BrakeLaw.joined(self.brakes) if self.brakes else none,
+            SettlingLaw.joined(self.settlings) if self.settlings else none,
         )
 
 
@@ -469,7 +478,7 @@ _LAG_S = 0.1
 as of a second-order answer, from three simulated flights. [s]"""
 
 
-class Pace(Value):
+class TimeScale(Value):
     """Seconds of PX4's trajectory per second of flight, by horizontal speed of the trajectory.
 
     Notes
@@ -480,13 +489,13 @@ class Pace(Value):
     Recorded speeds of the trajectory agree with that to 0.0001 in the mean of climbs and descents.
 
     With noise alone the vehicle is behind half of the time.  Moving, a trajectory that waits is caught up
-    with: let ẋ = w − MPC_XY_P x − v (1 − pace) be the error along the way, x > 0 behind.  In a hover its
+    with: let ẋ = w − MPC_XY_P x − v (1 − s) be the error along the way, x > 0 behind.  In a hover its
     deviation is σ = ē √(2/π), ē the mean of e, and the disturbance w, slower than 1/MPC_XY_P as it is
     (correlated over 2.5 s in three recordings), has MPC_XY_P σ.  At speed the time stretches by just as
-    much as w pushes the vehicle back, v (1 − pace) = E[max(w, 0)] = MPC_XY_P σ/√(2π) = MPC_XY_P ē/π; at
+    much as w pushes the vehicle back, v (1 − s) = E[max(w, 0)] = MPC_XY_P σ/√(2π) = MPC_XY_P ē/π; at
     none it does so by ē/(2 MPC_XY_ERR_MAX).  The hyperbola through both,
 
-        1 − pace = ē/(2 MPC_XY_ERR_MAX) / (1 + v/v₀),  v₀ = (2/π) MPC_XY_P MPC_XY_ERR_MAX,
+        1 − s = ē/(2 MPC_XY_ERR_MAX) / (1 + v/v₀),  v₀ = (2/π) MPC_XY_P MPC_XY_ERR_MAX,
 
     is within a fifth of what a w from a normal distribution gives in between.  Recorded at 0.32 m, in the
     524 s of four flights' cruises at 3 to 12 m/s: 0.070 m/s lost; the law: 0.078.
@@ -502,8 +511,8 @@ class Pace(Value):
     """Ground speed of the vehicle where its trajectory stands. [m s⁻¹]"""
 
     @classmethod
-    def of(cls, hover_noise_m: float, parameters: Px4Parameters) -> Pace:
-        """Return the pace of a vehicle with a mean horizontal position error in a hover.
+    def of(cls, hover_noise_m: float, parameters: Px4Parameters) -> TimeScale:
+        """Return the time scale of a vehicle with a mean horizontal position error in a hover.
 
         Raises
         ------
@@ -537,7 +546,7 @@ class Pace(Value):
         return 1.0 - 0.5 * self.share
 
     def between(self, first_m_s: FloatArray, last_m_s: FloatArray) -> FloatArray:
-        """Return the mean pace of evenly changing horizontal speeds, by their ends.
+        """Return the mean time scale of evenly changing horizontal speeds, by their ends.
 
         The mean of 1/(1 + v/v₀) over v is v₀ ln(r)/(v₂ − v₁), r the ratio of v + v₀.
         """
@@ -545,13 +554,13 @@ class Pace(Value):
         grown = np.abs(last_m_s - first_m_s) / low
         changes = grown > _SMALL
         mean = np.divide(np.log1p(grown), grown, out=1.0 - 0.5 * grown, where=changes)
-        pace: FloatArray = 1.0 - 0.5 * self.share * self.half_speed_m_s / low * mean
-        return pace
+        time_scale: FloatArray = 1.0 - 0.5 * self.share * self.half_speed_m_s / low * mean
+        return time_scale
 
     def lagging(
         self, duration_s: FloatArray, first_m_s: FloatArray, last_m_s: FloatArray
     ) -> FloatArray:
-        """Return the mean pace where a vehicle speeds up behind a turn.
+        """Return the mean time scale where a vehicle speeds up behind a turn.
 
         Parameters
         ----------
@@ -570,10 +579,10 @@ class Pace(Value):
         catching_m_s = 0.5 * math.pi * self.half_speed_m_s
         gained = np.log1p(np.maximum(last_m_s - first_m_s, 0.0) / (catching_m_s + first_m_s))
         flown = duration_s / self.between(first_m_s, last_m_s) + self.lag_s * gained
-        pace: FloatArray = np.divide(
+        time_scale: FloatArray = np.divide(
             duration_s, flown, out=np.ones_like(flown), where=duration_s > 0.0
         )
-        return pace
+        return time_scale
 
     def wandered_m(self, time_s: FloatArray, way_m: FloatArray) -> FloatArray:
         """Return how much longer than their ways on the map flights of some time are. [m]

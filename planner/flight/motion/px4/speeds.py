@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def ramp_time_s(
-    change_m_s: FloatArray, *, acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float
+    change_m_s: FloatArray, acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float
 ) -> FloatArray:
     """Return the time of a change of speed from and to no acceleration. [s]
 
@@ -34,7 +34,7 @@ def ramp_time_s(
 
 
 def cut_ramp_time_s(
-    change_m_s: FloatArray, *, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
+    change_m_s: FloatArray, acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float
 ) -> FloatArray:
     """Return the time of a change of speed from no acceleration, cut off before it is taken back. [s]
 
@@ -62,7 +62,7 @@ class Px4Ramps(Value, eq=False):
 
     @classmethod
     def of(
-        cls, change_m_s: FloatArray, *, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
+        cls, change_m_s: FloatArray, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
     ) -> Px4Ramps:
         """Return the fastest ramps of changes of zero or more within limits."""
         peak = np.minimum(acceleration_m_s2, np.sqrt(jerk_m_s3 * change_m_s))
@@ -133,26 +133,19 @@ HOLD_DELAY_S = 0.6
 """Time PX4 takes a vehicle to keep its speed when told to hold (``Navigator::preproject_stop_point``). [s]"""
 
 
-def half_b_m_s(acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray) -> FloatArray:
+def half_b_m_s(acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float) -> FloatArray:
     """Return 2 a²/j, half the b of the braking law. [m s⁻¹]"""
-    return 2.0 * acceleration_m_s2**2 / jerk_m_s3
+    half: FloatArray = np.divide(2.0 * acceleration_m_s2**2, jerk_m_s3)
+    return half
 
 
 def allowed_speed_m_s(
     distance_m: FloatArray,
-    final_m_s: FloatArray,
-    *,
-    acceleration_m_s2: FloatArray,
-    jerk_m_s3: FloatArray,
+    final_m_s: FloatArray | float,
+    acceleration_m_s2: FloatArray | float,
+    jerk_m_s3: FloatArray | float,
 ) -> FloatArray:
     """Return the speed allowed at a distance from a point to be passed at a final speed. [m s⁻¹]
-
-    Parameters
-    ----------
-    distance_m, final_m_s : ndarray
-        Way left and speed at its end. [m, m s⁻¹]
-    acceleration_m_s2, jerk_m_s3 : ndarray
-        Limits. [m s⁻², m s⁻³]
 
     Notes
     -----
@@ -166,10 +159,9 @@ def allowed_speed_m_s(
 
 def braking_distance_m(
     speed_m_s: FloatArray,
-    final_m_s: FloatArray,
-    *,
-    acceleration_m_s2: FloatArray,
-    jerk_m_s3: FloatArray,
+    final_m_s: FloatArray | float,
+    acceleration_m_s2: FloatArray | float,
+    jerk_m_s3: FloatArray | float,
 ) -> FloatArray:
     """Return how far before a point braking begins; zero where nothing is to be braked. [m]
 
@@ -183,7 +175,6 @@ def braking_distance_m(
 def braking_time_s(
     speed_m_s: FloatArray,
     final_m_s: FloatArray,
-    *,
     acceleration_m_s2: FloatArray,
     half_b_m_s: FloatArray,
 ) -> FloatArray:
@@ -198,6 +189,14 @@ def braking_time_s(
         speed_m_s - final_m_s + half_b_m_s * np.log(speed_m_s / final_m_s)
     ) / acceleration_m_s2
     return time
+
+
+def vertical_limits(rising: BoolArray, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+    """Return the greatest vertical speed and acceleration, upwards or downwards. [m s⁻¹], [m s⁻²]"""
+    return (
+        np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
+        np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2),
+    )
 
 
 def corner_speed_m_s(
@@ -219,13 +218,6 @@ def corner_speed_m_s(
 def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> FloatArray:
     """Return the way a vehicle told to hold or to return in mid-leg takes to stand still. [m]
 
-    Parameters
-    ----------
-    speed_m_s : array_like
-        Ground speeds. [m s⁻¹]
-    parameters : Px4Parameters
-        The vehicle's.
-
     Notes
     -----
     A hold: v (v/2a + 0.6 s), where PX4 puts the point it then keeps (``Navigator::preproject_stop_point``,
@@ -235,9 +227,7 @@ def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> 
     """
     speed = np.asarray(speed_m_s, dtype=np.float64)
     hold = speed * (0.5 * speed / parameters.acceleration_m_s2 + HOLD_DELAY_S)
-    reversing_s = ramp_time_s(
-        speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
-    )
+    reversing_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
     return np.maximum(hold, 0.5 * speed * reversing_s)
 
 
@@ -255,8 +245,8 @@ def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[Floa
     way = jerk_s * (speed_m_s - j * jerk_s**2 / 6.0) + 0.5 * left**2 / a
     return way, cut_ramp_time_s(
         speed_m_s,
-        acceleration_m_s2=np.full_like(speed_m_s, a),
-        jerk_m_s3=np.full_like(speed_m_s, j),
+        np.full_like(speed_m_s, a),
+        np.full_like(speed_m_s, j),
     )
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.moves import Columns
+from planner.flight.motion.px4.moves import Columns, directions
 from planner.flight.motion.px4.speeds import (
     Px4Ramps,
     allowed_speed_m_s,
@@ -14,6 +14,7 @@ from planner.flight.motion.px4.speeds import (
     cut_ramp_time_s,
     half_b_m_s,
     ramp_time_s,
+    vertical_limits,
 )
 from planner.flight.motion.px4.turns import CLAMPED_M_S
 from planner.values import Value
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.flight.motion.px4.legs import PlannedLegs
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -253,7 +255,7 @@ def _leaving(limits: Limits, law: IntArray, left_m: FloatArray) -> tuple[FloatAr
     a, j = limits.brake_m_s2[rows, law], limits.brake_m_s3[rows, law]
     final, tail = limits.final_m_s[rows, law], limits.tail_m
     half_b = half_b_m_s(a, j)
-    allowed = allowed_speed_m_s(tail, final, acceleration_m_s2=a, jerk_m_s3=j)
+    allowed = allowed_speed_m_s(tail, final, a, j)
     rate = a * allowed / (allowed + half_b)
     trailing = allowed + 0.5 * rate**2 / j
     back_s = rate / j
@@ -311,7 +313,7 @@ class Straights(Columns, eq=False):
     def ramps(self, limits: Limits) -> Px4Ramps:
         """Return the ramps to the peak speeds."""
         change = np.abs(self.peak_m_s - self.ramp_from_m_s)
-        whole = Px4Ramps.of(change, acceleration_m_s2=limits.ramp_m_s2, jerk_m_s3=limits.ramp_m_s3)
+        whole = Px4Ramps.of(change, limits.ramp_m_s2, limits.ramp_m_s3)
         return whole.cut(self.is_cut, change, acceleration_m_s2=limits.ramp_m_s2)
 
 
@@ -328,11 +330,7 @@ class _Climb(Columns, eq=False):
         """Return the ways of ramps to speeds: whole ones, and until the acceleration is taken back."""
         a, j = self.limits.ramp_m_s2, self.limits.ramp_m_s3
         change = np.abs(speed_m_s - self.ramp_from_m_s)
-        whole = (
-            0.5
-            * (speed_m_s + self.ramp_from_m_s)
-            * ramp_time_s(change, acceleration_m_s2=a, jerk_m_s3=j)
-        )
+        whole = 0.5 * (speed_m_s + self.ramp_from_m_s) * ramp_time_s(change, a, j)
         back_s = np.minimum(a, np.sqrt(j * change)) / j
         back = back_s * (speed_m_s - np.sign(speed_m_s - self.ramp_from_m_s) * j * back_s**2 / 6.0)
         return whole - self.begun_m, whole - back - self.begun_m
@@ -340,9 +338,7 @@ class _Climb(Columns, eq=False):
     def cut_way_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return the ways of ramps up to speeds that are cut off there. [m]"""
         a, j = self.limits.ramp_m_s2, self.limits.ramp_m_s3
-        time = cut_ramp_time_s(
-            np.maximum(speed_m_s - self.ramp_from_m_s, 0.0), acceleration_m_s2=a, jerk_m_s3=j
-        )
+        time = cut_ramp_time_s(np.maximum(speed_m_s - self.ramp_from_m_s, 0.0), a, j)
         jerk_s = np.minimum(time, a / j)
         steady_s = time - jerk_s
         way = self.ramp_from_m_s * time + jerk_s**2 * j * (jerk_s / 6.0 + 0.5 * steady_s)
@@ -352,14 +348,7 @@ class _Climb(Columns, eq=False):
 def fly_straights(
     limits: Limits, *, start_m_s: FloatArray, acceleration_m_s2: FloatArray
 ) -> Straights:
-    """Return how straights are flown that begin at speeds and accelerations along them.
-
-    Parameters
-    ----------
-    limits : Limits
-        (n rows)
-    start_m_s, acceleration_m_s2 : ndarray
-        Speed and acceleration at the beginning, zero or more. (n,) [m s⁻¹, m s⁻²]
+    """Return how straights are flown that begin at speeds and accelerations along them, zero or more.
 
     Notes
     -----
@@ -404,7 +393,11 @@ def fly_straights(
     if is_cut.any():
         cut = np.flatnonzero(is_cut)
         cut_climb = climb.select(cut)
-        peak[cut] = _cut_speeds_m_s(cut_climb, peak[cut])
+        peak[cut] = root(
+            lambda speed: cut_climb.cut_way_m(speed) - cut_climb.limits.length_m,
+            cut_climb.start_m_s,
+            peak[cut],
+        )
         ramped[cut] = cut_climb.cut_way_m(peak[cut])
     held = late & ~slows
     return _braked(
@@ -427,12 +420,6 @@ def _peaks_m_s(climb: _Climb, lowest_m_s: FloatArray, total_m: FloatArray) -> Fl
         return over
 
     return root(excess, low, high)
-
-
-def _cut_speeds_m_s(climb: _Climb, highest_m_s: FloatArray) -> FloatArray:
-    """Return the speeds that ramps have reached where their straights end. (n,) [m s⁻¹]"""
-    length = climb.limits.length_m
-    return root(lambda speed: climb.cut_way_m(speed) - length, climb.start_m_s, highest_m_s)
 
 
 def _braked(
@@ -503,8 +490,8 @@ class Limits(Columns, eq=False):
         speed = allowed_speed_m_s(
             distance_m[:, None],
             self.final_m_s,
-            acceleration_m_s2=self.brake_m_s2,
-            jerk_m_s3=self.brake_m_s3,
+            self.brake_m_s2,
+            self.brake_m_s3,
         )
         return np.where(self.binds, speed, np.inf)
 
@@ -526,8 +513,8 @@ class Limits(Columns, eq=False):
         way = braking_distance_m(
             speed_m_s[:, None],
             self.final_m_s,
-            acceleration_m_s2=self.brake_m_s2,
-            jerk_m_s3=self.brake_m_s3,
+            self.brake_m_s2,
+            self.brake_m_s3,
         )
         level, upright = way[:, _LEVEL], way[:, _UPRIGHT]
         binds = self.binds
@@ -537,29 +524,9 @@ class Limits(Columns, eq=False):
 
 
 def limits_along(
-    start_m: FloatArray,
-    end_m: FloatArray,
-    *,
-    tail_m: FloatArray,
-    speed_m_s: FloatArray,
-    final_level_m_s: FloatArray,
-    final_upright_m_s: FloatArray,
-    parameters: Px4Parameters,
+    start_m: FloatArray, end_m: FloatArray, planned: PlannedLegs, parameters: Px4Parameters
 ) -> Limits:
-    """Return what limits the speed along straights.
-
-    Parameters
-    ----------
-    start_m, end_m : ndarray
-        Their ends. (n, 3) [m]
-    tail_m : ndarray
-        From the end on to the target. (n,) [m]
-    speed_m_s : ndarray
-        Greatest horizontal speed. (n,) [m s⁻¹]
-    final_level_m_s, final_upright_m_s : ndarray
-        Horizontal and vertical speed at the target. (n,) [m s⁻¹]
-    parameters : Px4Parameters
-        The vehicle's.
+    """Return what limits the speed along the straights of legs, between these ends. (n, 3)
 
     Notes
     -----
@@ -569,27 +536,19 @@ def limits_along(
     v/c, a/c, j/c.  Below 0.5 m/s only the slow axis is slowed: a gentle slope that ends level does not
     stop the flight.  Each of the north and east axes has the whole acceleration to itself.
     """
-    way = end_m - start_m
-    length = np.sqrt((way**2).sum(axis=1))
-    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
+    direction, length = directions(end_m - start_m)
+    speed, tail = planned.speed_m_s, planned.tail_m
     level = np.hypot(direction[:, 0], direction[:, 1])
     upright = np.abs(direction[:, 2])
-    rising = direction[:, 2] > 0.0
-    vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
-    vertical_speed = np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+    vertical_speed, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     jerk = np.full_like(length, parameters.jerk_m_s3)
     shares = np.maximum(np.column_stack((level, upright)), 1e-9)
-    cruise = np.minimum(speed_m_s / shares[:, 0], vertical_speed / shares[:, 1])
+    cruise = np.minimum(speed / shares[:, 0], vertical_speed / shares[:, 1])
 
     acceleration = np.column_stack((np.full_like(length, parameters.acceleration_m_s2), vertical))
     at_end = np.minimum(
-        speed_m_s,
-        allowed_speed_m_s(
-            level * tail_m,
-            final_level_m_s,
-            acceleration_m_s2=acceleration[:, 0],
-            jerk_m_s3=jerk,
-        ),
+        speed,
+        allowed_speed_m_s(level * tail, planned.final_level_m_s, acceleration[:, 0], jerk),
     )
     steep = upright > level
     binds = np.column_stack(
@@ -602,21 +561,19 @@ def limits_along(
     # Acceleration: the axis that takes longest sets the time of all.
     widest = np.maximum(np.abs(direction[:, :2]).max(axis=1), 1e-9)
     axes = np.column_stack((widest, shares[:, 1]))
-    times = ramp_time_s(
-        cruise[:, None] * axes, acceleration_m_s2=acceleration, jerk_m_s3=jerk[:, None]
-    )
+    times = ramp_time_s(cruise[:, None] * axes, acceleration, jerk[:, None])
     slowest = np.where(times[:, 1] > times[:, 0], 1, 0)
     rows = np.arange(len(length))
     share = axes[rows, slowest]
     return Limits(
         direction=direction,
         length_m=length,
-        tail_m=tail_m,
+        tail_m=tail,
         cruise_m_s=cruise,
         ramp_m_s2=acceleration[rows, slowest] / share,
         ramp_m_s3=jerk / share,
         binds=binds,
         brake_m_s2=acceleration / shares,
         brake_m_s3=jerk[:, None] / shares,
-        final_m_s=np.column_stack((final_level_m_s, final_upright_m_s)) / shares,
+        final_m_s=np.column_stack((planned.final_level_m_s, planned.final_upright_m_s)) / shares,
     )

@@ -1,4 +1,4 @@
-"""Turns: how PX4 gets from one leg onto the next without stopping."""
+"""Turns: how PX4 gets from one leg to the next without stopping."""
 
 from __future__ import annotations
 
@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.moves import Columns
-from planner.flight.motion.px4.speeds import STILL_M, Px4Ramps, braking_distance_m, ramp_time_s
+from planner.flight.motion.px4.moves import Columns, directions
+from planner.flight.motion.px4.speeds import (
+    STILL_M,
+    Px4Ramps,
+    braking_distance_m,
+    ramp_time_s,
+    vertical_limits,
+)
 from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
-    from planner.flight.motion.px4.legs import LegLayout
+    from planner.flight.motion.px4.legs import PlannedLegs
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -66,15 +72,8 @@ class TurnApproach(Columns, eq=False):
     """Vertical acceleration. [m s⁻²]"""
 
 
-def turns_onto_legs(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
-    """Return the turns onto new legs.
-
-    Parameters
-    ----------
-    approach : TurnApproach
-        How the vehicle comes. (n rows)
-    acceleration_m_s2, jerk_m_s3 : float
-        MPC_ACC_HOR and MPC_JERK_AUTO. [m s⁻², m s⁻³]
+def corner_turns(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
+    """Return the turns into new legs at MPC_ACC_HOR and MPC_JERK_AUTO.
 
     Notes
     -----
@@ -98,8 +97,7 @@ def turns_onto_legs(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_
     turning = (
         (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed) & (distance > approach.radius_m)
     )
-    count = len(speed)
-    duration, acceleration = np.zeros(count), np.zeros(count)
+    duration, acceleration = np.zeros_like(speed), np.zeros_like(speed)
     free_speed, end = np.maximum(along, 0.0), approach.place_m.copy()
     if turning.any():
         swung = _swings(
@@ -167,7 +165,7 @@ def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: floa
     rate = np.minimum(approach.vertical_m_s, held * np.abs(height) / l1)
     lift = np.abs(np.sign(height) * rate - approach.climb_m_s)
     jerk = np.full(len(v), jerk_m_s3)
-    lift_s = ramp_time_s(lift, acceleration_m_s2=approach.vertical_m_s2, jerk_m_s3=jerk)
+    lift_s = ramp_time_s(lift, approach.vertical_m_s2, jerk)
     steered = np.clip(-frame.y_m / l1, -1.0, 1.0)
     for _ in range(2):
         # Towards the point steered for once the swing is over, which its own way decides.
@@ -176,11 +174,11 @@ def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: floa
             held * steered - v * sin_turn
         )[:, None] * frame.across
         widest = np.abs(swing).max(axis=1)
-        lifts = lift_s > ramp_time_s(widest, acceleration_m_s2=acceleration_m_s2, jerk_m_s3=jerk)
+        lifts = lift_s > ramp_time_s(widest, acceleration_m_s2, jerk)
         ramps = Px4Ramps.of(
             np.where(lifts, lift, widest),
-            acceleration_m_s2=np.where(lifts, approach.vertical_m_s2, acceleration_m_s2),
-            jerk_m_s3=jerk,
+            np.where(lifts, approach.vertical_m_s2, acceleration_m_s2),
+            jerk,
         )
         time = ramps.duration_s
         y_swung = (frame.y_m + 0.5 * time * v * sin_turn) / (1.0 + 0.5 * time * held / l1)
@@ -314,23 +312,21 @@ _LEAST_SHARE = 0.1
 """Share of the speed below which a leg is joined at once. [-]"""
 
 
-def turns_onto_moves(
-    part: LegLayout, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
+def leg_entries(
+    part: PlannedLegs, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
 ) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
-    rising = part.target_m[:, 2] > place_m[:, 2]
-    turns = turns_onto_legs(
+    vertical, lift = vertical_limits(part.target_m[:, 2] > place_m[:, 2], parameters)
+    turns = corner_turns(
         TurnApproach(
             place_m=place_m,
             velocity_m_s=velocity_m_s[:, :2],
             begins_m=part.begins_m,
             target_m=part.target_m,
             radius_m=part.radius_m,
-            vertical_m_s=np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
+            vertical_m_s=vertical,
             climb_m_s=velocity_m_s[:, 2],
-            vertical_m_s2=np.where(
-                rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2
-            ),
+            vertical_m_s2=lift,
         ),
         acceleration_m_s2=parameters.acceleration_m_s2,
         jerk_m_s3=parameters.jerk_m_s3,
@@ -340,9 +336,7 @@ def turns_onto_moves(
     if not (idle | pausing).any():
         return turns
     speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
-    braking_s = ramp_time_s(
-        speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
-    )
+    braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
     stopped = place_m + 0.5 * braking_s[:, None] * velocity_m_s * np.array([1.0, 1.0, 0.0])
     duration = np.where(pausing, np.maximum(part.pause_s, braking_s), turns.duration_s)
     still = idle | pausing
@@ -355,7 +349,7 @@ def turns_onto_moves(
 
 
 def slowed_turns(
-    part: LegLayout,
+    part: PlannedLegs,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     turns: Turns,
@@ -368,8 +362,7 @@ def slowed_turns(
     """
     way = part.target_m - place_m
     level, height = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
-    rising = way[:, 2] > 0.0
-    limit = np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
+    limit, vertical = vertical_limits(way[:, 2] > 0.0, parameters)
     left = np.divide(limit * level, height, out=np.full_like(level, np.inf), where=height > STILL_M)
     slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (left < turns.speed_m_s)
     slows &= part.pause_s == 0.0
@@ -380,16 +373,15 @@ def slowed_turns(
     reached = np.minimum(
         limit, np.divide(after * height, level, out=limit.copy(), where=level > STILL_M)
     )
-    vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
     begun = np.clip(np.sign(way[:, 2]) * velocity_m_s[:, 2], -limit, limit)
-    jerk = np.full_like(limit, parameters.jerk_m_s3)
+    jerk = parameters.jerk_m_s3
     time = np.maximum(
         ramp_time_s(
             turns.speed_m_s - after,
-            acceleration_m_s2=np.full_like(limit, parameters.acceleration_m_s2),
-            jerk_m_s3=jerk,
+            parameters.acceleration_m_s2,
+            jerk,
         ),
-        ramp_time_s(np.abs(reached - begun), acceleration_m_s2=vertical, jerk_m_s3=jerk),
+        ramp_time_s(np.abs(reached - begun), vertical, jerk),
     )
     slows &= height > limit * time
     speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
@@ -408,7 +400,7 @@ def slowed_turns(
 
 
 def joined_turns(
-    part: LegLayout,
+    part: PlannedLegs,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     turns: Turns,
@@ -421,11 +413,10 @@ def joined_turns(
 
     What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
     limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
-    Px4Legs too short for that are joined at a share of the speed.
+    Legs too short for that are joined at a share of the speed.
     """
     way = part.ends_m - place_m
-    length = np.sqrt((way**2).sum(axis=1))
-    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
+    direction, length = directions(way)
     level, upright = np.hypot(direction[:, 0], direction[:, 1]), np.abs(direction[:, 2])
     shallow = level >= upright
     projected = np.maximum((velocity_m_s * direction).sum(axis=1), 0.0)
@@ -434,16 +425,15 @@ def joined_turns(
     )
     speed = speed * share
     change = np.abs(direction * speed[:, None] - velocity_m_s)
-    rising = direction[:, 2] > 0.0
-    vertical = np.where(rising, parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
-    jerk = np.full_like(length, parameters.jerk_m_s3)
+    climb, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
+    jerk = parameters.jerk_m_s3
     time = np.maximum(
         ramp_time_s(
             change[:, :2].max(axis=1),
-            acceleration_m_s2=parameters.acceleration_m_s2,
-            jerk_m_s3=jerk,
+            parameters.acceleration_m_s2,
+            jerk,
         ),
-        ramp_time_s(change[:, 2], acceleration_m_s2=vertical, jerk_m_s3=jerk),
+        ramp_time_s(change[:, 2], vertical, jerk),
     )
     straight = (turns.duration_s == 0.0) | (
         (turns.duration_s < time)
@@ -456,12 +446,7 @@ def joined_turns(
     # The speed along the leg grows meanwhile, no further than half way to its limit.
     limit = np.minimum(
         np.divide(part.speed_m_s, level, out=np.full_like(level, np.inf), where=level > 0.0),
-        np.divide(
-            np.where(rising, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
-            upright,
-            out=np.full_like(level, np.inf),
-            where=upright > 0.0,
-        ),
+        np.divide(climb, upright, out=np.full_like(level, np.inf), where=upright > 0.0),
     )
     growing = np.minimum(time, parameters.acceleration_m_s2 / parameters.jerk_m_s3)
     growing = np.minimum(growing, np.sqrt(np.maximum(limit - speed, 0.0) / parameters.jerk_m_s3))
@@ -471,14 +456,14 @@ def joined_turns(
     level_reach = braking_distance_m(
         settled * level,
         part.final_level_m_s,
-        acceleration_m_s2=np.full_like(length, parameters.acceleration_m_s2),
-        jerk_m_s3=jerk,
+        parameters.acceleration_m_s2,
+        jerk,
     )
     upright_reach = braking_distance_m(
         settled * upright,
         part.final_upright_m_s,
-        acceleration_m_s2=vertical,
-        jerk_m_s3=jerk,
+        vertical,
+        jerk,
     )
     grows = (
         shallow & (share == 1.0) & (level_reach <= left * level) & (upright_reach <= left * upright)
@@ -513,7 +498,7 @@ def joined_turns(
 
 
 def cut_short(
-    part: LegLayout,
+    part: PlannedLegs,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     turns: Turns,

@@ -1,4 +1,4 @@
-"""Landings: from over the place, down to the ground, landed and disarmed."""
+"""Off the ground and back to it: take-offs, settling on a place, landings until disarmed."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from planner.flight.motion.px4.speeds import (
     allowed_speed_m_s,
     braking_distance_m,
     half_b_m_s,
+    vertical_limits,
 )
 from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.legs import LegLayout
-    from planner.flight.motion.px4.pieces import Pace, Px4Pieces
+    from planner.flight.motion.px4.legs import FlownMoves, PlannedLegs
+    from planner.flight.motion.px4.moves import Moves
+    from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
     from planner.flight.motion.px4.straights import Limits, Straights
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 LANDED_AFTER_S = 3.6
-"""From touch-down to the landed flag with a range sensor, which cannot see the ground it stands on:
-three times 1 s, and 0.6 s until the thrust has gone (measured; ``MulticopterLandDetector``). [s]"""
-LANDED_AFTER_BLIND_S = 1.6
-"""The same without a range sensor: three times a third of a second. [s]"""
+"""From touch-down to the landed flag: three times 1 s, and 0.6 s until the thrust has gone (measured;
+``MulticopterLandDetector``).  That is with a range sensor, which cannot see the ground it stands on; no
+parameter tells whether there is one, and without it is 2 s sooner. [s]"""
 
 _STANDS_M = 1e-5
 """Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory stands. [m]"""
@@ -48,7 +49,7 @@ class DescentProfile(Value):
     -----
     ``FlightTaskAuto::_prepareLandSetpoints``: MPC_LAND_SPEED below MPC_LAND_ALT2, rising in proportion
     to the height to MPC_Z_VEL_MAX_DN at MPC_LAND_ALT1, no more than MPC_Z_V_AUTO_DN; MPC_LAND_CRWL below
-    MPC_LAND_ALT3 with a range sensor.
+    MPC_LAND_ALT3, as with a range sensor.
     """
 
     fast_m_s: float
@@ -59,19 +60,19 @@ class DescentProfile(Value):
     low_m: float
     """Height below which it is slow."""
     crawl_height_m: float
-    """Height below which it crawls; zero without a range sensor."""
+    """Height below which it crawls; zero where it does not."""
     gain_per_s: float
     """Speed per height in between."""
 
     @classmethod
-    def of(cls, parameters: Px4Parameters, *, has_range_sensor: bool) -> DescentProfile:
+    def of(cls, parameters: Px4Parameters) -> DescentProfile:
         """Return the profile of a vehicle."""
         fast, full = parameters.descent_speed_m_s, parameters.descent_speed_max_m_s
         slow = min(parameters.land_speed_m_s, fast)
         low = parameters.land_slowest_height_m
         high = max(parameters.land_slow_height_m, low)
         gain = (full - slow) / (high - low) if high > low and full > slow else 0.0
-        crawls = has_range_sensor and parameters.land_crawl_speed_m_s < slow
+        crawls = parameters.land_crawl_speed_m_s < slow
         return cls(
             fast_m_s=fast,
             slow_m_s=slow,
@@ -91,35 +92,15 @@ class DescentProfile(Value):
 
 def add_landings(
     pieces: Px4Pieces,
-    move: IntArray,
-    place_m: FloatArray,
-    velocity_m_s: FloatArray,
-    ground_m: FloatArray,
-    *,
-    is_return: BoolArray,
+    moves: Moves,
+    flown: FlownMoves,
     parameters: Px4Parameters,
-    pace: Pace,
-    has_range_sensor: bool,
+    *,
+    time_scale: TimeScale,
 ) -> None:
     """Add the pieces of landings.
 
-    Parameters
-    ----------
-    pieces : Px4Pieces
-        To add to.
-    move : ndarray of int
-        Moves that are landings. (k,)
-    place_m, velocity_m_s, ground_m : ndarray
-        Where and how fast they begin, and the places landed on. (k, 3) [m, m s⁻¹]
-    is_return : ndarray of bool
-        Whether a return lands, which disarms COM_DISARM_LAND after it has landed; a mission's landing
-        disarms at once. (k,)
-    parameters : Px4Parameters
-        The vehicle's.
-    pace : Pace
-        How fast PX4's time passes.
-    has_range_sensor : bool
-        Whether the vehicle measures its distance to the ground.
+    A mission's landing disarms as it has landed, that of a return COM_DISARM_LAND later.
 
     Notes
     -----
@@ -127,30 +108,17 @@ def add_landings(
     behind all of the time: ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the
     error points backward.  Recorded: so in all of two landings from standing; from 12 s on in one.
     """
+    move = np.flatnonzero(moves.is_landing)
     if not len(move):
         return
-    descents = _Descents.over(place_m, velocity_m_s, ground_m, parameters)
-    profile = DescentProfile.of(parameters, has_range_sensor=has_range_sensor)
-    descents.fall(profile, -velocity_m_s[:, 2], parameters)
-    descents.add_to(pieces, move, pace)
-    landed = LANDED_AFTER_S if has_range_sensor else LANDED_AFTER_BLIND_S
-    disarmed = landed + np.where(is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
-    zero = np.zeros(len(move))
+    velocity = flown.legs.velocity_m_s[move]
+    descents = _Descents.over(flown.legs.place_m[move], velocity, moves.target_m[move], parameters)
+    descents.fall(DescentProfile.of(parameters), -velocity[:, 2], parameters)
+    descents.add_to(pieces, move, time_scale)
+    disarmed = np.where(moves.is_return[move], max(parameters.disarm_delay_s, 0.0), 0.0)
     pieces.add_lines(
-        Places(
-            move=move,
-            order=np.full(len(move), len(descents.parts)),
-            slot=np.full(len(move), RAMP),
-            duration_s=disarmed,
-            pace=np.ones(len(move)),
-        ),
-        Lines(
-            place_m=descents.touched_m(),
-            direction=np.zeros((len(move), 3)),
-            speed_m_s=zero,
-            acceleration_m_s2=zero,
-            jerk_m_s3=zero,
-        ),
+        Places.of(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarmed),
+        Lines.at_rest(descents.touched_m()),
         is_grounded=True,
     )
 
@@ -186,12 +154,7 @@ class _Descents:
         """
         offset = (place_m - ground_m)[:, :2]
         off = np.hypot(offset[:, 0], offset[:, 1])
-        allowed = allowed_speed_m_s(
-            off,
-            np.zeros_like(off),
-            acceleration_m_s2=np.full_like(off, parameters.acceleration_m_s2),
-            jerk_m_s3=np.full_like(off, parameters.jerk_m_s3),
-        )
+        allowed = allowed_speed_m_s(off, 0.0, parameters.acceleration_m_s2, parameters.jerk_m_s3)
         rate = np.divide(allowed, off, out=np.ones_like(off), where=off > 0.0)
         beyond = velocity_m_s[:, :2] + rate[:, None] * offset
         faster = np.maximum(np.hypot(beyond[:, 0], beyond[:, 1]), _BEYOND_M_S)
@@ -210,25 +173,23 @@ class _Descents:
         self, profile: DescentProfile, begun_m_s: FloatArray, parameters: Px4Parameters
     ) -> None:
         """Go down to the ground from speeds downwards."""
-        limits = {
-            "acceleration_m_s2": np.full_like(self.height_m, parameters.acceleration_down_m_s2),
-            "jerk_m_s3": np.full_like(self.height_m, parameters.jerk_m_s3),
-        }
+        a = np.full_like(self.height_m, parameters.acceleration_down_m_s2)
+        j = np.full_like(self.height_m, parameters.jerk_m_s3)
         first = profile.speed_m_s(self.height_m)
         change = first - begun_m_s
-        ramp = Px4Ramps.of(np.abs(change), **limits)
+        ramp = Px4Ramps.of(np.abs(change), a, j)
         # A landing from lower than its ramp is taken at its speed throughout.
         fits = 0.5 * (first + begun_m_s) * ramp.duration_s <= self.height_m
-        ramp = Px4Ramps.of(np.where(fits, np.abs(change), 0.0), **limits)
+        ramp = Px4Ramps.of(np.where(fits, np.abs(change), 0.0), a, j)
         self._ramp(ramp, begun_m_s, np.sign(change))
         self._steadily(profile.fast_m_s, down_to_m=profile.high_m)
         self._slow_down(profile)
         self._steadily(profile.slow_m_s, down_to_m=profile.crawl_height_m)
         change = np.full_like(first, profile.slow_m_s - profile.crawl_m_s)
-        ramp = Px4Ramps.of(np.where(self.height_m > 0.0, np.maximum(change, 0.0), 0.0), **limits)
+        ramp = Px4Ramps.of(np.where(self.height_m > 0.0, np.maximum(change, 0.0), 0.0), a, j)
         braked = 0.5 * (profile.slow_m_s + profile.crawl_m_s) * ramp.duration_s
         fits = (braked <= self.height_m) & (profile.crawl_height_m > 0.0)
-        ramp = Px4Ramps.of(np.where(fits, np.maximum(change, 0.0), 0.0), **limits)
+        ramp = Px4Ramps.of(np.where(fits, np.maximum(change, 0.0), 0.0), a, j)
         self._ramp(ramp, np.full_like(first, profile.slow_m_s), -1.0)
         self._steadily(profile.crawl_m_s, down_to_m=0.0)
 
@@ -251,8 +212,8 @@ class _Descents:
         fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
         return np.where(fine, creeping_s, np.inf)
 
-    def add_to(self, pieces: Px4Pieces, move: IntArray, pace: Pace) -> None:
-        """Add the parts as pieces, each at its mean pace."""
+    def add_to(self, pieces: Px4Pieces, move: IntArray, time_scale: TimeScale) -> None:
+        """Add the parts as pieces, each at its mean time scale."""
         count = len(self.parts)
         rows = np.tile(np.arange(len(move)), count)
         begun = np.concatenate([part[0] for part in self.parts])
@@ -262,7 +223,7 @@ class _Descents:
         across = self.settling_per_s[rows][:, None, :]
         duration = np.concatenate([part[1] for part in self.parts])
         creeping = np.clip(np.tile(self.standing_from_s(), count) - begun, 0.0, duration)
-        flown_s = creeping / pace.upright + (duration - creeping) / pace.standing
+        flown_s = creeping / time_scale.upright + (duration - creeping) / time_scale.standing
         lasts = duration > 0.0
         fading = np.repeat([part[4] for part in self.parts], len(move))
         amplitude, rate = np.zeros((len(rows), 3, 2)), np.zeros((len(rows), 3, 2))
@@ -270,18 +231,14 @@ class _Descents:
         amplitude[:, 2, 0] = np.concatenate([part[3] for part in self.parts])
         rate[:, :2], rate[:, 2, 0] = across, fading
         pieces.add_settlings(
-            Places(
-                move=move[rows],
-                order=np.repeat(np.arange(count), len(move)),
-                slot=np.full(len(rows), RAMP),
-                duration_s=duration,
-                pace=np.divide(duration, flown_s, out=np.ones_like(duration), where=lasts),
+            Places.of(
+                move[rows],
+                np.repeat(np.arange(count), len(move)),
+                RAMP,
+                duration,
+                np.divide(duration, flown_s, out=np.ones_like(duration), where=lasts),
             ),
-            SettlingLaw(
-                coefficients=coefficients,
-                amplitude_m=amplitude,
-                rate_per_s=rate,
-            ),
+            SettlingLaw(coefficients=coefficients, amplitude_m=amplitude, rate_per_s=rate),
         )
 
     def _offset_m(self, time_s: FloatArray) -> FloatArray:
@@ -343,12 +300,12 @@ _ASTRAY_M = 0.1
 """Distance from its target at which a straight may pass and yet lead to it. [m]"""
 
 
-def creeps(layout: LegLayout, limits: Limits, straights: Straights) -> BoolArray:
+def creeps(planned: PlannedLegs, limits: Limits, straights: Straights) -> BoolArray:
     """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
 
     They arrive at the speed the braking law has there.
     """
-    return layout.is_leg & (layout.hold_s > 0.0) & _leads_to_target(layout, limits, straights)
+    return planned.is_leg & (planned.hold_s > 0.0) & _leads_to_target(planned, limits, straights)
 
 
 def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
@@ -359,7 +316,7 @@ def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
     return half_b
 
 
-def _leads_to_target(layout: LegLayout, limits: Limits, straights: Straights) -> BoolArray:
+def _leads_to_target(planned: PlannedLegs, limits: Limits, straights: Straights) -> BoolArray:
     """Return which straights go on to their targets by a braking law that stops there. (n,)"""
     rows = np.arange(len(limits.tail_m))
     near = straights.near
@@ -374,7 +331,7 @@ def _leads_to_target(layout: LegLayout, limits: Limits, straights: Straights) ->
         & (share > _LEAST_SHARE)
         & (share < 1.0 + STILL_M)
         & (
-            np.sqrt(((limits.direction - layout.direction) ** 2).sum(axis=1)) * layout.tail_m
+            np.sqrt(((limits.direction - planned.direction) ** 2).sum(axis=1)) * planned.tail_m
             < _ASTRAY_M
         )
     )
@@ -395,31 +352,23 @@ def settlings(
     way = np.sqrt(((target_m - begin_m) ** 2).sum(axis=1))
     speed = np.sqrt((velocity_m_s**2).sum(axis=1))
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
-    allowed = allowed_speed_m_s(
-        way,
-        np.zeros_like(way),
-        acceleration_m_s2=np.full_like(way, a),
-        jerk_m_s3=np.full_like(way, j),
-    )
+    allowed = allowed_speed_m_s(way, 0.0, a, j)
     back = np.divide(2.0 * way, allowed, out=np.zeros_like(way), where=allowed > 0.0)
     duration = back + 2.0 * (speed / a + a / j)
-    still = np.zeros_like(begin_m)
     rises = target_m[:, 2] > begin_m[:, 2]
     return Curves.between(
         begin_m,
         velocity_m_s,
         target_m,
-        still,
+        np.zeros_like(begin_m),
         duration_s=duration,
         level_m_s=allowed,
-        upright_m_s=np.minimum(
-            allowed, np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s)
-        ),
+        upright_m_s=np.minimum(allowed, vertical_limits(rises, parameters)[0]),
     )
 
 
 def ends_of_moves(
-    part: LegLayout,
+    part: PlannedLegs,
     place_m: FloatArray,
     velocity_m_s: FloatArray,
     limits: Limits,
@@ -494,14 +443,7 @@ class Takeoffs(Columns, eq=False):
 def make_takeoffs(
     ground_m: FloatArray, target_m: FloatArray, parameters: Px4Parameters
 ) -> Takeoffs:
-    """Return the beginnings of take-offs.
-
-    Parameters
-    ----------
-    ground_m, target_m : ndarray
-        Where they begin, and the heights they lead to. (k, 3) [m]
-    parameters : Px4Parameters
-        The vehicle's.
+    """Return the beginnings of take-offs from the ground to the heights of targets. (k, 3) each
 
     Notes
     -----
@@ -510,17 +452,13 @@ def make_takeoffs(
     _updateTrajConstraints``).  A low take-off is climbed no faster than it can be braked again.
     """
     height = np.maximum(target_m[:, 2] - ground_m[:, 2], 0.0)
-    limits = {
-        "acceleration_m_s2": np.full_like(height, parameters.acceleration_up_m_s2),
-        "jerk_m_s3": np.full_like(height, parameters.jerk_m_s3),
-    }
-    a = limits["acceleration_m_s2"]
-    half = half_b_m_s(**limits) + a * CLIMB_BEHIND_S
+    a, j = parameters.acceleration_up_m_s2, parameters.jerk_m_s3
+    half = half_b_m_s(a, j) + a * CLIMB_BEHIND_S
     # The highest speed v with v · 0.83 s for the rise and its braking distance within the height.
     fitting = np.sqrt(half**2 + 2.0 * a * height) - half
     speed = np.minimum(parameters.takeoff_speed_m_s, fitting)
     risen = speed * CLIMB_BEHIND_S
-    kept = braking_distance_m(speed, np.zeros_like(speed), **limits)
+    kept = braking_distance_m(speed, 0.0, a, j)
     is_free = height - kept > np.maximum(parameters.land_slow_height_m, risen)
     upper = np.where(
         is_free, np.maximum(parameters.land_slow_height_m, risen), np.maximum(height - kept, risen)
@@ -568,13 +506,7 @@ def add_takeoffs(
         place = takeoffs.ground_m.copy()
         place[:, 2] += height
         pieces.add_lines(
-            Places(
-                move=move,
-                order=np.full(count, order),
-                slot=np.full(count, RAMP),
-                duration_s=duration,
-                pace=np.ones(count),
-            ),
+            Places.of(move, order, RAMP, duration),
             Lines(
                 place_m=place,
                 direction=np.broadcast_to(np.array([0.0, 0.0, 1.0]), (count, 3)),

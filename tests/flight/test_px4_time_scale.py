@@ -14,8 +14,8 @@ from made_missions import takeoff as takeoff_item
 from scipy.stats import norm
 
 from planner.autopilot import Autopilot
-from planner.flight.motion.px4.flight import fly_px4
-from planner.flight.motion.px4.pieces import Pace
+from planner.flight.motion.px4.pieces import TimeScale
+from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import StageKind
 from planner.service import check
 from planner.values import replace
@@ -27,23 +27,23 @@ P, E = 0.95, 2.0  # MPC_XY_P and MPC_XY_ERR_MAX
 
 
 def steady(speed_m_s: float, noise_m: float = 0.32, parameters: Px4Parameters = PX4) -> float:
-    """Return the pace at a constant horizontal speed."""
+    """Return the time scale at a constant horizontal speed."""
     speed = np.array([speed_m_s])
-    return float(Pace.of(noise_m, parameters).between(speed, speed)[0])
+    return float(TimeScale.of(noise_m, parameters).between(speed, speed)[0])
 
 
 @pytest.mark.parametrize(
-    ("speed_m_s", "pace"),
+    ("speed_m_s", "time_scale"),
     # v0 = 2 · 0.95 · 2/π = 1.2096 m/s; 1 − 0.08/(1 + v/v0).
     [(0.0, 0.92), (1.2096, 0.96), (5.0, 0.98442), (12.0, 0.99267)],
 )
-def test_the_faster_the_less_time_slows_down(speed_m_s: float, pace: float) -> None:
-    assert steady(speed_m_s) == pytest.approx(pace, abs=1e-5)
+def test_the_faster_the_less_time_slows_down(speed_m_s: float, time_scale: float) -> None:
+    assert steady(speed_m_s) == pytest.approx(time_scale, abs=1e-5)
 
 
 def test_speeding_up_passes_time_as_fast_as_the_speeds_in_between() -> None:
     # 1 − 0.08 · 1.2096/10 · ln((10 + 1.2096)/1.2096).
-    whole = Pace.of(0.32, PX4).between(np.array([0.0]), np.array([10.0]))
+    whole = TimeScale.of(0.32, PX4).between(np.array([0.0]), np.array([10.0]))
     assert whole[0] == pytest.approx(1.0 - 0.021545, abs=1e-6)
     many = np.linspace(0.0, 10.0, 10001)
     assert np.mean([steady(v) for v in many[::10]]) == pytest.approx(whole[0], abs=1e-4)
@@ -51,12 +51,12 @@ def test_speeding_up_passes_time_as_fast_as_the_speeds_in_between() -> None:
 
 @settings(deadline=None, max_examples=50)
 @given(st.floats(0.0, 20.0), st.floats(0.0, 20.0), st.floats(0.0, 1.9))
-def test_the_pace_of_a_change_of_speed_lies_between_those_at_its_ends(
+def test_the_time_scale_of_a_change_of_speed_lies_between_those_at_its_ends(
     first_m_s: float, last_m_s: float, noise_m: float
 ) -> None:
     ends = sorted((steady(first_m_s, noise_m), steady(last_m_s, noise_m)))
-    pace = Pace.of(noise_m, PX4).between(np.array([first_m_s]), np.array([last_m_s]))[0]
-    assert ends[0] - 1e-9 <= pace <= ends[1] + 1e-9
+    time_scale = TimeScale.of(noise_m, PX4).between(np.array([first_m_s]), np.array([last_m_s]))[0]
+    assert ends[0] - 1e-9 <= time_scale <= ends[1] + 1e-9
 
 
 @pytest.mark.parametrize("speed_m_s", [0.5, 1.0, 3.0, 5.0, 8.0, 12.0])
@@ -102,8 +102,8 @@ def test_speeding_up_behind_a_turn_is_lagged_in() -> None:
     # 0.1 s · ln((1.9 + 8)/(1.9 + 2)) = 0.0932 s, at a noise above the lag of 0.1 · 3/0.95 = 0.316 m.
     two, eight = np.array([2.0]), np.array([8.0])
     for noise_m, lag_s in ((0.4, 0.09316), (0.158, 0.04658), (0.0, 0.0)):
-        pace = Pace.of(noise_m, PX4)
-        lost_s = 2.0 / pace.lagging(two, two, eight) - 2.0 / pace.between(two, eight)
+        time_scale = TimeScale.of(noise_m, PX4)
+        lost_s = 2.0 / time_scale.lagging(two, two, eight) - 2.0 / time_scale.between(two, eight)
         # Without noise braking has put the vehicle as far ahead.
         assert lost_s == pytest.approx(lag_s, abs=1e-4)
 
@@ -136,8 +136,8 @@ def test_a_landing_that_still_creeps_to_its_place_waits_for_half_of_the_noise() 
 
 def test_a_hover_wanders_at_seven_tenths_of_what_the_controller_asks_for() -> None:
     # 0.7 · 0.95/s · 0.3 m = 0.1995 m/s: for 100 s; at 5 m/s √(500² + 19.95²) − 500.
-    pace = Pace.of(0.3, PX4)
-    wandered = pace.wandered_m(np.array([100.0, 100.0]), np.array([0.0, 500.0]))
+    time_scale = TimeScale.of(0.3, PX4)
+    wandered = time_scale.wandered_m(np.array([100.0, 100.0]), np.array([0.0, 500.0]))
     assert wandered == pytest.approx([19.95, 0.398], abs=1e-3)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.flight.motion.headway import held_speeds_m_s
 from planner.flight.motion.kinematics import STATE_INDEX, FlightState, Motion, SegmentColumns
-from planner.flight.motion.px4.landings import add_landings, add_takeoffs
-from planner.flight.motion.px4.leg_pieces import add_holds, add_legs, steep_moves
+from planner.flight.motion.px4.landing import add_landings, add_takeoffs
+from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
 from planner.flight.motion.px4.legs import flight_times_s, fly_legs, yaw_waits_s
 from planner.flight.motion.px4.moves import moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
@@ -18,8 +18,8 @@ from planner.flight.motion.px4.pieces import (
     HOLD,
     PAUSE,
     RAMP,
-    Pace,
     Px4Pieces,
+    TimeScale,
     in_flown_order,
 )
 from planner.flight.motion.px4.speeds import stopping_distance_m
@@ -29,7 +29,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.motion.px4.legs import FlownMoves
     from planner.flight.motion.px4.moves import Moves
@@ -41,18 +41,16 @@ if TYPE_CHECKING:
 
 def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Finding, ...]:
     """Return a finding for each setting that the motion of these stages does not follow."""
-    lands = parameters.return_land_delay_s >= 0.0 and parameters.disarm_delay_s >= 0.0
-    if lands:
-        return ()
     returning = next((stage for stage in stages if stage.kind is StageKind.RETURN), None)
-    item = None if returning is None else returning.item
+    if returning is None:
+        return ()
     gaps = []
-    if returning is not None and parameters.return_land_delay_s < 0.0:
+    if parameters.return_land_delay_s < 0.0:
         gaps.append(
             f"RTL_LAND_DELAY {parameters.return_land_delay_s:g} s keeps the vehicle over home: time "
             "and energy end with its arrival there"
         )
-    if returning is not None and parameters.disarm_delay_s < 0.0:
+    if parameters.disarm_delay_s < 0.0:
         gaps.append(
             f"COM_DISARM_LAND {parameters.disarm_delay_s:g} s does not disarm: the flight is taken to "
             "end as it has landed"
@@ -61,7 +59,7 @@ def gap_findings(stages: Sequence[Stage], parameters: Px4Parameters) -> tuple[Fi
         return ()
     from planner.flight.returns.destination import SETTING_NOT_FOLLOWED
 
-    return tuple(SETTING_NOT_FOLLOWED.finding(gap, item=item) for gap in gaps)
+    return tuple(SETTING_NOT_FOLLOWED.finding(gap, item=returning.item) for gap in gaps)
 
 
 def fly_px4(
@@ -69,7 +67,6 @@ def fly_px4(
     parameters: Px4Parameters,
     *,
     hover_noise_m: float = 0.0,
-    has_range_sensor: bool = True,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
 ) -> Motion:
@@ -84,9 +81,6 @@ def fly_px4(
     hover_noise_m : float
         Mean horizontal distance from where the vehicle should be to where it takes itself to be while it
         hovers; it slows PX4's time down.  0.3 m measured in simulation. [m]
-    has_range_sensor : bool
-        Whether the vehicle measures its distance to the ground: it then crawls the last metre of a
-        landing, and takes longer to know that it has landed.  No parameter says it; with is longer.
     wind : Wind, optional
         Steady wind; default none.  Ground speed is held until the tilt reaches its limit.
     airspeed_limit_m_s : float, optional
@@ -112,8 +106,7 @@ def fly_px4(
         moves_of_stages(stages, parameters),
         len(stages),
         parameters,
-        pace=Pace.of(hover_noise_m, parameters),
-        has_range_sensor=has_range_sensor,
+        time_scale=TimeScale.of(hover_noise_m, parameters),
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
@@ -126,9 +119,8 @@ def px4_returns(
     parameters: Px4Parameters,
     *,
     rally_height_m: FloatArray | float = 0.0,
-    ways: Sequence[ReturnPath | None] = (),
+    return_paths: Sequence[ReturnPath | None] = (),
     hover_noise_m: float = 0.0,
-    has_range_sensor: bool = True,
     wind: Wind | None = None,
     airspeed_limit_m_s: float | None = None,
 ) -> Motion:
@@ -144,9 +136,9 @@ def px4_returns(
         The vehicle's.
     rally_height_m : ndarray
         Heights of rally points above the ground there; 0 for home. (k,) [m]
-    ways : sequence of ReturnPath or None
+    return_paths : sequence of ReturnPath or None
         Of the returns that lead along the mission; empty where none does. (k,)
-    hover_noise_m, has_range_sensor, wind, airspeed_limit_m_s
+    hover_noise_m, wind, airspeed_limit_m_s
         As in :func:`fly_px4`.
 
     Returns
@@ -158,11 +150,10 @@ def px4_returns(
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
     return _fly(
-        return_moves(places, homes, parameters, rally_height_m, ways),
+        return_moves(places, homes, parameters, rally_height_m, return_paths),
         len(places),
         parameters,
-        pace=Pace.of(hover_noise_m, parameters),
-        has_range_sensor=has_range_sensor,
+        time_scale=TimeScale.of(hover_noise_m, parameters),
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
@@ -173,8 +164,7 @@ def _fly(
     stages: int,
     parameters: Px4Parameters,
     *,
-    pace: Pace,
-    has_range_sensor: bool,
+    time_scale: TimeScale,
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
 ) -> Motion:
@@ -190,28 +180,18 @@ def _fly(
     moves = replace(moves, speed_m_s=speed)
     flown = fly_legs(moves, parameters)
     if not np.isnan(moves.yaw_rad).all():
-        waits = yaw_waits_s(moves, flown.layout.direction, flight_times_s(flown), parameters)
+        waits = yaw_waits_s(moves, flown.planned.direction, flight_times_s(flown), parameters)
         if (waits > moves.hold_s).any():
             moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
             flown = fly_legs(moves, parameters)
     pieces = Px4Pieces()
     add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters)
-    add_legs(pieces, flown, parameters, pace=pace)
+    add_legs(pieces, flown, parameters, time_scale=time_scale)
     add_holds(pieces, flown, parameters)
-    landing = np.flatnonzero(moves.is_landing)
-    add_landings(
-        pieces,
-        landing,
-        flown.legs.place_m[landing],
-        flown.legs.velocity_m_s[landing],
-        moves.target_m[landing],
-        is_return=moves.is_return[landing],
-        parameters=parameters,
-        pace=pace,
-        has_range_sensor=has_range_sensor,
-    )
+    add_landings(pieces, moves, flown, parameters, time_scale=time_scale)
     ordered = in_flown_order(pieces)
-    done = _stage_segments(ordered, moves, stages)
+    # PX4 reports an item after its hold.
+    done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
     return Motion(
         segments=_segments(ordered, flown, moves, parameters),
         laws=pieces.laws(),
@@ -223,21 +203,18 @@ def _fly(
         arrival_segment=done,
         done_segment=done,
         piece_is_grounded=ordered.is_grounded,
-        wander_m=_wander_m(ordered, pace),
+        wander_m=_wander_m(ordered, time_scale),
         findings=findings,
     )
 
 
-def _wander_m(ordered: Ordered, pace: Pace) -> float:
+def _wander_m(ordered: Ordered, time_scale: TimeScale) -> float:
     """Return how much longer than their segments noise makes flights. [m]"""
     flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
     segment_s = np.bincount(ordered.segment, flying_s, minlength=len(ordered.segment_s))
-    return float(pace.wandered_m(segment_s.astype(np.float64), ordered.segment_distance_m).sum())
-
-
-def _stage_segments(ordered: Ordered, moves: Moves, stages: int) -> IntArray:
-    """Return for each stage the last segment that serves it: PX4 reports an item after its hold."""
-    return np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
+    return float(
+        time_scale.wandered_m(segment_s.astype(np.float64), ordered.segment_distance_m).sum()
+    )
 
 
 def _segments(
@@ -272,11 +249,12 @@ def _segments(
     )
     still = (slot == HOLD) | (slot == PAUSE)
     stopping = np.full(len(move), np.nan)
-    cruises, brakes = slot == CRUISE, (slot == BRAKE) & _stops(flown)[move]
+    stops = flown.planned.is_leg & (flown.planned.final_level_m_s == 0.0)
+    cruises, brakes = slot == CRUISE, (slot == BRAKE) & stops[move]
     stopping[cruises] = stopping_distance_m(top[move[cruises]], parameters)
-    # A stop goes on behind the place that counts as reached.
-    behind = (legs.limits.tail_m * level)[move]
-    stopping[brakes] = (ordered.segment_distance_m + behind)[brakes]
+    # A stop goes on beyond the place that counts as reached.
+    beyond = (legs.limits.tail_m * level)[move]
+    stopping[brakes] = (ordered.segment_distance_m + beyond)[brakes]
     return SegmentColumns(
         item=moves.item[move],
         state=state,
@@ -286,9 +264,3 @@ def _segments(
         speed_m_s=np.where(still, 0.0, top[move]),
         stopping_distance_m=stopping,
     )
-
-
-def _stops(flown: FlownMoves) -> BoolArray:
-    """Return which legs end standing still. (n,)"""
-    stops: BoolArray = flown.layout.is_leg & (flown.layout.final_level_m_s == 0.0)
-    return stops

@@ -1,4 +1,4 @@
-"""Pieces of legs: turn, ramp, cruise, braking, hold."""
+"""The profile of a leg as pieces of motion: turn, ramp, cruise, braking, hold."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.landings import (
+from planner.flight.motion.px4.landing import (
     creeping_half_b_m_s,
     creeps,
     settlings,
@@ -22,13 +22,13 @@ from planner.flight.motion.px4.pieces import (
     Lines,
     Places,
 )
-from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s
+from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s, vertical_limits
 from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.flight.motion.px4.legs import FlownMoves, Px4Legs
-    from planner.flight.motion.px4.pieces import Pace, Px4Pieces
+    from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 BRAKING_FRACTION = 0.98
@@ -45,18 +45,18 @@ def steep_moves(legs: Px4Legs) -> BoolArray:
 
 
 def add_legs(
-    pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters, *, pace: Pace
+    pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters, *, time_scale: TimeScale
 ) -> None:
     """Add the pieces of all legs; those of steep ones are one segment."""
-    move = np.flatnonzero(flown.layout.is_leg)
+    move = np.flatnonzero(flown.planned.is_leg)
     if not len(move):
         return
     legs = flown.legs.select(move)
     steep = steep_moves(legs)
-    _add_turns(pieces, move, flown, parameters, pace=pace)
-    cruise_from = _add_changes(pieces, move, legs, steep=steep, pace=pace)
-    _add_steady_parts(pieces, move, legs, cruise_from, steep=steep, pace=pace)
-    _add_brakes(pieces, move, legs, steep=steep, pace=pace)
+    _add_turns(pieces, move, flown, parameters, time_scale=time_scale)
+    cruise_from = _add_changes(pieces, move, legs, steep=steep, time_scale=time_scale)
+    _add_steady_parts(pieces, move, legs, cruise_from, steep=steep, time_scale=time_scale)
+    _add_brakes(pieces, move, legs, steep=steep, time_scale=time_scale)
 
 
 def _add_turns(
@@ -65,19 +65,17 @@ def _add_turns(
     flown: FlownMoves,
     parameters: Px4Parameters,
     *,
-    pace: Pace,
+    time_scale: TimeScale,
 ) -> None:
     """Add turns, and the braking and waiting for a heading."""
-    turning = (flown.legs.turn_s[move] > 0.0) & ~flown.layout.is_takeoff[move]
+    turning = (flown.legs.turn_s[move] > 0.0) & ~flown.planned.is_takeoff[move]
     move = move[turning]
     if not len(move):
         return
-    layout, legs = flown.layout.select(move), flown.legs.select(move)
-    pausing = layout.pause_s > 0.0
+    planned, legs = flown.planned.select(move), flown.legs.select(move)
+    pausing = planned.pause_s > 0.0
     speed = np.hypot(legs.velocity_m_s[:, 0], legs.velocity_m_s[:, 1])
-    braking_s = ramp_time_s(
-        speed, acceleration_m_s2=parameters.acceleration_m_s2, jerk_m_s3=parameters.jerk_m_s3
-    )
+    braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
     turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
     straights = legs.straights
     leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
@@ -85,7 +83,6 @@ def _add_turns(
     # A turn that fills its leg hands on the velocity it is begun with (``ends_of_moves``).
     after = np.where((legs.limits.length_m > STILL_M)[:, None], after, legs.velocity_m_s)
     after = np.where(pausing[:, None], 0.0, after)
-    count = len(move)
     rises = legs.straight_m[:, 2] > legs.place_m[:, 2]
     curves = Curves.between(
         legs.place_m,
@@ -93,42 +90,20 @@ def _add_turns(
         legs.straight_m,
         after,
         duration_s=turn_s,
-        level_m_s=layout.speed_m_s,
-        upright_m_s=np.where(rises, parameters.climb_speed_m_s, parameters.descent_speed_m_s),
+        level_m_s=planned.speed_m_s,
+        upright_m_s=vertical_limits(rises, parameters)[0],
     )
-    turning_pace = pace.lagging(turn_s, speed, np.hypot(after[:, 0], after[:, 1]))
+    turning_scale = time_scale.lagging(turn_s, speed, np.hypot(after[:, 0], after[:, 1]))
     for duration, coefficients in curves.parts(turn_s):
-        pieces.add_cubics(
-            Places(
-                move=move,
-                order=np.full(count, _TURN),
-                slot=np.where(pausing, PAUSE, RAMP),
-                duration_s=duration,
-                pace=turning_pace,
-            ),
-            coefficients,
-        )
-    zero = np.zeros(count)
+        slot = np.where(pausing, PAUSE, RAMP)
+        pieces.add_cubics(Places.of(move, _TURN, slot, duration, turning_scale), coefficients)
     pieces.add_lines(
-        Places(
-            move=move,
-            order=np.full(count, _PAUSE),
-            slot=np.full(count, PAUSE),
-            duration_s=legs.turn_s - turn_s,
-            pace=np.ones(count),
-        ),
-        Lines(
-            place_m=legs.straight_m,
-            direction=legs.limits.direction,
-            speed_m_s=zero,
-            acceleration_m_s2=zero,
-            jerk_m_s3=zero,
-        ),
+        Places.of(move, _PAUSE, PAUSE, legs.turn_s - turn_s), Lines.at_rest(legs.straight_m)
     )
 
 
 def _add_changes(
-    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, pace: Pace
+    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, time_scale: TimeScale
 ) -> FloatArray:
     """Add ramps and the onsets of braking; return how far along their legs cruises begin. (n,) [m]
 
@@ -144,25 +119,12 @@ def _add_changes(
     accelerated = ramp_jerk * np.maximum(ramps.jerk_s, begun)
     kept = np.sqrt(2.0 * (1.0 - BRAKING_FRACTION) * peak / jerk)
     kept = np.minimum(kept, straights.onset_s)
+    onset = straights.onset_s
     duration = np.stack(
-        (
-            first,
-            ramps.steady_s,
-            ramps.back_s,
-            kept,
-            straights.onset_s - kept,
-            straights.steady_s,
-        )
+        (first, ramps.steady_s, ramps.back_s, kept, onset - kept, straights.steady_s)
     )
     acceleration = np.stack(
-        (
-            ramp_jerk * begun,
-            accelerated,
-            accelerated,
-            zero,
-            -jerk * kept,
-            -jerk * straights.onset_s,
-        )
+        (ramp_jerk * begun, accelerated, accelerated, zero, -jerk * kept, -jerk * onset)
     )
     jerks = np.stack((ramp_jerk, zero, -ramp_jerk, -jerk, -jerk, zero))
     speed = np.empty_like(duration)
@@ -171,7 +133,7 @@ def _add_changes(
     speed[2] = speed[1] + ramps.steady_s * accelerated
     speed[3] = peak
     speed[4] = peak - 0.5 * jerk * kept**2
-    speed[5] = peak - 0.5 * jerk * straights.onset_s**2
+    speed[5] = peak - 0.5 * jerk * onset**2
     moved = duration * (speed + duration * (0.5 * acceleration + jerks * duration / 6.0))
     moved[3] += straights.cruise_m
     way = np.cumsum(moved, axis=0) - moved
@@ -181,23 +143,23 @@ def _add_changes(
     slot[:3], slot[3], slot[4:] = RAMP, before, BRAKE
     level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
     after = speed + duration * (acceleration + 0.5 * jerks * duration)
-    paces = pace.between(level * speed, level * after)
-    lagging = pace.lagging(duration[:3], level * speed[:3], level * after[:3])
+    time_scales = time_scale.between(level * speed, level * after)
+    lagging = time_scale.lagging(duration[:3], level * speed[:3], level * after[:3])
     # Braking, the vehicle is ahead of its trajectory; what it lags by from standing, it nearly is ahead
     # by at the next stop.
-    paces[:3] = np.where(steep | (legs.turn_s == 0.0), paces[:3], lagging)
-    paces[:3] = np.where((sign < 0.0) & ~steep, 1.0, paces[:3])
-    paces[4:] = np.where(steep, paces[4:], 1.0)
+    time_scales[:3] = np.where(steep | (legs.turn_s == 0.0), time_scales[:3], lagging)
+    time_scales[:3] = np.where((sign < 0.0) & ~steep, 1.0, time_scales[:3])
+    time_scales[4:] = np.where(steep, time_scales[4:], 1.0)
     order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])
     part, row = np.nonzero(duration > 0.0)
     direction = limits.direction[row]
     pieces.add_lines(
-        Places(
-            move=move[row],
-            order=order[part],
-            slot=np.where(steep, RAMP, slot)[part, row],
-            duration_s=duration[part, row],
-            pace=paces[part, row],
+        Places.of(
+            move[row],
+            order[part],
+            np.where(steep, RAMP, slot)[part, row],
+            duration[part, row],
+            time_scales[part, row],
         ),
         Lines(
             place_m=legs.straight_m[row] + direction * way[part, row, None],
@@ -218,41 +180,31 @@ def _add_steady_parts(
     cruise_from_m: FloatArray,
     *,
     steep: BoolArray,
-    pace: Pace,
+    time_scale: TimeScale,
 ) -> None:
     """Add what is flown at constant speed: cruises, and between and behind braking."""
     limits, straights = legs.limits, legs.straights
     near_m = straights.near_way_m(limits, straights.crossing_m_s)
     level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
+    held_from_m = limits.length_m + limits.tail_m - near_m - straights.held_m
+    final_from_m = limits.length_m - straights.final_m
     for order, slot, speed, way, begins in (
         (_CRUISE, CRUISE, straights.peak_m_s, straights.cruise_m, cruise_from_m),
-        (
-            _HELD,
-            BRAKE,
-            straights.crossing_m_s,
-            straights.held_m,
-            limits.length_m + limits.tail_m - near_m - straights.held_m,
-        ),
-        (
-            _FINAL,
-            BRAKE,
-            straights.end_m_s,
-            straights.final_m,
-            limits.length_m - straights.final_m,
-        ),
+        (_HELD, BRAKE, straights.crossing_m_s, straights.held_m, held_from_m),
+        (_FINAL, BRAKE, straights.end_m_s, straights.final_m, final_from_m),
     ):
         row = np.flatnonzero((way > 0.0) & (speed > 0.0))
         if not len(row):
             continue
         zero, direction = np.zeros(len(row)), limits.direction[row]
-        paces = pace.between(level * speed, level * speed)
+        time_scales = time_scale.between(level * speed, level * speed)
         pieces.add_lines(
-            Places(
-                move=move[row],
-                order=np.full(len(row), order),
-                slot=np.where(steep[row], RAMP, slot),
-                duration_s=way[row] / speed[row],
-                pace=np.where(steep[row] | (slot == CRUISE), paces[row], 1.0),
+            Places.of(
+                move[row],
+                order,
+                np.where(steep[row], RAMP, slot),
+                way[row] / speed[row],
+                np.where(steep[row] | (slot == CRUISE), time_scales[row], 1.0),
             ),
             Lines(
                 place_m=legs.straight_m[row] + direction * begins[row, None],
@@ -283,25 +235,15 @@ def _brake_law(
 
 
 def _add_brakes(
-    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, pace: Pace
+    pieces: Px4Pieces, move: IntArray, legs: Px4Legs, *, steep: BoolArray, time_scale: TimeScale
 ) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
+    far_half_b, near_half_b = straights.half_b_m_s.T
+    crossing = straights.crossing_m_s
     for order, law, half_b, start, end in (
-        (
-            _FAR,
-            straights.far,
-            straights.half_b_m_s[:, 0],
-            straights.joined_m_s,
-            straights.crossing_m_s,
-        ),
-        (
-            _NEAR,
-            straights.near,
-            straights.half_b_m_s[:, 1],
-            straights.crossing_m_s,
-            straights.end_m_s,
-        ),
+        (_FAR, straights.far, far_half_b, straights.joined_m_s, crossing),
+        (_NEAR, straights.near, near_half_b, crossing, straights.end_m_s),
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
         if not len(rows):
@@ -312,14 +254,14 @@ def _add_brakes(
         )
         a, first, last = brake.acceleration_m_s2, start[rows], end[rows]
         level = np.hypot(brake.direction[:, 0], brake.direction[:, 1])
-        time = braking_time_s(first, last, acceleration_m_s2=a, half_b_m_s=brake.half_b_m_s)
+        time = braking_time_s(first, last, a, brake.half_b_m_s)
         pieces.add_brakes(
-            Places(
-                move=move[rows],
-                order=np.full(len(rows), order),
-                slot=np.where(steep[rows], RAMP, BRAKE),
-                duration_s=time,
-                pace=np.where(steep[rows], pace.between(level * first, level * last), 1.0),
+            Places.of(
+                move[rows],
+                order,
+                np.where(steep[rows], RAMP, BRAKE),
+                time,
+                np.where(steep[rows], time_scale.between(level * first, level * last), 1.0),
             ),
             brake,
             (first - last) * (first + last + 2.0 * brake.half_b_m_s) / (2.0 * a),
@@ -328,15 +270,15 @@ def _add_brakes(
 
 def add_holds(pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters) -> None:
     """Add holds: going on to brake to the target, or settling on it."""
-    layout = flown.layout
-    holding = (layout.hold_s > 0.0) & (layout.is_leg | layout.stands)
-    creeping = creeps(layout, flown.legs.limits, flown.legs.straights)
+    planned = flown.planned
+    holding = (planned.hold_s > 0.0) & (planned.is_leg | planned.stands)
+    creeping = creeps(planned, flown.legs.limits, flown.legs.straights)
     move = np.flatnonzero(creeping)
     if len(move):
         legs = flown.legs.select(move)
         begin = legs.straight_m + legs.limits.direction * legs.limits.length_m[:, None]
         pieces.add_brakes(
-            _hold_places(move, _HOLD, layout.hold_s[move]),
+            Places.of(move, _HOLD, HOLD, planned.hold_s[move]),
             _brake_law(
                 legs,
                 legs.straights.near,
@@ -348,7 +290,7 @@ def add_holds(pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters) -
     move = np.flatnonzero(holding & ~creeping)
     if not len(move):
         return
-    legs, hold_s, target = flown.legs.select(move), layout.hold_s[move], layout.target_m[move]
+    legs, hold_s, target = flown.legs.select(move), planned.hold_s[move], planned.target_m[move]
     length = legs.limits.length_m[:, None]
     leaving = legs.limits.direction * legs.straights.end_m_s[:, None]
     curves = settlings(
@@ -358,26 +300,7 @@ def add_holds(pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters) -
         parameters,
     )
     for duration, coefficients in curves.parts(hold_s):
-        pieces.add_cubics(_hold_places(move, _HOLD, duration), coefficients)
-    zero = np.zeros(len(move))
+        pieces.add_cubics(Places.of(move, _HOLD, HOLD, duration), coefficients)
     pieces.add_lines(
-        _hold_places(move, _REST, hold_s - curves.duration_s.sum(axis=1)),
-        Lines(
-            place_m=target,
-            direction=legs.limits.direction,
-            speed_m_s=zero,
-            acceleration_m_s2=zero,
-            jerk_m_s3=zero,
-        ),
-    )
-
-
-def _hold_places(move: IntArray, order: int, duration_s: FloatArray) -> Places:
-    count = len(move)
-    return Places(
-        move=move,
-        order=np.full(count, order),
-        slot=np.full(count, HOLD),
-        duration_s=duration_s,
-        pace=np.ones(count),
+        Places.of(move, _REST, HOLD, hold_s - curves.duration_s.sum(axis=1)), Lines.at_rest(target)
     )
