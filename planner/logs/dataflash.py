@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from array import array
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from planner.errors import LogFileError
 from planner.logs import dataflash_quantities as events
 from planner.logs.dataflash_quantities import other_batteries, quantity_series
 from planner.logs.record import LOG_DAMAGED, Recording, carried_over
-from planner.logs.series import Clock
-from planner.values import Value, replace
+from planner.logs.series import Clock, MessageColumns, MessageTable
+from planner.values import Value, field_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import FloatArray, IntArray
     from planner.findings import Finding
     from planner.logs.record import LogFile
 
@@ -89,31 +89,14 @@ class MessageFormat(Value):
     fields: tuple[str, ...]
 
 
-class MessageTable(Value, eq=False):
-    """All messages of one name, as columns of the wanted fields."""
+class DataflashTable(MessageTable, eq=False):
+    """All messages of one name, in the unit the format letter gives: c and e are hundredths, L degrees."""
 
     message: MessageFormat
-    places: IntArray
-    """Byte or line of each in the log, rising."""
-    numbers: Mapping[str, FloatArray]
-    """In the unit the format letter gives: c and e are hundredths, L is degrees."""
-    texts: Mapping[str, tuple[str, ...]]
 
     def letter(self, field: str) -> str:
         """Return the type of a field."""
         return self.message.letters[self.message.fields.index(field)]
-
-    def rows(self, chosen: BoolArray) -> Self:
-        """Return some of the messages."""
-        return replace(
-            self,
-            places=self.places[chosen],
-            numbers={field: values[chosen] for field, values in self.numbers.items()},
-            texts={
-                field: tuple(text for text, is_in in zip(texts, chosen, strict=True) if is_in)
-                for field, texts in self.texts.items()
-            },
-        )
 
     def time_s(self) -> FloatArray | None:
         """Return the messages' own times since boot; ``None`` where they have none. [s]"""
@@ -129,7 +112,7 @@ class MessageTable(Value, eq=False):
 class DataflashLog(Value, eq=False):
     """The wanted messages of a log."""
 
-    tables: Mapping[str, MessageTable]
+    tables: Mapping[str, DataflashTable]
     size: int
     """Bytes or lines of the log."""
     unit: str
@@ -141,7 +124,7 @@ class DataflashLog(Value, eq=False):
     stopped_by: str = ""
     """Why nothing after a place was read, where that is so."""
 
-    def between(self, begin: int, end: int) -> Mapping[str, MessageTable]:
+    def between(self, begin: int, end: int) -> Mapping[str, DataflashTable]:
         """Return the messages from one place to before another, tables without any left out."""
         tables = {
             name: table.rows((table.places >= begin) & (table.places < end))
@@ -203,7 +186,7 @@ def read_binary(data: mmap) -> DataflashLog:
     """Return the wanted messages of a binary DataFlash log."""
     walk = _walk(data)
     content = np.frombuffer(data, np.uint8)
-    tables: dict[str, MessageTable] = {}
+    tables: dict[str, DataflashTable] = {}
     for kind, places in walk.places.items():
         if len(places):
             table = _table(content, walk.formats[kind], np.array(places, np.int64))
@@ -287,7 +270,7 @@ def _define(data: mmap, at: int, walk: _Walk) -> bool:
 
 def _table(
     content: npt.NDArray[np.uint8], message: MessageFormat, places: IntArray
-) -> MessageTable:
+) -> DataflashTable:
     numbers: dict[str, FloatArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
     at = 3
@@ -301,7 +284,7 @@ def _table(
             else:
                 texts[name] = tuple(_text(row.tobytes()) for row in cells)
         at += size
-    return MessageTable(message=message, places=places, numbers=numbers, texts=texts)
+    return DataflashTable(message=message, places=places, numbers=numbers, texts=texts)
 
 
 def _text(cells: bytes) -> str:
@@ -316,21 +299,28 @@ _TEXT_LETTERS = frozenset("nNZM")
 """Format letters of texts; modes are written as numbers or by name."""
 
 
-@dataclass(slots=True)
-class _Rows:
+class _TextRows(MessageColumns):
     """The lines of one message so far."""
 
-    message: MessageFormat
-    wanted: tuple[tuple[int, str, bool], ...]
-    """Number, name and whether it is text, of each field wanted."""
-    places: array[int] = field(default_factory=lambda: array("q"))
-    numbers: dict[str, array[float]] = field(default_factory=dict)
-    texts: dict[str, list[str]] = field(default_factory=dict)
+    def __init__(self, message: MessageFormat) -> None:
+        self.message = message
+        self.wanted = tuple(
+            (number, name, letter in _TEXT_LETTERS)
+            for number, (name, letter) in enumerate(
+                zip(message.fields, message.letters, strict=True)
+            )
+            if name in WANTED[message.name]
+        )
+        """Number, name and whether it is text, of each field wanted."""
+        super().__init__(
+            (name for _, name, is_text in self.wanted if not is_text),
+            (name for _, name, is_text in self.wanted if is_text),
+        )
 
 
 def read_text(data: mmap) -> DataflashLog:
     """Return the wanted messages of a DataFlash log in text."""
-    rows: dict[bytes, _Rows] = {}
+    rows: dict[bytes, _TextRows] = {}
     unreadable = 0
     first_unreadable: int | None = None
     number = 0
@@ -343,7 +333,11 @@ def read_text(data: mmap) -> DataflashLog:
             unreadable += 1
             first_unreadable = first_unreadable or number
     return DataflashLog(
-        tables={text.message.name: _text_table(text) for text in rows.values() if len(text.places)},
+        tables={
+            text.message.name: DataflashTable(message=text.message, **field_values(text.table()))
+            for text in rows.values()
+            if len(text.places)
+        },
         size=number,
         unit="lines",
         unreadable=unreadable,
@@ -351,7 +345,7 @@ def read_text(data: mmap) -> DataflashLog:
     )
 
 
-def _define_text(line: str, rows: dict[bytes, _Rows]) -> None:
+def _define_text(line: str, rows: dict[bytes, _TextRows]) -> None:
     parts = line.split(",", 5)
     if len(parts) < 6:
         return
@@ -359,20 +353,10 @@ def _define_text(line: str, rows: dict[bytes, _Rows]) -> None:
     key = message.name.encode("latin-1")
     if message.name not in WANTED or len(message.fields) != len(message.letters) or key in rows:
         return
-    wanted = tuple(
-        (number, name, letter in _TEXT_LETTERS)
-        for number, (name, letter) in enumerate(zip(message.fields, message.letters, strict=True))
-        if name in WANTED[message.name]
-    )
-    rows[key] = _Rows(
-        message=message,
-        wanted=wanted,
-        numbers={name: array("d") for _, name, is_text in wanted if not is_text},
-        texts={name: [] for _, name, is_text in wanted if is_text},
-    )
+    rows[key] = _TextRows(message)
 
 
-def _add(line: str, place: int, rows: _Rows) -> bool:
+def _add(line: str, place: int, rows: _TextRows) -> bool:
     """Add a line; return whether it fits its FMT."""
     count = len(rows.message.fields)
     parts = line.split(",", count)[1:]
@@ -389,15 +373,6 @@ def _add(line: str, place: int, rows: _Rows) -> bool:
             rows.texts[name].append(parts[number].strip())
     rows.places.append(place)
     return True
-
-
-def _text_table(rows: _Rows) -> MessageTable:
-    return MessageTable(
-        message=rows.message,
-        places=np.array(rows.places, np.int64),
-        numbers={name: np.array(values, np.float64) for name, values in rows.numbers.items()},
-        texts={name: tuple(texts) for name, texts in rows.texts.items()},
-    )
 
 
 def dataflash_recordings(data: mmap, file: LogFile, *, is_binary: bool) -> tuple[Recording, ...]:
@@ -424,7 +399,7 @@ def dataflash_recordings(data: mmap, file: LogFile, *, is_binary: bool) -> tuple
 
 
 def _recording(
-    tables: Mapping[str, MessageTable],
+    tables: Mapping[str, DataflashTable],
     clock: Clock,
     file: LogFile,
     findings: tuple[Finding, ...],

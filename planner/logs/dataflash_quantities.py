@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
-    from planner.logs.dataflash import MessageTable
+    from planner.logs.dataflash import DataflashTable
     from planner.logs.record import Source
 
 
@@ -99,7 +99,7 @@ _MORE_BATTERIES = ("BAT2", "CUR2")
 _FIX_3D = 3
 
 
-def first_instance(table: MessageTable) -> BoolArray:
+def first_instance(table: DataflashTable) -> BoolArray:
     """Return which messages are of the first sensor or estimator core."""
     for field in _INSTANCES:
         if field in table.numbers and len(table.places):
@@ -110,7 +110,7 @@ def first_instance(table: MessageTable) -> BoolArray:
 
 
 def quantity_series(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
     """Return every quantity in the messages, and what is wrong with some."""
     valid = {name: first_instance(table) for name, table in tables.items()}
@@ -128,7 +128,7 @@ def quantity_series(
     return series | electrical, remarks
 
 
-def other_batteries(tables: Mapping[str, MessageTable], source: str) -> Iterator[Finding]:
+def other_batteries(tables: Mapping[str, DataflashTable], source: str) -> Iterator[Finding]:
     """Return a finding where batteries other than the first give current."""
     others: dict[str, float] = {}
     for name in _MORE_BATTERIES:
@@ -153,7 +153,7 @@ def _most(values: FloatArray) -> float:
 
 def _series(
     source: Source,
-    tables: Mapping[str, MessageTable],
+    tables: Mapping[str, DataflashTable],
     times: Mapping[str, FloatArray],
     valid: Mapping[str, BoolArray],
     *,
@@ -175,7 +175,7 @@ def _series(
 
 
 def _place(
-    tables: Mapping[str, MessageTable],
+    tables: Mapping[str, DataflashTable],
     times: Mapping[str, FloatArray],
     valid: Mapping[str, BoolArray],
 ) -> dict[str, Series]:
@@ -202,17 +202,17 @@ def _place(
     return {}
 
 
-def _current_a(table: MessageTable) -> FloatArray:
+def _current_a(table: DataflashTable) -> FloatArray:
     return table.numbers["Curr"] * _electrical_unit(table, "Curr")
 
 
-def _electrical_unit(table: MessageTable, field: str) -> float:
+def _electrical_unit(table: DataflashTable, field: str) -> float:
     """Return the unit of a field: Copter 3 wrote hundredths as plain integers."""
     return _CM if table.letter(field) in "hH" else 1.0
 
 
 def _electrical(
-    tables: Mapping[str, MessageTable],
+    tables: Mapping[str, DataflashTable],
     times: Mapping[str, FloatArray],
     valid: Mapping[str, BoolArray],
 ) -> tuple[dict[str, Series], dict[str, str]]:
@@ -243,7 +243,7 @@ _FRAME = "Frame: "
 
 
 def armed_events(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> Series | None:
     """Return when the motors were armed and disarmed; ``None`` where that is not logged."""
     for name, field in (("ARM", "ArmState"), ("EV", "Id"), ("STAT", "Armed")):
@@ -262,7 +262,7 @@ def armed_events(
 
 
 def landed_events(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> Series | None:
     """Return when the landing detector saw landing and take-off; ``None`` where it is not logged."""
     table = tables.get("EV")
@@ -272,7 +272,7 @@ def landed_events(
     return events if len(events) else None
 
 
-def firmware_and_frame(tables: Mapping[str, MessageTable]) -> tuple[str, str]:
+def firmware_and_frame(tables: Mapping[str, DataflashTable]) -> tuple[str, str]:
     """Return the firmware's name and version, and the frame, empty where they are not logged."""
     messages = tables["MSG"].texts.get("Message", ()) if "MSG" in tables else ()
     firmware = next((text for text in messages if _FIRMWARE.fullmatch(text)), "")
@@ -281,7 +281,7 @@ def firmware_and_frame(tables: Mapping[str, MessageTable]) -> tuple[str, str]:
 
 
 def modes(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], firmware: str
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray], firmware: str
 ) -> tuple[tuple[float, str], ...]:
     """Return times and names of the modes; those of other vehicles than copters stay numbers."""
     table = tables.get("MODE")
@@ -299,7 +299,7 @@ def modes(
 
 
 def missions(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
     """Return the missions that were on board, each from when its list was logged."""
     table = tables.get("CMD")
@@ -315,7 +315,7 @@ def missions(
 
 
 def mission_item_events(
-    tables: Mapping[str, MessageTable],
+    tables: Mapping[str, DataflashTable],
     times: Mapping[str, FloatArray],
     entered: tuple[tuple[float, str], ...],
 ) -> Series | None:
@@ -342,7 +342,7 @@ def mission_item_events(
 
 
 def homes(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> tuple[tuple[float, LoggedHome], ...]:
     """Return the homes set: ORGN, else the row before the first of the mission."""
     found: list[tuple[float, LoggedHome]] = []
@@ -369,7 +369,7 @@ def homes(
 
 
 def parameters(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> tuple[tuple[float, str, float], ...]:
     """Return time, name and value of each parameter reported."""
     table = tables.get("PARM")
@@ -411,7 +411,7 @@ def _lists(numbers: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[tuple[in
 
 
 def _begun(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
 ) -> tuple[str, FloatArray, FloatArray]:
     """Return the message found, times and numbers of the items begun."""
     if "MISE" in tables and "CNum" in tables["MISE"].numbers:
@@ -437,7 +437,7 @@ def _begun(
     )
 
 
-def _item(table: MessageTable, row: int) -> LoggedItem:
+def _item(table: DataflashTable, row: int) -> LoggedItem:
     def value(field: str) -> float | None:
         values = table.numbers.get(field)
         known = None if values is None else float(values[row])
@@ -445,13 +445,10 @@ def _item(table: MessageTable, row: int) -> LoggedItem:
 
     frame = value("Frame")
     return LoggedItem(
-        item=int(table.numbers["CNum"][row]),
-        command=int(value("CId") or 0),
-        frame=None if frame is None else int(frame),
-        param1=value("Prm1"),
-        param2=value("Prm2"),
-        param3=value("Prm3"),
-        param4=value("Prm4"),
+        int(table.numbers["CNum"][row]),
+        int(value("CId") or 0),
+        None if frame is None else int(frame),
+        *(value(f"Prm{n}") for n in range(1, 5)),
         latitude_deg=value("Lat"),
         longitude_deg=value("Lng"),
         altitude_m=value("Alt"),

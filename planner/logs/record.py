@@ -83,7 +83,7 @@ class LoggedHome(Value):
     """The message it comes from, or how it was chosen."""
 
 
-class LoggedItem(Value):
+class LoggedItem(Value, kw_only=False):
     """A mission item as the vehicle held it, with MAVLink's seven parameters."""
 
     item: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from array import array
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from planner.logs.record import STEP_S
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     import numpy.typing as npt
 
@@ -132,6 +133,45 @@ class Series(Value, eq=False):
         filled = counts > 0
         values[filled] = sums[filled] / counts[filled]
         return values
+
+
+class MessageTable(Value, eq=False):
+    """All messages of one kind, as columns of the fields used."""
+
+    places: IntArray
+    """Where in the log, rising: byte or line."""
+    numbers: Mapping[str, FloatArray]
+    """NaN where a message lacks the field."""
+    texts: Mapping[str, tuple[str, ...]]
+
+    def rows(self, chosen: BoolArray) -> Self:
+        """Return some of the messages."""
+        return replace(
+            self,
+            places=self.places[chosen],
+            numbers={name: values[chosen] for name, values in self.numbers.items()},
+            texts={
+                name: tuple(text for text, is_in in zip(texts, chosen, strict=True) if is_in)
+                for name, texts in self.texts.items()
+            },
+        )
+
+
+class MessageColumns:
+    """The messages of one kind read so far."""
+
+    def __init__(self, numbers: Iterable[str], texts: Iterable[str]) -> None:
+        self.places = array("q")
+        self.numbers = {name: array("d") for name in numbers}
+        self.texts: dict[str, list[str]] = {name: [] for name in texts}
+
+    def table(self) -> MessageTable:
+        """Return them as a table."""
+        return MessageTable(
+            places=np.array(self.places, np.int64),
+            numbers={name: np.array(values, np.float64) for name, values in self.numbers.items()},
+            texts={name: tuple(texts) for name, texts in self.texts.items()},
+        )
 
 
 _BACK_S = 1.0

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import struct
-from array import array
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,14 +22,21 @@ from planner.logs.record import (
     px4_custom_mode,
     sources,
 )
-from planner.logs.series import Clock, Series, electrical_series, items_flown
+from planner.logs.series import (
+    Clock,
+    MessageColumns,
+    MessageTable,
+    Series,
+    electrical_series,
+    items_flown,
+)
 from planner.values import Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from mmap import mmap
 
-    from planner.arrays import BoolArray, FloatArray, IntArray
+    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
     from planner.logs.record import LogFile, Source
 
@@ -182,7 +188,7 @@ WANTED: Mapping[str, tuple[str, ...]] = {
 """The fields used, by message."""
 
 _UPLOADED = frozenset(("MISSION_COUNT", "MISSION_ITEM", "MISSION_ITEM_INT"))
-"""Messages about a vehicle that its ground station may have sent."""
+"""MessageTable about a vehicle that its ground station may have sent."""
 _TEXTS = frozenset(("text", "param_id"))
 _NO_VOLTAGE_MV = 65535
 _GROUND_STATION, _NO_AUTOPILOT = 6, 8
@@ -190,40 +196,9 @@ _GROUND_STATION, _NO_AUTOPILOT = 6, 8
 _AUTOPILOT_COMPONENT = 1
 
 
-@dataclass(slots=True)
-class _Rows:
-    """The messages of one kind so far."""
-
-    places: array[int] = field(default_factory=lambda: array("q"))
-    stamps_s: array[float] = field(default_factory=lambda: array("d"))
-    numbers: dict[str, array[float]] = field(default_factory=dict)
-    texts: dict[str, list[str]] = field(default_factory=dict)
-
-
-class Messages(Value, eq=False):
-    """The messages of one kind, as columns."""
-
-    places: IntArray
-    stamps_s: FloatArray
-    """By the ground station's clock. [s]"""
-    numbers: Mapping[str, FloatArray]
-    """Fields as they are sent, NaN where a message of an old version lacks them."""
-    texts: Mapping[str, tuple[str, ...]]
-
-    def rows(self, chosen: BoolArray) -> Messages:
-        """Return some of the messages."""
-        return Messages(
-            places=self.places[chosen],
-            stamps_s=self.stamps_s[chosen],
-            numbers={name: values[chosen] for name, values in self.numbers.items()},
-            texts={
-                name: tuple(text for text, is_in in zip(texts, chosen, strict=True) if is_in)
-                for name, texts in self.texts.items()
-            },
-        )
-
-
-def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, dict[str, Messages]]:
+def messages_by_vehicle(
+    data: mmap, source: str, damage: Damage
+) -> dict[int, dict[str, MessageTable]]:
     """Return the messages of each vehicle in a telemetry log, by its system id and their name.
 
     Parameters
@@ -244,7 +219,7 @@ def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, di
     names = {kind.id: kind.msgname for kind in mavlink.mavlink_map.values()}
     wanted = frozenset(number for number, name in names.items() if name in WANTED)
     decoder = mavlink.MAVLink(None)
-    found: dict[int, dict[str, _Rows]] = {}
+    found: dict[int, dict[str, MessageColumns]] = {}
     vehicles: set[int] = set()
     for frame in frames(data, wanted, damage):
         try:
@@ -268,16 +243,16 @@ def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, di
         elif frame.component == _AUTOPILOT_COMPONENT:
             _add(found.setdefault(frame.system, {}), name, frame.place, frame.stamp_s, message)
     return {
-        system: {name: _messages(rows) for name, rows in tables.items()}
+        system: {name: rows.table() for name, rows in tables.items()}
         for system, tables in found.items()
         if system in vehicles
     }
 
 
-def boot_time_s(tables: Iterable[Messages]) -> dict[int, FloatArray]:
+def boot_time_s(tables: Iterable[MessageTable]) -> dict[int, FloatArray]:
     """Return the times of messages on the vehicle's clock, by the identity of their table.
 
-    Messages that carry no time of their own came as much after the last one that does by the
+    MessageTable that carry no time of their own came as much after the last one that does by the
     ground station's clock.  Where none does, the ground station's clock is all there is.
 
     Returns
@@ -288,11 +263,11 @@ def boot_time_s(tables: Iterable[Messages]) -> dict[int, FloatArray]:
     every = list(tables)
     timed = [table for table in every if "time_boot_ms" in table.numbers]
     if not timed:
-        return {id(table): table.stamps_s for table in every}
+        return {id(table): table.numbers["stamp_s"] for table in every}
     places = np.concatenate([table.places for table in timed])
     order = np.argsort(places)
     lag_s = np.concatenate(
-        [table.stamps_s - table.numbers["time_boot_ms"] * 1e-3 for table in timed]
+        [table.numbers["stamp_s"] - table.numbers["time_boot_ms"] * 1e-3 for table in timed]
     )[order]
     places = places[order]
     times: dict[int, FloatArray] = {}
@@ -301,7 +276,7 @@ def boot_time_s(tables: Iterable[Messages]) -> dict[int, FloatArray]:
             times[id(table)] = table.numbers["time_boot_ms"] * 1e-3
         else:
             before = np.searchsorted(places, table.places, side="right") - 1
-            times[id(table)] = table.stamps_s - lag_s[np.maximum(before, 0)]
+            times[id(table)] = table.numbers["stamp_s"] - lag_s[np.maximum(before, 0)]
     return times
 
 
@@ -310,7 +285,7 @@ def _is_vehicle(heartbeat: Any) -> bool:  # noqa: ANN401 - pymavlink has no type
 
 
 def _add(
-    tables: dict[str, _Rows],
+    tables: dict[str, MessageColumns],
     name: str,
     place: int,
     stamp_s: float,
@@ -319,14 +294,15 @@ def _add(
     rows = tables.get(name)
     if rows is None:
         fields = WANTED[name]
-        rows = tables[name] = _Rows(
-            numbers={field: array("d") for field in fields if field not in _TEXTS},
-            texts={field: [] for field in fields if field in _TEXTS},
+        rows = tables[name] = MessageColumns(
+            ("stamp_s", *(field for field in fields if field not in _TEXTS)),
+            (field for field in fields if field in _TEXTS),
         )
     rows.places.append(place)
-    rows.stamps_s.append(stamp_s)
     for field_name, values in rows.numbers.items():
-        if field_name == "voltages":
+        if field_name == "stamp_s":  # by the ground station's clock
+            values.append(stamp_s)
+        elif field_name == "voltages":
             values.append(_sum_mv(message.voltages))
         else:
             values.append(getattr(message, field_name, np.nan))
@@ -338,15 +314,6 @@ def _sum_mv(cells: Iterable[int]) -> float:
     """Return the voltage of all cells; NaN where none is reported."""
     known = [cell for cell in cells if cell != _NO_VOLTAGE_MV]
     return float(sum(known)) if known else np.nan
-
-
-def _messages(rows: _Rows) -> Messages:
-    return Messages(
-        places=np.array(rows.places, np.int64),
-        stamps_s=np.array(rows.stamps_s, np.float64),
-        numbers={name: np.array(values, np.float64) for name, values in rows.numbers.items()},
-        texts={name: tuple(texts) for name, texts in rows.texts.items()},
-    )
 
 
 _AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
@@ -396,7 +363,7 @@ def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
 
 
 def _runs(
-    tables: Mapping[str, Messages], file: LogFile, findings: tuple[Finding, ...], mark: str
+    tables: Mapping[str, MessageTable], file: LogFile, findings: tuple[Finding, ...], mark: str
 ) -> Iterator[Recording]:
     """Yield a recording for each time the vehicle's clock started."""
     by_table = boot_time_s(tables.values())
@@ -421,7 +388,7 @@ def _runs(
 
 
 def _recording(
-    tables: Mapping[str, Messages],
+    tables: Mapping[str, MessageTable],
     times: Mapping[str, FloatArray],
     file: LogFile,
     findings: tuple[Finding, ...],
@@ -454,7 +421,7 @@ def _recording(
     )
 
 
-def _identity(heartbeats: Messages | None) -> tuple[Autopilot | None, str]:
+def _identity(heartbeats: MessageTable | None) -> tuple[Autopilot | None, str]:
     if heartbeats is None:
         return None, ""
     autopilot = _AUTOPILOTS.get(int(heartbeats.numbers["autopilot"][-1]))
@@ -462,7 +429,7 @@ def _identity(heartbeats: Messages | None) -> tuple[Autopilot | None, str]:
     return autopilot, _VEHICLES.get(kind, f"MAV_TYPE {kind}")
 
 
-def _firmware(tables: Mapping[str, Messages]) -> str:
+def _firmware(tables: Mapping[str, MessageTable]) -> str:
     """Return the firmware from ArduPilot's texts or the version message."""
     texts = tables["STATUSTEXT"].texts["text"] if "STATUSTEXT" in tables else ()
     named = next((text for text in texts if "Copter V" in text or "Copter-" in text), "")
@@ -472,7 +439,7 @@ def _firmware(tables: Mapping[str, Messages]) -> str:
     return f"{version >> 24 & 255}.{version >> 16 & 255}.{version >> 8 & 255}"
 
 
-def _armed(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> Series | None:
+def _armed(tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]) -> Series | None:
     if "HEARTBEAT" not in tables:
         return None
     modes = tables["HEARTBEAT"].numbers["base_mode"].astype(np.int64)
@@ -480,7 +447,7 @@ def _armed(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> S
 
 
 def _landed(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray], autopilot: Autopilot | None
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], autopilot: Autopilot | None
 ) -> Series | None:
     for name, column, landed, is_reported in (
         ("EXTENDED_SYS_STATE", "landed_state", _ON_GROUND, True),
@@ -496,7 +463,7 @@ def _landed(
 
 
 def _modes(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray], autopilot: Autopilot | None
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], autopilot: Autopilot | None
 ) -> tuple[tuple[float, str], ...]:
     if "HEARTBEAT" not in tables:
         return ()
@@ -517,7 +484,7 @@ def _mode_name(number: int, autopilot: Autopilot | None) -> str:
 
 
 def _mission_item(
-    tables: Mapping[str, Messages],
+    tables: Mapping[str, MessageTable],
     times: Mapping[str, FloatArray],
     modes: tuple[tuple[float, str], ...],
     autopilot: Autopilot | None,
@@ -532,7 +499,7 @@ def _mission_item(
 
 
 def _homes(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[tuple[float, LoggedHome], ...]:
     table = tables.get("HOME_POSITION")
     if table is None:
@@ -559,7 +526,7 @@ def _homes(
 
 
 def _missions(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray], first_item: int
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], first_item: int
 ) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
     """Return the missions sent either way; each begins with a count, and is whole or left out."""
     events: list[tuple[float, int, LoggedItem | int]] = []
@@ -589,25 +556,22 @@ def _missions(
     return tuple(missions)
 
 
-def _is_mission(table: Messages, row: int) -> bool:
+def _is_mission(table: MessageTable, row: int) -> bool:
     """Return whether a message is about the mission, not about fence or rally points."""
     kind = table.numbers["mission_type"][row]
     return bool(kind == 0.0 or np.isnan(kind))
 
 
-def _item(table: Messages, row: int, unit: float, first_item: int) -> LoggedItem:
+def _item(table: MessageTable, row: int, unit: float, first_item: int) -> LoggedItem:
     def value(field: str, scale: float = 1.0) -> float | None:
         number = float(table.numbers[field][row])
         return number * scale if np.isfinite(number) else None
 
     return LoggedItem(
-        item=int(table.numbers["seq"][row]) + first_item,
-        command=int(table.numbers["command"][row]),
-        frame=int(table.numbers["frame"][row]),
-        param1=value("param1"),
-        param2=value("param2"),
-        param3=value("param3"),
-        param4=value("param4"),
+        int(table.numbers["seq"][row]) + first_item,
+        int(table.numbers["command"][row]),
+        int(table.numbers["frame"][row]),
+        *(value(f"param{n}") for n in range(1, 5)),
         latitude_deg=value("x", unit),
         longitude_deg=value("y", unit),
         altitude_m=value("z"),
@@ -615,7 +579,7 @@ def _item(table: Messages, row: int, unit: float, first_item: int) -> LoggedItem
 
 
 def _parameters(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray], autopilot: Autopilot | None
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], autopilot: Autopilot | None
 ) -> tuple[tuple[float, str, float], ...]:
     table = tables.get("PARAM_VALUE")
     if table is None:
@@ -666,7 +630,7 @@ The airspeed of VFR_HUD is not used: without a sensor it is the ground speed und
 
 
 def quantity_series(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
     """Return every quantity in the messages, and what is wrong with some."""
     series: dict[str, Series] = {}
@@ -686,7 +650,9 @@ def quantity_series(
     return {name: found for name, found in series.items() if len(found)}, remarks
 
 
-def _place(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> dict[str, Series]:
+def _place(
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
+) -> dict[str, Series]:
     """Return latitude and longitude; zero and zero means no position."""
     table = tables.get(_POSITION)
     if table is None:
@@ -702,7 +668,7 @@ def _place(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> d
     }
 
 
-def _wind(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> dict[str, Series]:
+def _wind(tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]) -> dict[str, Series]:
     """Return ArduPilot's wind, from speed and the direction it comes from."""
     table = tables.get("WIND")
     if table is None:
@@ -716,7 +682,7 @@ def _wind(tables: Mapping[str, Messages], times: Mapping[str, FloatArray]) -> di
 
 
 def _references(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> dict[str, Series]:
     """Return the references of the controller, from the local form if it is there, else the global."""
     series: dict[str, Series] = {}
@@ -753,7 +719,7 @@ def _references(
 
 
 def _reference_velocity(
-    name: str, tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
+    name: str, tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> dict[str, Series]:
     rows = _is_reported(tables[name], _NO_VELOCITY)
     if not np.any(rows):
@@ -770,13 +736,13 @@ def _reference_velocity(
     }
 
 
-def _is_reported(table: Messages, ignored: int) -> BoolArray:
+def _is_reported(table: MessageTable, ignored: int) -> BoolArray:
     is_reported: BoolArray = table.numbers["type_mask"].astype(np.int64) & ignored == 0
     return is_reported
 
 
 def _electrical(
-    tables: Mapping[str, Messages], times: Mapping[str, FloatArray]
+    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Series], dict[str, str]]:
     name, voltage_field = "SYS_STATUS", "voltage_battery"
     table = tables.get(name)

@@ -87,16 +87,16 @@ def _item(items: Topic, row: int, sequence: int) -> LoggedItem:
     is_relative = items.fields.get("altitude_is_relative", np.zeros(row + 1))[row] != 0.0
     hold_s = float(items.fields.get("time_inside", np.full(row + 1, np.nan))[row])
     return LoggedItem(
-        item=sequence + 1,
-        command=int(items.fields["nav_cmd"][row]),
-        frame=_RELATIVE_FRAME if is_relative else _AMSL_FRAME,
-        param1=hold_s if np.isfinite(hold_s) else None,
-        param2=None,
-        param3=None,
-        param4=None,
-        latitude_deg=latitude,
-        longitude_deg=longitude,
-        altitude_m=altitude,
+        sequence + 1,
+        int(items.fields["nav_cmd"][row]),
+        _RELATIVE_FRAME if is_relative else _AMSL_FRAME,
+        hold_s if np.isfinite(hold_s) else None,
+        None,
+        None,
+        None,
+        latitude,
+        longitude,
+        altitude,
     )
 
 
@@ -111,16 +111,7 @@ def _speed_changes(begun_s: dict[int, float], setpoints: Topic) -> dict[int, Log
         is_other = speed is not None and speed != (-1.0 if flown is None else flown)
         if is_other and sequence - 1 not in begun_s and sequence > 0:
             changes[sequence - 1] = LoggedItem(
-                item=sequence,
-                command=_CHANGE_SPEED,
-                frame=_MISSION_FRAME,
-                param1=1.0,
-                param2=speed,
-                param3=-1.0,
-                param4=None,
-                latitude_deg=None,
-                longitude_deg=None,
-                altitude_m=None,
+                sequence, _CHANGE_SPEED, _MISSION_FRAME, 1.0, speed, -1.0, None, None, None, None
             )
         flown = flown if speed is None else speed
     return changes
@@ -244,26 +235,12 @@ def _upwards(values: FloatArray, axis: str) -> FloatArray:
 
 
 TOPICS = (
-    "actuator_armed",
-    "airspeed",
-    "airspeed_validated",
-    "battery_status",
-    "estimator_wind",
-    "home_position",
-    "mission_result",
-    "navigator_mission_item",
-    "position_setpoint_triplet",
-    "sensor_gps",
-    "trajectory_setpoint",
-    "vehicle_attitude",
-    "vehicle_global_position",
-    "vehicle_gps_position",
-    "vehicle_land_detected",
-    "vehicle_local_position",
-    "vehicle_local_position_setpoint",
-    "vehicle_status",
-    "wind",
-    "wind_estimate",
+    *("actuator_armed", "airspeed", "airspeed_validated", "battery_status"),
+    *("estimator_wind", "home_position", "mission_result", "navigator_mission_item"),
+    *("position_setpoint_triplet", "sensor_gps", "trajectory_setpoint"),
+    *("vehicle_attitude", "vehicle_global_position", "vehicle_gps_position"),
+    *("vehicle_land_detected", "vehicle_local_position"),
+    *("vehicle_local_position_setpoint", "vehicle_status", "wind", "wind_estimate"),
 )
 """What is read of a log; the rest stays on the disk."""
 

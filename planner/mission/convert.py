@@ -14,12 +14,12 @@ from planner import quantity
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OutputError, UsageError
 from planner.findings import Remarks, Rule, Severity
-from planner.mission.commands import Command, Frame
+from planner.mission.commands import Command
 from planner.mission.formats.plan import PlanDocument, read_plan_text
 from planner.mission.formats.simple_item import is_complex
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.formats.writers import plan_text, wpl_text, written_items
-from planner.mission.items import MissionFormat, MissionItem, numbered_in_order
+from planner.mission.items import MissionFormat, MissionItem, bare_command, numbered_in_order
 from planner.mission.route.route import flown_order, make_route
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import FASTEST_M_S
@@ -378,16 +378,11 @@ def mission_at_speed(
     if first is not None:
         before = items[first - 1]
         # it takes over the id, so that a jump to that leg passes it too
-        added = MissionItem(
-            command=int(Command.DO_CHANGE_SPEED),
-            frame=int(Frame.MISSION),
+        added = replace(
+            bare_command(Command.DO_CHANGE_SPEED),
             param1=_GROUND_SPEED,
             param2=speed_m_s,
             param3=-1.0,
-            param4=0.0,
-            latitude_deg=0.0,
-            longitude_deg=0.0,
-            altitude_m=0.0,
             jump_id=before.jump_id,
         )
         items = numbered_in_order((*items[: first - 1], added, *items[first - 1 :]))

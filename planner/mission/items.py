@@ -82,6 +82,11 @@ class MissionItem(Value, kw_only=False):
     from its terrain, and has not done so yet. [m]"""
 
 
+def bare_command(command: int) -> MissionItem:
+    """Return a command with all its parameters 0: what switches off, or takes none."""
+    return MissionItem(int(command), int(Frame.MISSION), *(0.0,) * 7)
+
+
 def make_items(rows: Sequence[tuple[Any, ...]]) -> list[MissionItem]:
     """Return items from their values, each in the order of the fields of `MissionItem`."""
     return list(starmap(MissionItem, rows))
@@ -153,15 +158,9 @@ class ItemSequence:
             values[4:] = position
         self.items.append(
             MissionItem(
-                command=int(command),
-                frame=frame,
-                param1=values[0],
-                param2=values[1],
-                param3=values[2],
-                param4=values[3],
-                latitude_deg=values[4],
-                longitude_deg=values[5],
-                altitude_m=values[6],
+                int(command),
+                frame,
+                *values,
                 jump_id=self.first_number + len(self.items),
                 place=self.place,
             )

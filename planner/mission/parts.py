@@ -11,7 +11,13 @@ from planner.autopilot import Autopilot
 from planner.errors import SplitError
 from planner.mission.commands import AMSL_FRAMES, TERRAIN_FRAMES, Command, Frame, command_name
 from planner.mission.formats.plan import PlanDocument
-from planner.mission.items import Mission, MissionFormat, MissionItem, numbered_in_order
+from planner.mission.items import (
+    Mission,
+    MissionFormat,
+    MissionItem,
+    bare_command,
+    numbered_in_order,
+)
 from planner.mission.route.stage import StageKind
 from planner.values import Value, replace
 
@@ -148,21 +154,6 @@ def _family(item: MissionItem, dialect: Autopilot | None) -> object | None:
     if item.command == _ACTUATOR:
         return (item.command, item.altitude_m)  # its index
     return _FAMILIES.get(item.command)
-
-
-def bare_command(command: int) -> MissionItem:
-    """Return a command with all its parameters 0: what switches off, or takes none."""
-    return MissionItem(
-        command=int(command),
-        frame=int(Frame.MISSION),
-        param1=0.0,
-        param2=0.0,
-        param3=0.0,
-        param4=0.0,
-        latitude_deg=0.0,
-        longitude_deg=0.0,
-        altitude_m=0.0,
-    )
 
 
 _JUMPS = frozenset({Command.DO_JUMP, Command.DO_JUMP_TAG, Command.JUMP_TAG})

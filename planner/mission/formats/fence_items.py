@@ -243,17 +243,7 @@ def _area_item(
     param1: float = 0.0,
     frame: Frame = Frame.GLOBAL,
 ) -> MissionItem:
-    return MissionItem(
-        command=int(command),
-        frame=int(frame),
-        param1=param1,
-        param2=0.0,
-        param3=0.0,
-        param4=0.0,
-        latitude_deg=position[0],
-        longitude_deg=position[1],
-        altitude_m=position[2],
-    )
+    return MissionItem(int(command), int(frame), param1, 0.0, 0.0, 0.0, *position)
 
 
 def _where(item: MissionItem) -> str:

@@ -435,17 +435,10 @@ def _missing_home(row: Row) -> Finding:
 
 
 def _make_item(row: Row, *, jump_id: int) -> MissionItem:
-    param1, param2, param3, param4, latitude_deg, longitude_deg, altitude_m = row.values
     return MissionItem(
-        command=row.command,
-        frame=row.frame,
-        param1=param1,
-        param2=param2,
-        param3=param3,
-        param4=param4,
-        latitude_deg=latitude_deg,
-        longitude_deg=longitude_deg,
-        altitude_m=altitude_m,
+        row.command,
+        row.frame,
+        *row.values,
         autocontinue=row.autocontinue,
         jump_id=jump_id,
         place=row.place,
