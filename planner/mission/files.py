@@ -16,6 +16,7 @@ from planner.mission.formats.legacy import (
     is_fence_line,
     is_rally_line,
     read_fence_list,
+    read_legacy,
     read_rally_list,
 )
 from planner.mission.formats.plan import is_legacy, read_plan
@@ -145,22 +146,11 @@ def _collection_paused() -> Iterator[None]:
 def _read_content(text: str, *, source: str) -> Mission:
     """Return the mission in a text by its first telling line."""
     if text.lstrip().startswith(("{", "[")):
-        return _read_json(text, source=source)
+        document = parse_json(text, source=source)
+        return (read_legacy if is_legacy(document) else read_plan)(document, source)
     if text.lstrip().startswith("<"):
         raise MissionFileError(describe_xml(text), source=source)
-    # most missions are plans
-
     return read_mission_text(text, source=source)
-
-
-def _read_json(text: str, *, source: str) -> Mission:
-    """Return the mission in a JSON text: a plan, or what came before plans."""
-    document = parse_json(text, source=source)
-    if not is_legacy(document):
-        return read_plan(document, source)
-    from planner.mission.formats.legacy import read_legacy
-
-    return read_legacy(document, source)
 
 
 FILE_SUFFIX = Rule(

@@ -8,9 +8,9 @@ the whole mission: an outer loop does not start an inner one again (ArduPilot AP
 
 from __future__ import annotations
 
-from dataclasses import fields
-from operator import attrgetter
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from planner import quantity
 from planner.autopilot import Autopilot
@@ -23,11 +23,10 @@ from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
 from planner.mission.route.walk import (
     TAKEOFFS,
     MissionState,
-    StageInDegrees,
     ground_amsl_m,
     is_on_earth,
 )
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.findings import Finding
@@ -184,9 +183,6 @@ def _plain(number: float | None) -> str:
 
 _ENDS = frozenset({StageKind.LAND, StageKind.RETURN, StageKind.DELAY})
 """Stages that are no flight without one before them."""
-_COLUMNS = attrgetter(*(field.name for field in fields(StageInDegrees)))
-_PLACE = slice(2, 4)
-"""Where these have latitude and longitude, and a stage east and north."""
 _LOWEST_HOME_M = -500.0
 _HIGHEST_HOME_M = 9000.0
 _FLOWN_KINDS = frozenset({VehicleKind.MULTICOPTER})
@@ -384,7 +380,7 @@ ITEMS_NOT_FLOWN = Rule(
 
 
 def _left_out(
-    mission: Mission, stages: list[StageInDegrees], after: set[int], reached: list[int]
+    mission: Mission, stages: list[Stage], after: set[int], reached: list[int]
 ) -> list[Finding]:
     """Return that items after the end of the flight are not flown."""
     missed = sorted(after - set(reached))
@@ -442,6 +438,7 @@ def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> l
     """Return what is missing at the beginning and the end; add the take-off that is assumed."""
     if not any(stage.kind not in _ENDS for stage in state.stages):
         state.stages.clear()
+        state.places_deg.clear()
         return [
             NOTHING_TO_FLY.finding(f"no flight in {quantity.count(len(mission.items), 'item')}")
         ]
@@ -463,8 +460,8 @@ def _boundaries(mission: Mission, state: MissionState, *, is_endless: bool) -> l
         findings.append(
             TAKEOFF_MISSING.finding(message, item=first.item, place=item.place, severity=severity)
         )
-        takeoff = StageInDegrees(StageKind.TAKEOFF, first.item, *state.start_deg, height_m)
-        state.stages.insert(0, takeoff)
+        state.stages.insert(0, Stage(StageKind.TAKEOFF, first.item, 0.0, 0.0, height_m))
+        state.places_deg.insert(0, state.start_deg)
     if not state.is_over and not is_endless:
         last = state.stages[-1].item
         findings.append(
@@ -527,10 +524,7 @@ def _laid_out(
 ) -> Route:
     """Return the route, ``assumed`` stages put before it, laid into the local frame of home."""
     frame = LocalFrame(latitude_deg=state.start_deg[0], longitude_deg=state.start_deg[1])
-    columns = list(zip(*map(_COLUMNS, state.stages), strict=True))
-    if columns:
-        east, north = frame.east_north_m(*columns[_PLACE])
-        columns[_PLACE] = east.tolist(), north.tolist()
+    east, north = frame.east_north_m(*np.array(state.places_deg).reshape(-1, 2).T)
     homes = state.moved_homes
     home_east, home_north = frame.east_north_m([h[1] for h in homes], [h[2] for h in homes])
     return Route(
@@ -545,7 +539,12 @@ def _laid_out(
                 homes, home_east.tolist(), home_north.tolist(), strict=True
             )
         ),
-        stages=tuple(map(Stage, *columns)) if columns else (),
+        stages=tuple(
+            replace(stage, east_m=east_m, north_m=north_m)
+            for stage, east_m, north_m in zip(
+                state.stages, east.tolist(), north.tolist(), strict=True
+            )
+        ),
         frame=frame,
         home_amsl_m=state.home_amsl_m or 0.0,
         reached=reached,

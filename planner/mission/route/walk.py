@@ -28,7 +28,8 @@ from planner.mission.commands import (
     is_destination,
     support,
 )
-from planner.mission.route.stage import StageKind
+from planner.mission.route.stage import Stage, StageKind
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -62,26 +63,6 @@ def stored_radius_m(radius_m: float) -> float:
     size_m = abs(radius_m)
     kept_m = int(size_m) if size_m <= _MOST else min(int(size_m) // _COARSE_M, _MOST) * _COARSE_M
     return float(-kept_m if radius_m < 0.0 else kept_m)
-
-
-@dataclass(slots=True)
-class StageInDegrees:
-    """A stage before it is laid into metres: the fields of `Stage`, in their order, with degrees."""
-
-    kind: StageKind
-    item: int
-    latitude_deg: float
-    longitude_deg: float
-    height_m: float
-    speed_m_s: float | None = None
-    climb_speed_m_s: float | None = None
-    descent_speed_m_s: float | None = None
-    hold_s: float = 0.0
-    acceptance_radius_m: float | None = None
-    yaw_deg: float | None = None
-    turns: float = 0.0
-    radius_m: float = 0.0
-    followed_ground_m: tuple[float, ...] = ()
 
 
 _SAMPLES = 65
@@ -342,14 +323,17 @@ class MissionState:
     is_over: bool = False
     moved_homes: list[tuple[int, float, float, float]] = field(default_factory=list)
     """Stages before DO_SET_HOME, latitude and longitude [°], height of the ground there [m]."""
-    stages: list[StageInDegrees] = field(default_factory=list)
+    stages: list[Stage] = field(default_factory=list)
+    """Still without east and north."""
+    places_deg: list[tuple[float, float]] = field(default_factory=list)
+    """Latitude and longitude of each stage. [°]"""
     remarks: Remarks = field(default_factory=Remarks)
     amsl_items: list[int] = field(default_factory=list)
 
     def follow(self, number: int, item: MissionItem) -> None:
         """Fly one item; raise the error about one that holds a number no vehicle can fly."""
         self.number, self.place = number, item.place
-        _WAYS.get(item.command, MissionState.pass_by)(self, item)
+        _HANDLERS.get(item.command, MissionState.pass_by)(self, item)
         if not item.autocontinue and self.dialect is not Autopilot.ARDUPILOT:
             is_px4 = self.dialect is Autopilot.PX4
             other = "" if is_px4 else ", ArduPilot continues"
@@ -388,22 +372,26 @@ class MissionState:
         has_moved = self.home_deg != self.start_deg
         self.height_m = self.ground_m(*self.home_deg) if has_moved else self.ground_level_m
         # The speed of a return is set in the vehicle: what the mission commanded ends here.
-        self._add(StageKind.RETURN).speed_m_s = None
+        self._add(replace(self._stage(StageKind.RETURN), speed_m_s=None))
         self.is_over = True
 
-    def _add(self, kind: StageKind) -> StageInDegrees:
-        stage = StageInDegrees(
+    def _stage(self, kind: StageKind) -> Stage:
+        """Return a stage to the present height, at the speeds commanded."""
+        return Stage(
             kind,
             self.number,
-            self.latitude_deg,
-            self.longitude_deg,
+            0.0,
+            0.0,
             self.height_m,
             self.speed_m_s,
             self.climb_speed_m_s,
             self.descent_speed_m_s,
         )
+
+    def _add(self, stage: Stage) -> None:
+        """Add a stage to the present place."""
         self.stages.append(stage)
-        return stage
+        self.places_deg.append((self.latitude_deg, self.longitude_deg))
 
     def _go(self, kind: StageKind, item: MissionItem, hold_s: float = 0.0) -> None:
         from_deg = (self.latitude_deg, self.longitude_deg)
@@ -412,12 +400,18 @@ class MissionState:
         if item.frame in TERRAIN_FRAMES and self.dialect is Autopilot.ARDUPILOT:
             ground_m = self._followed_ground_m(from_deg)
         self.height_m = self.height_of_m(item)
-        stage = self._add(kind)
-        stage.followed_ground_m = ground_m
-        stage.hold_s = hold_s
-        stage.yaw_deg = item.param4
+        acceptance_radius_m = None
         if kind is StageKind.GO and item.param2 is not None and item.param2 > 0.0:
-            stage.acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
+            acceptance_radius_m = min(item.param2, LARGEST_RADIUS_M)
+        self._add(
+            replace(
+                self._stage(kind),
+                hold_s=hold_s,
+                acceptance_radius_m=acceptance_radius_m,
+                yaw_deg=item.param4,
+                followed_ground_m=ground_m,
+            )
+        )
 
     def _followed_ground_m(self, from_deg: tuple[float, float]) -> tuple[float, ...]:
         """Return the ground along the leg; report it where a straight line leaves it."""
@@ -443,7 +437,7 @@ class MissionState:
             self.move_to(item)
         self.height_m = self.height_of_m(item)
         is_first = not any(d.kind is not StageKind.DELAY for d in self.stages)
-        self._add(StageKind.TAKEOFF).yaw_deg = item.param4
+        self._add(replace(self._stage(StageKind.TAKEOFF), yaw_deg=item.param4))
         if is_first and self.height_m <= 0.0:
             self.remark(
                 ZERO_TAKEOFF,
@@ -454,7 +448,7 @@ class MissionState:
         """Land at a place: the flight is over."""
         self.move_to(item)
         self.height_m = self.ground_m(self.latitude_deg, self.longitude_deg)
-        self._add(StageKind.LAND).yaw_deg = item.param4
+        self._add(replace(self._stage(StageKind.LAND), yaw_deg=item.param4))
         self.is_over = True
 
     def circle(self, item: MissionItem) -> None:
@@ -472,9 +466,7 @@ class MissionState:
                 kept = f"{kept_turns:g} of {kept_radius:g} m"
                 self._remark_stored(item, written, kept)
             turns, radius = kept_turns, kept_radius
-        stage = self._add(StageKind.CIRCLE)
-        stage.turns = turns
-        stage.radius_m = radius
+        self._add(replace(self._stage(StageKind.CIRCLE), turns=turns, radius_m=radius))
 
     def delay(self, item: MissionItem) -> None:
         """Wait for a time, or until a time of day."""
@@ -499,12 +491,12 @@ class MissionState:
                 f"waits {quantity.duration(seconds)} on the ground before the take-off: not counted",
             )
         elif seconds > 0.0:
-            self._add(StageKind.DELAY).hold_s = seconds
+            self._add(replace(self._stage(StageKind.DELAY), hold_s=seconds))
 
     def set_down(self, item: MissionItem) -> None:
         """Lower a load to the ground."""
         self.move_to(item)
-        self._add(StageKind.SET_DOWN)
+        self._add(self._stage(StageKind.SET_DOWN))
         message = (
             "NAV_PAYLOAD_PLACE: the load is assumed to touch the ground at home's level and to weigh "
             "nothing"
@@ -775,7 +767,7 @@ class MissionState:
         raise MissionFileError(message, source=self.source, place=self.place)
 
 
-_WAYS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
+_HANDLERS: Mapping[int, Callable[[MissionState, MissionItem], None]] = {
     Command.NAV_WAYPOINT: MissionState.waypoint,
     Command.NAV_SPLINE_WAYPOINT: MissionState.spline,
     Command.NAV_LOITER_TIME: MissionState.loiter_time,
