@@ -178,7 +178,7 @@ def _read_tile(path: Path) -> TerrainTile:
         msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
         raise TerrainFileError(msg, source=source) from error
     if not path.is_file():
-        msg = "there is no such file"
+        msg = "no such file"
         raise TerrainFileError(msg, source=source)
     try:
         with warnings.catch_warnings():

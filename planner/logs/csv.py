@@ -321,7 +321,7 @@ def csv_recordings(file: LogFile, mapping: CsvMapping | None) -> tuple[Recording
 
 _CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 """Bytes that no line of a text has."""
-NO_KNOWN_LOG = "is no log of a kind that is known: DataFlash, ULog, telemetry (tlog) or CSV"
+NO_KNOWN_LOG = "is not a known kind of log (DataFlash, ULog, telemetry or CSV)"
 
 
 def looks_like_csv(data: mmap) -> bool:

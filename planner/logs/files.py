@@ -53,10 +53,10 @@ def read_log(path: str | Path, mapping: CsvMapping | None = None) -> tuple[Fligh
     source = str(path)
     try:
         if "\x00" in source:
-            msg = "is no name of a file: it holds a zero byte"
+            msg = "is not a file name: it holds a zero byte"
             raise LogFileError(msg, source=source)
         if path.exists() and not path.is_file():
-            msg = "is no file"
+            msg = "is not a file"
             raise LogFileError(msg, source=source)
         with path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()

@@ -117,7 +117,7 @@ def test_a_file_that_is_not_there_or_a_folder_is_named_once_and_nothing_to_mend(
     Path("empty").mkdir()
     assert main(["check", "missing.plan", "empty", "--battery", "77Wh"]) == 2
     out = capsys.readouterr().out
-    assert "missing.plan: X901 file-unreadable [error] there is no such file" in out
+    assert "missing.plan: X901 file-unreadable [error] no such file" in out
     assert "empty: X901 file-unreadable [error] this is a folder" in out
     assert out.count("fix: give the path of a mission file that can be read") == 2
     assert "mend the file" not in out

@@ -49,7 +49,7 @@ def test_two_vehicles_side_by_side(mission: str, capsys: pytest.CaptureFixture[s
         (["--b", "--wind fast"], "expected speed in m/s"),
         (["--b", "--wind '8@270"], "--b: No closing quotation"),
         (["--b", "--nothing 3"], "--b: No such option"),
-        (["no-such.plan"], "no-such.plan: there is no such file"),
+        (["no-such.plan"], "no-such.plan: no such file"),
     ],
 )
 def test_what_cannot_be_compared_is_a_sentence(

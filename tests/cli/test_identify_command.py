@@ -103,7 +103,7 @@ def test_columns_are_read_by_a_mapping(tmp_path: Path, capsys: pytest.CaptureFix
     ("arguments", "sentence"),
     [
         (["nothing.BIN", "-o", "x.toml"], "nothing.BIN: cannot be read"),
-        (["garbage.BIN", "-o", "x.toml"], "garbage.BIN: is no log of a kind that is known"),
+        (["garbage.BIN", "-o", "x.toml"], "garbage.BIN: is not a known kind of log"),
         (["copter.BIN", "-o", "x.json"], "ends in .toml"),
         (["copter.BIN", "-o", "x.toml", "--name", "y"], "stands in y.toml"),
         (["copter.BIN", "-o", "x.toml", "--chemistry", "lead"], "--chemistry must be one of"),

@@ -236,7 +236,7 @@ def test_a_file_that_is_no_raster_is_refused(tmp_path: Path, make: Any) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(TerrainFileError, match=r"missing\.tif: there is no such file"):
+    with pytest.raises(TerrainFileError, match=r"missing\.tif: no such file"):
         read_terrain(_no_file(tmp_path))
 
 

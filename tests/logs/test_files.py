@@ -48,10 +48,10 @@ def test_the_record_names_its_file_by_content(tmp_path: Path) -> None:
     ("content", "told"),
     [
         (b"", "is empty"),
-        (b"\x00" * 1000, "is no log of a kind that is known"),
-        (b"just some words", "is no log of a kind that is known"),
-        (b"\xf4\x01,\x93;\x02\xff" * 300, "is no log of a kind that is known"),
-        (b"%PDF-1.7 and more\n", "is no log of a kind that is known"),
+        (b"\x00" * 1000, "is not a known kind of log"),
+        (b"just some words", "is not a known kind of log"),
+        (b"\xf4\x01,\x93;\x02\xff" * 300, "is not a known kind of log"),
+        (b"%PDF-1.7 and more\n", "is not a known kind of log"),
         (b'{"fileType": "Plan", "items": []}\n', "give a mapping of its columns"),
     ],
 )

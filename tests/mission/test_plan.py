@@ -409,7 +409,7 @@ def test_a_key_without_which_nothing_is_known_is_refused_as_missing(
 
 @pytest.mark.parametrize("text", ["[]", "3", '"Plan"', '{"name": "my workout"}', "{}"])
 def test_json_that_is_no_plan_is_refused_as_such(text: str) -> None:
-    assert "this is JSON but no plan" in refusal(text).message
+    assert "this is JSON but not a plan" in refusal(text).message
 
 
 def test_an_item_of_no_known_type_is_refused() -> None:

@@ -504,7 +504,7 @@ def test_numbers_no_vehicle_can_fly_are_refused_with_the_item(bad: MissionItem) 
     [
         (47.0, 65_535.0, "home lies at 65535 m AMSL"),
         (47.0, -501.0, "home lies at -501 m AMSL"),
-        (177.0, 500.0, "home lies at 177°, 8°, which is no place on Earth"),
+        (177.0, 500.0, "home lies at 177°, 8°: not a place on Earth"),
     ],
 )
 def test_a_home_where_nobody_stands_is_refused(

@@ -240,7 +240,7 @@ def test_terrain_rows_are_told_once() -> None:
 @pytest.mark.parametrize(
     ("row", "column", "message"),
     [
-        ("a", 1, "'a' is no mission row"),
+        ("a", 1, "'a' is not a mission row"),
         ("1\t0\t3\t16\t0\t0\t0\t0\t48.2 -3.0\t1", 1, "11 values, expected 12"),
         ("x\t0\t3\t16\t0\t0\t0\t0\t47\t8\t30\t1", 1, "sequence number is 'x'"),
         ("1\t0\t3.5\t16\t0\t0\t0\t0\t47\t8\t30\t1", 5, "frame is '3.5'"),

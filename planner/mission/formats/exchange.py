@@ -51,7 +51,7 @@ def unpack_zip(data: bytes, *, most_bytes: int, source: str) -> tuple[bytes, str
             if len(names) != 1:
                 held = f"{len(names)} missions" if names else "no mission"
                 if "doc.kml" in archive.namelist():
-                    held = "a Google Earth document (KMZ), no mission"
+                    held = "a Google Earth document (KMZ), not a mission"
                 msg = f"a zip archive that holds {held}: unpack it and give one mission file"
                 raise MissionFileError(msg, source=source)
             with archive.open(names[0]) as stream:
@@ -66,15 +66,15 @@ _GIVE_A_MISSION = "give a .plan or .waypoints file"
 _VERIFY = "compare it with a prediction by 'mavjoule verify'"
 
 _SIGNATURES: tuple[tuple[bytes, int, str], ...] = (
-    (b"ULog\x01\x12\x35", 0, f"this is a PX4 flight log, no mission: {_VERIFY}"),
-    (b"\xa3\x95", 0, f"this is an ArduPilot flight log, no mission: {_VERIFY}"),
-    (b"\xfd", 8, f"this looks like a telemetry log, no mission: {_VERIFY}"),
-    (b"\xfe", 8, f"this looks like a telemetry log, no mission: {_VERIFY}"),
-    (b"%PDF", 0, f"this is a PDF document, no mission: {_GIVE_A_MISSION}"),
-    (b"\x89PNG", 0, f"this is a picture, no mission: {_GIVE_A_MISSION}"),
-    (b"\xff\xd8\xff", 0, f"this is a picture, no mission: {_GIVE_A_MISSION}"),
-    (b"\x7fELF", 0, f"this is a program, no mission: {_GIVE_A_MISSION}"),
-    (b"SQLite format 3", 0, f"this is a database, no mission: {_GIVE_A_MISSION}"),
+    (b"ULog\x01\x12\x35", 0, f"this is a PX4 flight log, not a mission: {_VERIFY}"),
+    (b"\xa3\x95", 0, f"this is an ArduPilot flight log, not a mission: {_VERIFY}"),
+    (b"\xfd", 8, f"this looks like a telemetry log, not a mission: {_VERIFY}"),
+    (b"\xfe", 8, f"this looks like a telemetry log, not a mission: {_VERIFY}"),
+    (b"%PDF", 0, f"this is a PDF document, not a mission: {_GIVE_A_MISSION}"),
+    (b"\x89PNG", 0, f"this is a picture, not a mission: {_GIVE_A_MISSION}"),
+    (b"\xff\xd8\xff", 0, f"this is a picture, not a mission: {_GIVE_A_MISSION}"),
+    (b"\x7fELF", 0, f"this is a program, not a mission: {_GIVE_A_MISSION}"),
+    (b"SQLite format 3", 0, f"this is a database, not a mission: {_GIVE_A_MISSION}"),
     (b"BZh", 0, "this is compressed with bzip2: unpack it and give the mission file"),
     (b"\xfd7zXZ\0", 0, "this is compressed with xz: unpack it and give the mission file"),
     (b"(\xb5/\xfd", 0, "this is compressed with Zstandard: unpack it and give the mission file"),
@@ -91,7 +91,7 @@ _XML: dict[str, str] = {
     "mission items; plan it in QGroundControl or Mission Planner",
     "kml": "this is a Google Earth document (KML): import it in QGroundControl and save a plan",
     "gpx": "this is a GPS track (GPX): plan it in QGroundControl or Mission Planner",
-    "html": "this is a web page, no mission: the download may have gone wrong",
+    "html": "this is a web page, not a mission: the download may have gone wrong",
 }
 _PYTHON = re.compile(
     r"^(?:import \w|from \w+(?:\.\w+)* import |def \w+\(|class \w+|#!.*python)", re.MULTILINE
@@ -117,16 +117,16 @@ def describe_xml(text: str) -> str:
     # Comments may be long; what names the document is near its beginning.
     match = _XML_ROOT.search(_XML_SKIP.sub("", text[:20_000]))
     root = "" if match is None else match[2]
-    return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), no mission: {_GIVE_A_MISSION}")
+    return _XML.get(root.lower(), f"this is XML (<{root[:40]}>), not a mission: {_GIVE_A_MISSION}")
 
 
 def describe_text(text: str) -> str:
     """Return the sentence about a text that is no mission."""
     head = text[:20_000]
     if _PYTHON.search(head):
-        return f"this is Python source, no mission: {_GIVE_A_MISSION}"
+        return f"this is Python source, not a mission: {_GIVE_A_MISSION}"
     if len(_PARAMETERS.findall(head)) >= 3:
-        return "this is a parameter file, no mission: give it with --params"
+        return "this is a parameter file, not a mission: give it with --params"
     first = head.strip().splitlines()[0][:40]
     return f"this is no mission, it begins with {first!r}: {_GIVE_A_MISSION}"
 
@@ -165,7 +165,7 @@ def read_bytes(path: str | Path) -> bytes:
         with _open_pipe(path) if stat.S_ISFIFO(mode) else Path(path).open("rb") as stream:
             return stream.read(LARGEST_FILE_BYTES + 1)
     except FileNotFoundError:
-        msg = "there is no such file"
+        msg = "no such file"
         raise NoMissionFileError(msg, source=source) from None
     except PermissionError:
         msg = "no permission to read this file"
@@ -252,7 +252,7 @@ def _decode(data: bytes, *, source: str) -> tuple[str, str]:
             text = text[1:]
             odd = "the file begins with a byte order mark: other loaders refuse it as text"
     if "\0" in text:
-        msg = "the file is binary, no mission: give a .plan or .waypoints file"
+        msg = "the file is binary, not a mission: give a .plan or .waypoints file"
         raise MissionFileError(msg, source=source)
     return text, odd
 

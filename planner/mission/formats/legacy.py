@@ -191,7 +191,7 @@ def _read_position(fields: list[str], *, source: str, place: Place) -> tuple[flo
         _read_number(field, source=source, place=place) for field in fields
     )
     if abs(latitude_deg) > 90.0 or abs(longitude_deg) > 180.0:
-        msg = f"{latitude_deg:g}, {longitude_deg:g} is no latitude and longitude"
+        msg = f"{latitude_deg:g}, {longitude_deg:g} is not a latitude and longitude"
         raise MissionFileError(msg, source=source, place=place)
     return latitude_deg, longitude_deg
 
@@ -202,7 +202,7 @@ def _read_number(field: str, *, source: str, place: Place) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        msg = f"'{field[:40]}' is no number"
+        msg = f"'{field[:40]}' is not a number"
         raise MissionFileError(msg, source=source, place=place)
     return value
 

@@ -401,7 +401,7 @@ def _plan_fields(document: JsonDocument) -> JsonFields:
     """Return the top of a plan; refuse anything else."""
     root = document.root
     if not isinstance(root, dict):
-        msg = f"this is JSON but no plan: its value is {describe(root)}"
+        msg = f"this is JSON but not a plan: its value is {describe(root)}"
         raise MissionFileError(msg, source=document.origin.source)
     if "fileType" in root:
         if root["fileType"] != "Plan":
@@ -413,7 +413,8 @@ def _plan_fields(document: JsonDocument) -> JsonFields:
     elif not isinstance(root.get("mission"), dict):
         keys = ", ".join(f"'{key[:20]}'" for key in list(root)[:4]) or "nothing"
         document.refuse(
-            f"this is JSON but no plan: 'fileType' and 'mission' are missing, it holds {keys}", root
+            f"this is JSON but not a plan: 'fileType' and 'mission' are missing, it holds {keys}",
+            root,
         )
     return JsonFields(document=document, value=root, title="the plan")
 

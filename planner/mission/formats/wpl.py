@@ -232,7 +232,7 @@ def _refuse_decimal_comma(tabbed: Sequence[str], content: str, *, line: int, sou
 
 def _refuse_short_row(fields: _Fields) -> NoReturn:
     if len(fields.texts) == 1:
-        msg = f"'{fields.texts[0][:40]}' is no mission row: expected 12 values"
+        msg = f"'{fields.texts[0][:40]}' is not a mission row: expected 12 values"
     else:
         msg = f"the row has {len(fields.texts)} values, expected 12: {', '.join(FIELDS)}"
     raise MissionFileError(

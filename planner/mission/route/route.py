@@ -270,7 +270,7 @@ def _begin(
     if home is not None:
         place = (home.latitude_deg, home.longitude_deg)
         if not is_on_earth(*place):
-            message = f"home lies at {place[0]:g}°, {place[1]:g}°, which is no place on Earth"
+            message = f"home is at {place[0]:g}°, {place[1]:g}°: not a place on Earth"
             raise MissionFileError(message, source=mission.source)
         if amsl_m is None:
             amsl_m = _home_amsl_m(mission.source, home)
@@ -312,7 +312,7 @@ def _home_amsl_m(source: str, home: Home) -> float | None:
     amsl_m = home.altitude_amsl_m
     if amsl_m is not None and not _LOWEST_HOME_M <= amsl_m <= _HIGHEST_HOME_M:
         message = (
-            f"home lies at {amsl_m:g} m AMSL, where nobody takes off: correct it, or give the "
+            f"home is at {amsl_m:g} m AMSL, where no ground is: correct it, or give the "
             "altitude of the take-off place with --home-amsl"
         )
         raise MissionFileError(message, source=source)

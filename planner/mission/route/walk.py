@@ -647,7 +647,7 @@ class MissionState:
         if latitude is None or longitude is None:
             return False
         if not is_on_earth(latitude, longitude):
-            self.refuse(item, f"{latitude:g}°, {longitude:g}° is no place on Earth")
+            self.refuse(item, f"{latitude:g}°, {longitude:g}°: not a place on Earth")
         if latitude != 0.0 or longitude != 0.0:
             return True
         is_going = item.command in _GOING
