@@ -448,7 +448,7 @@ def _item(table: DataflashTable, row: int) -> LoggedItem:
         int(table.numbers["CNum"][row]),
         int(value("CId") or 0),
         None if frame is None else int(frame),
-        *(value(f"Prm{n}") for n in range(1, 5)),
+        *(value("Prm1"), value("Prm2"), value("Prm3"), value("Prm4")),
         latitude_deg=value("Lat"),
         longitude_deg=value("Lng"),
         altitude_m=value("Alt"),

@@ -571,7 +571,7 @@ def _item(table: MessageTable, row: int, unit: float, first_item: int) -> Logged
         int(table.numbers["seq"][row]) + first_item,
         int(table.numbers["command"][row]),
         int(table.numbers["frame"][row]),
-        *(value(f"param{n}") for n in range(1, 5)),
+        *(value("param1"), value("param2"), value("param3"), value("param4")),
         latitude_deg=value("x", unit),
         longitude_deg=value("y", unit),
         altitude_m=value("z"),

@@ -156,11 +156,12 @@ class ItemSequence:
         values = [*parameters, *(0.0,) * (7 - len(parameters))]
         if position is not None:
             values[4:] = position
+        p1, p2, p3, p4, p5, p6, p7 = values
         self.items.append(
             MissionItem(
                 int(command),
                 frame,
-                *values,
+                *(p1, p2, p3, p4, p5, p6, p7),
                 jump_id=self.first_number + len(self.items),
                 place=self.place,
             )

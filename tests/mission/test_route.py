@@ -502,9 +502,9 @@ def test_numbers_no_vehicle_can_fly_are_refused_with_the_item(bad: MissionItem) 
 @pytest.mark.parametrize(
     ("latitude_deg", "altitude_m", "sentence"),
     [
-        (47.0, 65_535.0, "home lies at 65535 m AMSL"),
-        (47.0, -501.0, "home lies at -501 m AMSL"),
-        (177.0, 500.0, "home lies at 177°, 8°: not a place on Earth"),
+        (47.0, 65_535.0, "home is at 65535 m AMSL"),
+        (47.0, -501.0, "home is at -501 m AMSL"),
+        (177.0, 500.0, "home is at 177°, 8°: not a place on Earth"),
     ],
 )
 def test_a_home_where_nobody_stands_is_refused(

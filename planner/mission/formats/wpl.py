@@ -435,10 +435,11 @@ def _missing_home(row: Row) -> Finding:
 
 
 def _make_item(row: Row, *, jump_id: int) -> MissionItem:
+    p1, p2, p3, p4, p5, p6, p7 = row.values
     return MissionItem(
         row.command,
         row.frame,
-        *row.values,
+        *(p1, p2, p3, p4, p5, p6, p7),
         autocontinue=row.autocontinue,
         jump_id=jump_id,
         place=row.place,
