@@ -276,13 +276,9 @@ def test_a_return_keeps_the_speed_of_the_vehicle() -> None:
 @pytest.mark.parametrize("wrong", [0.0, -3.0, float("nan"), float("inf"), 2000.0])
 def test_a_speed_nothing_flies_at_is_refused(wrong: float) -> None:
     made = mission(takeoff(30.0), waypoint(100.0, 30.0), rtl())
-    with pytest.raises(
-        UsageError, match=r"a speed must be above 0|speed_m_s must be a finite number"
-    ):
+    with pytest.raises(UsageError, match=r"must be (above 0|a finite number)"):
         mission_at_speed(made, wrong)
-    with pytest.raises(
-        UsageError, match=r"a speed must be above 0|speed_m_s must be a finite number"
-    ):
+    with pytest.raises(UsageError, match=r"must be (above 0|a finite number)"):
         planner.check(made, planner.load_vehicle(VEHICLES[None]), speed_m_s=wrong)
 
 
