@@ -39,8 +39,8 @@ from planner.guard.decision import (
 )
 from planner.guard.energy import FlightFollower, Prediction
 from planner.link.mission import MissionDownload, MissionKind
-from planner.link.snapshot import VehicleReading, make_snapshot
-from planner.link.telemetry import BatteryState, VehicleSnapshot
+from planner.link.snapshot import VehicleReading, VehicleSnapshot, make_snapshot
+from planner.link.telemetry import BatteryState
 from planner.link.transfers import REQUEST_MESSAGE, MessageRequest, ParameterHashRequest
 from planner.link.wire import message
 from planner.mission.items import Home
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from planner.link.parameters import WireParameter
     from planner.link.telemetry import VehicleIdentity, VehicleState
     from planner.link.transfers import LinkSettings
-    from planner.link.vehicle import PymavlinkLink
+    from planner.link.vehicle import VehicleLink
     from planner.link.wire import Message
 
 
@@ -267,7 +267,7 @@ class PartReader:
 
     Parameters
     ----------
-    link : PymavlinkLink
+    link : VehicleLink
         The vehicle.
     watch : VehicleWatch
         Given what is read.
@@ -279,7 +279,7 @@ class PartReader:
 
     def __init__(
         self,
-        link: PymavlinkLink,
+        link: VehicleLink,
         watch: VehicleWatch,
         settings: LinkSettings,
         *,
@@ -415,7 +415,7 @@ class GuardSession:
 
     Parameters
     ----------
-    link : PymavlinkLink
+    link : VehicleLink
         Opened to guard, or to read for one that only observes.
     settings : GuardSettings
         How it decides.
@@ -441,7 +441,7 @@ class GuardSession:
 
     def __init__(
         self,
-        link: PymavlinkLink,
+        link: VehicleLink,
         settings: GuardSettings,
         link_settings: LinkSettings,
         *,

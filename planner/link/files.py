@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
 from planner.link.transfers import (
-    Exchange,
     Retransmission,
+    Transfer,
 )
 from planner.link.wire import message
 from planner.values import Value, replace
@@ -200,7 +200,7 @@ class FileRefusedError(LinkError):
     """The vehicle refuses a file or a folder."""
 
 
-class FolderListing(Exchange):
+class FolderListing(Transfer):
     """The entries of one folder.
 
     Parameters
@@ -297,7 +297,7 @@ class FolderListing(Exchange):
         return (packet_message(asked),)
 
 
-class FileDownload(Exchange):
+class FileDownload(Transfer):
     """One file by its path.
 
     Parameters
@@ -463,7 +463,7 @@ _ONES = 0xFFFFFFFF
 _PIECE = 1 << 20
 
 
-class FileChecksum(Exchange):
+class FileChecksum(Transfer):
     """The checksum of one file, which a vehicle may not tell.
 
     Parameters

@@ -19,7 +19,7 @@ from planner.link.files import (
     FolderListing,
     crc32_of,
 )
-from planner.link.transfers import Exchange
+from planner.link.transfers import Transfer
 from planner.link.wire import message
 from planner.values import Value
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.link.transfers import LinkSettings
-    from planner.link.vehicle import PymavlinkLink
+    from planner.link.vehicle import VehicleLink
     from planner.link.wire import Message
 
 
@@ -49,7 +49,7 @@ class VehicleLog(Value):
     """In the log protocol."""
 
 
-class LogListing(Exchange):
+class LogListing(Transfer):
     """The logs a vehicle is asked for.
 
     Parameters
@@ -93,7 +93,7 @@ class LogListing(Exchange):
         raise LinkError(msg)
 
 
-class LogDownload(Exchange):
+class LogDownload(Transfer):
     """One log by its number, after the vehicle was asked for its list.
 
     LOG_REQUEST_END is not part of it: PX4 forgets its list by it, and sends no other log.
@@ -172,7 +172,7 @@ _OVERLAP = 4096
 _SAFE = re.compile(r"[^A-Za-z0-9._-]")
 
 
-def fetch_log_list(link: PymavlinkLink) -> tuple[VehicleLog, ...]:
+def fetch_log_list(link: VehicleLink) -> tuple[VehicleLog, ...]:
     """Return the logs that a vehicle keeps, in its own order.
 
     Raises
@@ -209,7 +209,7 @@ class DownloadedLog(Value):
 
 
 def download_logs(
-    link: PymavlinkLink, logs: Sequence[VehicleLog], folder: Path, *, is_replacing: bool = False
+    link: VehicleLink, logs: Sequence[VehicleLog], folder: Path, *, is_replacing: bool = False
 ) -> tuple[DownloadedLog, ...]:
     """Download logs of a list that was just fetched, going on where an earlier call ended.
 
@@ -218,7 +218,7 @@ def download_logs(
 
     Parameters
     ----------
-    link : PymavlinkLink
+    link : VehicleLink
         The vehicle.
     logs : sequence of VehicleLog
         Some of its list.
@@ -248,7 +248,7 @@ def download_logs(
 
 
 def _download_log(
-    link: PymavlinkLink, log: VehicleLog, folder: Path, *, is_replacing: bool
+    link: VehicleLink, log: VehicleLog, folder: Path, *, is_replacing: bool
 ) -> DownloadedLog:
     target = folder / log.name
     crc32 = _checksum(link, log)
@@ -280,7 +280,7 @@ def _download_log(
     return DownloadedLog(log=log, path=target, is_new=True, is_confirmed=is_confirmed)
 
 
-def _checksum(link: PymavlinkLink, log: VehicleLog) -> int | None:
+def _checksum(link: VehicleLink, log: VehicleLog) -> int | None:
     """Return what a vehicle tells; ``None`` of one that knows no files or no checksums."""
     if not log.path:
         return None
@@ -305,7 +305,7 @@ def _existing(target: Path, log: VehicleLog) -> Iterator[Path]:
             yield path
 
 
-def _downloaded_part(link: PymavlinkLink, log: VehicleLog, target: Path) -> Path:
+def _downloaded_part(link: VehicleLink, log: VehicleLog, target: Path) -> Path:
     """Return the file that all of a log came to; parts of other logs are left alone."""
     for name in _names(target):
         part = name.with_name(f"{name.name}.part")
@@ -349,7 +349,7 @@ class _PartFile:
         self._file.close()
 
 
-def _download(link: PymavlinkLink, log: VehicleLog, path: Path) -> None:
+def _download(link: VehicleLink, log: VehicleLog, path: Path) -> None:
     part = _PartFile(path)
     try:
         if log.path:
@@ -361,7 +361,7 @@ def _download(link: PymavlinkLink, log: VehicleLog, path: Path) -> None:
         part.close()
 
 
-def _files(link: PymavlinkLink, top: str) -> tuple[VehicleLog, ...]:
+def _files(link: VehicleLink, top: str) -> tuple[VehicleLog, ...]:
     """Return the logs in a folder and the folders in it."""
     found: list[VehicleLog] = []
     listing = FolderListing(top, link.settings, link.file_numbers, retries=_TRIES)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
-from planner.link.transfers import Exchange
+from planner.link.transfers import Transfer
 from planner.link.wire import message
 from planner.mission.commands import UNSET_YAW, Command, Frame, command_name, load_command_table
 from planner.mission.formats.fence_items import (
@@ -116,7 +116,7 @@ class WireItem(Value):
     autocontinue: int = 1
 
 
-class MissionDownload(Exchange):
+class MissionDownload(Transfer):
     """A list of items that a vehicle is asked for.
 
     Parameters
@@ -295,7 +295,7 @@ class UploadOutcome(Enum):
     REJECTED = "rejected"
 
 
-class MissionUpload(Exchange):
+class MissionUpload(Transfer):
     """A list of items that is sent to a vehicle.
 
     Parameters

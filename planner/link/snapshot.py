@@ -13,7 +13,6 @@ from planner.link.mission import (
     mission_of_lists,
     shortest,
 )
-from planner.link.telemetry import VehicleSnapshot
 from planner.values import Value, replace
 from planner.vehicle.parameters.files import (
     ParameterSet,
@@ -26,12 +25,9 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.link.mission import WireItem
     from planner.link.parameters import WireParameter
-    from planner.link.telemetry import (
-        BatteryState,
-        VehicleIdentity,
-        VehicleLink,
-        VehicleState,
-    )
+    from planner.link.telemetry import BatteryState, VehicleIdentity, VehicleState
+    from planner.link.vehicle import VehicleLink
+    from planner.mission.items import Mission
 
 _CAPACITIES_MAH = ("BATT_CAPACITY", "BAT1_CAPACITY", "BAT_CAPACITY")
 _NAME = re.compile(r"[A-Z][A-Z0-9_]{0,15}", re.ASCII)
@@ -46,6 +42,20 @@ class VehicleReading(Value):
     lists: Mapping[MissionKind, tuple[WireItem, ...] | None]
     """Items by kind, ``None`` where the vehicle keeps no such list."""
     parameters: tuple[WireParameter, ...]
+
+
+class VehicleSnapshot(Value):
+    """Everything that was read from a vehicle."""
+
+    address: str
+    """The normalised address."""
+    identity: VehicleIdentity
+    state: VehicleState
+    mission: Mission
+    """Mission, fence and rally points, home as the vehicle has it."""
+    parameters: tuple[WireParameter, ...]
+    findings: tuple[Finding, ...] = ()
+    """What has to be known about it."""
 
 
 def read_vehicle(link: VehicleLink) -> VehicleReading:

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
 from planner.catalogue import PX4_EVENTS
-from planner.link.transfers import Exchange
+from planner.link.transfers import Transfer
 from planner.link.wire import message
 from planner.mission.items import Home
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
-    from planner.findings import Finding
-    from planner.link.mission import MissionKind, UploadOutcome, WireItem
-    from planner.link.parameters import WireParameter
     from planner.link.transfers import LinkSettings
     from planner.link.wire import Message
-    from planner.mission.items import Mission
 
 
 AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
@@ -143,57 +139,6 @@ class VehicleState(Value):
         return f"it is {' and '.join(found)}" if found else ""
 
 
-class VehicleSnapshot(Value):
-    """Everything that was read from a vehicle."""
-
-    address: str
-    """The normalised address."""
-    identity: VehicleIdentity
-    state: VehicleState
-    mission: Mission
-    """Mission, fence and rally points, home as the vehicle has it."""
-    parameters: tuple[WireParameter, ...]
-    findings: tuple[Finding, ...] = ()
-    """What has to be known about it."""
-
-
-class VehicleLink(Protocol):
-    """What the product needs of a vehicle; `planner.errors.LinkError` where the line fails."""
-
-    @property
-    def identity(self) -> VehicleIdentity:
-        """Who is on the line."""
-
-    def fetch_items(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
-        """Return one list of items; ``None`` where the vehicle knows no such list."""
-
-    def upload_items(
-        self, kind: MissionKind, items: Sequence[WireItem]
-    ) -> tuple[UploadOutcome, str]:
-        """Replace one list of items; the text says why it was rejected."""
-
-    def fetch_parameters(self) -> tuple[WireParameter, ...]:
-        """Return every parameter."""
-
-    def fetch_state(self) -> VehicleState:
-        """Return what the vehicle says of itself."""
-
-    def listen(self, duration_s: float) -> tuple[StatusText, ...]:
-        """Return the texts that the vehicle sends in a time [s], and those not taken before."""
-
-    def fetch_events(self) -> tuple[VehicleEvent, ...]:
-        """Return the events that the vehicle reported and that were not taken before."""
-
-    def has_no_mission(self) -> bool:
-        """Return whether the vehicle says that it has no mission that it would fly."""
-
-    def is_heard(self, timeout_s: float) -> bool:
-        """Return whether the vehicle sends another heartbeat within a time."""
-
-    def close(self) -> None:
-        """Close the line."""
-
-
 _OFFSET_BASIS, _PRIME = 0x811C9DC5, 0x01000193
 _AUTOPILOT = 1 << 24
 _MOST_KEPT = 200
@@ -306,7 +251,7 @@ class EventRecord:
         self._latest = sequence
 
 
-class EventRequest(Exchange):
+class EventRequest(Transfer):
     """Asks for the events that are missing; one that cannot be had is done without.
 
     Parameters

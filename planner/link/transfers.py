@@ -85,8 +85,11 @@ class Retransmission:
         return min(base_s * 2.0**self.attempts, longest_s)
 
 
-class Exchange:
-    """The requests of a `planner.link.wire.Transfer`, of which there is one at a time.
+class Transfer:
+    """An exchange of messages without the line: it is fed messages and times, and asks one thing at a time.
+
+    Every method returns what is to be sent; `planner.errors.LinkError` is raised where the exchange
+    cannot continue.
 
     Parameters
     ----------
@@ -103,8 +106,17 @@ class Exchange:
 
     @property
     def deadline_s(self) -> float:
-        """When to ask again. [s]"""
+        """When `expire` is to be called, unless something came before. [s]"""
         return self._timer.deadline_s
+
+    @property
+    def progress(self) -> tuple[int, int | None]:
+        """How much is done, and of how much, where that is known."""
+        raise NotImplementedError
+
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
+        """Take a message of the vehicle, of any kind."""
+        raise NotImplementedError
 
     def begin(self, now_s: float) -> tuple[Message, ...]:
         """Ask for the first time."""
@@ -143,7 +155,7 @@ HASH_NAME = "_HASH_CHECK"
 _BY_NAME = -1
 
 
-class Question(Exchange):
+class Question(Transfer):
     """One request, and the message that answers it: ``None`` where it does not come.
 
     Parameters

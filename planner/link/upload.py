@@ -21,11 +21,8 @@ if TYPE_CHECKING:
     from typing import ClassVar
 
     from planner.link.mission import WireItem
-    from planner.link.telemetry import (
-        StatusText,
-        VehicleEvent,
-        VehicleLink,
-    )
+    from planner.link.telemetry import StatusText, VehicleEvent
+    from planner.link.vehicle import VehicleLink
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
 

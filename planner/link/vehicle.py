@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.connection import OWN_SYSTEM, Connection, uid_text
+from planner.link.connection import OWN_SYSTEM, Connection, Purpose, uid_text
 from planner.link.files import FileNumbers
 from planner.link.mission import MissionDownload, MissionUpload
-from planner.link.parameters import ParameterDownload, Purpose
+from planner.link.parameters import ParameterDownload
 from planner.link.telemetry import EventRequest, VehicleIdentity, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest
 from planner.link.wire import open_line
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from planner.link.mission import MissionKind, UploadOutcome, WireItem
     from planner.link.parameters import WireParameter
     from planner.link.telemetry import StatusText, VehicleEvent, VehicleState
-    from planner.link.wire import Message, Transfer, VehicleLine
+    from planner.link.transfers import Transfer
+    from planner.link.wire import Message, VehicleLine
 OnProgress = Callable[[str, int, int | None], None]
 
 
@@ -45,7 +46,7 @@ _OPTIONAL_RETRIES = 6
 """Of a message that a vehicle may not have."""
 
 
-class PymavlinkLink:
+class VehicleLink:
     """The messages of a vehicle; a `planner.link.telemetry.VehicleLink`.
 
     Parameters
@@ -281,7 +282,7 @@ def open_vehicle(
     system: int | None = None,
     own_system: int = OWN_SYSTEM,
     on_progress: OnProgress = lambda *_: None,
-) -> PymavlinkLink:
+) -> VehicleLink:
     """Return the vehicle at an address, once it was heard.
 
     Raises
@@ -291,7 +292,7 @@ def open_vehicle(
     UsageError
         If a library is missing.
     """
-    return PymavlinkLink(
+    return VehicleLink(
         open_line(address),
         name=address.text,
         settings=settings,

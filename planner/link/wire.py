@@ -316,35 +316,6 @@ def message(name: str, **fields: Any) -> Message:  # noqa: ANN401 - numbers, tex
     return Message(name=name, fields=fields)
 
 
-class Transfer(Protocol):
-    """An exchange of messages, without the line: it is fed messages and times.
-
-    Every method returns what is to be sent; `planner.errors.LinkError` is raised where the
-    exchange cannot go on.
-    """
-
-    @property
-    def is_done(self) -> bool:
-        """Whether nothing more is waited for."""
-
-    @property
-    def deadline_s(self) -> float:
-        """When `expire` is to be called, unless something came before. [s]"""
-
-    @property
-    def progress(self) -> tuple[int, int | None]:
-        """How much is done, and of how much, where that is known."""
-
-    def begin(self, now_s: float) -> tuple[Message, ...]:
-        """Return the first messages."""
-
-    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        """Take a message of the vehicle, of any kind."""
-
-    def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Take it that the deadline has passed."""
-
-
 _HEAD = 10
 """Bytes of a version 2 frame before its content."""
 

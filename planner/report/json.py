@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.identify.assembly import Identification
     from planner.identify.segments import StateOutcome
     from planner.identify.verification import Verification
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.logs.record import FlightRecord
     from planner.service import UnreadableMission
     from planner.service.vehicle import MissionComparison

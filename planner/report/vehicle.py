@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.guard.decision import Decision
     from planner.guard.energy import EnergyState
     from planner.guard.session import GuardStatus
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.mission.items import Home
 
 

@@ -12,7 +12,7 @@ from planner.guard.authorisation import go_judgement, no_go_judgement, unknown_j
 from planner.guard.decision import GuardSettings, VehiclePart
 from planner.guard.energy import Prediction
 from planner.guard.session import GuardSession
-from planner.link.parameters import Purpose
+from planner.link.connection import Purpose
 from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.service import UnreadableMission
 from planner.service.vehicle import check_vehicle, open_link, silent
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.guard.authorisation import Judgement
     from planner.guard.decision import Decision
     from planner.guard.session import Authoriser, GuardStatus
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.link.vehicle import OnProgress
     from planner.service.vehicle import LinkRequest
     from planner.setup import Setup

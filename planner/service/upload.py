@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.errors import UsageError
 from planner.findings import Rule, Severity
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
-from planner.link.parameters import Purpose
 from planner.link.snapshot import fetch_snapshot
 from planner.link.upload import upload_mission
 from planner.service.vehicle import check_vehicle, open_link, silent
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.findings import Finding
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.link.upload import UploadResult
     from planner.link.vehicle import OnProgress
     from planner.mission.items import Mission

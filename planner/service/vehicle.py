@@ -9,9 +9,8 @@ from planner import quantity
 from planner.errors import OutputError, UsageError
 from planner.files import write_output_files
 from planner.findings import Rule, Severity
-from planner.link.connection import OWN_SYSTEM
+from planner.link.connection import OWN_SYSTEM, Purpose
 from planner.link.mission import MissionKind, mission_of_lists
-from planner.link.parameters import Purpose
 from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import open_vehicle
@@ -28,8 +27,8 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.link.address import LinkAddress
     from planner.link.logs import DownloadedLog, VehicleLog
-    from planner.link.telemetry import VehicleSnapshot
-    from planner.link.vehicle import OnProgress, PymavlinkLink
+    from planner.link.snapshot import VehicleSnapshot
+    from planner.link.vehicle import OnProgress, VehicleLink
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
     from planner.service import CheckResult, UnreadableMission
@@ -56,7 +55,7 @@ def open_link(
     *,
     purpose: Purpose = Purpose.READ,
     on_progress: OnProgress = silent,
-) -> closing[PymavlinkLink]:
+) -> closing[VehicleLink]:
     """Return the vehicle of a request, to be closed.
 
     Raises

@@ -16,7 +16,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
     from planner.service import UnreadableMission

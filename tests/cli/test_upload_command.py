@@ -11,11 +11,8 @@ from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, wire_it
 
 from planner.cli import upload as upload_module
 from planner.cli.main import main
+from planner.link.connection import MESSAGES, Purpose
 from planner.link.mission import MissionKind
-from planner.link.parameters import (
-    MESSAGES,
-    Purpose,
-)
 from planner.values import replace
 
 if TYPE_CHECKING:

@@ -17,11 +17,7 @@ from planner.guard.authorisation import (
     acknowledgement_fields,
     arming_settings,
 )
-from planner.link.connection import HeardVehicle
-from planner.link.parameters import (
-    Gate,
-    Purpose,
-)
+from planner.link.connection import Gate, HeardVehicle, Purpose
 from planner.link.wire import (
     Codec,
     message,

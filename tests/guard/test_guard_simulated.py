@@ -18,10 +18,10 @@ from planner.guard.session import (
     GuardSession,
     GuardStatus,
 )
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
-from planner.link.parameters import Purpose
 from planner.link.transfers import LinkSettings
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.report.vehicle import energy_text
 from planner.service.guard import judge_vehicle
 from planner.setup import Setup
@@ -90,7 +90,7 @@ def guard(
             raise OverError
 
     settings = LinkSettings()
-    link = PymavlinkLink(
+    link = VehicleLink(
         line, name="simulated", settings=settings, purpose=Purpose.GUARD, own_system=own_system
     )
     session = GuardSession(
@@ -235,7 +235,7 @@ def test_a_flight_that_is_joined_is_held_against_the_model_from_there_on(
             raise OverError
 
     session = GuardSession(
-        PymavlinkLink(line, name="simulated", purpose=Purpose.GUARD),
+        VehicleLink(line, name="simulated", purpose=Purpose.GUARD),
         GuardSettings(),
         LinkSettings(),
         judge=lambda snapshot: judge_vehicle(snapshot, replace(CHECK, autopilot=autopilot)),

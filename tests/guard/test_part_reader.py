@@ -19,7 +19,7 @@ from planner.guard.session import (
 from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
 from planner.link.transfers import LinkSettings
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 
 if TYPE_CHECKING:
     from planner.simulator.wire import PassedMessage
@@ -35,7 +35,7 @@ def _reader(
 ) -> tuple[PartReader, VehicleWatch, list[PassedMessage]]:
     """Return a reader, what it reads into, and what is sent to the vehicle."""
     line = memory_line(autopilot)
-    link = PymavlinkLink(line, name="simulated")
+    link = VehicleLink(line, name="simulated")
     watch = VehicleWatch(link.identity, own_system=245)
     known = read_vehicle(link) if is_known else None
     sent: list[PassedMessage] = []
@@ -81,7 +81,7 @@ def test_ardupilot_tells_its_lists_by_no_number_and_is_read_again() -> None:
 
 def test_a_line_that_falls_silent_leaves_every_part_unread() -> None:
     line = memory_line(PX4, "silence=40")
-    link = PymavlinkLink(line, name="simulated")
+    link = VehicleLink(line, name="simulated")
     reader = PartReader(link, VehicleWatch(link.identity, own_system=245), LinkSettings(retries=2))
     first, second = list(reader.read(ALL)), list(reader.read(ALL))
     assert [one.part for one in first] == [one.part for one in second] == list(ALL.parts)

@@ -19,10 +19,10 @@ from planner.guard.session import (
     GuardSession,
     GuardStatus,
 )
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
-from planner.link.parameters import Purpose
 from planner.link.transfers import LinkSettings
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.link.wire import message
 from planner.service.guard import judge_vehicle
 from planner.setup import Setup
@@ -32,7 +32,7 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from planner.guard.authorisation import Judgement
     from planner.guard.energy import Prediction
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.link.wire import Message
 
 ACCEPTED, FOR_NOW, DENIED = 0, 1, 2
@@ -68,7 +68,7 @@ def guard(
     line = VirtualLine(vehicle, **chances)  # type: ignore[arg-type] # loss, seed and the like
     run = Run(vehicle, line)
     link_settings = LinkSettings()
-    link = PymavlinkLink(line, name="virtual", settings=link_settings, purpose=Purpose.GUARD)
+    link = VehicleLink(line, name="virtual", settings=link_settings, purpose=Purpose.GUARD)
 
     def judge(snapshot: VehicleSnapshot) -> tuple[Judgement, Prediction | None]:
         run.checks += 1
@@ -196,7 +196,7 @@ def test_a_vehicle_that_stays_silent_is_lost() -> None:
     vehicle = guarded()
     vehicle.script += at(20.0, lambda one: setattr(one, "is_silent", True))  # type: ignore[arg-type] # what happens
     line = VirtualLine(vehicle)
-    link = PymavlinkLink(line, name="virtual", purpose=Purpose.GUARD)
+    link = VehicleLink(line, name="virtual", purpose=Purpose.GUARD)
     session = GuardSession(
         link,
         GuardSettings(),
@@ -214,7 +214,7 @@ def test_a_vehicle_that_stays_silent_is_lost() -> None:
 def test_a_vehicle_that_falls_silent_in_a_transfer_is_lost_as_soon() -> None:
     vehicle = guarded()
     line = VirtualLine(vehicle)
-    link = PymavlinkLink(line, name="virtual", purpose=Purpose.GUARD)
+    link = VehicleLink(line, name="virtual", purpose=Purpose.GUARD)
 
     ask = vehicle._on_mission_request_int
 

@@ -12,11 +12,11 @@ from simulated_vehicles import memory_line, out_and_back, vehicle
 from planner.autopilot import Autopilot
 from planner.cli.main import main
 from planner.errors import LinkError
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind, mission_of_lists
-from planner.link.parameters import Purpose
 from planner.link.transfers import LinkSettings
 from planner.link.upload import BrokenUploadError, upload_mission
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.mission.compare import compare_missions
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def test_a_mission_is_put_in_place_when_a_fifth_is_lost_both_ways(
     autopilot: Autopilot, seed: int
 ) -> None:
     line = memory_line(autopilot, f"loss=20%,seed={seed}")
-    link = PymavlinkLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
     assert upload_mission(link, NEW, listen_s=2.0).is_good
     assert _is_as(line, NEW, autopilot)
 
@@ -155,7 +155,7 @@ def test_an_upload_whose_line_comes_back_leaves_the_old_or_the_new_mission_whole
     for position in range(0, 78, 5):
         line = memory_line(autopilot, f"silence={position}:9")
         settings = LinkSettings(retries=3)  # it gives up within the silence
-        link = PymavlinkLink(line, name="simulated", settings=settings, purpose=Purpose.UPLOAD)
+        link = VehicleLink(line, name="simulated", settings=settings, purpose=Purpose.UPLOAD)
         expected = NEW
         try:
             assert upload_mission(link, NEW, listen_s=1.0).is_good, position

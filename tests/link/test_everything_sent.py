@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from simulated_vehicles import MemoryLine
 
     from planner.guard.session import GuardStatus
-    from planner.link.telemetry import VehicleSnapshot
+    from planner.link.snapshot import VehicleSnapshot
     from planner.link.wire import Message
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

@@ -18,12 +18,12 @@ from planner.guard.session import (
     GuardSession,
     GuardStatus,
 )
+from planner.link.connection import Purpose
 from planner.link.logs import fetch_log_list
 from planner.link.mission import MissionKind
-from planner.link.parameters import Purpose
 from planner.link.telemetry import Telemetry
 from planner.link.transfers import LinkSettings
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.link.wire import (
     Codec,
     Message,
@@ -116,7 +116,7 @@ class _OverError(Exception):
     """The time of a test is up."""
 
 
-def _guard(link: PymavlinkLink) -> None:
+def _guard(link: VehicleLink) -> None:
     until_s = link.connection.now_s + 20.0
 
     def tell(_: GuardStatus) -> None:
@@ -148,7 +148,7 @@ def test_whatever_a_vehicle_sends_a_command_ends_in_time_with_a_word(
     impatient = LinkSettings(reply_timeout_s=0.3, retries=2)
     item = wire_item()
     try:
-        link = PymavlinkLink(
+        link = VehicleLink(
             _HostileLine(autopilot, frames), name="hostile", settings=impatient, purpose=purpose
         )
         acts: dict[str, Callable[[], object]] = {

@@ -22,7 +22,7 @@ from planner.link.connection import Connection
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import (
-    PymavlinkLink,
+    VehicleLink,
     open_vehicle,
 )
 from planner.link.wire import (
@@ -156,7 +156,7 @@ def test_a_vehicle_may_connect_to_us_over_tcp(autopilot: Autopilot) -> None:
     ours = LinkAddress(kind=LinkKind.TCP_LISTEN, host="127.0.0.1", port=port)
     theirs = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
     with closing(open_line(ours)) as line, SimulationRunner(wire(autopilot), theirs):
-        items = PymavlinkLink(line, name=ours.text).fetch_items(MissionKind.MISSION)
+        items = VehicleLink(line, name=ours.text).fetch_items(MissionKind.MISSION)
     assert [item.command for item in items or ()][-4:] == [22, 16, 16, 20]
 
 
@@ -243,7 +243,7 @@ def test_a_vehicle_that_does_not_hear_us_is_told_from_one_that_is_not_there(auto
     deaf = _Sending()
     deaf.says = (message("HEARTBEAT", type=2, autopilot=autopilot, mavlink_version=3),)
     with pytest.raises(LinkError, match=r"answers nothing: does the line carry both ways"):
-        PymavlinkLink(VirtualLine(deaf), name="virtual", settings=IMPATIENT)
+        VehicleLink(VirtualLine(deaf), name="virtual", settings=IMPATIENT)
 
 
 def test_what_the_vehicle_says_to_a_transfer_that_stalls_is_told() -> None:
@@ -251,6 +251,6 @@ def test_what_the_vehicle_says_to_a_transfer_that_stalls_is_told() -> None:
         def _on_mission_request_list(self, _: Message, __: float) -> list[Message]:
             return [message("STATUSTEXT", severity=3, text="Not while armed")]
 
-    link = PymavlinkLink(VirtualLine(_Armed()), name="virtual", settings=IMPATIENT)
+    link = VehicleLink(VirtualLine(_Armed()), name="virtual", settings=IMPATIENT)
     with pytest.raises(LinkError, match=r"stalled.*; the vehicle says: Not while armed$"):
         link.fetch_items(MissionKind.MISSION)

@@ -31,7 +31,7 @@ from planner.link.wire import Message
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.link.wire import Transfer
+    from planner.link.transfers import Transfer
 
 CONTENT = random.Random(3).randbytes(20_001)
 LOG = VehicleLog(name="a.bin", size_bytes=len(CONTENT), number=4)

@@ -29,13 +29,13 @@ from simulated_vehicles import free_port
 from virtual_vehicle import waypoints
 
 from planner.link.address import LinkAddress, LinkKind
+from planner.link.connection import Purpose
 from planner.link.mission import (
     MissionKind,
     UploadOutcome,
 )
-from planner.link.parameters import Purpose
 from planner.link.vehicle import (
-    PymavlinkLink,
+    VehicleLink,
     open_vehicle,
 )
 
@@ -47,7 +47,7 @@ REAL = {"MPC_XY_CRUISE": 6.1, **{f"P{number}": 0.5 * number for number in range(
 
 
 @pytest.fixture
-def met() -> Iterator[tuple[Any, PymavlinkLink]]:
+def met() -> Iterator[tuple[Any, VehicleLink]]:
     """Return the server component of a vehicle, and our link to it."""
     mavsdk.log_subscribe(lambda *_: True)
     port = free_port(socket.SOCK_DGRAM)
@@ -69,14 +69,14 @@ def met() -> Iterator[tuple[Any, PymavlinkLink]]:
             server.destroy()
 
 
-def test_every_parameter_of_mavsdk_is_read(met: tuple[Any, PymavlinkLink]) -> None:
+def test_every_parameter_of_mavsdk_is_read(met: tuple[Any, VehicleLink]) -> None:
     _, link = met
     fetched = {one.name: one.number(is_bytewise=True) for one in link.fetch_parameters()}
     assert fetched == {**WHOLE, **{name: pytest.approx(value) for name, value in REAL.items()}}
 
 
 def test_a_mission_that_mavsdk_took_is_the_one_that_was_sent(
-    met: tuple[Any, PymavlinkLink],
+    met: tuple[Any, VehicleLink],
 ) -> None:
     _, link = met
     for items in (waypoints(7), waypoints(3)):
@@ -84,7 +84,7 @@ def test_a_mission_that_mavsdk_took_is_the_one_that_was_sent(
         assert link.fetch_items(MissionKind.MISSION) == items
 
 
-def test_what_mavsdk_tells_of_its_state_is_understood(met: tuple[Any, PymavlinkLink]) -> None:
+def test_what_mavsdk_tells_of_its_state_is_understood(met: tuple[Any, VehicleLink]) -> None:
     component, link = met
     server = TelemetryServer(component)
     here = Position(47.0, 8.5, 488.25, 12.5)

@@ -10,10 +10,7 @@ from hypothesis import strategies as st
 from mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 
-from planner.link.parameters import (
-    Gate,
-    Purpose,
-)
+from planner.link.connection import Gate, Purpose
 from planner.link.wire import (
     EXTENSIONS,
     LAYOUTS,

@@ -10,7 +10,7 @@ from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence
-from planner.link.parameters import Purpose
+from planner.link.connection import Purpose
 from planner.link.telemetry import (
     EventRecord,
     EventRequest,
@@ -27,7 +27,7 @@ from planner.link.upload import (
     objections,
     upload_mission,
 )
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message
 from planner.values import replace
 
@@ -42,7 +42,7 @@ VIOLATION = "navigator_mis_geofence_violation"
 
 
 def _upload(line: MemoryLine, sent: Mission = NEW, *, has_home: bool = True) -> UploadResult:
-    link = PymavlinkLink(line, name="simulated", purpose=Purpose.UPLOAD)
+    link = VehicleLink(line, name="simulated", purpose=Purpose.UPLOAD)
     return upload_mission(link, sent, listen_s=3.0, has_home=has_home)
 
 

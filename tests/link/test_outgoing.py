@@ -9,13 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from planner.link.parameters import (
-    COMMANDS,
-    FILE_OPERATIONS,
-    MESSAGES,
-    Gate,
-    Purpose,
-)
+from planner.link.connection import COMMANDS, FILE_OPERATIONS, MESSAGES, Gate, Purpose
 from planner.link.wire import (
     LAYOUTS,
     Codec,

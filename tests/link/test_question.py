@@ -11,7 +11,7 @@ from planner.link.transfers import (
     MessageRequest,
     ParameterHashRequest,
 )
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message
 
 ACCEPTED, FOR_NOW, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = 0, 1, 2, 3, 4, 5
@@ -84,7 +84,7 @@ def test_a_hash_is_the_four_bytes_of_its_value() -> None:
 @settings(max_examples=10, deadline=None)
 def test_through_loss_a_home_that_the_vehicle_has_is_never_taken_to_be_none(seed: int) -> None:
     # PX4 denies WIND, which is ArduPilot's: words to it must not be taken for words about home.
-    link = PymavlinkLink(
+    link = VehicleLink(
         memory_line(Autopilot.PX4, f"loss=10%,delay=0.9,seed={seed}"), name="simulated"
     )
     for _ in range(3):

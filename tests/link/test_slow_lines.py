@@ -14,7 +14,7 @@ from planner.link.transfers import (
     LinkSettings,
     Retransmission,
 )
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 
@@ -22,7 +22,7 @@ PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 def test_ardupilot_is_read_over_a_line_on_which_an_answer_takes_ten_seconds() -> None:
     line = memory_line(ARDUPILOT, "delay=5")
     told: dict[str, set[int]] = {}
-    link = PymavlinkLink(
+    link = VehicleLink(
         line, name="slow", on_progress=lambda what, done, _: told.setdefault(what, set()).add(done)
     )
     reading = read_vehicle(link)
@@ -32,7 +32,7 @@ def test_ardupilot_is_read_over_a_line_on_which_an_answer_takes_ten_seconds() ->
 
 
 def test_px4_over_a_line_slower_than_it_remembers_is_told_of_as_that() -> None:
-    link = PymavlinkLink(memory_line(PX4, "delay=3"), name="slow")
+    link = VehicleLink(memory_line(PX4, "delay=3"), name="slow")
     with pytest.raises(LinkError, match=r"no answer came; the line is too slow .* --reply-timeout"):
         read_vehicle(link)
 
@@ -40,7 +40,7 @@ def test_px4_over_a_line_slower_than_it_remembers_is_told_of_as_that() -> None:
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 def test_a_list_with_a_wrong_count_is_no_mission_and_told_of(autopilot: Autopilot) -> None:
     # Two items that are counted and not there: nobody knows whether the mission is whole.
-    link = PymavlinkLink(memory_line(autopilot, "count=+2"), name="wrong")
+    link = VehicleLink(memory_line(autopilot, "count=+2"), name="wrong")
     with pytest.raises(LinkError, match=r"it answered \w+; .* or the list on the vehicle broken"):
         read_vehicle(link)
 
@@ -49,7 +49,7 @@ def test_a_list_with_a_wrong_count_is_no_mission_and_told_of(autopilot: Autopilo
 @pytest.mark.parametrize("seed", range(4))
 def test_what_comes_twice_and_in_another_order_is_read(autopilot: Autopilot, seed: int) -> None:
     faults = f"duplication=50%,reordering=50%,seed={seed}"
-    reading = read_vehicle(PymavlinkLink(memory_line(autopilot, faults), name="mixed"))
+    reading = read_vehicle(VehicleLink(memory_line(autopilot, faults), name="mixed"))
     assert len(reading.lists[0] or ()) == (4 if autopilot is PX4 else 5)  # type: ignore[index] # an IntEnum
 
 
@@ -82,4 +82,4 @@ def test_a_longer_list_is_read_of_px4_through_repetitions_out_of_order(seed: int
     vehicle = VirtualVehicle(autopilot=12)
     vehicle.lists[MissionKind.MISSION] = waypoints(25)
     line = VirtualLine(vehicle, repeated=0.5, late=0.5, seed=seed)
-    assert PymavlinkLink(line, name="mixed").fetch_items(MissionKind.MISSION) == waypoints(25)
+    assert VehicleLink(line, name="mixed").fetch_items(MissionKind.MISSION) == waypoints(25)

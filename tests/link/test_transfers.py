@@ -8,19 +8,17 @@ from hypothesis import strategies as st
 from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoints, wire_item
 
 from planner.errors import LinkError
+from planner.link.connection import Purpose
 from planner.link.mission import (
     MissionDownload,
     MissionKind,
     MissionUpload,
     UploadOutcome,
 )
-from planner.link.parameters import ParameterDownload, Purpose
-from planner.link.transfers import LinkSettings
-from planner.link.vehicle import PymavlinkLink
-from planner.link.wire import (
-    Message,
-    Transfer,
-)
+from planner.link.parameters import ParameterDownload
+from planner.link.transfers import LinkSettings, Transfer
+from planner.link.vehicle import VehicleLink
+from planner.link.wire import Message
 
 PARAMETERS = {
     **{f"P{n:03}": (float(n), 9) for n in range(60)},
@@ -29,8 +27,8 @@ PARAMETERS = {
 }
 
 
-def _link(line: VirtualLine, **options: object) -> PymavlinkLink:
-    return PymavlinkLink(line, name="virtual", **options)  # type: ignore[arg-type] # as given
+def _link(line: VirtualLine, **options: object) -> VehicleLink:
+    return VehicleLink(line, name="virtual", **options)  # type: ignore[arg-type] # as given
 
 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

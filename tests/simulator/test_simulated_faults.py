@@ -10,9 +10,9 @@ from simulated_vehicles import MemoryLine, memory_line, request, vehicle, wire
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, UsageError
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
-from planner.link.parameters import Purpose
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.link.wire import (
     Codec,
     Message,
@@ -124,7 +124,7 @@ def test_garbage_costs_at_most_the_frames_it_stands_before(seed: int) -> None:
 @BOTH
 def test_items_that_are_cut_short_are_asked_for_again(autopilot: Autopilot) -> None:
     line = memory_line(autopilot, "truncation=0.4")
-    items = PymavlinkLink(line, name="simulated").fetch_items(MissionKind.MISSION)
+    items = VehicleLink(line, name="simulated").fetch_items(MissionKind.MISSION)
     assert items is not None
     assert [item.command for item in items][-4:] == [22, 16, 16, 20]
 
@@ -134,7 +134,7 @@ def test_items_that_are_cut_short_are_asked_for_again(autopilot: Autopilot) -> N
 def test_everything_is_fetched_over_a_bad_line(autopilot: Autopilot, seed: int) -> None:
     faults = f"loss=20%,duplication=5%,reordering=10%,delay=0.1,garbage=2%,seed={seed}"
     line = memory_line(autopilot, faults)
-    link = PymavlinkLink(line, name="simulated")
+    link = VehicleLink(line, name="simulated")
     expected = vehicle(autopilot)
     for kind in MissionKind:
         items = link.fetch_items(kind)
@@ -153,7 +153,7 @@ def test_after_so_many_messages_of_transfers_nothing_passes(after: int) -> None:
     passed: list[PassedMessage] = []
     made.on_message = passed.append
     line = MemoryLine(made)
-    link = PymavlinkLink(line, name="simulated")
+    link = VehicleLink(line, name="simulated")
     with pytest.raises(LinkError):
         link.fetch_items(MissionKind.MISSION)
     answered = [one for one in passed if is_transfer(one.message) and not one.is_to_vehicle]
@@ -163,7 +163,7 @@ def test_after_so_many_messages_of_transfers_nothing_passes(after: int) -> None:
 
 def test_a_silence_may_end() -> None:
     line = memory_line(PX4, "silence=3:5")
-    items = PymavlinkLink(line, name="simulated").fetch_items(MissionKind.MISSION)
+    items = VehicleLink(line, name="simulated").fetch_items(MissionKind.MISSION)
     assert items is not None
     assert len(items) == 4
     assert line.now_s() > 5.0
@@ -179,14 +179,14 @@ def test_a_twin_has_the_same_system_id_and_another_number() -> None:
 
 
 def test_a_client_of_ours_notices_the_wrong_count() -> None:
-    link = PymavlinkLink(memory_line(ARDUPILOT, "count=+2"), name="simulated")
+    link = VehicleLink(memory_line(ARDUPILOT, "count=+2"), name="simulated")
     with pytest.raises(LinkError):
         link.fetch_items(MissionKind.MISSION)
 
 
 def test_nothing_that_a_fetch_sends_would_do_anything() -> None:
     made = vehicle(PX4)
-    link = PymavlinkLink(MemoryLine(make_simulated_wire(made, request(PX4))), name="simulated")
+    link = VehicleLink(MemoryLine(make_simulated_wire(made, request(PX4))), name="simulated")
     link.fetch_items(MissionKind.MISSION)
     link.fetch_parameters()
     link.fetch_state()
@@ -260,7 +260,7 @@ def test_an_upload_that_is_cut_anywhere_leaves_px4_with_the_old_or_the_new(
     old = list(made.missions.lists[MissionKind.MISSION])
     new = [replace(item, z=item.z + 5.0) for item in old]
     asked = request(autopilot, f"silence={after}")
-    link = PymavlinkLink(
+    link = VehicleLink(
         MemoryLine(make_simulated_wire(made, asked)), name="simulated", purpose=Purpose.UPLOAD
     )
     is_whole = after >= 2 * len(old) + 2

@@ -23,7 +23,7 @@ from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
 from planner.link.mission import MissionKind
 from planner.link.vehicle import (
-    PymavlinkLink,
+    VehicleLink,
     open_vehicle,
 )
 from planner.service.simulation import open_simulation
@@ -108,7 +108,7 @@ def test_mavsdk_reads_mission_fence_rally_points_and_parameters(autopilot: Autop
 @BOTH
 def test_mavsdk_reads_what_we_read(autopilot: Autopilot) -> None:
     port, address = _udp()
-    link = PymavlinkLink(memory_line(autopilot), name="simulated")
+    link = VehicleLink(memory_line(autopilot), name="simulated")
     with _simulated(autopilot, address), _mavsdk(port) as (_, system):
         raw = MissionRaw(system)
         for kind, theirs in (

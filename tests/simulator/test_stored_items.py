@@ -11,10 +11,10 @@ from virtual_vehicle import wire_item
 
 from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
+from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
-from planner.link.parameters import Purpose
 from planner.link.upload import upload_mission
-from planner.link.vehicle import PymavlinkLink
+from planner.link.vehicle import VehicleLink
 from planner.simulator.missions import stored_item
 from planner.values import replace
 
@@ -51,7 +51,7 @@ def test_what_an_autopilot_does_not_send_back_is_no_reason_to_take_a_mission_awa
     autopilot: Autopilot, one: object
 ) -> None:
     sent = mission(takeoff(30.0), one, waypoint(200.0, 30.0))  # type: ignore[arg-type] # as made
-    link = PymavlinkLink(memory_line(autopilot), name="simulated", purpose=Purpose.UPLOAD)
+    link = VehicleLink(memory_line(autopilot), name="simulated", purpose=Purpose.UPLOAD)
     result = upload_mission(link, sent, listen_s=1.0)
     assert result.is_good, result
     assert result.restored is None
@@ -69,7 +69,7 @@ def test_fences_and_rally_points_come_back_as_they_are_kept(autopilot: Autopilot
     )
     rally = RallyPoint(latitude_deg=47.0, longitude_deg=8.01, height_above_home_m=30.7)
     sent = replace(mission(takeoff(30.0), waypoint(100.0, 30.0)), fence=fence, rally=(rally,))
-    link = PymavlinkLink(memory_line(autopilot), name="simulated", purpose=Purpose.UPLOAD)
+    link = VehicleLink(memory_line(autopilot), name="simulated", purpose=Purpose.UPLOAD)
     result = upload_mission(link, sent, listen_s=1.0)
     assert result.is_good, result
     (kept,) = link.fetch_items(MissionKind.RALLY) or ()
