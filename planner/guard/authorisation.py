@@ -2,7 +2,7 @@
 
 PX4 asks with MAV_CMD_ARM_AUTHORIZATION_REQUEST and takes the COMMAND_ACK for the answer
 (``ArmAuthorization.cpp``): ``result_param2`` of an acceptance is the time it holds, in which PX4 does
-not ask again and cannot be told otherwise; of a denial ``progress`` is the reason and
+not ask again nor listen; of a denial ``progress`` is the reason and
 ``result_param2`` what goes with it.  IN_PROGRESS does not lengthen its wait.
 """
 
@@ -141,7 +141,7 @@ def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) 
 
 
 _OF_ITEMS = "MALTF"
-"""Families about what an item says: mission, altitude, file, time, fence."""
+"""Families about items: mission, altitude, file, time, fence."""
 _MOST_CHARACTERS = 50
 """Of one STATUSTEXT."""
 
@@ -152,7 +152,7 @@ class Verdict(StrEnum):
     GO = "go"
     NO_GO = "no-go"
     UNKNOWN = "unknown"
-    """Nothing can be said: never a go."""
+    """No verdict: never a go."""
 
 
 class Judgement(Value):
@@ -197,8 +197,8 @@ def no_go_judgement(findings: Sequence[Finding], *, fail_on: Severity) -> Judgem
 
     Notes
     -----
-    Wind is bad weather; a fence without an item to blame is airspace; what an item says makes it an
-    invalid waypoint, told as reports count it; all else is generic.
+    Wind is bad weather; a fence without an item to blame is airspace; what an item holds makes it an
+    invalid waypoint, numbered as reports count it; all else is generic.
     """
     objections = [finding for finding in findings if finding.severity >= fail_on]
     worst = objections[0]

@@ -3,7 +3,7 @@
 It opens no line and reads no clock: it is fed events with their times and returns what is to be done.
 A request is accepted only where every part that the verdict rests on was read, nothing has changed
 since by any sign, the check of exactly these parts is a go, and the vehicle has confirmed them at the
-time of the request.  Whatever else is the case is a rejection that says why.
+time of the request.  Whatever else is the case is a rejection with its reason.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ class VehiclePart(StrEnum):
 
 
 READ_PARTS = (VehiclePart.MISSION, VehiclePart.FENCE, VehiclePart.RALLY, VehiclePart.PARAMETERS)
-"""Parts that the vehicle is asked for; it tells the others by itself."""
+"""Parts that the vehicle is asked for; it reports the others by itself."""
 
 
 class GuardSettings(Value):
     """How a guard decides."""
 
     valid_for_s: int = 10
-    """How long an acceptance holds: PX4 does not ask again in this time, nor can be told. [s]"""
+    """How long an acceptance holds: PX4 does not ask again in this time, nor does it listen. [s]"""
     silence_s: float = 5.0
     """A vehicle that is not heard for so long may have changed meanwhile. [s]"""
     debounce_s: float = 0.5
@@ -51,8 +51,8 @@ class GuardSettings(Value):
     """What was read is read again after this time; nothing rests on what is twice as old. [s]"""
     confirmed_s: float = 0.0
     """A request is accepted only on what was read, or confirmed, after it, or so shortly before. [s]"""
-    answer_share: float = 0.7
-    """Share of the time the vehicle waits in which it gets its answer. [-]"""
+    answer_fraction: float = 0.7
+    """Fraction of the time the vehicle waits in which it gets its answer. [-]"""
     retry_s: float = 5.0
     """After which a part that could not be read is tried again. [s]"""
     announce_every_s: float = 10.0
@@ -74,11 +74,11 @@ class PartChanged(Value):
 
     part: VehiclePart
     why: str
-    """Such as: ``MISSION_CURRENT says 12 items``."""
+    """Such as: ``MISSION_CURRENT counts 12 items``."""
 
 
 class PartRead(Value):
-    """A part was read, confirmed to be as before, or told by the vehicle."""
+    """A part was read, confirmed to be as before, or reported by the vehicle."""
 
     part: VehiclePart
     fingerprint: str
@@ -147,7 +147,7 @@ class AnswerRequest(Value):
 
 
 class Announce(Value):
-    """Tell the pilot's ground station."""
+    """Send a text to the pilot's ground station."""
 
     severity: int
     """MAV_SEVERITY."""
@@ -188,7 +188,7 @@ class Objection(Value):
     part: VehiclePart
     text: str
     may_pass: bool
-    """Whether reading goes on."""
+    """Whether it is being read."""
 
 
 class _PartReading:
@@ -207,7 +207,7 @@ class _PartReading:
         self.failure = ""
         self.failed_s = -math.inf
         self.asked: tuple[float, int] | None = None
-        """When the reading that goes on began, and how many notices there were."""
+        """When the present reading began, and how many notices there were."""
 
     @property
     def is_unread(self) -> bool:
@@ -239,7 +239,7 @@ class Readings:
         reading.why = why
 
     def read(self, part: VehiclePart, fingerprint: str, now_s: float) -> None:
-        """Take a part that was asked for, or told by the vehicle; others are passed over."""
+        """Take a part that was asked for, or reported by the vehicle; others are passed over."""
         reading = self._of[part]
         if part in READ_PARTS:
             if reading.asked is None:
@@ -348,7 +348,7 @@ _MOST_PENDING = 16
 
 
 class _Obstacle(Value):
-    """What stands against accepting a request."""
+    """Why a request is not accepted."""
 
     verdict: Verdict
     text: str
@@ -384,7 +384,7 @@ class Guard:
         self._pending: list[tuple[ArmRequest, float]] = []
         self._accepted: tuple[float, object] | None = None
         self._unknown_since_s = now_s
-        self._told_key: object = None
+        self._reported_key: object = None
         self._announced: dict[object, float] = {}
         self._announced_key: object = None
         self._announced_s = -math.inf
@@ -492,7 +492,7 @@ class Guard:
 
     def _answer(self, obstacle: _Obstacle | None, asked_s: float, now_s: float) -> ArmAnswer | None:
         """Return the answer to a request; ``None`` while it is waited for."""
-        in_time = now_s < asked_s + self._settings.answer_share * self._wait_s
+        in_time = now_s < asked_s + self._settings.answer_fraction * self._wait_s
         if obstacle is None:
             if self._readings.confirmed_since(asked_s - self._settings.confirmed_s):
                 assert self._judged is not None  # else there were an obstacle
@@ -537,11 +537,11 @@ class Guard:
             return actions
         head = "mavjoule: arm once more" if obstacle is None else obstacle.headline
         severity = _ERROR if answer.result is ArmResult.DENIED else _WARNING
-        # PX4 names a reason at most: the ground station is told which.
+        # PX4 names a reason at most: the ground station gets the code.
         return actions + self._announcement(severity, head, now_s)
 
     def _withdrawal(self, obstacle: _Obstacle | None, now_s: float) -> list[Action]:
-        """Say that an acceptance that still holds for the vehicle holds no longer for us."""
+        """Withdraw an acceptance that still holds for the vehicle, but no longer for us."""
         if self._accepted is None:
             return []
         until_s, mark = self._accepted
@@ -554,7 +554,7 @@ class Guard:
         if obstacle is None or not (is_no_go or mark != self._readings.mark()):
             return []
         self._accepted = None
-        text = f"an authorisation given is withdrawn, do not arm: {obstacle.text}"
+        text = f"authorisation withdrawn: do not arm ({obstacle.text})"
         decision = Decision(kind="withdrawn", verdict=obstacle.verdict, text=text)
         head = "mavjoule: DO NOT ARM, go withdrawn"
         return [decision, *self._announcement(_CRITICAL, head, now_s)]
@@ -571,8 +571,8 @@ class Guard:
         key = verdict if obstacle is None else (verdict, obstacle.key)
         actions: list[Action] = []
         judgement = None if self._judged is None else self._judged.judgement
-        if key != self._told_key:
-            self._told_key = key
+        if key != self._reported_key:
+            self._reported_key = key
             details: dict[str, object] = {}
             if verdict is Verdict.NO_GO and judgement is not None:
                 details = {"code": judgement.code, "item": judgement.item}
@@ -593,9 +593,9 @@ class Guard:
         if now_s - self._announced.get(text, -math.inf) < self._settings.announce_every_s:
             return []
         self._announced = {
-            said: said_s
-            for said, said_s in self._announced.items()
-            if now_s - said_s < self._settings.announce_every_s
+            text: text_s
+            for text, text_s in self._announced.items()
+            if now_s - text_s < self._settings.announce_every_s
         }
         self._announced[text] = self._announced_s = now_s
         return [Announce(severity=severity, text=text)]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _SAMPLES = 400
 """Points looked at along what is flown for one item. [-]"""
 _CLOCK_M_S = 0.1
-"""A second by the clock counts as much as this distance: it only tells alike places apart. [m s⁻¹]"""
+"""A second by the clock counts as much as this distance: it only separates similar places. [m s⁻¹]"""
 _BACK_S = 3.0
 """A place may turn out to be so much earlier than the one before. [s]"""
 
@@ -73,7 +73,7 @@ def flight_progress(
     returns : Returns
         The predicted flight and its returns.
     place : MeasuredPlace
-        As the vehicle tells it.
+        As the vehicle reports it.
     before : Progress, optional
         The progress before: among places that are alike, as in a hover, the one that fits the time
         since then is taken, else the earliest; a lap that is over does not come again.
@@ -137,11 +137,11 @@ def _window(returns: Returns, item: int, after_s: float) -> tuple[float, float]:
 
 
 _STEP = 0.01
-"""Batteries tell their charge in whole percent. [-]"""
+"""Batteries report their charge in whole percent. [-]"""
 
 
 class BatteryReading(Value):
-    """What BATTERY_STATUS says; ``None`` where the vehicle does not measure it."""
+    """What BATTERY_STATUS reports; ``None`` where the vehicle does not measure it."""
 
     remaining_fraction: float | None = None
     """State of charge as the vehicle counts it. [-]"""
@@ -155,7 +155,7 @@ class BatteryReading(Value):
 
 
 class EnergyLeft(Value):
-    """Energy that a battery still gives, and who says so."""
+    """Energy that a battery still gives, and by which measurement."""
 
     energy_wh: float
     source: str
@@ -163,7 +163,7 @@ class EnergyLeft(Value):
     by_source: tuple[tuple[str, float], ...]
     """What each measurement leaves. [Wh]"""
     step_wh: float
-    """What the trusted one cannot tell apart. [Wh]"""
+    """Resolution of the trusted one. [Wh]"""
 
     @property
     def spread_wh(self) -> float:
@@ -205,12 +205,12 @@ class BatteryMeter:
         self._start = start
 
     def energy_left(self, reading: BatteryReading) -> EnergyLeft | None:
-        """Return the energy left by a reading; ``None`` where it tells nothing.
+        """Return the energy left by a reading; ``None`` where it holds nothing.
 
         Notes
         -----
         Counts of energy and of charge, and the vehicle's own percentage, are compared, and the least
-        is taken.  The voltage says little on a flat curve: it is asked only where there is no other.
+        is taken.  The voltage is imprecise on a flat curve: it is used only where there is no other.
         """
         step_wh = self._usable_wh - self._at(self._charge - _STEP)
         found: list[tuple[str, float, float]] = []
@@ -274,7 +274,7 @@ class BatteryMeter:
 
 
 _LEAST_USED = 0.1
-"""Share of the energy of the flight from which on what was measured is held against the model. [-]"""
+"""Fraction of the flight's energy after which the measurement is compared with the model. [-]"""
 _STEPS_USED = 8.0
 """So many of the steps of the measurement have to be used by then. [-]"""
 _DIFFERENCE = 0.1
@@ -590,7 +590,7 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
 _HECTOJOULES_PER_WH = 36.0
 """BATTERY_STATUS counts energy in them."""
 _FLYING_M = 1.0
-"""Height from which a vehicle that does not tell is in the air. [m]"""
+"""A vehicle that does not report whether it has landed is in the air above this. [m]"""
 _PX4_MISSION, _ARDUPILOT_AUTO = (4 << 16) | (4 << 24), 3
 """Custom mode of a vehicle that flies its mission."""
 
@@ -601,7 +601,7 @@ class FlightFollower:
     Parameters
     ----------
     telemetry : Telemetry
-        What the vehicle tells.
+        What the vehicle reports.
     identity : VehicleIdentity
         Who it is.
     warn_before_s : float

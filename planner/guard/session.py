@@ -72,7 +72,7 @@ LIST_IDS = {
     MissionKind.FENCE: "fence_id",
     MissionKind.RALLY: "rally_points_id",
 }
-"""By what MISSION_CURRENT tells one list from another, where the vehicle does (PX4)."""
+"""Fields of MISSION_CURRENT that identify the lists (PX4)."""
 _ACCEPTED = 0
 _COUNTERS = ("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK", "BARO")
 """Beginnings of parameters that autopilots set themselves, in which no flight differs."""
@@ -80,7 +80,7 @@ _METRES_PER_DEGREE = 111_320.0
 _MOVED_M = 2.0
 """A home that moves by less is the same. [m]"""
 _AWAY_M = 10.0
-"""Farther than this from the home it tells, a vehicle will set a new one when it arms. [m]"""
+"""Farther than this from the home it reports, a vehicle will set a new one when it arms. [m]"""
 
 
 class VehicleWatch:
@@ -99,7 +99,7 @@ class VehicleWatch:
         self._system = identity.system
         self._own_system = own_system
         self._requests = 0
-        self._told: Mapping[str, Any] | None = None
+        self._current: Mapping[str, Any] | None = None
         """The latest MISSION_CURRENT."""
         self._charges: dict[str, float] = {}
         self.lists: dict[MissionKind, tuple[WireItem, ...] | None] = {}
@@ -131,7 +131,7 @@ class VehicleWatch:
         return self._read(VehiclePart.PARAMETERS, repr(lasting))
 
     def take_home(self, state: VehicleState) -> tuple[Event, ...]:
-        """Keep the home that the vehicle tells now, or will set when it arms."""
+        """Keep the home that the vehicle reports now, or will set when it arms."""
         home = _home_at_arming(state)
         if home is None:
             return ()
@@ -140,7 +140,7 @@ class VehicleWatch:
         return (self._read(VehiclePart.HOME, repr(self.home)),)
 
     def take_charge(self, received: Message) -> tuple[Event, ...]:
-        """Keep the charge that a SYS_STATUS or the first battery's BATTERY_STATUS tells."""
+        """Keep the charge that a SYS_STATUS or the first battery's BATTERY_STATUS reports."""
         percent = received["battery_remaining"]
         if received.fields.get("id", 0) != 0 or not 0 <= percent <= 100:
             return ()
@@ -193,18 +193,18 @@ class VehicleWatch:
 
     def _counted(self, received: Message) -> tuple[Event, ...]:
         """Return what another number of items, or another list, than before means."""
-        told, before = received.fields, self._told
-        self._told = told
+        now, before = received.fields, self._current
+        self._current = now
         if before is None:
             return ()
         changed = [
-            PartChanged(part=_PARTS[kind], why=f"MISSION_CURRENT tells of another {kind.label}")
+            PartChanged(part=_PARTS[kind], why=f"MISSION_CURRENT reports another {kind.label}")
             for kind, name in LIST_IDS.items()
-            if told.get(name, 0) != before.get(name, 0)
+            if now.get(name, 0) != before.get(name, 0)
         ]
-        total = told.get("total", 0)  # autopilots count differently
+        total = now.get("total", 0)  # autopilots count differently
         if total != before.get("total", 0):
-            why = f"MISSION_CURRENT tells of {total} items"
+            why = f"MISSION_CURRENT reports {total} items"
             changed.append(PartChanged(part=VehiclePart.MISSION, why=why))
         return tuple(changed)
 
@@ -232,7 +232,7 @@ def _list_changed(received: Message, why: str) -> tuple[Event, ...]:
 
 
 def _home_at_arming(state: VehicleState) -> Home | None:
-    """Return the home a vehicle tells, or the place where it will set it when it arms."""
+    """Return the home a vehicle reports, or the place where it will set it when it arms."""
     place = state.position
     if place is None or state.is_armed is not False:
         return state.home
@@ -263,7 +263,7 @@ _CURRENT = ("MISSION_CURRENT", 42)
 
 
 class PartReader:
-    """Reads from one vehicle, and remembers by what it can be told that nothing has changed.
+    """Reads from one vehicle, and remembers what shows that nothing has changed.
 
     Parameters
     ----------
@@ -323,16 +323,16 @@ class PartReader:
     def _confirmed(
         self, parts: tuple[VehiclePart, ...], settings: LinkSettings
     ) -> set[MissionKind]:
-        """Return the lists that one message tells to be as they were read."""
+        """Return the lists that one message confirms to be as they were read."""
         kinds = {KINDS[part] for part in parts if part in KINDS and self._ids.get(KINDS[part])}
         if not kinds:
             return set()
         question = MessageRequest(*_CURRENT, settings, retries=_RETRIES)
         self._connection.run(question)
-        told = question.answer
-        if told is None:
+        current = question.answer
+        if current is None:
             return set()
-        return {kind for kind in kinds if told[LIST_IDS[kind]] == self._ids[kind]}
+        return {kind for kind in kinds if current[LIST_IDS[kind]] == self._ids[kind]}
 
     def _read_list(self, kind: MissionKind, settings: LinkSettings) -> PartRead:
         if kind in self._lists:
@@ -370,7 +370,7 @@ _Checking = tuple[dict[VehiclePart, str], Future[tuple[Judgement, Prediction | N
 _TURN_S = 0.1
 """So often time passes for the guard. [s]"""
 _LOOK_S = 1.0
-"""So often the energy is looked at, and the status told. [s]"""
+"""So often the energy is looked at, and the status reported. [s]"""
 _ASK_S = 5.0
 """So often a message that does not come is asked for. [s]"""
 _SET_MESSAGE_INTERVAL = 511
@@ -396,7 +396,7 @@ class Authoriser(Protocol):
 
 
 class GuardStatus(Value):
-    """Everything a status line tells."""
+    """Everything a status line shows."""
 
     view: GuardView
     arming: ArmingSettings | None
@@ -407,7 +407,7 @@ class GuardStatus(Value):
     energy: EnergyState | None
     """``None`` on the ground, and where nothing is measured."""
     state: VehicleState
-    """Battery, home and position as the vehicle tells them."""
+    """Battery, home and position as the vehicle reports them."""
 
 
 class GuardSession:
@@ -424,7 +424,7 @@ class GuardSession:
     judge : callable
         Checks what was read.
     on_decision, on_status : callable
-        Told each decision as it is made, and the status every second.
+        Receive each decision as it is made, and the status every second.
     authoriser : Authoriser, optional
         Default this program's own messages.
     executor : Executor, optional
@@ -472,7 +472,7 @@ class GuardSession:
         self._guard = Guard(settings, now_s=now_s)
         self._work: deque[ReadParts | CheckVehicle] = deque()
         self._heard_s = now_s
-        self._told_s: dict[str, float] = {}
+        self._received_s: dict[str, float] = {}
         self._looked_s = self._asked_s = -_LOOK_S
         self._arming: ArmingSettings | None = None
         self._flight = FlightFollower(
@@ -506,15 +506,15 @@ class GuardSession:
     def _take_message(self, received: Message) -> None:
         events = list(self._watch.events(received))
         if MessageHeard() in events:
-            self._heard_s = self._told_s[received.name] = self._connection.now_s
-            events += self._told(received)
+            self._heard_s = self._received_s[received.name] = self._connection.now_s
+            events += self._reported(received)
         for event in events:
             is_left = self._is_observing or self._authoriser is not None
             if not (isinstance(event, ArmRequested) and is_left):
                 self._feed(event)
 
-    def _told(self, received: Message) -> tuple[Event, ...]:
-        """Return what a message of the vehicle tells of its state."""
+    def _reported(self, received: Message) -> tuple[Event, ...]:
+        """Return what a message of the vehicle reports of its state."""
         if received.component != self._link.identity.component:
             return ()
         state = self._connection.telemetry.state()
@@ -542,7 +542,7 @@ class GuardSession:
                 self._feed(ArmRequested(request=request))
         self._feed(TimePassed())
         self._look()
-        self._refuse_silence()  # within a transfer too, which is as patient as it was told to be
+        self._refuse_silence()  # within a transfer too, which is as patient as its settings
 
     def _feed(self, event: Event) -> None:
         for action in self._guard.take(event, self._connection.now_s):
@@ -664,7 +664,7 @@ class GuardSession:
             return
         self._asked_s = now_s
         for name, (number, interval_s) in _STREAMS.items():
-            if now_s - self._told_s.get(name, -math.inf) <= _ASK_S + interval_s:
+            if now_s - self._received_s.get(name, -math.inf) <= _ASK_S + interval_s:
                 continue
             interval = message(
                 "COMMAND_LONG",

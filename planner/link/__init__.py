@@ -1,1 +1,1 @@
-"""The vehicle on the line: addresses, messages, transfers, and what a vehicle says of itself."""
+"""The vehicle on the line: addresses, messages, transfers, and what a vehicle reports of itself."""

@@ -121,14 +121,14 @@ def read_address(text: str, *, baud: int | None = None) -> LinkAddress:
             return _socket(given, LinkKind.UDP_LISTEN, given)
         if given.isdecimal():
             _refuse(
-                given, f"a port alone does not say how: udpin:{_EVERYWHERE}:{given} to listen on it"
+                given, f"a port alone is ambiguous: udpin:{_EVERYWHERE}:{given} to listen on it"
             )
         if device := _DEVICE_BEGUN.match(given):
             speed = given[device.end() + 1 :]
             _refuse(
-                given, f"{speed!r} is no speed of {device.group()}: write {device.group()}:57600"
+                given, f"{speed!r} is not a speed of {device.group()}: write {device.group()}:57600"
             )
-        _refuse(given, f"it begins with none of {', '.join(_SCHEMES)} and is no serial device")
+        _refuse(given, f"it begins with none of {', '.join(_SCHEMES)} and is not a serial device")
     kind = _SCHEMES[name]
     has_slashes = scheme["rest"].startswith("//")
     rest = scheme["rest"].removeprefix("//").partition("?")[0]
@@ -181,12 +181,12 @@ def _host_and_port(given: str, text: str, *, default_host: str) -> tuple[str, in
     if not colon:
         _refuse(given, "it names no port")
     if not re.fullmatch(r"\d{1,5}", digits, re.ASCII) or not 1 <= int(digits) <= _MOST_PORT:
-        _refuse(given, f"{digits!r} is no port from 1 to {_MOST_PORT}")
+        _refuse(given, f"{digits!r} is not a port from 1 to {_MOST_PORT}")
     host = host.removeprefix("[").removesuffix("]") or default_host
     if not host:
         _refuse(given, "it names no host")
     if not (_is_ip(host) or _HOST.fullmatch(host)):
-        _refuse(given, f"{host!r} is no host")
+        _refuse(given, f"{host!r} is not a host")
     return host, int(digits)
 
 
@@ -203,5 +203,5 @@ def _bracketed(host: str) -> str:
 
 
 def _refuse(given: str, why: str) -> NoReturn:
-    msg = f"{given!r} is no address of a vehicle: {why}; such as {_EXAMPLES}"
+    msg = f"{given!r} is not an address of a vehicle: {why}; such as {_EXAMPLES}"
     raise UsageError(msg)

@@ -93,7 +93,7 @@ class HeartbeatWatch:
         """
         if len(self.systems) > 1:
             ids = ", ".join(map(str, self.systems))
-            msg = f"several vehicles are on the line (system ids {ids}): say which by --system-id"
+            msg = f"several vehicles are on the line (system ids {ids}): name one with --system-id"
             raise LinkError(msg)
         if not self._heard:
             return None
@@ -208,7 +208,7 @@ COMMANDS: Mapping[int, str] = {
     519: "REQUEST_PROTOCOL_VERSION",
     520: "REQUEST_AUTOPILOT_CAPABILITIES",
 }
-"""The commands that may stand in a COMMAND_LONG: each asks for a message and does nothing else."""
+"""The commands that a COMMAND_LONG may hold: each asks for a message and does nothing else."""
 FILE_OPERATIONS: Mapping[int, str] = {
     0: "None",
     1: "TerminateSession",
@@ -222,9 +222,9 @@ FILE_OPERATIONS: Mapping[int, str] = {
 """The operations of the file protocol that may go out: none of them writes."""
 
 _COMMAND_AT = 28
-"""Where the number of the command stands in the content of a COMMAND_LONG."""
+"""Offset of the command in the content of a COMMAND_LONG."""
 _OPERATION_AT = 6
-"""Where the operation stands in the content of a FILE_TRANSFER_PROTOCOL."""
+"""Offset of the operation in the content of a FILE_TRANSFER_PROTOCOL."""
 
 
 class Gate:
@@ -239,7 +239,7 @@ class Gate:
     def __init__(self, purpose: Purpose) -> None:
         self.purpose = purpose
         self.refused: Counter[str] = Counter()
-        """What was held back, by the sentence that says so."""
+        """How often frames were held back, by reason."""
 
     def lets_out(self, frame: bytes) -> bool:
         """Return whether a frame may go out; one that may not is counted.
@@ -332,9 +332,9 @@ class Connection:
         self.gate = Gate(purpose)
         self.telemetry = Telemetry()
         self.on_frame: Callable[[bytes], None] | None = None
-        """Told every piece of bytes that came: MAVSDK reads along here."""
+        """Receives every piece of bytes that came: MAVSDK reads along here."""
         self.on_message: Callable[[Message], None] | None = None
-        """Told every message of anybody at once, within transfers too: a guard listens here."""
+        """Receives every message of anybody at once, within transfers too: a guard listens here."""
         self.on_turn: Callable[[], None] | None = None
         """Called whenever there was something, or nothing for `longest_wait_s`."""
         self.longest_wait_s = math.inf
@@ -368,7 +368,7 @@ class Connection:
         Parameters
         ----------
         on_wait : callable
-            Told again and again that it is waited for.
+            Called repeatedly while the vehicle is waited for.
 
         Raises
         ------
@@ -387,19 +387,21 @@ class Connection:
         return self.vehicle
 
     def _unheard(self) -> str:
-        """Return what is to be said where no vehicle was heard in time."""
-        said = f"no heartbeat in {self._settings.heartbeat_timeout_s:g} s on {self.name}"
+        """Return the message where no vehicle was heard in time."""
+        missing = f"no heartbeat in {self._settings.heartbeat_timeout_s:g} s on {self.name}"
         if self._watch.others:
             ids = ", ".join(map(str, sorted(self._watch.others)))
-            return f"{said} of that system id: heard were {ids}; give one of them by --system-id"
+            return (
+                f"{missing} of that system id: heard were {ids}; name one of them with --system-id"
+            )
         if self._bytes and not self._messages:
             return (
-                f"{said}: {self._bytes} bytes came, but no MAVLink; is the speed of the line right "
+                f"{missing}: {self._bytes} bytes came, but no MAVLink; is the speed of the line right "
                 "(--baud, of telemetry radios 57600, of USB and companions often 115200 or 921600)?"
             )
         if self._messages:
-            return f"{said}: only ground stations and other devices were heard; {_TO_TRY}"
-        return f"{said}: {_TO_TRY}"
+            return f"{missing}: only ground stations and other devices were heard; {_TO_TRY}"
+        return f"{missing}: {_TO_TRY}"
 
     def listen(self, duration_s: float) -> None:
         """Take what comes for a time."""
@@ -427,7 +429,7 @@ class Connection:
         transfer : Transfer
             What is exchanged.
         on_progress : callable
-            Told after each message of the vehicle, and about every second.
+            Called after each message of the vehicle, and about every second.
 
         Raises
         ------

@@ -187,9 +187,9 @@ def is_after(number: int, other: int) -> bool:
 
 
 _MOST_ENTRIES = 10_000
-"""Entries of one folder; a vehicle that goes on is not believed."""
+"""Entries of one folder; more are not believed."""
 _REOPENINGS = 8
-"""How often a file is opened anew without a byte of it; PX4 and ArduPilot close what is idle."""
+"""How often a file is opened again without a byte of it; PX4 and ArduPilot close what is idle."""
 _BETWEEN_FILES = 0x800
 """Numbers left out before a file: more than one burst of ArduPilot's takes (2000)."""
 _BUSY = frozenset({FileError.FAIL, FileError.NO_SESSIONS})
@@ -366,7 +366,7 @@ class FileDownload(Transfer):
     def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
         done, size = self.progress
         at = "before it was opened" if size is None else f"at {done} of {size} bytes"
-        msg = f"{self._path} stalled {at}; what came is kept, call again to go on"
+        msg = f"{self._path} stalled {at}; what came is kept, call again to continue"
         raise LinkError(msg)
 
     def _take_opened(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
@@ -389,7 +389,7 @@ class FileDownload(Transfer):
         if packet.operation == Operation.NAK:
             if packet.error == FileError.END_OF_FILE:
                 return ()  # a burst ran into it; what is missing is asked for again
-            return self._reopen(now_s)  # it is open no more, which each autopilot says in its way
+            return self._reopen(now_s)  # no longer open, which each autopilot reports in its way
         if self._stream.take(packet.offset, packet.content):
             self._openings = 0
             self._timer.answered(now_s)
@@ -433,7 +433,7 @@ class FileDownload(Transfer):
         )
 
     def _opening(self) -> Message:
-        # Asked by the same number, PX4 says again that it is open, instead of refusing.
+        # Asked by the same number, PX4 repeats that it is open, instead of refusing.
         return packet_message(
             FilePacket(
                 number=self._number,
@@ -464,7 +464,7 @@ _PIECE = 1 << 20
 
 
 class FileChecksum(Transfer):
-    """The checksum of one file, which a vehicle may not tell.
+    """The checksum of one file, which a vehicle may not have.
 
     Parameters
     ----------
@@ -481,10 +481,10 @@ class FileChecksum(Transfer):
         super().__init__(patient, retries=_TRIES)
         self._path = path
         self._numbers = numbers
-        # Asked again by the same number, PX4 repeats what it said instead of reading the file anew.
+        # Asked again by the same number, PX4 repeats its answer instead of reading the file again.
         self._number = numbers.following()
         self.value: int | None = None
-        """As `crc32_of` has it; ``None`` where the vehicle tells none."""
+        """As `crc32_of` has it; ``None`` where the vehicle reports none."""
 
     @property
     def progress(self) -> tuple[int, int | None]:

@@ -147,7 +147,7 @@ class LogDownload(Transfer):
         done, size = self.progress
         msg = (
             f"{self._log.name} stalled at {done} of {size} bytes; what came is kept, call again to "
-            "go on"
+            "continue"
         )
         raise LinkError(msg)
 
@@ -205,7 +205,7 @@ class DownloadedLog(Value):
     is_new: bool
     """Whether it was not there before."""
     is_confirmed: bool
-    """Whether it has the checksum that the vehicle tells."""
+    """Whether it has the checksum that the vehicle reports."""
 
 
 def download_logs(
@@ -214,7 +214,7 @@ def download_logs(
     """Download logs of a list that was just fetched, going on where an earlier call ended.
 
     No file is lost: a log whose name another file has gets a number.  What is there already counts
-    as the vehicle's where it has the checksum that the vehicle tells, or is the same byte by byte.
+    as the vehicle's where it has the checksum that the vehicle reports, or is the same byte by byte.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def download_logs(
         return tuple(_download_log(link, log, folder, is_replacing=is_replacing) for log in logs)
     finally:
         if any(not log.path for log in logs):
-            with suppress(LinkError):  # the first word counts
+            with suppress(LinkError):  # the first error counts
                 link.connection.send(message("LOG_REQUEST_END"))  # ArduPilot writes logs again
 
 
@@ -262,7 +262,7 @@ def _download_log(
         is_confirmed = crc32 is not None and crc32_of(part) == crc32
         if crc32 is not None and not is_confirmed and _checksum(link, log) == crc32:
             msg = (
-                f"{log.name} has another checksum than the vehicle says: what came is kept as {part}, "
+                f"{log.name} has another checksum than the vehicle reports: what came is kept as {part}, "
                 "remove it and call again"
             )
             raise LinkError(msg)
@@ -281,7 +281,7 @@ def _download_log(
 
 
 def _checksum(link: VehicleLink, log: VehicleLog) -> int | None:
-    """Return what a vehicle tells; ``None`` of one that knows no files or no checksums."""
+    """Return the vehicle's checksum; ``None`` of one that knows no files or no checksums."""
     if not log.path:
         return None
     question = FileChecksum(log.path, link.settings, link.file_numbers)
@@ -378,7 +378,7 @@ def _files(link: VehicleLink, top: str) -> tuple[VehicleLog, ...]:
 def _logs(listing: FolderListing, folder: str, *, prefix: str) -> list[VehicleLog]:
     return [
         VehicleLog(
-            # The vehicle's word becomes a file's name here: nothing of a path is left in it.
+            # The vehicle's text becomes a file's name here: nothing of a path is left in it.
             name=_SAFE.sub("_", f"{prefix}{name}").lstrip("."),
             size_bytes=size,
             path=f"{folder}/{name}",

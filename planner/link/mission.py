@@ -51,7 +51,7 @@ class MissionKind(IntEnum):
 
     @property
     def label(self) -> str:
-        """In the words of a message: ``rally points``."""
+        """As in a message: ``rally points``."""
         return ("mission", "fence", "rally points")[self.value]
 
 
@@ -95,7 +95,7 @@ _BARREN_RESTARTS, _BARREN_ITEMS = 5, 3
 _LEAST_PAUSE_S, _LONGEST_PAUSE_S = 0.02, 0.5
 """Between one item and the request for the next, once the vehicle has refused one. [s]"""
 _CLOSING_RETRIES = 6
-"""How often the last item is sent again where only the vehicle's word is missing."""
+"""How often the last item is sent again where only the vehicle's answer is missing."""
 ITEM_FIELDS = (
     *("frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z"),
 )
@@ -142,7 +142,7 @@ class MissionDownload(Transfer):
         self.is_supported = True
         """Whether the vehicle knows such a list."""
         self.list_id = 0
-        """By what number the vehicle tells this list from another; 0 where it tells none."""
+        """The vehicle's own number of this list; 0 where it has none."""
 
     @property
     def progress(self) -> tuple[int, int | None]:
@@ -206,9 +206,9 @@ class MissionDownload(Transfer):
     def _take_count(self, count: int, now_s: float) -> tuple[Message, ...]:
         if self._count is not None:
             if count == self._count:
-                return ()  # said twice
+                return ()  # a repetition
             # The list has changed under our hands, or one of the two numbers was wrong.
-            return self._restart(now_s, f"it said {self._count} items, then {count}")
+            return self._restart(now_s, f"it reported {self._count} items, then {count}")
         self._timer.answered(now_s)
         self._last_progress_s = now_s
         self._count = count
@@ -245,7 +245,7 @@ class MissionDownload(Transfer):
         return self._restart(now_s, f"it answered {self._refusal}")
 
     def _restart(self, now_s: float, why: str, *, is_slow: bool = False) -> tuple[Message, ...]:
-        if len(self._items) > self._furthest:  # PX4 begins anew for one late request
+        if len(self._items) > self._furthest:  # PX4 starts again for one late request
             self._furthest = len(self._items)
             self._restarts = 0
         self._restarts += 1
@@ -291,7 +291,7 @@ class UploadOutcome(Enum):
 
     ACCEPTED = "accepted"
     UNCONFIRMED = "unconfirmed"
-    """It asked for every item, and its last word was lost."""
+    """It asked for every item, and its last answer was lost."""
     REJECTED = "rejected"
 
 
@@ -372,7 +372,7 @@ class MissionUpload(Transfer):
     def _item(self, seq: int) -> Message:
         item = self._sent[seq]
         fields = {name: getattr(item, name) for name in ITEM_FIELDS}
-        # A current item would be where PX4 goes on; an upload starts the mission anew.
+        # PX4 would continue at a current item; an upload starts the mission again.
         return message(
             "MISSION_ITEM_INT", seq=seq, current=0, mission_type=int(self._kind), **fields
         )
@@ -398,9 +398,9 @@ class MissionUpload(Transfer):
         if result == MissionResult.ACCEPTED:
             if self._has_sent_all or not self._sent:
                 self._finish(UploadOutcome.ACCEPTED)
-            return  # else the word about an earlier list, late
+            return  # else the answer about an earlier list, late
         if result == MissionResult.INVALID_SEQUENCE:
-            return  # ArduPilot's answer to a repeated item: it goes on asking
+            return  # ArduPilot's answer to a repeated item: it continues to ask
         if self._has_sent_all and result in BUSY:
             # To a vehicle that is through, a repeated last item comes out of the blue, ours or one
             # that the line repeats; what it holds is read back.
@@ -498,7 +498,7 @@ def lists_of_mission(
     Parameters
     ----------
     mission : Mission
-        Its items are numbered anew.
+        Its items are numbered again.
     identity : VehicleIdentity
         Whose they will be.
     home_slot : WireItem, optional
@@ -581,7 +581,7 @@ def wire_item(
     Raises
     ------
     UsageError
-        If it has no place, or one that no number stands for.
+        If it has no place, or one that MISSION_ITEM_INT cannot hold.
     """
     what = f"item {number} ({command_name(item.command)})" if number else "an area's item"
     is_ardupilot = identity.autopilot is Autopilot.ARDUPILOT
@@ -651,7 +651,7 @@ def shortest(value: float) -> float | None:
 def _is_scaled(command: int, frame: int) -> bool:
     """Return whether the fifth and sixth parameter are degrees times 10⁷.
 
-    In the frame without a place, and in commands without one, they stand as they are.
+    In the frame without a place, and in commands without one, they are not scaled.
     """
     if frame == Frame.MISSION:
         return False
@@ -664,7 +664,7 @@ def _plain_frame(frame: int) -> int:
 
 
 def _home(row: WireItem) -> Home | None:
-    """Return the home of ArduPilot's first item; 0, 0 is how it says that it has none yet."""
+    """Return the home of ArduPilot's first item; 0, 0 means that it has none yet."""
     if row.x == 0 and row.y == 0:
         return None
     return Home(
@@ -673,7 +673,7 @@ def _home(row: WireItem) -> Home | None:
 
 
 def _home_row(home: Home | None) -> WireItem:
-    """Return what stands in the first place until ArduPilot puts its own home there."""
+    """Return the first item until ArduPilot puts its own home there."""
     nowhere = WireItem(
         frame=0,
         command=int(Command.NAV_WAYPOINT),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MOST_PARAMETERS = 5_000
 """PX4 and ArduPilot have one to two thousand; a vehicle that claims more is not believed."""
 _MOST_COUNTS = 6
-"""Both autopilots hide and show parameters as others change; what goes on changing is wrong."""
+"""Both autopilots hide and show parameters as others change; what continues to change is wrong."""
 _AT_ONCE = 16
 """Parameters asked for together: few enough for the buffer of a radio."""
 _NO_INDEX = 65_535
@@ -48,7 +48,7 @@ class WireParameter(Value):
         Parameters
         ----------
         is_bytewise : bool
-            Whether whole numbers stand in the four bytes as they are, as PX4 sends them, and not
+            Whether whole numbers are in the four bytes as they are, as PX4 sends them, and not
             as a float of the same value, as ArduPilot does.
         """
         layout = _LAYOUTS.get(self.kind)
@@ -136,27 +136,27 @@ class ParameterDownload(Transfer):
 
     def _end(self, now_s: float) -> tuple[Message, ...]:
         """End, or ask for all again, once, where one has come under two numbers."""
-        assert self._count is not None  # every parameter tells it
+        assert self._count is not None  # every parameter has it
         names = {one.name for one in self._by_index.values()}
         if len(names) == self._count or self._is_repeated:
             self.is_done = True
             return ()
         self._is_repeated = True
-        self._begin_anew(self._count)
+        self._begin_again(self._count)
         self._timer.sent(now_s)
         return (message("PARAM_REQUEST_LIST"),)
 
     def _take_count(self, count: int) -> None:
         if count != self._count:
-            self._begin_anew(count)
+            self._begin_again(count)
 
-    def _begin_anew(self, count: int) -> None:
-        """Forget what came: with one more or less, the numbers of those behind it are others."""
+    def _begin_again(self, count: int) -> None:
+        """Forget what came: with one more or less, all later ones have other numbers."""
         self._counts += 1
         if count > MOST_PARAMETERS or self._counts > _MOST_COUNTS:
             changing = "" if self._count is None else f", after {self._count}"
             msg = (
-                f"the vehicle claims {count} parameters{changing}: that cannot be believed, or "
+                f"the vehicle claims {count} parameters{changing}: not plausible, or "
                 "they change all the time; try again"
             )
             raise LinkError(msg)

@@ -59,12 +59,12 @@ class VehicleSnapshot(Value):
 
 
 def read_vehicle(link: VehicleLink) -> VehicleReading:
-    """Return everything that a vehicle tells.
+    """Return everything that a vehicle reports.
 
     Raises
     ------
     LinkError
-        If a transfer stalls; the message says where.
+        If a transfer stalls; the message names the place.
     """
     return VehicleReading(
         state=link.fetch_state(),
@@ -74,7 +74,7 @@ def read_vehicle(link: VehicleLink) -> VehicleReading:
 
 
 def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
-    """Return everything that a vehicle tells, put together.
+    """Return everything that a vehicle reports, put together.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
     Raises
     ------
     LinkError
-        If a transfer stalls; the message says where.
+        If a transfer stalls; the message names the place.
     """
     return make_snapshot(link.identity, read_vehicle(link), address=address)
 

@@ -1,4 +1,4 @@
-"""What a vehicle's own messages say of it, gathered as they come."""
+"""What a vehicle reports of itself, gathered as it comes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class VehicleIdentity(Value):
     uid: str = ""
     """The autopilot's own number in hexadecimal digits; empty where it sends none."""
     capabilities: int | None = None
-    """MAV_PROTOCOL_CAPABILITY; ``None`` where the vehicle did not say."""
+    """MAV_PROTOCOL_CAPABILITY; ``None`` where it was not reported."""
 
     @property
     def autopilot(self) -> Autopilot | None:
@@ -52,10 +52,10 @@ class VehicleIdentity(Value):
 
     @property
     def is_bytewise(self) -> bool:
-        """Whether whole parameters stand bytewise in their messages."""
-        said = (self.capabilities or 0) & (_BYTEWISE | _CAST)
-        if said in {_BYTEWISE, _CAST}:
-            return said == _BYTEWISE
+        """Whether whole parameters are bytewise in their messages."""
+        encoding = (self.capabilities or 0) & (_BYTEWISE | _CAST)
+        if encoding in {_BYTEWISE, _CAST}:
+            return encoding == _BYTEWISE
         return self.autopilot is Autopilot.PX4
 
     @property
@@ -65,7 +65,7 @@ class VehicleIdentity(Value):
 
     @property
     def label(self) -> str:
-        """In the words of a message: ``PX4 1.17.0 (system 1)``."""
+        """As in a message: ``PX4 1.17.0 (system 1)``."""
         name = f"MAV_AUTOPILOT {self.autopilot_number}"
         if self.autopilot is not None:
             name = self.autopilot.label
@@ -119,7 +119,7 @@ class StatusText(Value):
 
 
 class VehicleState(Value):
-    """What a vehicle says of itself at one time."""
+    """What a vehicle reports of itself at one time."""
 
     home: Home | None = None
     battery: BatteryState | None = None
@@ -128,13 +128,13 @@ class VehicleState(Value):
     is_armed: bool | None = None
     """``None`` where no heartbeat was heard."""
     is_landed: bool | None = None
-    """``None`` where it does not say."""
+    """``None`` where it is not reported."""
 
     @property
     def hazard(self) -> str:
         """Why nothing on it may be changed now, such as ``it is armed``; empty where it may."""
         if self.is_armed is None:
-            return "it does not say whether it is armed"
+            return "it does not report whether it is armed"
         found = ["armed"] * self.is_armed + ["in the air"] * (self.is_landed is False)
         return f"it is {' and '.join(found)}" if found else ""
 
@@ -182,7 +182,7 @@ class VehicleEvent(Value):
 
     @property
     def item(self) -> int | None:
-        """The item it is about, from 1, where it tells one."""
+        """The item it is about, from 1, where it names one."""
         if self.name not in _ITEM_FIRST:
             return None
         return int.from_bytes(self.arguments[:2], "little") or None
@@ -257,7 +257,7 @@ class EventRequest(Transfer):
     Parameters
     ----------
     record : EventRecord
-        Told every event by others.
+        Takes every event elsewhere.
     settings : LinkSettings
         How patient to be.
     retries : int
@@ -300,17 +300,17 @@ _LANDED_STATES = {1: True, 2: False, 3: False, 4: False}
 """By MAV_LANDED_STATE; 0 is unknown."""
 _MOST_CHUNKS = 16
 _MOST_TEXTS = 200
-"""Texts kept; a vehicle that says more says nothing new."""
+"""Texts kept of one vehicle."""
 
 
 class Telemetry:
-    """The latest of each message that tells the vehicle's state."""
+    """The latest of each message that reports the vehicle's state."""
 
     def __init__(self) -> None:
         self._latest: dict[str, Message] = {}
         self._chunks: dict[int, dict[int, str]] = {}
         self._texts: list[StatusText] = []
-        self.texts_said = 0
+        self.text_count = 0
         """How many texts came so far."""
         self.events = EventRecord()
         """What PX4 reports by number."""
@@ -335,14 +335,14 @@ class Telemetry:
         self._latest.pop(name, None)
 
     def take_texts(self) -> tuple[StatusText, ...]:
-        """Return what the vehicle said since this was asked, in its order."""
+        """Return the texts that came since the last call, in their order."""
         texts = tuple(self._texts)
         self._texts.clear()
         return texts
 
-    def texts_after(self, said: int) -> tuple[StatusText, ...]:
+    def texts_after(self, count: int) -> tuple[StatusText, ...]:
         """Return the texts that came after so many, of those not taken yet."""
-        number = min(self.texts_said - said, len(self._texts))
+        number = min(self.text_count - count, len(self._texts))
         return tuple(self._texts[len(self._texts) - number :])
 
     def state(self) -> VehicleState:
@@ -401,8 +401,8 @@ class Telemetry:
                 temperature_c = status["temperature"] / 1e2
             if status["current_consumed"] >= 0:
                 consumed_ah = status["current_consumed"] / 1e3
-            told = _fraction(status["battery_remaining"])
-            remaining = remaining if told is None else told
+            reported = _fraction(status["battery_remaining"])
+            remaining = remaining if reported is None else reported
         return BatteryState(
             remaining_fraction=remaining,
             voltage_v=voltage_v,
@@ -414,7 +414,7 @@ class Telemetry:
     def _wind(self) -> WindEstimate | None:
         wind, estimate = self._latest.get("WIND_COV"), self._latest.get("WIND")
         if wind is not None and math.isfinite(wind["wind_x"]) and math.isfinite(wind["wind_y"]):
-            # WIND_COV says where the air goes, north and east.
+            # WIND_COV is where the air goes, north and east.
             from_deg = math.degrees(math.atan2(-wind["wind_y"], -wind["wind_x"])) % 360.0
             return WindEstimate(
                 speed_m_s=math.hypot(wind["wind_x"], wind["wind_y"]), from_deg=from_deg
@@ -424,7 +424,7 @@ class Telemetry:
         speed_m_s, direction_deg = estimate["speed"], estimate["direction"]
         if not (math.isfinite(direction_deg) and math.isfinite(speed_m_s) and speed_m_s >= 0.0):
             return None
-        # ArduPilot's WIND says where it comes from.
+        # ArduPilot's WIND is where it comes from.
         return WindEstimate(speed_m_s=speed_m_s, from_deg=direction_deg % 360.0)
 
     def _take_text(self, received: Message) -> None:
@@ -438,14 +438,14 @@ class Telemetry:
             text = "".join(chunks[key] for key in sorted(chunks))
             del self._chunks[number]
         # A tab at the end is PX4's sign that the same comes as an event.
-        said = StatusText(severity=received["severity"], text=text.rstrip())
+        report = StatusText(severity=received["severity"], text=text.rstrip())
         if len(self._texts) < _MOST_TEXTS:
-            self.texts_said += 1
-            self._texts.append(said)
+            self.text_count += 1
+            self._texts.append(report)
 
 
 def _is_place(latitude: int, longitude: int) -> bool:
-    """Return whether degrees times 10⁷ are a place; 0, 0 stands for none."""
+    """Return whether degrees times 10⁷ are a place; 0, 0 means none."""
     is_known = latitude != 0 or longitude != 0
     return is_known and abs(latitude) <= 900_000_000 and abs(longitude) <= 1_800_000_000
 

@@ -1,4 +1,4 @@
-"""What transfers share: a request that is repeated until it is answered, or as often as may be."""
+"""What transfers have in common: a request repeated until it is answered, or as often as may be."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ _ACCEPTED, _TEMPORARILY_REJECTED, _IN_PROGRESS = 0, 1, 5
 """MAV_RESULT: it may still come, or is asked for again when the time has come."""
 _MAY_COME = frozenset({_ACCEPTED, _TEMPORARILY_REJECTED, _IN_PROGRESS})
 HASH_NAME = "_HASH_CHECK"
-"""PX4's hash over all parameters: one message tells whether any has changed."""
+"""PX4's hash over all parameters: one message shows whether any has changed."""
 _BY_NAME = -1
 
 
@@ -167,8 +167,8 @@ class Question(Transfer):
     retries : int
         How often to ask again.
     stray : int
-        Words that may still come to an earlier question, repeated, by the same command: a
-        COMMAND_ACK does not tell which.
+        Replies that may still come to an earlier question, repeated, by the same command: a
+        COMMAND_ACK does not name the question.
     """
 
     def __init__(
@@ -180,11 +180,11 @@ class Question(Transfer):
         self._asked = 0
         self.answer: Message | None = None
         self.is_heard = False
-        """Whether the vehicle said anything to it, be it that it has no such message."""
+        """Whether the vehicle replied at all, be it that it has no such message."""
 
     @property
     def stray(self) -> int:
-        """Words to this question and earlier ones, that it cannot be had, which may still come."""
+        """Refusals of this question and earlier ones that may still come."""
         own = 0 if self.answer is not None else self._asked
         return max(self._stray + own, 0)
 
@@ -199,7 +199,7 @@ class Question(Transfer):
             self._timer.answered(now_s)
             self.answer = received
             self.is_done = self.is_heard = True
-        elif self._is_word(received):
+        elif self._is_reply(received):
             self.is_heard = True
             is_final = received["result"] not in _MAY_COME
             self.is_done = is_final and self._stray <= 0
@@ -216,7 +216,7 @@ class Question(Transfer):
     def _is_answer(self, received: Message) -> bool:
         raise NotImplementedError
 
-    def _is_word(self, received: Message) -> bool:
+    def _is_reply(self, received: Message) -> bool:
         """Return whether a COMMAND_ACK is about it."""
         is_command = received.name == "COMMAND_ACK" and "command" in self._request.fields
         return is_command and received["command"] == self._request["command"]

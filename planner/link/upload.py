@@ -42,22 +42,22 @@ _ADVICE = frozenset({"navigator_mis_correct_glide_slope"})
 
 
 def objections(texts: Sequence[StatusText], events: Sequence[VehicleEvent]) -> tuple[str, ...]:
-    """Return what is said against a mission, each once; PX4 says most of it as text and as event.
+    """Return what a vehicle reports against a mission, each once; PX4 sends most of it as text and as event.
 
     Parameters
     ----------
     texts, events : sequence of StatusText and of VehicleEvent
-        What the vehicle said once it had the mission.
+        What the vehicle reported once it had the mission.
     """
-    said = [one.text for one in texts if is_rejection(one)]
-    if not said:
-        said = [_event_text(one) for one in events if is_event_rejection(one)]
-    return tuple(dict.fromkeys(said))
+    reports = [one.text for one in texts if is_rejection(one)]
+    if not reports:
+        reports = [_event_text(one) for one in events if is_event_rejection(one)]
+    return tuple(dict.fromkeys(reports))
 
 
-def is_rejection(said: StatusText) -> bool:
+def is_rejection(report: StatusText) -> bool:
     """Return whether a text of the vehicle refuses a mission."""
-    return said.severity <= _WARNING and _REJECTION.search(said.text) is not None
+    return report.severity <= _WARNING and _REJECTION.search(report.text) is not None
 
 
 def is_event_rejection(event: VehicleEvent) -> bool:
@@ -85,7 +85,7 @@ class UploadResult(Value):
     differences: tuple[Difference, ...] = ()
     """Between what was sent and what was read back."""
     texts: tuple[StatusText, ...] = ()
-    """What the vehicle said to it."""
+    """What the vehicle reported after it."""
     is_unjudged: bool = False
     """Whether the vehicle has not judged it yet, for want of a place that it is at."""
     restored: bool | None = None
@@ -93,7 +93,7 @@ class UploadResult(Value):
 
     @property
     def is_good(self) -> bool:
-        """Whether the mission is on the vehicle as it was meant, and nothing was said against it."""
+        """Whether the mission is on the vehicle as it was meant, without an objection."""
         return not self.rejection and not any(one.matters for one in self.differences)
 
 
@@ -102,7 +102,7 @@ class BrokenUploadError(LinkError):
 
 
 class InterruptedUploadError(LinkError):
-    """Somebody stopped it; the message says what is on the vehicle."""
+    """Somebody stopped it; the message names what is on the vehicle."""
 
     exit_code: ClassVar[ExitCode] = ExitCode.INTERRUPTED
 
@@ -127,7 +127,7 @@ def upload_mission(
     listen_s : float
         How long the vehicle is listened to afterwards. [s]
     kept : collection of MissionKind
-        Lists that stay as the vehicle has them; the mission holds what they say.
+        Lists that stay as the vehicle has them; the mission has the same.
     has_home : bool
         Whether the vehicle knows where it is: PX4 judges no mission before.
     restore_timeout_s : float
@@ -136,14 +136,14 @@ def upload_mission(
     Raises
     ------
     LinkError
-        If the line breaks, or somebody stops it; the message says what is on the vehicle then.
+        If the line breaks, or somebody stops it; the message names what is on the vehicle then.
     UsageError
         If an item cannot be sent, or the vehicle keeps no list of its kind.
     """
     before = {kind: link.fetch_items(kind) for kind in MissionKind}
     wanted = _lists(link, mission, before)
     touched: list[MissionKind] = []
-    link.listen(0.0)  # what was said before is about something else
+    link.listen(0.0)  # earlier reports are about something else
     link.fetch_events()
     try:
         for kind in _ORDER:
@@ -174,7 +174,7 @@ def upload_mission(
     try:
         return _judged(link, result, listen_s, has_items=bool(mission.items), has_home=has_home)
     except (LinkError, KeyboardInterrupt) as error:
-        left = "the mission is on the vehicle, but not what it says to it was heard"
+        left = "the mission is on the vehicle, but its reports on it were not heard"
         raise _break_error(error, left) from error
 
 
@@ -190,19 +190,19 @@ def _differences(
 def _judged(
     link: VehicleLink, result: UploadResult, listen_s: float, *, has_items: bool, has_home: bool
 ) -> UploadResult:
-    """Return a result with what the vehicle says to the mission."""
+    """Return a result with what the vehicle reports on the mission."""
     texts = link.listen(listen_s)
-    said = objections(texts, link.fetch_events())
+    reports = objections(texts, link.fetch_events())
     is_unjudged = False
-    if has_items and not said and _has_none_after_all(link):
-        # PX4 takes what it has already without a word, and says no more what it has against it.
+    if has_items and not reports and _has_none_after_all(link):
+        # PX4 takes what it has already without a report, and objects to it no more.
         is_unjudged = not has_home
-        said = () if is_unjudged else ("the vehicle says that it has no mission it would fly",)
-    return replace(result, rejection="; ".join(said), texts=texts, is_unjudged=is_unjudged)
+        reports = () if is_unjudged else ("the vehicle reports no mission that it would fly",)
+    return replace(result, rejection="; ".join(reports), texts=texts, is_unjudged=is_unjudged)
 
 
 def _has_none_after_all(link: VehicleLink) -> bool:
-    """Return whether a vehicle still says that it has no mission, some time after it got one."""
+    """Return whether a vehicle still reports no mission, some time after it got one."""
     for _ in range(_LOOKS):
         if not link.has_no_mission():
             return False
@@ -287,7 +287,7 @@ def _after_break(
 def _break_error(
     error: LinkError | KeyboardInterrupt, left: str, *, kind: type[LinkError] = LinkError
 ) -> LinkError:
-    """Return the error that says why it broke, and what is on the vehicle now."""
+    """Return the error with why it broke, and what is on the vehicle now."""
     if isinstance(error, KeyboardInterrupt):
         return InterruptedUploadError(f"interrupted; {left}")
     return kind(f"{error}; {left}")

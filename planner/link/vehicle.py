@@ -37,7 +37,7 @@ _STATE = (
 )
 _PX4_WIND, _ARDUPILOT_WIND = ("WIND_COV", 231), ("WIND", 168)
 _LATEST_WORD_S = 10.0
-"""A word to a question that comes later than this is lost. [s]"""
+"""A reply that comes later than this is lost. [s]"""
 _WARNING = 4
 """MAV_SEVERITY_WARNING; greater numbers are less."""
 _NO_MISSION = 1
@@ -64,7 +64,7 @@ class VehicleLink:
     own_system : int
         System id of this program.
     on_progress : callable
-        Told what is being exchanged, how much of it is done, and of how much.
+        Receives what is being exchanged, how much of it is done, and of how much.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class VehicleLink:
         self.settings = settings or LinkSettings()
         self._on_progress = on_progress
         self._stray = 0
-        """Words of the vehicle that may still come to what it was asked before."""
+        """Replies to earlier questions that may still come."""
         self._stray_until_s = 0.0
         self.file_numbers = FileNumbers(random.randrange(1 << 16))
         """Of the requests of its file protocol."""
@@ -122,7 +122,7 @@ class VehicleLink:
         Raises
         ------
         LinkError
-            If the transfer stalls; the message says at which item.
+            If the transfer stalls; the message names the item.
         """
         download = MissionDownload(kind, self.settings)
         self.run(download, kind.label)
@@ -136,12 +136,12 @@ class VehicleLink:
         Returns
         -------
         tuple of UploadOutcome and str
-            The text says what the vehicle refused.
+            The text is what the vehicle refused.
 
         Raises
         ------
         LinkError
-            If the transfer stalls; the message says at which item.
+            If the transfer stalls; the message names the item.
         """
         upload = MissionUpload(kind, items, self.settings)
         self.run(upload, f"{kind.label}, to the vehicle")
@@ -161,12 +161,12 @@ class VehicleLink:
         return download.parameters
 
     def fetch_state(self) -> VehicleState:
-        """Return what the vehicle says of itself now; each part but its arming may be missing.
+        """Return what the vehicle reports of itself now; each part but its arming may be missing.
 
         Raises
         ------
         LinkError
-            If no heartbeat comes, in which alone it stands whether it is armed.
+            If no heartbeat comes, which alone reports whether it is armed.
         """
         wind = _ARDUPILOT_WIND if self._identity.has_home_slot else _PX4_WIND
         self.connection.telemetry.forget("HEARTBEAT")
@@ -193,10 +193,10 @@ class VehicleLink:
         return record.take_events()
 
     def has_no_mission(self) -> bool:
-        """Return whether the vehicle says that it has no mission that it would fly.
+        """Return whether the vehicle reports that it has no mission it would fly.
 
-        PX4 says so of a mission that its feasibility check rejects (``update_mission_state``),
-        versions before 2025 do not say.
+        PX4 reports it of a mission that its feasibility check rejects (``update_mission_state``),
+        versions before 2025 do not.
         """
         current = self._request("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES)
         return current is not None and current["mission_state"] == _NO_MISSION
@@ -262,15 +262,15 @@ class VehicleLink:
             If it stalls or the line breaks.
         """
         telemetry = self.connection.telemetry
-        before = telemetry.texts_said
+        before = telemetry.text_count
         try:
             self.connection.run(transfer, lambda: self._on_progress(what, *transfer.progress))
         except LinkError as error:
             texts = telemetry.texts_after(before)
-            said = [one.text for one in texts if one.severity <= _WARNING]
-            if not said:
+            reports = [one.text for one in texts if one.severity <= _WARNING]
+            if not reports:
                 raise
-            msg = f"{error}; the vehicle says: {said[-1]}"
+            msg = f"{error}; the vehicle reports: {reports[-1]}"
             raise type(error)(msg) from error
 
 

@@ -28,19 +28,19 @@ _SOCKETS: Mapping[int, str] = {
     "another one",
     errno.EADDRNOTAVAIL: "listened on is an address of this computer, and that is none: listen on "
     "0.0.0.0, or reach a vehicle at that address by udpout or tcp",
-    errno.EACCES: "ports below 1024 want more rights: take another one",
+    errno.EACCES: "ports below 1024 need more rights: use another one",
     errno.ECONNREFUSED: "nothing listens there: is the vehicle, or its simulator, running?",
     errno.ETIMEDOUT: "nobody answers there: is the host right, does a firewall keep it away?",
-    errno.EHOSTUNREACH: "no way leads there: is the network up?",
-    errno.ENETUNREACH: "no way leads there: is the network up?",
+    errno.EHOSTUNREACH: "no route to it: is the network up?",
+    errno.ENETUNREACH: "no route to it: is the network up?",
 }
 _SERIAL: Mapping[int, str] = {
-    errno.EACCES: "this user may not: join the group that owns it (dialout, uucp), and log in again",
-    errno.EPERM: "this user may not: join the group that owns it (dialout, uucp), and log in again",
+    errno.EACCES: "no permission: join the group that owns it (dialout, uucp), and log in again",
+    errno.EPERM: "no permission: join the group that owns it (dialout, uucp), and log in again",
     errno.EBUSY: "another program has it open: close the other ground station",
     errno.EAGAIN: "another program has it open: close the other ground station",
-    errno.ENOTTY: "that is no serial device",
-    errno.EINVAL: "it does not take that speed, or is no serial device",
+    errno.ENOTTY: "that is not a serial device",
+    errno.EINVAL: "it does not take that speed, or is not a serial device",
 }
 _MOST_PORTS = 8
 
@@ -50,7 +50,7 @@ def opening_error(address: LinkAddress, error: OSError) -> LinkError:
     number = error.errno or _wrapped_number(error)
     why = os.strerror(number) if number else str(error)
     if isinstance(error, socket.gaierror):
-        why, advice = "there is no such host", "spell it again, or give its number"
+        why, advice = "no such host", "check its spelling, or give its number"
     elif isinstance(error, TimeoutError):
         why, advice = "no answer", _SOCKETS[errno.ETIMEDOUT]
     elif address.kind is LinkKind.SERIAL:
@@ -81,7 +81,7 @@ _MOST_PEERS = 16
 """Senders remembered on a UDP port; others are passed over."""
 _CONNECT_S = 5.0
 _SLICE_S = 0.02
-"""So long a serial port is waited for at a time: to change it, pyserial sets the port up anew. [s]"""
+"""So long a serial port is waited for at a time: to change it, pyserial sets the port up again. [s]"""
 
 
 class VehicleLine(Protocol):
@@ -121,7 +121,7 @@ def open_line(address: LinkAddress) -> VehicleLine:
 
 
 class _Clocked:
-    """What all real lines share: they wait by the computer's clock."""
+    """All real lines wait by the computer's clock."""
 
     def now_s(self) -> float:
         """Return a time that only grows [s]."""
@@ -160,7 +160,7 @@ class UdpLine(_Clocked):
         while len(found) < 256:
             try:
                 data, peer = self._socket.recvfrom(_CHUNK)
-            except ConnectionError:  # a port that nobody listens on said so; it may be opened yet
+            except ConnectionError:  # nobody listens on that port yet
                 continue
             except BlockingIOError:
                 break
@@ -321,7 +321,7 @@ _HEAD = 10
 
 
 class MessageLayout(Value):
-    """How a message stands in its frame."""
+    """The layout of a message in its frame."""
 
     number: int
     crc_extra: int
@@ -336,13 +336,13 @@ class MessageLayout(Value):
 
 
 class Extension(Value):
-    """Fields behind those that a dialect knows of a message."""
+    """Fields after those that a dialect knows of a message."""
 
     start: int
     """Bytes of the content before them."""
     crc_extra: int
     fields: tuple[str, ...]
-    """Names; each takes four bytes, 0 where it is not told."""
+    """Names; each takes four bytes, 0 where it is not sent."""
 
 
 LAYOUTS: Mapping[str, MessageLayout] = {
@@ -400,8 +400,8 @@ def read_newer(frame: bytes, checksum: Checksum) -> tuple[str, dict[str, Any]] |
     if name is None:
         return None
     layout, end = LAYOUTS[name], _HEAD + frame[1]
-    told = int.from_bytes(frame[end : end + 2], "little")
-    if checksum(frame[1:end] + bytes([layout.crc_extra])) != told:
+    sent = int.from_bytes(frame[end : end + 2], "little")
+    if checksum(frame[1:end] + bytes([layout.crc_extra])) != sent:
         return None
     structure = layout.structure
     content = frame[_HEAD:end][: structure.size].ljust(structure.size, b"\0")

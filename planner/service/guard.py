@@ -70,13 +70,13 @@ def guard_vehicle(
     guard : GuardRequest
         How to guard it.
     on_decision : callable
-        Told each decision.
+        Receives each decision.
     on_status : callable
-        Told every second what is held.
+        Receives every second what holds.
     on_lost : callable
-        Told why a vehicle is waited for that was lost.
+        Receives why a vehicle was lost that is waited for.
     on_progress : callable
-        Told how far what is read is.
+        Receives how far the reading is.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def judge_vehicle(
 
 
 class Watcher(Protocol):
-    """Is told what a vehicle does; from any thread."""
+    """Receives what a vehicle does; from any thread."""
 
     def progress(self, what: str, done: int, count: int | None) -> None:
         """Take how far what is read at first is."""
@@ -188,7 +188,7 @@ class Watcher(Protocol):
     def received(self, snapshot: VehicleSnapshot) -> None:
         """Take everything that was read, again whenever some of it changed."""
 
-    def told(self, status: GuardStatus) -> None:
+    def reported(self, status: GuardStatus) -> None:
         """Take what holds, every second."""
 
     def lost(self, why: str) -> None:
@@ -204,10 +204,10 @@ def watch_vehicle(
     check: Setup,
     *,
     is_over: Event,
-    tell: Watcher,
+    watcher: Watcher,
     is_charge_given: bool = False,
 ) -> None:
-    """Watch a vehicle until it is enough; only requests to tell something go out.
+    """Watch a vehicle until it is enough; only requests for messages go out.
 
     Parameters
     ----------
@@ -216,9 +216,9 @@ def watch_vehicle(
     check : Setup
         What its flight is predicted with.
     is_over : threading.Event
-        Set when it is enough; looked at whenever something is told.
-    tell : Watcher
-        Who is told.
+        Set when it is enough; looked at whenever something is reported.
+    watcher : Watcher
+        Receives what happens.
     is_charge_given : bool
         Whether the charge of the check was meant, and is not to be the vehicle's.
 
@@ -229,11 +229,11 @@ def watch_vehicle(
     """
     while not is_over.is_set():
         try:
-            _watch_once(request, check, is_over, tell, is_charge_given=is_charge_given)
+            _watch_once(request, check, is_over, watcher, is_charge_given=is_charge_given)
         except UsageError:
             raise
         except MavjouleError as error:
-            tell.lost(str(error))
+            watcher.lost(str(error))
             is_over.wait(_REOPEN_S)
         except _OverError:
             return
@@ -243,33 +243,33 @@ def _watch_once(
     request: LinkRequest,
     check: Setup,
     is_over: Event,
-    tell: Watcher,
+    watcher: Watcher,
     *,
     is_charge_given: bool,
 ) -> None:
-    def go_on() -> None:
+    def raise_if_over() -> None:
         if is_over.is_set():
             raise _OverError
 
     def judge(snapshot: VehicleSnapshot) -> tuple[Judgement, Prediction | None]:
-        tell.received(snapshot)
+        watcher.received(snapshot)
         return judge_vehicle(snapshot, check, is_charge_given=is_charge_given)
 
-    def tell_status(status: GuardStatus) -> None:
-        go_on()
-        tell.told(status)
+    def report_status(status: GuardStatus) -> None:
+        raise_if_over()
+        watcher.reported(status)
 
-    def tell_progress(what: str, done: int, count: int | None) -> None:
-        go_on()
-        tell.progress(what, done, count)
+    def report_progress(what: str, done: int, count: int | None) -> None:
+        raise_if_over()
+        watcher.progress(what, done, count)
 
     settings = GuardSettings()
     if is_charge_given:
         settings = replace(settings, needed=settings.needed - {VehiclePart.BATTERY})
     with ExitStack() as stack:
-        link = stack.enter_context(open_link(request, on_progress=tell_progress))
+        link = stack.enter_context(open_link(request, on_progress=report_progress))
         known = read_vehicle(link)
-        tell.received(make_snapshot(link.identity, known, address=request.address.text))
+        watcher.received(make_snapshot(link.identity, known, address=request.address.text))
         executor = ThreadPoolExecutor(1)
         stack.callback(executor.shutdown, wait=False, cancel_futures=True)
         GuardSession(
@@ -278,7 +278,7 @@ def _watch_once(
             request.settings,
             judge=judge,
             on_decision=lambda _: None,
-            on_status=tell_status,
+            on_status=report_status,
             executor=executor,
             is_observing=True,
             known=known,

@@ -102,7 +102,7 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
 
 
 def make_simulated_wire(vehicle: SimulatedVehicle, request: SimulationRequest) -> SimulatedWire:
-    """Return a vehicle behind a line with the faults that are asked for, without files."""
+    """Return a vehicle at the end of a line with the faults that are asked for, without files."""
     return SimulatedWire(
         vehicle, request.faults.line, predict=lambda held: predict_flown(held, request)
     )

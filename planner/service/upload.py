@@ -60,7 +60,7 @@ def send_mission(
     is_forced: bool = False,
     on_progress: OnProgress = silent,
 ) -> Upload:
-    """Check a mission with what a vehicle tells, and send it there if it may be.
+    """Check a mission with what a vehicle reports, and send it there if it may be.
 
     Parameters
     ----------
@@ -82,14 +82,14 @@ def send_mission(
     is_forced : bool
         Whether it is sent to a vehicle that is armed or in the air, too.
     on_progress : callable
-        Told how far each transfer is.
+        Receives how far each transfer is.
 
     Raises
     ------
     LinkError
-        If no vehicle answers, or a transfer breaks; the message says what is on the vehicle then.
+        If no vehicle answers, or a transfer breaks; the message names what is on the vehicle then.
     UsageError
-        If the vehicle is armed or in the air, or does not say so, or an item cannot be sent.
+        If the vehicle is armed or in the air, or does not report it, or an item cannot be sent.
     """
     with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
         snapshot = fetch_snapshot(link, address=request.address.text)

@@ -47,7 +47,7 @@ class LinkRequest(Value):
 
 
 def silent(what: str, done: int, count: int | None) -> None:
-    """Hear of progress and say nothing."""
+    """Take progress and show nothing."""
 
 
 def open_link(
@@ -78,7 +78,7 @@ def open_link(
 
 
 def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = silent) -> VehicleSnapshot:
-    """Return everything that a vehicle tells of itself.
+    """Return everything that a vehicle reports of itself.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def refuse_existing(*paths: Path) -> None:
     """Raise ``UsageError`` where one of the files is there already."""
     for path in paths:
         if path.exists():
-            msg = f"{path} is there already: give --force to replace it, or another name"
+            msg = f"{path} exists: give --force to replace it, or another name"
             raise UsageError(msg)
 
 
@@ -167,13 +167,13 @@ def check_vehicle(
         findings += check_capacity(snapshot)
     taken: list[str] = []
     if not is_charge_given:
-        told = None if state.battery is None else state.battery.remaining_fraction
-        if told is None:
+        reported = None if state.battery is None else state.battery.remaining_fraction
+        if reported is None:
             message = "charge not reported by the vehicle: full battery assumed"
             findings.append(CHARGE_NOT_TOLD.finding(message))
         else:
-            setup = replace(setup, charge=told)
-            taken.append(f"charge {told * 100:.0f} %")
+            setup = replace(setup, charge=reported)
+            taken.append(f"charge {reported * 100:.0f} %")
     home = snapshot.mission.home
     if setup.home_amsl_m is None and home is not None and home.altitude_amsl_m is not None:
         taken.append(f"home {home.altitude_amsl_m:.1f} m AMSL")
@@ -203,7 +203,7 @@ CAPACITY_NOT_TAKEN = Rule(
 
 
 def check_capacity(snapshot: VehicleSnapshot) -> tuple[Finding, ...]:
-    """Return that the capacity which a vehicle is set to is not the battery's, where it tells one."""
+    """Return that the capacity which a vehicle is set to is not the battery's, where it reports one."""
     battery = snapshot.state.battery
     if battery is None or battery.capacity_ah is None:
         return ()
@@ -291,7 +291,7 @@ def fetch_logs(
     is_replacing : bool
         Whether files of the same name are replaced.
     on_progress : callable
-        Told how far each transfer is.
+        Receives how far each transfer is.
 
     Raises
     ------

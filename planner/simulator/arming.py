@@ -66,7 +66,7 @@ class Arming:
     Parameters
     ----------
     setup : VehicleSetup
-        Whose parameters COM_ARM_AUTH_* say whether and whom to ask.
+        Whose parameters COM_ARM_AUTH_* set whether and whom to ask.
     """
 
     def __init__(self, setup: VehicleSetup) -> None:
@@ -92,7 +92,7 @@ class Arming:
         return min(self._gives_up_s, self._asks_again_s)
 
     def request(self, now_s: float) -> tuple[Message, ...]:
-        """Try to arm; without an authoriser, or as long as its last word holds, it succeeds."""
+        """Try to arm; without an authoriser, or as long as its last answer holds, it succeeds."""
         if self.state in {ArmingState.ASKING, ArmingState.ARMED}:
             return ()
         self.denial = None
@@ -182,9 +182,9 @@ class Rejection(Value):
     """Why a vehicle will not fly a mission."""
 
     text: str
-    """As its text says it; empty where only an event does."""
+    """Its text; empty where there is only an event."""
     event: str = ""
-    """Name of the event that says it; empty where none does."""
+    """Name of its event; empty where there is none."""
     item: int | None = None
     """What the event is about, from 1."""
 
@@ -192,7 +192,7 @@ class Rejection(Value):
 def rejection(items: Sequence[WireItem], setup: VehicleSetup) -> Rejection | None:
     """Return why a vehicle will not fly the mission it holds; ``None`` where it will.
 
-    ArduPilot says nothing at this time: it looks at its mission when it arms.
+    ArduPilot reports nothing at this time: it looks at its mission when it arms.
     """
     wrong = setup.misbehaviour
     if wrong.rejection or wrong.event:

@@ -19,7 +19,7 @@ _LONGEST_HOLD_S = 0.3
 """A frame that is to be overtaken is held back for up to this. [s]"""
 _DUPLICATE_S = 0.01
 _MOST_GARBAGE = 40
-_SHARES = ("loss", "duplication", "reordering", "garbage", "truncation")
+_FRACTIONS = ("loss", "duplication", "reordering", "garbage", "truncation")
 ITEMS = frozenset({"MISSION_ITEM_INT", "MISSION_ITEM"})
 """Messages that are cut short."""
 
@@ -28,22 +28,22 @@ class DirectionFaults(Value):
     """What happens to frames on their way in one direction."""
 
     loss: float = 0.0
-    """Share of the frames that do not arrive. [-]"""
+    """Fraction of the frames that do not arrive. [-]"""
     duplication: float = 0.0
-    """Share that arrive twice. [-]"""
+    """Fraction that arrive twice. [-]"""
     reordering: float = 0.0
-    """Share that later ones overtake. [-]"""
+    """Fraction that later ones overtake. [-]"""
     delay_s: float = 0.0
     """How long every frame is on its way. [s]"""
     garbage: float = 0.0
-    """Share that have bytes before them that are none of theirs. [-]"""
+    """Fraction with garbage before them. [-]"""
     truncation: float = 0.0
-    """Share of the mission items whose frame is cut short. [-]"""
+    """Fraction of the mission items whose frame is cut short. [-]"""
 
     def __post_init__(self) -> None:
-        for name in _SHARES:
+        for name in _FRACTIONS:
             if not 0.0 <= getattr(self, name) <= 1.0:
-                msg = f"{name} is a share from 0 to 1, got {getattr(self, name)}"
+                msg = f"{name} is a fraction from 0 to 1, got {getattr(self, name)}"
                 raise ValueError(msg)
         if not self.delay_s >= 0.0:
             msg = f"a delay cannot be {self.delay_s} s"
@@ -102,7 +102,7 @@ class Direction:
         return frame
 
 
-_BY_DIRECTION = {**dict.fromkeys(_SHARES), "delay": "delay_s"}
+_BY_DIRECTION = {**dict.fromkeys(_FRACTIONS), "delay": "delay_s"}
 _OUTWARDS_ALONE = frozenset({"garbage", "truncation"})
 """What is done to the bytes that the vehicle sends."""
 _IN, _OUT = "-in", "-out"
@@ -124,11 +124,11 @@ def read_faults(text: str) -> Faults:
     Parameters
     ----------
     text : str
-        Between commas: a share (``loss``, ``duplication``, ``reordering``, ``garbage``,
+        Between commas: a fraction (``loss``, ``duplication``, ``reordering``, ``garbage``,
         ``truncation``) as ``20%`` or ``0.2``; ``delay`` in seconds; ``-in`` or ``-out`` after the
         name for what goes to or comes from the vehicle alone; ``silence=K`` after K messages of
         transfers, ``silence=K:S`` for S seconds; ``count=+2`` for wrong counts; ``twin``;
-        ``reject=TEXT`` said after uploads, ``event=NAME`` reported after them; ``seed``.
+        ``reject=TEXT`` sent after uploads, ``event=NAME`` reported after them; ``seed``.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def read_faults(text: str) -> Faults:
         try:
             _take(name.strip(), value.strip(), ways, line, vehicle)
         except ValueError as error:
-            msg = f"{part!r} is no fault: {error}; known are {', '.join(KNOWN)}, such as {_EXAMPLE}"
+            msg = f"{part!r} is not a fault: {error}; known are {', '.join(KNOWN)}, such as {_EXAMPLE}"
             raise UsageError(msg) from error
     try:
         directions = (DirectionFaults(**ways[_IN]), DirectionFaults(**ways[_OUT]))
@@ -205,7 +205,7 @@ def _number(text: str) -> float:
     try:
         number = float(text)
     except ValueError as error:
-        msg = f"{text!r} is no number" if text else "it says not how much"
+        msg = f"{text!r} is not a number" if text else "how much is missing"
         raise ValueError(msg) from error
     if not 0.0 <= number < math.inf:
         msg = f"{text} is less than 0, or without end"
@@ -217,7 +217,7 @@ def _whole(text: str) -> int:
     try:
         return int(text)
     except ValueError as error:
-        msg = f"{text!r} is no whole number" if text else "it says not how many"
+        msg = f"{text!r} is not a whole number" if text else "how many is missing"
         raise ValueError(msg) from error
 
 
@@ -231,13 +231,13 @@ def _truth(text: str) -> bool:
 
 def _given(text: str) -> str:
     if not text:
-        msg = "it says not what"
+        msg = "its value is missing"
         raise ValueError(msg)
     return text
 
 
 def _event(text: str) -> str:
     if not _EVENT.fullmatch(text):
-        msg = f"{text!r} is no name of an event, such as navigator_mis_geofence_violation"
+        msg = f"{text!r} is not the name of an event, such as navigator_mis_geofence_violation"
         raise ValueError(msg)
     return text

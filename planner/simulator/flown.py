@@ -64,7 +64,7 @@ class FlownMission(Value, eq=False):
         return self.flight.time_s
 
     def state_at(self, time_s: float) -> FlownState:
-        """Return the state at a time since the start; before it and after the end it stands.
+        """Return the state at a time since the start; before it and after the end it is still.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ def fly_prediction(
     battery : Battery, optional
         What it is flown with.
     discharge : Discharge, optional
-        What the flight takes out of it, where its curve is known; else the share of its energy.
+        What the flight takes out of it, where its curve is known; else the fraction of its energy.
     charge : float
         State of charge at the start. [-]
     temperature_c : float

@@ -2,7 +2,7 @@
 
 PX4 keeps the old list until the new one is whole, answers nothing it was not asked for in order,
 and asks with MISSION_REQUEST until it was sent a MISSION_ITEM_INT (MavlinkMissionManager).
-ArduPilot writes each item of a mission where it stands as soon as it comes, has home in the first
+ArduPilot writes each item of a mission to its place as soon as it comes, has home in the first
 place, and always asks with MISSION_REQUEST (MissionItemProtocol).
 """
 
@@ -242,7 +242,7 @@ class MissionServer:
         self._ids = {kind: _list_id(self.lists[kind]) for kind in MissionKind}
 
     def list_id(self, kind: MissionKind) -> int:
-        """Return by what number PX4 tells a list from another; 0 of ArduPilot, and of none."""
+        """Return PX4's number of a list; 0 of ArduPilot, and of none."""
         return self._ids[kind] if self._is_px4 else 0
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
@@ -300,8 +300,8 @@ class MissionServer:
 
     def _count(self, received: Message, kind: MissionKind) -> Message:
         count = max(0, len(self.lists[kind]) + self._setup.misbehaviour.count_error)
-        told = {"count": count, "mission_type": int(kind), "opaque_id": self.list_id(kind)}
-        return answer(received, "MISSION_COUNT", **told)
+        fields = {"count": count, "mission_type": int(kind), "opaque_id": self.list_id(kind)}
+        return answer(received, "MISSION_COUNT", **fields)
 
     def _send_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
         kind = self._kind(received)
@@ -331,9 +331,9 @@ class MissionServer:
     def _objection(
         self, received: Message, kind: MissionKind, now_s: float
     ) -> tuple[Message, ...] | None:
-        """Return what PX4 says instead of an item; ``None`` where it sends it.
+        """Return what PX4 sends instead of an item; ``None`` where it sends it.
 
-        It sends items in their order, each perhaps twice; asked without a list, or too late, it says
+        It sends items in their order, each perhaps twice; asked without a list, or too late, it sends
         nothing.
         """
         if self._upload is not None:
@@ -445,7 +445,7 @@ class MissionServer:
         return (self._request(now_s),) if upload.next < upload.end else self._end_upload(received)
 
     def _refusal(self, item: WireItem | None, kind: MissionKind, *, is_home: bool) -> MissionResult:
-        """Return what is said of an item; what ArduPilot is sent as its home, it does not use."""
+        """Return the answer to an item; what ArduPilot is sent as its home, it does not use."""
         setup = self._setup
         if item is None:
             return MissionResult.INVALID_PARAM5_X
@@ -481,7 +481,7 @@ class MissionServer:
         items[upload.next : upload.next + 1] = [item]
 
     def _late_item(self, received: Message, kind: MissionKind | None) -> tuple[Message, ...]:
-        """Answer an item that nobody waits for: the word that it was the last may have got lost."""
+        """Answer an item that nobody waits for: the answer that it was the last may be lost."""
         if kind is None:
             return ()
         if self._is_px4 and self._finished == (received.system, received["seq"]):

@@ -122,7 +122,7 @@ class FileServer:
         self._mavsdk.pass_received_raw_bytes(self._codecs[sender].encode(received))
 
     def answers(self) -> tuple[Message, ...]:
-        """Return what it has to say about files; its heartbeats are the vehicle's matter."""
+        """Return its answers about files; its heartbeats are the vehicle's matter."""
         found: list[Message] = []
         while not self._said.empty():
             found += self._decoder.decode(self._said.get())
@@ -221,9 +221,9 @@ def _data(number: int, offset: int, data: bytes) -> Message:
 
 
 _EVERY_S = 3.0
-"""Between messages that tell the number of the latest event. [s]"""
+"""Between messages with the number of the latest event. [s]"""
 _FIRST = 65_525
-"""PX4 begins its numbers so that they soon begin anew."""
+"""PX4 begins its numbers so that they soon wrap around."""
 _KEPT = 20
 _ERROR, _INFO = 3, 6
 """Log levels, outwards and for its own log."""
@@ -249,15 +249,15 @@ class EventServer:
         if not self._is_reporting:
             return ()
         self._sequence = (self._sequence + 1) & 0xFFFF
-        told = message(
+        event = message(
             "EVENT",
             id=event_number(name),
             sequence=self._sequence,
             log_levels=_INFO << 4 | _ERROR,
             arguments=b"" if item is None else item.to_bytes(2, "little"),
         )
-        self._kept.append(told)
-        return (told,)
+        self._kept.append(event)
+        return (event,)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every server
         """Take a message of any kind, and return the answers."""
@@ -265,13 +265,13 @@ class EventServer:
             return ()
         span = (received["last_sequence"] - received["first_sequence"]) & 0xFFFF
         return tuple(
-            told
-            for told in self._kept
-            if (told["sequence"] - received["first_sequence"]) & 0xFFFF <= span
+            event
+            for event in self._kept
+            if (event["sequence"] - received["first_sequence"]) & 0xFFFF <= span
         )
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Tell the number of the latest event."""
+        """Send the number of the latest event."""
         self.deadline_s = now_s + _EVERY_S
         return (message("CURRENT_EVENT_SEQUENCE", sequence=self._sequence),)
 

@@ -32,9 +32,9 @@ _LONGEST_TEXT = 50
 QUADROTOR = 2
 """MAV_TYPE_QUADROTOR."""
 FIRMWARE = {Autopilot.PX4: (1, 16, 0), Autopilot.ARDUPILOT: (4, 6, 0)}
-"""What it says it flies with, where nothing else is asked for."""
+"""What it reports, where nothing else is asked for."""
 SIMULATED_PLACE = Home(latitude_deg=47.397742, longitude_deg=8.545594, altitude_amsl_m=488.0)
-"""PX4's usual simulated home, for a mission that says nothing of home."""
+"""PX4's usual simulated home, for a mission without one."""
 
 
 class Misbehaviour(Value):
@@ -45,7 +45,7 @@ class Misbehaviour(Value):
     has_twin: bool = False
     """Whether a second vehicle with the same system id, but another uid, is on the line."""
     rejection: str = ""
-    """Said as STATUSTEXT after every upload that was accepted: the mission is not flown."""
+    """Sent as STATUSTEXT after every upload that was accepted: the mission is not flown."""
     event: str = ""
     """The same as the event of a name (PX4)."""
 
@@ -61,7 +61,7 @@ class StoredLog(Value):
 
 
 class VehicleSetup(Value):
-    """A vehicle as it stands at its home."""
+    """A vehicle at its home."""
 
     autopilot: Autopilot
     """PX4 or ArduPilot's Copter."""
@@ -115,7 +115,7 @@ class VehicleSetup(Value):
             content[start : start + _LONGEST_TEXT]
             for start in range(0, max(len(content), 1), _LONGEST_TEXT)
         ]
-        # The same number makes one text of several chunks; 0 says that there is only one.
+        # The same number makes one text of several chunks; 0 means that there is only one.
         number = 0 if len(chunks) == 1 else zlib.crc32(text.encode()) % 65_535 + 1
         return tuple(
             message("STATUSTEXT", severity=severity, text=chunk, id=number, chunk_seq=sequence)
@@ -158,7 +158,7 @@ def make_setup(
     autopilot : Autopilot
         PX4 or ArduPilot.
     home : Home, optional
-        Where the vehicle stands; default the mission's own home, else its first place.
+        Where the vehicle is; default the mission's own home, else its first place.
     parameters : tuple of VehicleParameter
         In the vehicle's order.
     logs : tuple of VehicleLog
@@ -270,7 +270,7 @@ def make_parameters(
     given : mapping of str to float, optional
         Values that are not the defaults, and parameters beyond those of missions.
     battery : Battery, optional
-        Whose capacity and cells it is told.
+        Whose capacity and cells its parameters have.
     system : int
         MAVLink's system id.
     authoriser : int, optional

@@ -1,4 +1,4 @@
-"""What a simulated vehicle says of itself: each message made of the state it is in."""
+"""What a simulated vehicle reports: each message made of the state it is in."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def _battery_status(at: Situation) -> Message | None:
     voltages = [_UNKNOWN_U16] * 10
     if state.voltage_v is not None:
         left_mv = round(state.voltage_v * 1e3)
-        for index in range(10):  # what does not fit into one cell goes on in the next
+        for index in range(10):  # what does not fit into one cell continues in the next
             voltages[index] = min(left_mv, _MOST_CELL_MV)
             left_mv -= voltages[index]
             if not left_mv:

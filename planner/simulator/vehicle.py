@@ -170,7 +170,7 @@ class SimulatedVehicle:
         why = self._rejection()
         if why is None:
             return ()
-        text = f"{why.text}\t" if why.event else why.text  # PX4's sign that an event says it too
+        text = f"{why.text}\t" if why.event else why.text  # PX4's sign that there is an event too
         texts = self.setup.texts(_CRITICAL, text) if why.text else ()
         return texts + (self._events.report(why.event, item=why.item) if why.event else ())
 
@@ -197,7 +197,7 @@ class SimulatedVehicle:
         return 0.0 if self._took_off_s is None else (now_s - self._took_off_s) * self._speed_up
 
     def _followed(self, now_s: float) -> tuple[Message, ...]:
-        """Take off once armed, tell the items that are reached, disarm at the end."""
+        """Take off once armed, report the items that are reached, disarm at the end."""
         if self.arming.state is not ArmingState.ARMED:
             return ()
         if self._took_off_s is None:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _TRANSFERS = ("MISSION_", "PARAM_", "LOG_", "FILE_TRANSFER_PROTOCOL")
 _NO_TRANSFER = frozenset({"MISSION_CURRENT", "MISSION_ITEM_REACHED"})
 _TWIN_NORTH_DEG = 0.001
-"""The second vehicle stands 111 m away."""
+"""The second vehicle is 111 m away."""
 
 
 class PassedMessage(Value):
@@ -44,7 +44,7 @@ class PassedMessage(Value):
 
 
 class SimulatedWire:
-    """One vehicle, or two that say they are one, behind a line with faults.
+    """One vehicle, or two with one system id, at the end of a line with faults.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class SimulatedWire:
     faults : LineFaults, optional
         What goes wrong; default nothing.
     predict : callable, optional
-        Of the vehicle's twin, where its set-up says that it has one.
+        Of the vehicle's twin, where its set-up has one.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class SimulatedWire:
         self._transferred = 0
         self._silent_until_s: float | None = None
         self.on_message: Callable[[PassedMessage], None] | None = None
-        """Told every message that either side puts on the line."""
+        """Receives every message that either side puts on the line."""
 
     @property
     def deadline_s(self) -> float:
@@ -158,7 +158,7 @@ class SimulatedWire:
 
 
 def is_transfer(passed: Message) -> bool:
-    """Return whether a message belongs to a transfer, and is not told at intervals."""
+    """Return whether a message belongs to a transfer, and is not sent at intervals."""
     return passed.name.startswith(_TRANSFERS) and passed.name not in _NO_TRANSFER
 
 

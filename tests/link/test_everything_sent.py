@@ -152,7 +152,7 @@ def test_a_review_sends_nothing_that_arms_moves_or_sets(
             assert snapshot.mission.items
             self.snapshots += 1
 
-        def told(self, _: GuardStatus) -> None:
+        def reported(self, _: GuardStatus) -> None:
             if recorded.now_s() > 100.0:
                 is_over.set()
 
@@ -162,6 +162,6 @@ def test_a_review_sends_nothing_that_arms_moves_or_sets(
     watcher = _Watcher()
     check = Setup(load_vehicle("arducopter-sitl-quad"))
     request = LinkRequest(address=read_address(URL))
-    watch_vehicle(request, check, is_over=is_over, tell=watcher)
+    watch_vehicle(request, check, is_over=is_over, watcher=watcher)
     assert watcher.snapshots
     _refuse_acts(recorded, READING)

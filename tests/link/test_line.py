@@ -145,7 +145,7 @@ def test_a_device_that_is_none_is_told() -> None:
     with pytest.raises(LinkError, match="cannot be opened: No such file"):
         open_line(read_address("/dev/ttyNONE7"))
     with pytest.raises(
-        LinkError, match=r"Inappropriate ioctl for device; that is no serial device"
+        LinkError, match=r"Inappropriate ioctl for device; that is not a serial device"
     ):
         open_line(read_address("/dev/null"))
 

@@ -284,7 +284,7 @@ def test_an_upload_that_is_cut_anywhere_leaves_px4_with_the_old_or_the_new(
         ("delay=inf", "without end"),
         ("delay=-1", "less than 0"),
         ("count=two", "'two' is no whole number"),
-        ("silence", "it says not how many"),
+        ("silence", "how many is missing"),
         ("silence=-4", "-4 messages cannot pass"),
         ("silence=4:-1", "less than 0"),
         ("twin=maybe", "it takes no value"),

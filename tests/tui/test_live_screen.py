@@ -177,19 +177,19 @@ async def test_what_is_wrong_in_flight_leads_the_findings_and_is_no_go() -> None
         plain = len(rows_of(one.screen, "#findings"))
         state = _short()
         screen = one.screen
-        told = screen.told
+        told = screen.reported
 
         def tell_short(status: GuardStatus) -> None:
             told(replace(status, is_flying=True, energy=state))
 
-        screen.told = tell_short  # type: ignore[method-assign] # as if it flew so
+        screen.reported = tell_short  # type: ignore[method-assign] # as if it flew so
         await one.until(lambda: "NO-GO" in one.verdict)
         assert "In flight: a return now lands 5.00 Wh below the reserve" in one.verdict
         found = rows_of(one.screen, "#findings")
         assert [cells[1] for cells in found[:2]] == ["V111", "V113"]
         assert found[0][0] == "✖"
         assert len(found) == plain + 2
-        screen.told = told  # type: ignore[method-assign]
+        screen.reported = told  # type: ignore[method-assign]
         await one.until(lambda: "✔ GO" in one.verdict)
         assert len(rows_of(one.screen, "#findings")) == plain
 

@@ -132,7 +132,7 @@ class LiveScreen(ReviewScreen):
         self._unheard = ""
         """Why there is no verdict of the vehicle as it is now; empty where there is one."""
         self._is_over = threading.Event()
-        self._told_s: float | None = None
+        self._received_s: float | None = None
         self._in_flight: tuple[Finding, ...] = ()
 
     def compose(self) -> ComposeResult:
@@ -158,7 +158,7 @@ class LiveScreen(ReviewScreen):
                 self.link,
                 base.setup(),
                 is_over=self._is_over,
-                tell=self,
+                watcher=self,
                 is_charge_given="charge" in base.values(),
             )
         except BaseException as error:  # noqa: BLE001 - raised again where it ends the program
@@ -173,7 +173,7 @@ class LiveScreen(ReviewScreen):
         """Take what was read, from the thread."""
         self.post_message(self.Received(snapshot))
 
-    def told(self, status: GuardStatus) -> None:
+    def reported(self, status: GuardStatus) -> None:
         """Take what holds, from the thread."""
         self.post_message(self.Told(status))
 
@@ -193,7 +193,7 @@ class LiveScreen(ReviewScreen):
     @on(Told)
     def _take_status(self, event: LiveScreen.Told) -> None:
         status = event.status
-        self._told_s = time.monotonic()
+        self._received_s = time.monotonic()
         self.query_one("#live", Static).update(live_line(self.file, status))
         is_unknown = status.view.verdict is Verdict.UNKNOWN
         self._set_unknown(status.view.text if is_unknown else "")
@@ -274,7 +274,7 @@ class LiveScreen(ReviewScreen):
 
     def watch_files(self) -> None:
         """Look at whether the vehicle still reports, and at the files."""
-        if self._told_s is not None and time.monotonic() - self._told_s > _STALE_S:
+        if self._received_s is not None and time.monotonic() - self._received_s > _STALE_S:
             self._set_unknown(f"no report from the vehicle for {_STALE_S:.0f} s")
         super().watch_files()
 
