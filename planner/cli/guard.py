@@ -158,13 +158,15 @@ def command(
         Setup.of(values),
         GuardRequest(
             settings=GuardSettings(
-                valid_for_s=int(valid_for), confirmed_s=confirm_within, oldest_s=reread
+                valid_for_s=int(valid_for),
+                confirmed_s=confirm_within,
+                oldest_s=reread,
+                lost_after_s=lost_after,
+                warn_before_s=warn_before,
             ),
             is_charge_given="charge" in values,
             uses_mavsdk=options["authoriser"] == "mavsdk",
-            lost_after_s=lost_after,
             keeps_waiting=keep,
-            warn_before_s=warn_before,
         ),
         on_decision=on_decision,
         on_status=show.status,

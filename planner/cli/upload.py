@@ -22,7 +22,7 @@ from planner.cli.output import narrate, write_data
 from planner.errors import ExitCode, UsageError
 from planner.mission.files import read_mission
 from planner.report.comparison import difference_lines
-from planner.service.upload import send_mission
+from planner.service.upload import UploadOptions, send_mission
 from planner.setup import Output, Setup
 
 if TYPE_CHECKING:
@@ -94,10 +94,8 @@ def command(
             link_request(url, link),
             Setup.of(values),
             may_send=may_send,
-            listen_s=listen_s,
+            options=UploadOptions(listen_s=listen_s, keeps_areas=keep_fence, is_forced=force),
             is_charge_given="charge" in values,
-            keeps_areas=keep_fence,
-            is_forced=force,
             on_progress=TransferProgress(),
         )
     except (KeyboardInterrupt, click.Abort):  # one while it is sent says what became of it

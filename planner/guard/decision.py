@@ -57,6 +57,12 @@ class GuardSettings(Value):
     """After which a part that could not be read is tried again. [s]"""
     announce_every_s: float = 10.0
     """Announcements are not closer together, but for urgent ones. [s]"""
+    lost_after_s: float = 30.0
+    """A vehicle that is not heard for so long is lost. [s]"""
+    warn_before_s: float = 60.0
+    """How long before the point of no return to warn. [s]"""
+    is_observing: bool = False
+    """Whether requests stay unanswered and nothing is announced."""
     needed: frozenset[VehiclePart] = frozenset(VehiclePart)
     """Parts without which there is no verdict."""
 

@@ -419,8 +419,6 @@ class GuardSession:
         Opened to guard, or to read for one that only observes.
     settings : GuardSettings
         How it decides.
-    link_settings : LinkSettings
-        How patient the line is.
     judge : callable
         Checks what was read.
     on_decision, on_status : callable
@@ -429,12 +427,6 @@ class GuardSession:
         Default this program's own messages.
     executor : Executor, optional
         Where checks run, so that the line is heard meanwhile; default here, in turn.
-    lost_after_s : float
-        A vehicle that is not heard for so long is lost. [s]
-    warn_before_s : float
-        How long before the point of no return to warn. [s]
-    is_observing : bool
-        Whether requests stay unanswered and nothing is announced.
     known : VehicleReading, optional
         What was read of the vehicle just now, for one that only observes.
     """
@@ -443,16 +435,12 @@ class GuardSession:
         self,
         link: VehicleLink,
         settings: GuardSettings,
-        link_settings: LinkSettings,
         *,
         judge: Judge,
         on_decision: Callable[[Decision], None],
         on_status: Callable[[GuardStatus], None],
         authoriser: Authoriser | None = None,
         executor: Executor | None = None,
-        lost_after_s: float = 30.0,
-        warn_before_s: float = 60.0,
-        is_observing: bool = False,
         known: VehicleReading | None = None,
     ) -> None:
         self._link = link
@@ -462,12 +450,10 @@ class GuardSession:
         self._on_decision = on_decision
         self._on_status = on_status
         self._authoriser = authoriser
-        self._is_observing = is_observing
         self._executor = executor
         self._checking: _Checking | None = None
-        self._lost_after_s = lost_after_s
         self._watch = VehicleWatch(link.identity, own_system=self._connection.own_system)
-        self._reader = PartReader(link, self._watch, link_settings, known=known)
+        self._reader = PartReader(link, self._watch, link.settings, known=known)
         now_s = self._connection.now_s
         self._guard = Guard(settings, now_s=now_s)
         self._work: deque[ReadParts | CheckVehicle] = deque()
@@ -476,7 +462,7 @@ class GuardSession:
         self._looked_s = self._asked_s = -_LOOK_S
         self._arming: ArmingSettings | None = None
         self._flight = FlightFollower(
-            link.connection.telemetry, link.identity, warn_before_s=warn_before_s
+            link.connection.telemetry, link.identity, warn_before_s=settings.warn_before_s
         )
 
     def run(self) -> None:
@@ -509,7 +495,7 @@ class GuardSession:
             self._heard_s = self._received_s[received.name] = self._connection.now_s
             events += self._reported(received)
         for event in events:
-            is_left = self._is_observing or self._authoriser is not None
+            is_left = self._settings.is_observing or self._authoriser is not None
             if not (isinstance(event, ArmRequested) and is_left):
                 self._feed(event)
 
@@ -532,7 +518,7 @@ class GuardSession:
     def _refuse_silence(self) -> None:
         """Raise `LinkError` where the vehicle counts as lost."""
         silent_s = self._connection.now_s - self._heard_s
-        if silent_s > self._lost_after_s:
+        if silent_s > self._settings.lost_after_s:
             msg = f"the vehicle was not heard for {silent_s:.0f} s on {self._connection.name}"
             raise LinkError(msg)
 
@@ -654,7 +640,7 @@ class GuardSession:
         )
 
     def _announce(self, severity: int, text: str) -> None:
-        if not self._is_observing:
+        if not self._settings.is_observing:
             self._connection.send(message("STATUSTEXT", severity=severity, text=text))
 
     def _ask_for_streams(self) -> None:

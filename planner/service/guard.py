@@ -43,10 +43,8 @@ class GuardRequest(Value):
     """Whether the charge of the setup was given, and is not to be the vehicle's."""
     uses_mavsdk: bool = False
     """Whether MAVSDK answers requests, and not this program's own messages."""
-    lost_after_s: float = 30.0
     keeps_waiting: bool = False
     """Whether a vehicle that is lost is waited for."""
-    warn_before_s: float = 60.0
 
 
 def guard_vehicle(
@@ -128,7 +126,6 @@ def _guard_once(
         session = GuardSession(
             link,
             settings,
-            request.settings,
             judge=lambda snapshot: judge_vehicle(
                 snapshot, check, is_charge_given=guard.is_charge_given
             ),
@@ -136,8 +133,6 @@ def _guard_once(
             on_status=on_status,
             authoriser=authoriser,
             executor=executor,
-            lost_after_s=guard.lost_after_s,
-            warn_before_s=guard.warn_before_s,
         )
         session.run()
 
@@ -263,7 +258,7 @@ def _watch_once(
         raise_if_over()
         watcher.progress(what, done, count)
 
-    settings = GuardSettings()
+    settings = GuardSettings(is_observing=True)
     if is_charge_given:
         settings = replace(settings, needed=settings.needed - {VehiclePart.BATTERY})
     with ExitStack() as stack:
@@ -275,11 +270,9 @@ def _watch_once(
         GuardSession(
             link,
             settings,
-            request.settings,
             judge=judge,
             on_decision=lambda _: None,
             on_status=report_status,
             executor=executor,
-            is_observing=True,
             known=known,
         ).run()

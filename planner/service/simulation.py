@@ -90,10 +90,14 @@ def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> Simu
             system=request.system,
             authoriser=request.authoriser,
         ),
-        logs=_read_logs(request),
-        wind=wind if (wind := request.setup.wind).speed_m_s > 0.0 else None,
         system=request.system,
         version=version,
+    )
+    wind = request.setup.wind
+    setup = replace(
+        setup,
+        logs=_read_logs(request),
+        wind=wind if wind.speed_m_s > 0.0 else None,
         misbehaviour=request.faults.vehicle,
     )
     return SimulatedVehicle(

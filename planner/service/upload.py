@@ -48,16 +48,26 @@ class UploadProposal(Value):
     """What the vehicle has and the mission has not."""
 
 
+class UploadOptions(Value):
+    """How a mission is sent."""
+
+    listen_s: float
+    """How long the vehicle is listened to afterwards. [s]"""
+    keeps_areas: bool = False
+    """Whether the vehicle keeps its fence and rally points where the mission has none; it is checked
+    with them then."""
+    is_forced: bool = False
+    """Whether it is sent to a vehicle that is armed or in the air, too."""
+
+
 def send_mission(
     mission: Mission,
     request: LinkRequest,
     setup: Setup,
     *,
     may_send: Callable[[UploadProposal], bool],
-    listen_s: float,
+    options: UploadOptions,
     is_charge_given: bool = False,
-    keeps_areas: bool = False,
-    is_forced: bool = False,
     on_progress: OnProgress = silent,
 ) -> Upload:
     """Check a mission with what a vehicle reports, and send it there if it may be.
@@ -72,15 +82,10 @@ def send_mission(
         What the mission is checked under; what it names counts more than what the vehicle reports.
     may_send : callable
         Asked once, with the verdict and what is lost; nothing is sent without its yes.
-    listen_s : float
-        How long the vehicle is listened to afterwards. [s]
+    options : UploadOptions
+        How it is sent.
     is_charge_given : bool
         Whether the charge of the setup was given, and is not its default.
-    keeps_areas : bool
-        Whether the vehicle keeps its fence and rally points where the mission has none; it is
-        checked with them then.
-    is_forced : bool
-        Whether it is sent to a vehicle that is armed or in the air, too.
     on_progress : callable
         Receives how far each transfer is.
 
@@ -93,9 +98,9 @@ def send_mission(
     """
     with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
         snapshot = fetch_snapshot(link, address=request.address.text)
-        if not is_forced:
+        if not options.is_forced:
             _refuse_hazard(snapshot)
-        kept = _unset_areas(mission, snapshot) if keeps_areas else ()
+        kept = _unset_areas(mission, snapshot) if options.keeps_areas else ()
         mission = _with_kept(mission, snapshot, kept)
         judged = replace(mission, findings=(*mission.findings, *check_removal(mission, snapshot)))
         check = check_vehicle(snapshot, setup, mission=judged, is_charge_given=is_charge_given)
@@ -107,12 +112,14 @@ def send_mission(
         )
         if not may_send(proposal):
             return Upload(check=check, result=None)
-        if not is_forced:  # looked at last of all: it may have been armed during the question
+        if (
+            not options.is_forced
+        ):  # looked at last of all: it may have been armed during the question
             _refuse_hazard(replace(snapshot, state=link.fetch_state()))
         sent = upload_mission(
             link,
             mission,
-            listen_s=listen_s,
+            listen_s=options.listen_s,
             kept=kept,
             has_home=snapshot.state.home is not None,
         )

@@ -70,8 +70,9 @@ class VehicleSetup(Value):
     home: Home
     parameters: tuple[VehicleParameter, ...] = ()
     logs: tuple[StoredLog, ...] = ()
+    """The first is the oldest."""
     wind: Wind | None = None
-    """``None``: it sends no estimate."""
+    """What it takes the wind to be; ``None``: it sends no estimate."""
     system: int = 1
     component: int = 1
     version: tuple[int, int, int] = (1, 16, 0)
@@ -143,11 +144,8 @@ def make_setup(
     *,
     home: Home | None = None,
     parameters: tuple[VehicleParameter, ...] = (),
-    logs: tuple[StoredLog, ...] = (),
-    wind: Wind | None = None,
     system: int = 1,
     version: tuple[int, int, int] | None = None,
-    misbehaviour: Misbehaviour | None = None,
 ) -> VehicleSetup:
     """Return a vehicle onto which a mission was uploaded.
 
@@ -161,16 +159,10 @@ def make_setup(
         Where the vehicle is; default the mission's own home, else its first place.
     parameters : tuple of VehicleParameter
         In the vehicle's order.
-    logs : tuple of VehicleLog
-        The first is the oldest.
-    wind : Wind, optional
-        What it takes the wind to be; default it sends none.
     system : int
         MAVLink's system id.
     version : tuple of int, optional
         Of the firmware; default 1.16.0 of PX4, 4.6.0 of Copter.
-    misbehaviour : Misbehaviour, optional
-        What is wrong with it; default nothing.
 
     Raises
     ------
@@ -190,12 +182,9 @@ def make_setup(
         },
         home=place,
         parameters=parameters,
-        logs=logs,
-        wind=wind,
         system=system,
         version=version,
         uid=_uid(autopilot, system),
-        misbehaviour=misbehaviour or Misbehaviour(),
     )
 
 

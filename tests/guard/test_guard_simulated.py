@@ -96,7 +96,6 @@ def guard(
     session = GuardSession(
         link,
         GuardSettings(),
-        settings,
         judge=lambda snapshot: judge_vehicle(snapshot, flown_as),
         on_decision=run.decisions.append,
         on_status=on_status,
@@ -237,7 +236,6 @@ def test_a_flight_that_is_joined_is_held_against_the_model_from_there_on(
     session = GuardSession(
         VehicleLink(line, name="simulated", purpose=Purpose.GUARD),
         GuardSettings(),
-        LinkSettings(),
         judge=lambda snapshot: judge_vehicle(snapshot, replace(CHECK, autopilot=autopilot)),
         on_decision=lambda _: None,
         on_status=on_status,

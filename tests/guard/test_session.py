@@ -82,7 +82,6 @@ def guard(
     session = GuardSession(
         link,
         settings or GuardSettings(),
-        link_settings,
         judge=judge,
         on_decision=run.decisions.append,
         on_status=on_status,
@@ -199,12 +198,10 @@ def test_a_vehicle_that_stays_silent_is_lost() -> None:
     link = VehicleLink(line, name="virtual", purpose=Purpose.GUARD)
     session = GuardSession(
         link,
-        GuardSettings(),
-        LinkSettings(),
+        GuardSettings(lost_after_s=30.0),
         judge=lambda snapshot: judge_vehicle(snapshot, CHECK),
         on_decision=lambda _: None,
         on_status=lambda _: None,
-        lost_after_s=30.0,
     )
     with pytest.raises(LinkError, match=r"not heard for 3\d s on virtual"):
         session.run()
@@ -225,12 +222,10 @@ def test_a_vehicle_that_falls_silent_in_a_transfer_is_lost_as_soon() -> None:
     vehicle._on_mission_request_int = fall_silent  # type: ignore[method-assign] # amid the items
     session = GuardSession(
         link,
-        GuardSettings(),
-        LinkSettings(),
+        GuardSettings(lost_after_s=5.0),
         judge=lambda snapshot: judge_vehicle(snapshot, CHECK),
         on_decision=lambda _: None,
         on_status=lambda _: None,
-        lost_after_s=5.0,
     )
     with pytest.raises(LinkError, match="not heard for 5 s on virtual"):
         session.run()

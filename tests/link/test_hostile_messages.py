@@ -126,7 +126,6 @@ def _guard(link: VehicleLink) -> None:
     GuardSession(
         link,
         GuardSettings(),
-        LinkSettings(retries=1),
         judge=lambda _: (unknown_judgement("nothing is checked"), None),
         on_decision=lambda _: None,
         on_status=tell,
