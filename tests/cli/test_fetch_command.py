@@ -106,7 +106,7 @@ def test_files_that_are_there_are_kept_unless_forced(
 ) -> None:
     (tmp_path / "site.params").write_text("mine", encoding="utf-8")
     assert main(["fetch", URL, "-o", "site.plan"]) == 2
-    assert "site.params is there already: give --force" in capsys.readouterr().err
+    assert "site.params exists: give --force" in capsys.readouterr().err
     assert not (tmp_path / "site.plan").exists()
     on_line.append(VirtualLine(_vehicle()))
     assert main(["fetch", URL, "-o", "site.plan", "--force"]) == 0
@@ -177,7 +177,7 @@ def test_of_several_vehicles_one_has_to_be_named(
 
 def test_an_address_that_is_none_ends_in_exit_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fetch", "http://vehicle", "-o", "site.plan"]) == 2
-    assert "'http://vehicle' is no address of a vehicle" in capsys.readouterr().err
+    assert "'http://vehicle' is not an address of a vehicle" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

@@ -184,7 +184,7 @@ def test_a_part_of_another_log_with_the_same_end_is_found_by_the_checksum(
     (tmp_path / f"{NAME}.part").write_bytes(part)
     on_line.append(VirtualLine(_filing(CONTENT)))
     assert main(["logs", URL, "--all"]) == 3
-    assert "another checksum than the vehicle says" in capsys.readouterr().err
+    assert "another checksum than the vehicle reports" in capsys.readouterr().err
     assert {one.name: one.read_bytes() for one in tmp_path.iterdir()} == {f"{NAME}.part": part}
 
 

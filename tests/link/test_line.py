@@ -176,11 +176,11 @@ def test_a_vehicle_that_hangs_up_ends_the_transfer_at_once() -> None:
     [
         ("udpin:0.0.0.0:14550", OSError(errno.EADDRINUSE, "x"), "close the other ground station"),
         ("udpin:10.0.0.9:14550", OSError(errno.EADDRNOTAVAIL, "x"), "by udpout or tcp"),
-        ("udpin:0.0.0.0:80", OSError(errno.EACCES, "x"), "take another one"),
+        ("udpin:0.0.0.0:80", OSError(errno.EACCES, "x"), "use another one"),
         ("tcp:10.0.0.9:5760", OSError(errno.ECONNREFUSED, "x"), "nothing listens there"),
         ("tcp:10.0.0.9:5760", TimeoutError("timed out"), "does a firewall keep it away"),
         ("tcp:10.0.0.9:5760", OSError(errno.EHOSTUNREACH, "x"), "is the network up"),
-        ("tcp:nohost:5760", socket.gaierror(-2, "x"), "there is no such host; spell it again"),
+        ("tcp:nohost:5760", socket.gaierror(-2, "x"), "no such host; check its spelling"),
         ("/dev/ttyUSB0", OSError(errno.EACCES, "x"), "join the group that owns it"),
         ("/dev/ttyUSB0", OSError(errno.EBUSY, "x"), "another program has it open"),
         ("/dev/ttyUSB0", OSError(errno.ENOENT, "x"), "there "),
@@ -217,7 +217,7 @@ def _unheard(line: VirtualLine, *, system: int | None = None) -> str:
 def test_another_system_id_than_the_one_asked_for_is_told() -> None:
     vehicles = (VirtualVehicle(system=1), VirtualVehicle(system=4))
     said = _unheard(VirtualLine(*vehicles), system=7)
-    assert "of that system id: heard were 1, 4; give one of them by --system-id" in said
+    assert "of that system id: heard were 1, 4; name one of them with --system-id" in said
 
 
 def test_ground_stations_alone_are_told() -> None:
@@ -252,5 +252,5 @@ def test_what_the_vehicle_says_to_a_transfer_that_stalls_is_told() -> None:
             return [message("STATUSTEXT", severity=3, text="Not while armed")]
 
     link = VehicleLink(VirtualLine(_Armed()), name="virtual", settings=IMPATIENT)
-    with pytest.raises(LinkError, match=r"stalled.*; the vehicle says: Not while armed$"):
+    with pytest.raises(LinkError, match=r"stalled.*; the vehicle reports: Not while armed$"):
         link.fetch_items(MissionKind.MISSION)

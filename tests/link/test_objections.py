@@ -106,7 +106,7 @@ def test_a_mission_that_px4_rejected_before_is_rejected_again_though_it_says_not
     line = memory_line(PX4, f"event={VIOLATION}")
     assert VIOLATION in _upload(line).rejection
     again = _upload(line)
-    assert again.rejection == "the vehicle says that it has no mission it would fly"
+    assert again.rejection == "the vehicle reports no mission that it would fly"
 
 
 def test_without_a_place_px4_has_not_judged_it_yet() -> None:

@@ -279,18 +279,18 @@ def test_an_upload_that_is_cut_anywhere_leaves_px4_with_the_old_or_the_new(
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("garbage", "'garbage' is no fault: it says not how much"),
-        ("loss=much", "'loss=much' is no fault: 'much' is no number"),
+        ("garbage", "'garbage' is not a fault: how much is missing"),
+        ("loss=much", "'loss=much' is not a fault: 'much' is not a number"),
         ("delay=inf", "without end"),
         ("delay=-1", "less than 0"),
-        ("count=two", "'two' is no whole number"),
+        ("count=two", "'two' is not a whole number"),
         ("silence", "how many is missing"),
         ("silence=-4", "-4 messages cannot pass"),
         ("silence=4:-1", "less than 0"),
         ("twin=maybe", "it takes no value"),
-        ("reject", "it says not what"),
-        ("event=No Such!", "is no name of an event"),
-        ("seed=x", "is no whole number"),
+        ("reject", "its value is missing"),
+        ("event=No Such!", "is not the name of an event"),
+        ("seed=x", "is not a whole number"),
     ],
 )
 def test_what_is_no_fault_is_refused_with_why_and_an_example(text: str, why: str) -> None:
