@@ -44,8 +44,8 @@ def fingerprints(findings: Sequence[Finding], *, path: str) -> list[str]:
     seen: Counter[str] = Counter()
     marks = []
     for finding in findings:
-        said = _NUMBER.sub("#", finding.message)
-        known = json.dumps([finding.code, path, finding.item, said])
+        words = _NUMBER.sub("#", finding.message)
+        known = json.dumps([finding.code, path, finding.item, words])
         mark = hashlib.sha256(known.encode("ascii")).hexdigest()[:32]
         seen[mark] += 1
         marks.append(f"{mark}:{seen[mark]}")

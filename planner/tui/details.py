@@ -130,7 +130,7 @@ _CHANGED = tuple(
 
 
 class Summary(Value):
-    """What is said at the top."""
+    """The verdict and the figures at the top."""
 
     verdict: str
     """``GO`` or ``NO-GO``."""

@@ -229,7 +229,7 @@ def _points_and_law(
 
 
 def _styles() -> dict[str, Any]:
-    """Return how flown and modelled curves are told apart: by colour and by dashes."""
+    """Return how flown and modelled curves differ: by colour and by dashes."""
     alt = load_altair()
     domain = [_FLOWN, _MODEL]
     return {

@@ -240,7 +240,7 @@ def _compass_layers(result: CheckResult) -> list[Chart]:
     ]
     wind = result.setup.wind
     if wind.speed_m_s > 0.0:
-        said = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
+        text = f"wind {quantity.speed(wind.speed_m_s)} from {quantity.bearing(wind.from_deg)}"
         layers += [
             one.mark_point(
                 shape="arrow",
@@ -250,7 +250,7 @@ def _compass_layers(result: CheckResult) -> list[Chart]:
                 opacity=1.0,
             ).encode(x=alt.value(48), y=alt.value(16)),
             one.mark_text(align="left").encode(
-                x=alt.value(70), y=alt.value(14), text=alt.value(said)
+                x=alt.value(70), y=alt.value(14), text=alt.value(text)
             ),
         ]
     return layers

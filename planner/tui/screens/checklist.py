@@ -122,10 +122,13 @@ def _automatic_lines(checked: Checked, opened: frozenset[str]) -> Iterator[Check
         worst = max((finding.severity for finding in own), default=Severity.INFO)
         has_failed = worst > Severity.INFO
         sign = f" {MARKS[worst]}" if has_failed else " ✔"
-        said = finding_tally(own) if own else "nothing found"
+        tally = finding_tally(own) if own else "nothing found"
         name = catalogue.FAMILIES.get(family, family)
         yield ChecklistRow(
-            sign=sign, text=f"{name}: {said}", tone=worst.label if has_failed else "", family=family
+            sign=sign,
+            text=f"{name}: {tally}",
+            tone=worst.label if has_failed else "",
+            family=family,
         )
         if has_failed is not (family in opened):
             yield from (
@@ -271,10 +274,10 @@ class ChecklistScreen(Screen[None]):
 
     def on_mount(self) -> None:
         """Show the verdict that would be signed."""
-        said = summary(self._checked.result)
+        brief = summary(self._checked.result)
         note = "with your changes" if self._checked.what_if.changes else ""
-        self.query_one(VerdictStrip).show(said, note=note)
-        self.query_one("#who").border_title = f"Sign off this {said.verdict}"
+        self.query_one(VerdictStrip).show(brief, note=note)
+        self.query_one("#who").border_title = f"Sign off this {brief.verdict}"
         self.query_one("#checklist").focus()
 
     @on(events.DescendantFocus, "#who")

@@ -248,13 +248,13 @@ class LiveScreen(ReviewScreen):
         self.query_one("#verdict", VerdictStrip).show(none, note="; ".join(notes))
 
     def summary(self, now: Checked) -> Summary:
-        """Return what is said at the top: no go where the energy in flight does not do."""
-        said = super().summary(now)
+        """Return the summary at the top: no go where the energy in flight does not do."""
+        brief = super().summary(now)
         short = [one for one in self._in_flight if one.severity is Severity.ERROR]
         if not short or self.unknown():
-            return said
+            return brief
         headline = f"In flight: {short[0].message}"
-        return replace(said, verdict="NO-GO", is_go=False, headline=headline)
+        return replace(brief, verdict="NO-GO", is_go=False, headline=headline)
 
     def unknown(self) -> str:
         """Return why what was read last may hold no longer."""

@@ -134,15 +134,15 @@ def preview(entry: MissionEntry, result: CheckResult | UnreadableMission | str |
         return Details(title=entry.name)
     if isinstance(result, str):
         return Details(title=entry.name, tone="error", parts=(("", printable(result)),))
-    said = summary(result)
-    parts = [("", said.headline)]
-    if said.return_plan:
-        parts.append(("", said.return_plan))
+    brief = summary(result)
+    parts = [("", brief.headline)]
+    if brief.return_plan:
+        parts.append(("", brief.return_plan))
     parts += [("", finding_line(f)) for f in result.findings if f.severity > Severity.INFO]
-    parts.append(("", said.closing))
+    parts.append(("", brief.closing))
     return Details(
-        title=f"{said.verdict}  {entry.name}",
-        tone="" if said.is_go else "error",
+        title=f"{brief.verdict}  {entry.name}",
+        tone="" if brief.is_go else "error",
         parts=tuple(parts),
     )
 

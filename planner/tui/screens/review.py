@@ -193,13 +193,13 @@ class ReviewScreen(Screen[None]):
         self.query_one("#verdict", VerdictStrip).show(self.summary(self.now), note=note)
 
     def summary(self, now: Checked) -> Summary:
-        """Return what is said at the top: no verdict where that of the last check may not hold."""
-        said = summary(now.result)
+        """Return the summary at the top: no verdict where that of the last check may not hold."""
+        brief = summary(now.result)
         why = self.unknown()
         if not why:
-            return said
-        last = f"{why}; last verdict: {said.verdict}"
-        return replace(said, verdict="NO VERDICT", is_go=False, file=f"{said.file}  {last}")
+            return brief
+        last = f"{why}; last verdict: {brief.verdict}"
+        return replace(brief, verdict="NO VERDICT", is_go=False, file=f"{brief.file}  {last}")
 
     def unknown(self) -> str:
         """Return why there is no verdict of what is asked for; empty where there is one."""

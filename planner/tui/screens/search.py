@@ -100,8 +100,8 @@ def _findings_that_hold(findings: Sequence[Finding], wanted: str) -> Iterator[Hi
         if wanted.isdecimal():
             is_hit = str(finding.item) == wanted
         else:
-            said = f"{finding.code} {finding.name} {finding.message}"
-            is_hit = wanted in said.casefold()
+            searched = f"{finding.code} {finding.name} {finding.message}"
+            is_hit = wanted in searched.casefold()
         if is_hit:
             item = "" if finding.item is None else f" item {finding.item}:"
             yield Hit(

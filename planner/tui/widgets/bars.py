@@ -94,5 +94,5 @@ def verdict_line(summary: Summary) -> Content:
     """Return the verdict with its sign, and what it is of."""
     sign = "✔" if summary.is_go else "✖" if summary.verdict == "NO-GO" else "?"
     style = "bold $text-success" if summary.is_go else "bold $text-error"
-    said = Content.styled(f"{sign} {summary.verdict}", style)
-    return Content.assemble(said, Content(f"  {summary.file}"))
+    verdict = Content.styled(f"{sign} {summary.verdict}", style)
+    return Content.assemble(verdict, Content(f"  {summary.file}"))

@@ -83,7 +83,7 @@ class DetailsPane(VerticalScroll):
         yield Static(id="details-text")
 
     def show(self, details: Details) -> None:
-        """Show what is said about another thing."""
+        """Show the details of another thing."""
         if details == self.details:
             return
         self.details = details

@@ -115,7 +115,7 @@ class RowList(ScrollView, can_focus=True):
         rows : Rows
             What is shown.
         empty : str, optional
-            What is said from now on where there are none.
+            Text shown from now on where there are none.
         """
         self._rows = rows
         self._empty = self._empty if empty is None else empty

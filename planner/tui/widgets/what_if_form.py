@@ -107,8 +107,8 @@ class WhatIfForm(VerticalScroll):
             self._outcome = Content.styled(f"✖ {problem}", "$text-error")
         elif lines:
             self._outcome = Content("\n").join(
-                Content.assemble(Content.styled(f"{label:<9}", "bold"), Content(said))
-                for label, said in lines
+                Content.assemble(Content.styled(f"{label:<9}", "bold"), Content(text))
+                for label, text in lines
             )
         else:
             text = "Type a change: it is checked as you type."
