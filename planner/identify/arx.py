@@ -79,10 +79,7 @@ class ArxModel(Value):
     def transfer_function(self) -> TransferFunction:
         """Convert to continuous time: the model whose samples behind a hold this is.
 
-        Returns
-        -------
-        TransferFunction
-            With a delay of k - 1 sampling steps.
+        Its delay is k - 1 sampling steps.
 
         Raises
         ------
@@ -166,21 +163,7 @@ def select_arx(
 ) -> ArxModel:
     """Search the delay and the orders, each by Schwarz's criterion on the same samples.
 
-    Parameters
-    ----------
-    manoeuvres : sequence of Manoeuvre
-        As for `fit_arx`.
-    longest_delay_s : float
-        Upper bound of the delay. [s]
-    poles : sequence of int
-        Orders n to try.
-    zeros : sequence of int, optional
-        Numbers of zeros to try; left out, all below n.
-
-    Returns
-    -------
-    ArxModel
-        The one with the least criterion.
+    Numbers of zeros that are left out are all below the number of poles.
 
     Raises
     ------

@@ -98,16 +98,7 @@ def flown_box(
 ) -> ValidFor:
     """Return the box of what was flown, no larger.
 
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        The flights.
-    parts : Parts
-        What was found.
-    settings : IdentificationSettings
-        Payload and reference.
-    mass_kg : float or None
-        Mass without payload; ``None`` where the power does not depend on it. [kg]
+    ``mass_kg`` is that without payload, ``None`` where the power does not depend on it.
 
     Raises
     ------
@@ -138,7 +129,7 @@ def flown_box(
         else None
     )
     if speed is None and height is None:
-        msg = "the flights tell neither speed nor height: nothing is known of where a model would hold"
+        msg = "the flights show neither speed nor height: the range a model holds for is unknown"
         raise IdentificationError(msg)
     is_mapped = parts.power.steady_map is not None or parts.power.vertical is not None
     densities = [f.air_density_kg_m3 for f in steady if f.air_density_kg_m3 is not None]
@@ -209,25 +200,13 @@ def made_provenance(
     outcomes: Sequence[StateOutcome],
     readings: Sequence[str],
 ) -> Provenance:
-    """Return logs, method and figures of the fit.
-
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        The flights.
-    settings : IdentificationSettings
-        Date, version and method.
-    outcomes : sequence of StateOutcome
-        What was found about each state.
-    readings : sequence of str
-        What was decided.
-    """
+    """Return logs, method and figures of the fit."""
     files = {record.sha256: record.source for record in records}
     firmware = ", ".join(sorted({r.firmware for r in records if r.firmware}))
     vehicle = ", ".join(sorted({r.vehicle for r in records if r.vehicle}))
-    told = " of ".join(part for part in (firmware, vehicle) if part)
+    origin = " of ".join(part for part in (firmware, vehicle) if part)
     source = f"{quantity.count(len(records), 'flight')} in {quantity.count(len(files), 'log')}" + (
-        f", {told}" if told else ""
+        f", {origin}" if origin else ""
     )
     fit: list[tuple[str, float]] = [("flights", float(len(records)))]
     for outcome in outcomes:
@@ -245,16 +224,11 @@ def made_provenance(
         method=f"mavjoule identify {settings.version}, {settings.method}",
         date=settings.date,
         readings=tuple(readings),
-        logs=tuple(_log_name(path) for path in files.values()),
+        # a log's name with its folder's: logs of one logger are often called alike
+        logs=tuple("/".join(Path(path).parts[-2:]) for path in files.values()),
         logs_sha256=tuple(files),
         fit=tuple(fit),
     )
-
-
-def _log_name(path: str) -> str:
-    """Return a log's name with its folder's: logs of one logger are often called alike."""
-    parts = Path(path).parts
-    return "/".join(parts[-2:])
 
 
 def made_remarks(
@@ -270,7 +244,7 @@ def made_remarks(
         "",
     ]
     for outcome in outcomes:
-        lines.append(f"{outcome.name}: {outcome.said}")
+        lines.append(f"{outcome.name}: {outcome.summary}")
         lines += [
             f"    {e.name} = {e.value:.6g} +- {e.error:.2g}"
             for e in outcome.estimates
@@ -289,7 +263,7 @@ class Method(StrEnum):
 
 
 class IdentificationSettings(Value):
-    """What no log tells, and how to go about it."""
+    """What no log holds, and how to go about it."""
 
     name: str
     """Of the model; also the stem of its file."""
@@ -301,7 +275,7 @@ class IdentificationSettings(Value):
     readings: tuple[str, ...] = ()
     """What whoever uses the numbers has to know besides."""
     reference: Autopilot | None = None
-    """Who shapes the reference; ``None``: as the logs say, step references where they do not."""
+    """Who shapes the reference; ``None``: as the logs report, step references where they do not."""
     mass_kg: float | None = None
     """Take-off mass with battery, without payload. [kg]"""
     payload_kg: float = 0.0
@@ -315,7 +289,7 @@ class IdentificationSettings(Value):
     pack: PackSettings = field(default_factory=PackSettings)
     method: Method = Method.OUTPUT_ERROR
     base: VehicleModel | None = None
-    """Gives what the flights do not tell."""
+    """Gives what the flights do not show."""
 
 
 _LEAST_DAMPING = 0.3
@@ -354,23 +328,9 @@ def assemble_model(
     *,
     on_step: Callable[[str], None] = lambda _: None,
 ) -> Identification:
-    """Put the model together, with what the base model gives, and say what is missing.
+    """Put the model together, with what the base model gives, and report what is missing.
 
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        The flights.
-    settings : IdentificationSettings
-        What no log tells; its reference is known.
-    parts : Parts
-        What was found.
-    on_step : callable
-        Told what is done next.
-
-    Returns
-    -------
-    Identification
-        The model and what was found about each state.
+    The settings name a reference here; ``on_step`` receives what is done next.
 
     Raises
     ------
@@ -450,7 +410,7 @@ def assemble_model(
 
 
 def _power(parts: Parts, base: VehicleModel | None) -> tuple[_Power, list[StateOutcome]]:
-    """Return the power the flights tell, else that of the base model."""
+    """Return the power the flights show, else that of the base model."""
     found, outcomes = parts.power, list(parts.power.outcomes)
     if found.is_known:
         return _Power(
@@ -502,7 +462,7 @@ def _applied(
 
 
 def _ramps(parts: Parts, base: VehicleModel | None, outcomes: list[StateOutcome]) -> Ramps | None:
-    """Return the ramps the flights tell, else those of the base model; add what was found."""
+    """Return the ramps the flights show, else those of the base model; add what was found."""
     if parts.ramps is None:
         return None
     ramps, outcome = parts.ramps.ramps, parts.ramps.outcome
@@ -511,7 +471,8 @@ def _ramps(parts: Parts, base: VehicleModel | None, outcomes: list[StateOutcome]
     outcomes.append(outcome)
     if ramps is None:
         msg = (
-            f"the logs tell no references, and the flights not how the vehicle moves ({outcome.said}): "
+            f"the logs hold no references, and the flights do not show how the vehicle moves "
+            f"({outcome.summary}): "
             "give flights with level legs at several heights, or name a base model with --base"
         )
         raise IdentificationError(msg)
@@ -523,9 +484,9 @@ def _refuse_lacking_motion(
 ) -> None:
     lacking = [o for o in outcomes if o.name in _MOTIONS and responses.get(o.name) is None]
     if lacking:
-        why = "; ".join(f"{o.name}: {o.said}" for o in lacking)
+        why = "; ".join(f"{o.name}: {o.summary}" for o in lacking)
         msg = (
-            f"the flights do not tell how the vehicle moves ({why}): a model of step references "
+            f"the flights do not show how the vehicle moves ({why}): a model of step references "
             "needs both altitude and speed; fly them, or name a base model with --base"
         )
         raise IdentificationError(msg)
@@ -539,13 +500,16 @@ def _air_readings(
     if settings.temperature_c is None and knows_density:
         readings.append("Air density is that of the standard atmosphere at the altitude flown.")
     if parts.steady and any(not np.isfinite(r.airspeed_m_s).any() for r in records):
-        readings.append("The logs tell no wind: the air is taken to have been calm.")
+        readings.append("No wind in the logs: calm air assumed.")
     return readings
 
 
 def _of_base(outcome: StateOutcome, base: VehicleModel) -> StateOutcome:
     return replace(
-        outcome, status=FitStatus.BASE, said=f"taken from {base.name}: {outcome.said}", estimates=()
+        outcome,
+        status=FitStatus.BASE,
+        summary=f"taken from {base.name}: {outcome.summary}",
+        estimates=(),
     )
 
 
@@ -587,16 +551,16 @@ def _said(
     findings = []
     for outcome in outcomes:
         if outcome.status is FitStatus.LEFT_OUT:
-            # how closely an autopilot is followed is told, and predicted with by nobody
+            # how closely an autopilot is followed is reported; no prediction uses it
             is_beside = settings.reference is not Autopilot.STEP and outcome.name in _MOTIONS
             findings.append(
                 STATE_LEFT_OUT.finding(
-                    f"{outcome.name}: left out: {outcome.said}",
+                    f"{outcome.name}: left out: {outcome.summary}",
                     severity=Severity.INFO if is_beside else None,
                 )
             )
         elif outcome.status is FitStatus.BASE:
-            findings.append(STATE_OF_BASE.finding(f"{outcome.name}: {outcome.said}"))
+            findings.append(STATE_OF_BASE.finding(f"{outcome.name}: {outcome.summary}"))
     if mass_kg is None:
         findings.append(MASS_UNKNOWN.finding("mass unknown: payload and air density not modelled"))
     fitted = [
@@ -625,8 +589,8 @@ def _vehicles(records: Sequence[FlightRecord]) -> list[Finding]:
     named = {r.vehicle: r.source for r in records if r.vehicle}
     if len(named) < 2:
         return []
-    told = ", ".join(f"{source} is of {vehicle}" for vehicle, source in list(named.items())[:3])
-    return [VEHICLES_DIFFER.finding(f"{told}: is this one vehicle?")]
+    which = ", ".join(f"{source} is of {vehicle}" for vehicle, source in list(named.items())[:3])
+    return [VEHICLES_DIFFER.finding(f"{which}: is this one vehicle?")]
 
 
 def _speed(

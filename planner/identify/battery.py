@@ -16,7 +16,13 @@ import numpy.typing as npt
 
 from planner.errors import IdentificationError
 from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
-from planner.identify.uncertainty import Estimate, Noise, fit_noise, least_squares_covariance
+from planner.identify.uncertainty import (
+    Estimate,
+    Noise,
+    fit_noise,
+    least_squares_covariance,
+    rounded,
+)
 from planner.units import SECONDS_PER_HOUR
 from planner.values import Value
 from planner.vehicle.battery import Battery
@@ -31,13 +37,13 @@ if TYPE_CHECKING:
 KNOTS = 6
 """Points of the curve over the charge that was used."""
 _LEAST_CURRENT_VARIATION = 0.02
-"""Of the mean current, beside what goes with the charge: less tells no resistance. [-]"""
+"""Of the mean current, beside what goes with the charge: less shows no resistance. [-]"""
 _LEAST_RISE_V = 1e-3
 """Between two knots: a curve must rise. [V]"""
 
 
 class BatteryFit(Value):
-    """What one or more discharges tell about a battery."""
+    """What one or more discharges show of a battery."""
 
     ocv_soc: tuple[float, ...]
     """States of charge within what was used, rising. [-]"""
@@ -61,20 +67,8 @@ def fit_battery(
 ) -> BatteryFit:
     """Fit open-circuit voltage and internal resistance to one discharge.
 
-    Parameters
-    ----------
-    voltage_v, current_a, charge_used_ah : array_like
-        Voltage under load, current, and charge taken since the battery was full, evenly sampled.
-        (n,) [V, A, Ah]
-    capacity_ah : float
-        Charge of the full battery. [Ah]
-    knots : int
-        Number of points of the curve.
-
-    Returns
-    -------
-    BatteryFit
-        The curve over the charge that was used, no farther, and the resistance.
+    Voltage under load, current, and charge taken since the battery was full [Ah] are evenly
+    sampled. The curve covers the charge that was used, no more.
 
     Raises
     ------
@@ -100,7 +94,7 @@ def fit_battery(
     curve = np.concatenate([np.ones((soc.size, 1)), rises], axis=1)
     explained = curve @ np.linalg.lstsq(curve, current)[0]
     if np.std(current - explained) < _LEAST_CURRENT_VARIATION * np.abs(current).mean():
-        msg = "the current hardly varies: fly climbs or stops to tell the internal resistance"
+        msg = "the current hardly varies: fly climbs or stops to measure the internal resistance"
         raise IdentificationError(msg)
     design = np.concatenate([curve, -current[:, None]], axis=1)
     bounds = ([-np.inf, *[_LEAST_RISE_V] * (knots - 1), 0.0], np.full(knots + 1, np.inf))
@@ -128,21 +122,21 @@ _CELL_PARAMETERS = ("BAT1_N_CELLS", "BAT_N_CELLS")
 _NOT_FULL = 0.98
 """Voltage at the start, over the highest of all flights, below which a battery was not full. [-]"""
 _THINNED_S = 0.5
-"""Samples taken for the fit: the noise has a memory, more of them tell no more. [s]"""
+"""Samples taken for the fit: the noise has a memory, more of them add nothing. [s]"""
 
 
 class PackSettings(Value):
-    """What no log tells about a battery."""
+    """What no log holds about a battery."""
 
     capacity_ah: float | None = None
-    """Charge of the full battery; left out, as the autopilot's parameters say. [Ah]"""
+    """Charge of the full battery; left out, as in the autopilot's parameters. [Ah]"""
     cells_in_series: int | None = None
     chemistry: str | None = None
     """Kind of cell whose open-circuit curve is scaled to the flights."""
 
 
 class BatteryIdentification(Value):
-    """What the discharges tell."""
+    """What the discharges show."""
 
     battery: Battery | None
     outcome: StateOutcome
@@ -160,25 +154,12 @@ def charge_used_ah(record: FlightRecord) -> FloatArray:
 def identify_battery(
     records: Sequence[FlightRecord], settings: PackSettings
 ) -> BatteryIdentification:
-    """Identify capacity, open-circuit curve and resistance, as far as the flights tell.
-
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        Flights with batteries of one kind.
-    settings : PackSettings
-        What no log tells.
-
-    Returns
-    -------
-    BatteryIdentification
-        A battery, or none and why.
-    """
+    """Identify capacity, open-circuit curve and resistance, as far as the flights show them."""
     segments = _discharges(records)
     used = [r for r, s in zip(records, segments, strict=True) if s.is_used]
     capacity_ah = settings.capacity_ah or _parameter(records, CAPACITY_PARAMETERS, 1e-3)
     if not used:
-        return _nothing("no flight tells voltage and current", segments)
+        return _nothing("no flight has voltage and current", segments)
     if capacity_ah is None:
         return _nothing("battery capacity unknown: give --capacity", segments)
     cells = (
@@ -210,13 +191,13 @@ def identify_battery(
     nominal_v = float(np.mean(fit.ocv_v))
     resistance = fit.internal_resistance_ohm
     battery = Battery(
-        capacity_ah=_rounded(capacity_ah),
-        nominal_voltage_v=_rounded(nominal_v, 4),
+        capacity_ah=rounded(capacity_ah),
+        nominal_voltage_v=rounded(nominal_v, 4),
         cells_in_series=cells,
-        internal_resistance_ohm=_rounded(resistance.value, 4),
+        internal_resistance_ohm=rounded(resistance.value, 4),
     )
     low = fit.ocv_soc[0]
-    said = (
+    summary = (
         f"{capacity_ah:g} Ah, {resistance.value * 1e3:.0f} mohm, {nominal_v:.1f} V open-circuit over "
         f"the charge that was used, down to {low:.0%}"
     )
@@ -225,7 +206,7 @@ def identify_battery(
         outcome=StateOutcome(
             name="battery",
             status=FitStatus.IDENTIFIED,
-            said=said,
+            summary=summary,
             unit="V",
             estimates=(resistance,),
             segments=segments,
@@ -269,16 +250,16 @@ def _with_curve(
     rms = float(np.sqrt(np.mean(left**2)))
     return BatteryIdentification(
         battery=Battery(
-            capacity_ah=_rounded(capacity_ah),
+            capacity_ah=rounded(capacity_ah),
             cells_in_series=cells,
-            internal_resistance_ohm=_rounded(resistance_ohm, 4),
+            internal_resistance_ohm=rounded(resistance_ohm, 4),
             ocv_soc=cell.ocv_soc,
             ocv_v=tuple(round(float(v), 3) for v in scale * curve_v),
         ),
         outcome=StateOutcome(
             name="battery",
             status=FitStatus.IDENTIFIED,
-            said=(
+            summary=(
                 f"{capacity_ah:g} Ah, {cells} {chemistry} cells with the voltage times {scale:.4f}, "
                 f"{resistance_ohm * 1e3:.0f} mohm; used down to {low:.0%}"
             ),
@@ -296,7 +277,7 @@ def _with_curve(
         readings=(
             (
                 f"The open-circuit curve has the shape of {chemistry} cells, scaled to the flights, "
-                f"which used the charge down to {low:.0%}; below that only the shape speaks."
+                f"which used the charge down to {low:.0%}; below that only the shape is known."
             ),
             "Every flight that began within 2 % of the highest voltage began with a full battery.",
             "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
@@ -317,16 +298,7 @@ def _discharges(records: Sequence[FlightRecord]) -> tuple[SegmentUse, ...]:
             refusal = "no current"
         elif volts < _NOT_FULL * highest:
             refusal = f"began with less than {_NOT_FULL:.0%} of the highest voltage: not full"
-        rows.append(
-            SegmentUse(
-                log=record.source,
-                flight=record.number,
-                start_s=0.0,
-                duration_s=record.duration_s,
-                what="discharge",
-                refusal=refusal,
-            )
-        )
+        rows.append(SegmentUse.of_flight(record, "discharge", refusal))
     return tuple(rows)
 
 
@@ -339,19 +311,13 @@ def _parameter(
     records: Sequence[FlightRecord], names: Sequence[str], factor: float
 ) -> float | None:
     """Return a parameter that is positive and the same in all logs that have it."""
-    told = {r.parameters[name] for r in records for name in names if name in r.parameters}
-    value = factor * told.pop() if len(told) == 1 else 0.0
+    values = {r.parameters[name] for r in records for name in names if name in r.parameters}
+    value = factor * values.pop() if len(values) == 1 else 0.0
     return value if value > 0.0 else None
 
 
 def _nothing(why: str, segments: tuple[SegmentUse, ...]) -> BatteryIdentification:
     return BatteryIdentification(
         battery=None,
-        outcome=StateOutcome(
-            name="battery", status=FitStatus.LEFT_OUT, said=why, segments=segments
-        ),
+        outcome=StateOutcome.left_out("battery", why, segments),
     )
-
-
-def _rounded(value: float, digits: int = 6) -> float:
-    return float(f"{value:.{digits}g}")

@@ -1,4 +1,4 @@
-"""What a flight is predicted from, as its log tells it: mission, parameters, wind."""
+"""What a flight is predicted from, from its log: mission, parameters, wind."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
 _RELATIVE_FRAME = 3
 """MAV_FRAME_GLOBAL_RELATIVE_ALT."""
-_LEAST_WIND_SHARE = 0.5
-"""Share of the time in the air the wind must be known for. [-]"""
+_LEAST_WIND_FRACTION = 0.5
+"""Fraction of the time in the air the wind must be known for. [-]"""
 _HORIZONTAL = frozenset((FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE))
 _VERSION = re.compile(r"(\d+)\.(\d+)")
 _NOTHING = MissionItem(
@@ -61,15 +61,7 @@ _NOTHING = MissionItem(
 def flown_mission(record: FlightRecord) -> Mission:
     """Return the mission of a flight, from its log alone.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        A flight whose log holds the mission.
-
-    Returns
-    -------
-    Mission
-        Home is where the vehicle was armed; items that are not logged do nothing, which is told.
+    Home is where the vehicle was armed; items that are not logged do nothing, which is a finding.
 
     Raises
     ------
@@ -79,18 +71,18 @@ def flown_mission(record: FlightRecord) -> Mission:
     if not record.mission_items:
         msg = "holds no mission: give the one flown with --mission"
         raise LogFileError(msg, source=record.source)
-    told = {item.item: item for item in record.mission_items}
-    numbers = range(1, max(told) + 1)
+    logged = {item.item: item for item in record.mission_items}
+    numbers = range(1, max(logged) + 1)
     return Mission(
         source=record.source,
         file_format=MissionFormat.PLAN,
-        items=tuple(_item(told.get(number)) for number in numbers),
+        items=tuple(_item(logged.get(number)) for number in numbers),
         home=flown_home(record),
         autopilot=record.autopilot,
         vehicle=VehicleEvidence(
             kind=VehicleKind.MULTICOPTER, is_certain=True, reason="it is the mission of a log"
         ),
-        findings=tuple(_findings(record, [n for n in numbers if n not in told])),
+        findings=tuple(_findings(record, [n for n in numbers if n not in logged])),
     )
 
 
@@ -122,7 +114,7 @@ def _item(item: LoggedItem | None) -> MissionItem:
     )
 
 
-MISSION_UNTOLD = Rule(
+MISSION_INCOMPLETE = Rule(
     "R202 mission-untold",
     Severity.WARNING,
     summary="A log holds only part of its mission.",
@@ -140,11 +132,13 @@ def _findings(record: FlightRecord, missing: list[int]) -> list[Finding]:
         which = f"item {missing[0]}"
         which += " is" if len(missing) == 1 else f" and {len(missing) - 1} more are"
         found.append(
-            MISSION_UNTOLD.finding(f"{record.source}: {which} not in the log: predicted without")
+            MISSION_INCOMPLETE.finding(
+                f"{record.source}: {which} not in the log: predicted without"
+            )
         )
     if any(item.frame is None for item in record.mission_items):
         found.append(
-            MISSION_UNTOLD.finding(
+            MISSION_INCOMPLETE.finding(
                 f"{record.source}: no altitude frames in the log: heights above home assumed"
             )
         )
@@ -165,11 +159,11 @@ def record_parameters(record: FlightRecord) -> ParameterSet | None:
 
 
 def flown_wind(record: FlightRecord) -> Wind | None:
-    """Return the mean wind in the air; ``None`` where the log does not tell it."""
+    """Return the mean wind in the air; ``None`` where the log does not hold it."""
     in_air = ~record.is_landed
     north, east = record.wind_north_m_s[in_air], record.wind_east_m_s[in_air]
     known = np.isfinite(north) & np.isfinite(east)
-    if not known.any() or known.mean() < _LEAST_WIND_SHARE:
+    if not known.any() or known.mean() < _LEAST_WIND_FRACTION:
         return None
     to_north, to_east = float(north[known].mean()), float(east[known].mean())
     return Wind(
@@ -181,12 +175,9 @@ def flown_wind(record: FlightRecord) -> Wind | None:
 def flown_position_noise_m(record: FlightRecord) -> float:
     """Return the mean horizontal error of the position that PX4 slows its time down by.
 
-    Taken while the vehicle hovers or moves only vertically, where the reference stands still.
+    Taken while the vehicle hovers or moves only vertically, where the reference does not move.
 
-    Returns
-    -------
-    float
-        0 for other autopilots, and where references are not logged. [m]
+    0 for other autopilots, and where references are not logged. [m]
     """
     if record.autopilot is not Autopilot.PX4:
         return 0.0
@@ -218,19 +209,8 @@ def flown_parameters(
 ) -> tuple[tuple[tuple[str, float], ...], tuple[Finding, ...]]:
     """Return the parameters the flights have in common, of those a prediction depends on.
 
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        The flights.
-    autopilot : Autopilot
-        PX4 or ArduPilot.
-
-    Returns
-    -------
-    parameters : tuple of (str, float)
-        By their own names and in their own units.
-    findings : tuple of Finding
-        What differs from flight to flight, and is left to the parameter file of the day.
+    They have their own names and units. Findings name what differs from flight to flight: that is
+    left to the parameter file of the day.
     """
     from planner.vehicle.parameters.resolve import PARAMETERS_OF
     from planner.vehicle.parameters.table import parameter_table
@@ -239,13 +219,13 @@ def flown_parameters(
     differing: list[str] = []
     for row in parameter_table(PARAMETERS_OF[autopilot]).values():
         for spelling in row.spellings:
-            told = [r.parameters[spelling.name] for r in records if spelling.name in r.parameters]
-            if not told or not row.is_possible(spelling.si(told[-1])):
+            values = [r.parameters[spelling.name] for r in records if spelling.name in r.parameters]
+            if not values or not row.is_possible(spelling.si(values[-1])):
                 continue
-            if len(set(told)) > 1:
+            if len(set(values)) > 1:
                 differing.append(spelling.name)
-            elif len(told) == len(records):
-                common.append((spelling.name, float(f"{float(np.float32(told[0])):.7g}")))
+            elif len(values) == len(records):
+                common.append((spelling.name, float(f"{float(np.float32(values[0])):.7g}")))
     if not differing:
         return tuple(common), ()
     more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
@@ -261,7 +241,7 @@ _MISSION_MODES = (AUTO, AUTO_MISSION, "AUTO_TAKEOFF")
 _RETURNS = ("RTL", "AUTO_RTL", "AUTO_LAND", "LAND", "SMART_RTL")
 """Modes a mission that asks for a return or a landing may end in."""
 _LEAST_S = 2.0
-"""A shorter stretch in another mode is a switch passed over. [s]"""
+"""A shorter time in another mode is a switch passed over. [s]"""
 
 
 class FlownWindow(Value):
@@ -271,7 +251,7 @@ class FlownWindow(Value):
     before_s: float
     """Left out before. [s]"""
     after_s: float
-    """Left out behind. [s]"""
+    """Left out after. [s]"""
     findings: tuple[Finding, ...]
 
 
@@ -314,20 +294,6 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
 
     It begins with the record, or with the mission where that began on the ground later; it ends with
     the record, or with the mission where that ends in the air.
-
-    Parameters
-    ----------
-    record : FlightRecord
-        The whole flight.
-    mission : Mission
-        What it was flown by.
-    route : Route
-        The same laid out.
-
-    Returns
-    -------
-    FlownWindow
-        With findings of what was flown otherwise.
     """
     if not np.any(record.mode != ""):
         return FlownWindow(flown=record, before_s=0.0, after_s=0.0, findings=())
@@ -353,9 +319,9 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
     before_s = float(record.time_s[begin])
     after_s = record.duration_s - before_s - flown.duration_s
     cut = [(before_s, "before"), (after_s, "after")]
-    told = " and ".join(f"{time_s:.1f} s {where}" for time_s, where in cut if time_s > _LEAST_S)
-    if told:
-        findings.append(FLIGHT_CUT.finding(f"{record.source}: {told} the mission are left out"))
+    left_out = " and ".join(f"{time_s:.1f} s {where}" for time_s, where in cut if time_s > _LEAST_S)
+    if left_out:
+        findings.append(FLIGHT_CUT.finding(f"{record.source}: {left_out} the mission are left out"))
     findings += _left(flown, mission)
     return FlownWindow(
         flown=flown, before_s=before_s, after_s=max(after_s, 0.0), findings=tuple(findings)
@@ -388,7 +354,7 @@ def _left(flown: FlightRecord, mission: Mission) -> list[Finding]:
         if item.command == Command.NAV_RETURN_TO_LAUNCH
     ]
     if returns:
-        # Where the log tells no items, a return is taken to be the one that is asked for.
+        # Where the log holds no items, a return is taken to be the one that is asked for.
         is_due = np.maximum.accumulate(flown.mission_item) >= returns[0] - 1
         asked_for = is_due | ~flown.mission_item.any()
         elsewhere &= ~(np.isin(flown.mode, _RETURNS) & asked_for)

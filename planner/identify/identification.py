@@ -3,7 +3,7 @@
 A vehicle whose reference is a step is identified as in the article: responses G1 to G5, hover power over
 height, cruise power over speed.  One whose autopilot shapes the reference is identified by the steady
 power over airspeed and climb rate, by how it follows the logged setpoints, and by the autopilot's own
-parameters.  What the flights do not tell is taken from a base model or left out, and reported.
+parameters.  What the flights do not show is taken from a base model or left out, and reported.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from planner.identify.manoeuvres import ResponseKind, cut_manoeuvres
 from planner.identify.power import (
     PowerIdentification,
     at_mean_load,
+    hover_powers_w,
     identify_cruise,
     identify_hover,
     identify_manoeuvre_power,
@@ -34,7 +35,7 @@ from planner.identify.segments import (
     find_states,
     record_air_density_kg_m3,
     steady_flight,
-    steady_stretches,
+    steady_spans,
 )
 from planner.identify.verification import verify_flight
 from planner.values import replace
@@ -47,13 +48,13 @@ if TYPE_CHECKING:
     from planner.identify.assembly import Identification, IdentificationSettings
     from planner.identify.manoeuvres import ManoeuvreCut
     from planner.identify.responses import ResponseIdentification
-    from planner.identify.segments import MeasuredPower, SteadyStretch
+    from planner.identify.segments import MeasuredPower, SteadySpan
     from planner.identify.verification import KnownConditions, Verification
     from planner.logs.record import FlightRecord
 
 
 _SAME_POWER = 0.05
-"""Share of hover power by which that of cruise may differ for a stop to be counted from hover. [-]"""
+"""Fraction of hover power by which that of cruise may differ for a stop to be counted from hover. [-]"""
 _RINGING_S = 20.0
 """After a step the power of an identified response may ring for tens of seconds. [s]"""
 
@@ -66,24 +67,12 @@ def identify_vehicle(
 ) -> Identification:
     """Identify a vehicle from its flights.
 
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        Flights of one vehicle, one at least.
-    settings : IdentificationSettings
-        What no log tells.
-    on_step : callable
-        Told what is done next: a flight is cut, a response is fitted.
-
-    Returns
-    -------
-    Identification
-        The model, what was found about each state, and what has to be known.
+    ``on_step`` receives what is done next: a flight is cut, a response is fitted.
 
     Raises
     ------
     IdentificationError
-        If the flights do not tell enough for any model.
+        If the flights do not show enough for any model.
     UsageError
         If the base model answers another reference.
     """
@@ -152,15 +141,15 @@ def _identify_stepped(
     settings: IdentificationSettings,
     on_step: Callable[[str], None],
 ) -> Parts:
-    stretches: list[SteadyStretch] = []
+    spans: list[SteadySpan] = []
     refusals: list[SegmentUse] = []
     for record in records:
         on_step(_flight_step(record))
-        own = steady_stretches(record, find_states(record), settling_s=_RINGING_S)
-        refusals += _power_refusals(record) or _stretch_refusals(record, own)
-        stretches += own
-    hovers = [s.power for s in stretches if s.power is not None and not s.power.airspeed_m_s]
-    cruises = [s.power for s in stretches if s.power is not None and s.power.airspeed_m_s]
+        own = steady_spans(record, find_states(record), settling_s=_RINGING_S)
+        refusals += _power_refusals(record) or _span_refusals(record, own)
+        spans += own
+    hovers = [s.power for s in spans if s.power is not None and not s.power.airspeed_m_s]
+    cruises = [s.power for s in spans if s.power is not None and s.power.airspeed_m_s]
     power = _stepped_power(hovers, cruises, tuple(refusals))
     cuts: list[ManoeuvreCut] = []
     for record in records:
@@ -206,7 +195,7 @@ def _identify_unreferenced(
         power = identify_manoeuvre_power(means, tuple(refusals))
     else:
         power = identify_power(means, refusals=refusals)
-    reading = "Loads are not told: each flight is brought to the mean power of all flights."
+    reading = "Loads are unknown: each flight is brought to the mean power of all flights."
     return Parts(
         power=replace(power, readings=(*power.readings, reading)),
         responses=(),
@@ -259,14 +248,14 @@ def _counted_from_hover(
     hover_w = float(np.mean([hover.power_w for hover in hovers]))
     if abs(before_w) <= _SAME_POWER * hover_w:
         return found
-    said = (
-        f"the cruise before the stop takes {before_w:+.0f} W beside hover: braking is predicted by "
-        "the cruise power at its speed, an answer from hover would lose that"
+    summary = (
+        f"cruise before the stop takes {before_w:+.0f} W more than hover: braking is predicted by the "
+        "cruise power at its speed, a response from hover would lose that"
     )
     outcome = replace(
         found.outcome,
         status=FitStatus.LEFT_OUT,
-        said=said,
+        summary=summary,
         estimates=(),
         fit_percent=None,
         rms=None,
@@ -284,18 +273,7 @@ def _stepped_power(
     if not hovers:
         return identify_power((), refusals=refusals)
     hover, outcome, readings = identify_hover(hovers, refusals)
-    at_hover = [
-        float(
-            hover_power_w(
-                hover,
-                height_above_home_m=c.height_above_home_m,
-                mass_kg=None,
-                air_density_kg_m3=1.0,
-            )
-        )
-        for c in cruises
-    ]
-    cruise, cruise_outcome = identify_cruise(cruises, at_hover)
+    cruise, cruise_outcome = identify_cruise(cruises, hover_powers_w(hover, cruises))
     return PowerIdentification(
         hover=hover, cruise=cruise, outcomes=(outcome, cruise_outcome), readings=readings
     )
@@ -305,20 +283,11 @@ def _power_refusals(record: FlightRecord) -> list[SegmentUse]:
     if np.isfinite(record.power_w).any():
         return []
     remark = next((q.remark for q in record.quantities if q.name == "current_a" and q.remark), "")
-    why = f"the log tells no power: {remark}" if remark else "the log tells no power"
-    return [
-        SegmentUse(
-            log=record.source,
-            flight=record.number,
-            start_s=0.0,
-            duration_s=record.duration_s,
-            what="flight",
-            refusal=why,
-        )
-    ]
+    why = f"no power in the log: {remark}" if remark else "no power in the log"
+    return [SegmentUse.of_flight(record, "flight", why)]
 
 
-def _stretch_refusals(record: FlightRecord, stretches: Sequence[SteadyStretch]) -> list[SegmentUse]:
+def _span_refusals(record: FlightRecord, spans: Sequence[SteadySpan]) -> list[SegmentUse]:
     return [
         SegmentUse(
             log=record.source,
@@ -328,7 +297,7 @@ def _stretch_refusals(record: FlightRecord, stretches: Sequence[SteadyStretch]) 
             what=str(s.segment.state),
             refusal=s.refusal,
         )
-        for s in stretches
+        for s in spans
         if s.refusal
     ]
 
@@ -356,19 +325,7 @@ def verify_left_out(
 ) -> Iterator[Verification]:
     """Identify a vehicle from all logs but one, and verify on that one, for each in turn.
 
-    Parameters
-    ----------
-    logs : sequence of sequence of FlightRecord
-        The flights, log by log.
-    settings : IdentificationSettings
-        What no log tells; its base gives what the other logs do not tell, which is then said.
-    known : KnownConditions
-        What the logs do not tell of the flights, or tell wrongly.
-
-    Yields
-    ------
-    Verification
-        One for every flight, with what was found when the others were identified.
+    What the other logs do not cover is taken from the base of the settings, and reported.
 
     Raises
     ------

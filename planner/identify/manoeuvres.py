@@ -112,13 +112,7 @@ class Manoeuvre(Value, eq=False):
         return float(self.answer[: self.first_change].mean())
 
     def up_to(self, window_s: float) -> Manoeuvre:
-        """Return the manoeuvre up to a time after its command, inclusive.
-
-        Parameters
-        ----------
-        window_s : float
-            Time after the first change of the reference. [s]
-        """
+        """Return the manoeuvre up to a time after its command, inclusive."""
         return self._at(np.flatnonzero(self.time_s <= self.command_s + window_s + _UNEVEN))
 
     def every(self, count: int) -> Manoeuvre:
@@ -138,15 +132,7 @@ class Manoeuvre(Value, eq=False):
 
         is exact, without any approximation between the samples.
 
-        Parameters
-        ----------
-        answer_to_edge : ndarray, shape (…, n)
-            Answer s to a unit edge (:attr:`edge_order`) at 0, 1, 2, … sampling steps after it.
-
-        Returns
-        -------
-        ndarray, shape (…, n)
-            ResponseKind, zero at rest. [output]
+        The edge (:attr:`edge_order`) is answered at 0, 1, 2, … sampling steps after it, (…, n).
         """
         samples = self.time_s.size
         edges = self._edges()
@@ -192,21 +178,9 @@ def simulated_answers(
 ) -> list[FloatArray]:
     """Answers of a system to the references of manoeuvres, in closed form.
 
-    Parameters
-    ----------
-    modes : Modes
-        Of one system, or of a stack with batch shape (…, 1).
-    delay_s : float or ndarray
-        Its dead time, broadcast against the batch shape. [s]
-    manoeuvres : sequence of Manoeuvre
-        Their references, each taken from rest.
-    derivative : int
-        1 for the slopes of the answers.
-
-    Returns
-    -------
-    list of ndarray, each shape (…, n)
-        Answers without offset, at the times of each manoeuvre. [output s^-derivative]
+    A stack of systems has batch shape (…, 1), its delays broadcast against it. Answers (…, n) are
+    without offset, at the times of each manoeuvre; ``derivative`` 1 gives their slopes. [output
+    s^-derivative]
     """
     longest: dict[tuple[float, int], int] = {}
     for manoeuvre in manoeuvres:
@@ -223,18 +197,18 @@ def simulated_answers(
 
 _HELD_OUT_EVERY = 4
 _REST_S = 10.0
-"""Rest that is kept before a command: more tells the offset no better."""
+"""Rest that is kept before a command: more does not improve the offset."""
 _LEAST_REST_S = 2.0
 _LONGEST_S = 120.0
 _PAUSE_S = 2.0
-"""A reference that stands still for less is still on its way."""
+"""A reference that does not move for less is still on its way."""
 _LEAST_STEP_M = 2.0
 _LEAST_SPEED_M_S = 1.0
 _STILL_M = 0.02
 _STILL_M_S = 0.02
 """Change of a reference from sample to sample that is none."""
 _STEPPED = 0.5
-"""Share of the change in one sample from which on a reference is a step. [-]"""
+"""Fraction of the change in one sample from which on a reference is a step. [-]"""
 
 
 class ResponseKind(StrEnum):
@@ -272,7 +246,7 @@ class ManoeuvreCut(Value):
 
 
 class _Command(Value):
-    """A stretch in which a reference changes: sample before it, and sample it has ended at."""
+    """A span in which a reference changes: sample before it, and sample it has ended at."""
 
     first: int
     end: int
@@ -281,7 +255,7 @@ class _Command(Value):
 
 
 class _Signal(NamedTuple):
-    """Columns of a record: what was told, and what answers."""
+    """Columns of a record: reference, and what answers it."""
 
     answer: ResponseKind
     reference: FloatArray
@@ -291,19 +265,10 @@ class _Signal(NamedTuple):
 def cut_manoeuvres(
     record: FlightRecord, *, hover_power_w: FloatArray | None = None
 ) -> tuple[ManoeuvreCut, ...]:
-    """ManoeuvreCut the manoeuvres of a record that its references tell.
+    """Cut the manoeuvres of a record by its references.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight.
-    hover_power_w : ndarray, shape (n,), optional
-        Hover power at each sample, to be taken off the power; left out, powers are not cut. [W]
-
-    Returns
-    -------
-    tuple of ManoeuvreCut
-        Every command with every answer to it, used or refused.
+    Hover power at each sample is taken off the power; left out, powers are not cut. Every command
+    is returned with every answer to it, used or refused.
     """
     step_s = float(record.time_s[1] - record.time_s[0])
     vertical = _commands(
@@ -332,18 +297,7 @@ def cut_manoeuvres(
 
 
 def hold_out(cuts: Sequence[ManoeuvreCut]) -> tuple[ManoeuvreCut, ...]:
-    """Keep the last of every four manoeuvres of each answer and direction from the fit.
-
-    Parameters
-    ----------
-    cuts : sequence of ManoeuvreCut
-        Of any number of flights.
-
-    Returns
-    -------
-    tuple of ManoeuvreCut
-        The same, some manoeuvres marked.
-    """
+    """Keep the last of every four manoeuvres of each answer and direction from the fit."""
     seen: dict[tuple[ResponseKind, bool], int] = {}
     marked = []
     for cut in cuts:
@@ -361,7 +315,7 @@ def hold_out(cuts: Sequence[ManoeuvreCut]) -> tuple[ManoeuvreCut, ...]:
 def _commands(
     reference: FloatArray, is_landed: BoolArray, step_s: float, *, still: float, least: float
 ) -> list[_Command]:
-    """Return the stretches in which a reference changes in flight."""
+    """Return the spans in which a reference changes in flight."""
     steps = np.diff(reference)
     moving = np.flatnonzero(np.abs(np.nan_to_num(steps)) > still)
     if not moving.size:
@@ -386,7 +340,7 @@ def _cut(
     commands: Sequence[_Command],
     signal: _Signal,
 ) -> ManoeuvreCut:
-    """ManoeuvreCut one answer to one command out of a record, or say why not."""
+    """Cut one answer to one command out of a record, or refuse it with the reason."""
     step_s = float(record.time_s[1] - record.time_s[0])
     others = [other for other in commands if other is not command]
     last_end = max((o.end for o in others if o.first <= command.first), default=0)
@@ -407,7 +361,7 @@ def _cut(
     elif next_first < command.end:
         refusal = "another reference changes before this one has arrived"
     elif not np.isfinite([signal.column[part], signal.reference[part]]).all():
-        refusal = "the log does not tell the answer or the reference throughout"
+        refusal = "the log does not hold the answer or the reference throughout"
     else:
         # what creeps by less than the limit before the command is rest
         shaped = signal.reference[part].copy()

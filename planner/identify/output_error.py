@@ -108,10 +108,7 @@ class Structure(Value):
     def denominator_slopes(self, factors: FloatArray) -> FloatArray:
         """Return the derivatives of the denominator, but for its leading one, to the factors.
 
-        Returns
-        -------
-        ndarray, shape (n, n)
-            Row: coefficient; column: coefficient of a factor.
+        Row: coefficient; column: coefficient of a factor.
         """
         # a denominator is linear in each coefficient of a factor: differences are exact
         base = self.denominator(factors)
@@ -122,15 +119,7 @@ class Structure(Value):
     def coefficients(self, parameters: FloatArray) -> FloatArray:
         """Coefficients and delay from the free parameters.
 
-        Parameters
-        ----------
-        parameters : ndarray, shape (free_size,)
-            Free numerator coefficients, coefficients of the factors, delay.
-
-        Returns
-        -------
-        ndarray
-            In the order of :attr:`coefficient_names`.
+        Parameters are free numerator coefficients, coefficients of the factors, delay.
         """
         factors = self.factors(parameters)
         denominator = self.denominator(factors)[1:]
@@ -215,15 +204,14 @@ class Residuals:
         of_source: dict[str, list[FloatArray]] = {source: [] for source in self.source_samples}
         for manoeuvre, residuals, _ in self.blocks(parameters):
             of_source[manoeuvre.source].append(residuals)
-        # each manoeuvre took its offset, the model its share of the parameters
+        # each manoeuvre took its offset, the model its part of the parameters
         free = self.structure.free_size
         return {
             source: fit_noise(
-                stretches,
-                parameters=len(stretches)
-                + round(free * self.source_samples[source] / self.samples),
+                spans,
+                parameters=len(spans) + round(free * self.source_samples[source] / self.samples),
             )
-            for source, stretches in of_source.items()
+            for source, spans in of_source.items()
         }
 
     def _evaluate(self, parameters: FloatArray) -> None:
@@ -270,23 +258,8 @@ def basis_answers(
 ) -> list[FloatArray]:
     """Answers of 1, s, s²… over each denominator to each manoeuvre.
 
-    Parameters
-    ----------
-    denominators : ndarray, shape (d, n + 1)
-        Descending powers of s.
-    numerator_size : int
-        Number m of powers of s in the numerator.
-    delay_s : float or ndarray, shape (d,)
-        Delays, broadcast against the denominators. [s]
-    manoeuvres : sequence of Manoeuvre
-        Their references.
-    derivative : int
-        1 for the slopes of the answers.
-
-    Returns
-    -------
-    list of ndarray, each shape (d, m, samples)
-        Highest power of s first.
+    Denominators (d, n + 1) have descending powers of s, delays broadcast against them. Each array
+    is (d, m, samples), the highest of m powers of s first; ``derivative`` 1 gives the slopes.
     """
     systems = denominators.shape[0]
     modes = make_modes(
@@ -416,20 +389,10 @@ def fit_response(
 ) -> ResponseFit:
     """Fit a continuous-time model with delay to manoeuvres, all at once.
 
-    Parameters
-    ----------
-    manoeuvres : sequence of Manoeuvre
-        Of one kind, from any number of flights, each from rest; cut to the window the model is
-        to hold in, where it is to hold in a window only.
-    structure : Structure
-        The model that is looked for.
-    longest_delay_s : float, optional
-        Upper bound of the delay; left out, half the shortest time after a command. [s]
-
-    Returns
-    -------
-    ResponseFit
-        The model, stable and with a delay that is not negative, with its covariance.
+    Manoeuvres are of one kind, from any number of flights, each from rest; cut to the window the
+    model is to hold in, where it is to hold in a window only. The delay is at most
+    ``longest_delay_s``, or half the shortest time after a command. The model is stable and its
+    delay not negative.
 
     Raises
     ------
@@ -471,18 +434,6 @@ def select_response(
 
     A zero that the manoeuvres do not show is left out this way: it and the delay would trade
     places within their errors.
-
-    Parameters
-    ----------
-    manoeuvres, longest_delay_s
-        As for `fit_response`.
-    structures : sequence of Structure
-        What to choose from.
-
-    Returns
-    -------
-    ResponseFit
-        The fit that describes the manoeuvres best for its number of parameters.
 
     Raises
     ------
@@ -537,10 +488,10 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
                 left = target - structure.steady_gain * denominator[-1] * design[:, -1]
                 design = design[:, :-1]
             # normal equations, of one or two unknowns: a start need not be exact
-            told = np.einsum("dmn,dn->dm", design, left)
+            projected = np.einsum("dmn,dn->dm", design, left)
             normal = design @ np.swapaxes(design, -1, -2)
-            numerators = np.einsum("dij,dj->di", np.linalg.pinv(normal, hermitian=True), told)
-            costs = np.einsum("dn,dn->d", left, left) - np.einsum("dm,dm->d", told, numerators)
+            numerators = np.einsum("dij,dj->di", np.linalg.pinv(normal, hermitian=True), projected)
+            costs = np.einsum("dn,dn->d", left, left) - np.einsum("dm,dm->d", projected, numerators)
             found += [
                 (float(cost), np.concatenate([numerator, factors, [delay_s]]))
                 for cost, numerator, delay_s in zip(costs, numerators, delays, strict=True)
@@ -591,7 +542,7 @@ def _result(
     structure = residuals.structure
     poles = structure.factors(parameters)
     if np.any(poles > _AT_BOUND * structure.factors(bounds[1])):
-        msg = "the answer is faster than the sampling can tell: log at a higher rate"
+        msg = "the answer is faster than the sampling shows: log at a higher rate"
         raise IdentificationError(msg)
     if parameters[-1] > _AT_BOUND * bounds[1][-1]:
         msg = f"no delay below {bounds[1][-1]:.3g} s fits: the answer does not follow the reference"

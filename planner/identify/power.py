@@ -25,7 +25,7 @@ from planner.identify.segments import (
     StateOutcome,
     speed_through_air_m_s,
 )
-from planner.identify.uncertainty import Estimate, fit_percent, mean_with_error
+from planner.identify.uncertainty import Estimate, fit_percent, mean_with_error, rounded
 from planner.values import Value, replace
 from planner.vehicle.power import AltitudeLaw, CruisePower, VerticalPower, hover_power_w
 
@@ -45,7 +45,7 @@ _CLIMBING_M_S = 0.3
 
 
 class PowerIdentification(Value, eq=False):
-    """What the steady flight tells about the power."""
+    """What the steady flight shows of the power."""
 
     hover: HoverLaw | None = None
     cruise: CruiseLaw | None = None
@@ -68,25 +68,12 @@ def identify_power(
 ) -> PowerIdentification:
     """Identify the steady power by momentum theory, else by tables.
 
-    Parameters
-    ----------
-    steady : sequence of MeasuredPower
-        Steady flight of all flights.
-    refusals : sequence of SegmentUse
-        Flights that tell no power, each with the reason.
-    mass_deviation_kg : float
-        Standard deviation of a mass that is not known from flight to flight. [kg]
-
-    Returns
-    -------
-    PowerIdentification
-        Laws of power, as far as the flights tell.
+    ``mass_deviation_kg`` is the standard deviation of a mass that is not known from flight to
+    flight.
     """
     if not steady:
         why = refusals[0].refusal if refusals else "no flight is steady for 3 s"
-        outcome = StateOutcome(
-            name="hover", status=FitStatus.LEFT_OUT, said=why, segments=tuple(refusals)
-        )
+        outcome = StateOutcome.left_out("hover", why, tuple(refusals))
         return PowerIdentification(outcomes=(outcome,))
     try:
         return _by_momentum_theory(steady, tuple(refusals), mass_deviation_kg)
@@ -117,13 +104,13 @@ def _by_momentum_theory(
         payload = f", the mass of each flight not known to {mass_deviation_kg:g} kg"
     doubt = ""
     if fitted.from_prior:
-        doubt = f"; not told by the flights: {', '.join(fitted.from_prior)}"
+        doubt = f"; not shown by the flights: {', '.join(fitted.from_prior)}"
     outcome = StateOutcome(
         name="steady power",
         status=FitStatus.IDENTIFIED,
-        said=(
+        summary=(
             "momentum theory over airspeed, climb rate and air density, "
-            f"{quantity.count(len(steady), 'steady stretch', 'steady stretches')} in "
+            f"{quantity.count(len(steady), 'steady span')} in "
             f"{quantity.count(fitted.cells, 'cell')}{payload}{doubt}"
         ),
         unit="W",
@@ -138,7 +125,7 @@ def _by_momentum_theory(
             "Disk area and factors are effective values that reproduce the power, not measurements "
             "of the rotors; factors are electrical watts for each watt of the ideal disk."
         ),
-        "The load of the avionics is contained in the power: the logs do not tell it apart.",
+        "The load of the avionics is contained in the power: the logs do not separate it.",
     ]
     if len(masses) == 1:
         readings.append(
@@ -146,7 +133,7 @@ def _by_momentum_theory(
         )
     if fitted.from_prior:
         readings.append(
-            f"The flights do not tell {', '.join(fitted.from_prior)}: held at what is usual for "
+            f"The flights do not show {', '.join(fitted.from_prior)}: held at what is usual for "
             "multirotors."
         )
     return PowerIdentification(
@@ -160,22 +147,10 @@ def _by_tables(
     """Hover law, table over airspeed and table over climb rate, each where the flights have it."""
     hovers = [f for f in steady if cell_of(f) == (0, 0)]
     if not hovers:
-        outcome = StateOutcome(
-            name="hover", status=FitStatus.LEFT_OUT, said="no flight hovers", segments=refusals
-        )
+        outcome = StateOutcome.left_out("hover", "no flight hovers", refusals)
         return PowerIdentification(outcomes=(outcome,))
     hover, hover_outcome, readings = identify_hover(hovers, refusals)
-    at_hover = [
-        float(
-            hover_power_w(
-                hover,
-                height_above_home_m=f.height_above_home_m,
-                mass_kg=f.mass_kg,
-                air_density_kg_m3=f.air_density_kg_m3 or 0.0,
-            )
-        )
-        for f in steady
-    ]
+    at_hover = hover_powers_w(hover, steady)
     level = [
         (f, w)
         for f, w in zip(steady, at_hover, strict=True)
@@ -202,21 +177,7 @@ def identify_hover(
 ) -> tuple[HoverLaw, StateOutcome, tuple[str, ...]]:
     """Fit hover power over mass and density where they are known, else over height.
 
-    Parameters
-    ----------
-    hovers : sequence of MeasuredPower
-        One at least.
-    refusals : tuple of SegmentUse
-        Hovers that were not used.
-
-    Returns
-    -------
-    law : AltitudeLaw or DensityLaw
-        The law.
-    outcome : StateOutcome
-        How it was found.
-    readings : tuple of str
-        What was decided.
+    Returns the law, how it was found, and what was decided.
     """
     powers = np.array([h.power_w for h in hovers])
     is_held = _held_out(hovers)
@@ -227,43 +188,31 @@ def identify_hover(
     if all(h.mass_kg is not None and h.air_density_kg_m3 is not None for h in hovers):
         of_density = fit_density_law(hovers)
         law, estimates = of_density.law, of_density.estimates
-        said = f"over mass and air density, from {quantity.count(len(hovers), 'hover')}"
+        summary = f"over mass and air density, from {quantity.count(len(hovers), 'hover')}"
         if of_density.exponents_from_theory:
             names = ", ".join(of_density.exponents_from_theory)
-            readings = (f"The hovers do not tell {names}: of momentum theory.",)
+            readings = (f"The hovers do not show {names}: of momentum theory.",)
     else:
         try:
             of_height = fit_altitude_law(hovers)
             law, estimates = of_height.law, of_height.estimates
-            said = f"P = K H^z, from {quantity.count(len(hovers), 'hover')}"
+            summary = f"P = K H^z, from {quantity.count(len(hovers), 'hover')}"
         except IdentificationError:
             weights = np.array([h.duration_s for h in hovers])
             power_w = float(np.average(powers, weights=weights))
             error_w = float(np.sqrt(np.sum((weights * [h.error_w for h in hovers]) ** 2)))
             law = AltitudeLaw(
-                coefficient_w=float(f"{power_w:.6g}"), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
+                coefficient_w=rounded(power_w), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
             )
             error_w /= float(weights.sum())
             estimates = (Estimate(name="coefficient_w", value=power_w, error=error_w),)
-            said = f"constant, from {quantity.count(len(hovers), 'hover')} at one height"
+            summary = f"constant, from {quantity.count(len(hovers), 'hover')} at one height"
             readings = ("All hovers are at one height: hover power is taken to be constant.",)
-    predicted = np.array(
-        [
-            float(
-                hover_power_w(
-                    law,
-                    height_above_home_m=h.height_above_home_m,
-                    mass_kg=h.mass_kg,
-                    air_density_kg_m3=h.air_density_kg_m3 or 0.0,
-                )
-            )
-            for h in hovers
-        ]
-    )
+    predicted = np.array(hover_powers_w(law, hovers))
     outcome = StateOutcome(
         name="hover",
         status=FitStatus.IDENTIFIED,
-        said=said,
+        summary=summary,
         unit="W",
         estimates=estimates,
         segments=segments,
@@ -272,32 +221,34 @@ def identify_hover(
     return law, outcome, readings
 
 
+def hover_powers_w(law: HoverLaw, flights: Sequence[MeasuredPower]) -> list[float]:
+    """Return hover power at the height, mass and density of each flight. [W]"""
+    return [
+        float(
+            hover_power_w(
+                law,
+                height_above_home_m=f.height_above_home_m,
+                mass_kg=f.mass_kg,
+                air_density_kg_m3=f.air_density_kg_m3 or 0.0,
+            )
+        )
+        for f in flights
+    ]
+
+
 def identify_cruise(
     cruises: Sequence[MeasuredPower], hover_powers_w: Sequence[float]
 ) -> tuple[CruisePower | None, StateOutcome]:
     """Fit a table of cruise power above hover over airspeed.
 
-    Parameters
-    ----------
-    cruises : sequence of MeasuredPower
-        Steady level flights.
-    hover_powers_w : sequence of float
-        Hover power at the height, mass and density of each. [W]
-
-    Returns
-    -------
-    law : CruisePower or None
-        The table, if there is one.
-    outcome : StateOutcome
-        How it was found, or why not.
+    ``hover_powers_w`` are at the height, mass and density of each. Returns the table, if there is
+    one, and how it was found, or why not.
     """
     segments = _segments(cruises, [False] * len(cruises))
     try:
         curve = fit_cruise_curve(cruises, hover_powers_w)
     except IdentificationError as error:
-        return None, StateOutcome(
-            name="cruise", status=FitStatus.LEFT_OUT, said=str(error), segments=segments
-        )
+        return None, StateOutcome.left_out("cruise", str(error), segments)
     law = CruisePower(
         speed_m_s=tuple(round(v, 3) for v in curve.speed_m_s),
         power_above_hover_w=tuple(round(p, 3) for p in curve.power_above_hover_w),
@@ -305,7 +256,7 @@ def identify_cruise(
     return law, StateOutcome(
         name="cruise",
         status=FitStatus.IDENTIFIED,
-        said=(
+        summary=(
             f"table over {quantity.count(len(curve.speed_m_s) - 1, 'airspeed')}, from "
             f"{quantity.count(len(cruises), 'cruise')}"
         ),
@@ -327,7 +278,7 @@ def _climbs(
     """Return a table of power above hover over climb rate: the mean of each cell."""
     if not flights:
         why = "no steady climb or descent"
-        return None, StateOutcome(name="vertical", status=FitStatus.LEFT_OUT, said=why)
+        return None, StateOutcome.left_out("vertical", why)
     cells: dict[int, list[tuple[MeasuredPower, float]]] = {}
     for flight, hover_w in flights:
         cells.setdefault(cell_of(flight)[1], []).append((flight, hover_w))
@@ -350,7 +301,7 @@ def _climbs(
     return law, StateOutcome(
         name="vertical",
         status=FitStatus.IDENTIFIED,
-        said=(
+        summary=(
             f"table over {quantity.count(len(rows) - 1, 'climb rate')}, from {len(flights)} climbs and "
             "descents"
         ),
@@ -365,7 +316,7 @@ def _climbs(
 
 
 def _held_out(flights: Sequence[MeasuredPower]) -> list[bool]:
-    """Hold out every fourth stretch of a cell; of all, where hardly a cell was flown so often."""
+    """Hold out every fourth span of a cell; of all, where hardly a cell was flown so often."""
     seen: dict[tuple[int, int], int] = {}
     held = []
     for flight in flights:
@@ -394,12 +345,12 @@ def _segments(
 
 
 _CLIMBED = 0.95
-"""Share of a climb after which it slows down. [-]"""
+"""Fraction of a climb after which it slows down. [-]"""
 _LEAST_LEGS = 4
 _KNOTS = 5
 """Of the table over airspeed, hover counted: a parabola between them is a straight line to 1 W."""
 _KNOWN = 0.9
-"""Share of a manoeuvre that power and airspeed must be known for. [-]"""
+"""Fraction of a manoeuvre that power and airspeed must be known for. [-]"""
 
 
 def manoeuvre_powers(
@@ -407,20 +358,8 @@ def manoeuvre_powers(
 ) -> tuple[MeasuredPower, ...]:
     """Return the mean power of each manoeuvre of a flight.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight.
-    air_density_kg_m3 : ndarray, shape (n,)
-        Air density at each sample. [kg m⁻³]
-    mass_kg : float, optional
-        Mass that flew. [kg]
-
-    Returns
-    -------
-    tuple of MeasuredPower
-        Climb, legs and both halves of the descent, ground time left out; empty where the flight is
-        no such flight or power is not known.
+    Climb, legs and both halves of the descent, ground time left out; none where the flight has no
+    such manoeuvres or power is not known.
     """
     flight = timed_flight(record)
     if flight.refusal:
@@ -483,33 +422,20 @@ def _descent_halves(record: FlightRecord, change: TimedChange) -> tuple[_Span, _
 
 
 def at_mean_load(flights: Sequence[Sequence[MeasuredPower]]) -> tuple[MeasuredPower, ...]:
-    """Return the powers of flights with unknown loads, each flight brought to the mean of all.
-
-    Parameters
-    ----------
-    flights : sequence of sequence of MeasuredPower
-        Mean powers flight by flight.
-
-    Returns
-    -------
-    tuple of MeasuredPower
-        All of them in a row.
-    """
-    told = [flight for flight in flights if flight]
-    if not told:
+    """Return the powers of flights with unknown loads, each flight brought to the mean of all."""
+    known = [flight for flight in flights if flight]
+    if not known:
         return ()
-    levels = [_level_w(flight) for flight in told]
+    levels = [
+        float(np.average([p.power_w for p in flight], weights=[p.duration_s for p in flight]))
+        for flight in known
+    ]
     mean_w = float(np.mean(levels))
     return tuple(
         replace(power, power_w=power.power_w * mean_w / level)
-        for flight, level in zip(told, levels, strict=True)
+        for flight, level in zip(known, levels, strict=True)
         for power in flight
     )
-
-
-def _level_w(flight: Sequence[MeasuredPower]) -> float:
-    """Return the mean power of a flight over its time. [W]"""
-    return float(np.average([p.power_w for p in flight], weights=[p.duration_s for p in flight]))
 
 
 def identify_manoeuvre_power(
@@ -522,24 +448,12 @@ def identify_manoeuvre_power(
     power, that is taken.  The mean powers of climbs, and of the faster and the slower half of
     the descents, less the parabola, give the power over the climb rate.
 
-    Parameters
-    ----------
-    means : sequence of MeasuredPower
-        Mean powers of manoeuvres, at one load.
-    refusals : tuple of SegmentUse
-        Flights that tell no power, each with the reason.
-
-    Returns
-    -------
-    PowerIdentification
-        Without laws where there are fewer than four level legs.
+    There are no laws with fewer than four level legs.
     """
     level = [m for m in means if m.climb_rate_m_s == 0.0]
     if len(level) < _LEAST_LEGS:
-        said = f"too few level legs with power and airspeed: {len(level)}"
-        outcome = StateOutcome(
-            name="hover", status=FitStatus.LEFT_OUT, said=said, segments=refusals
-        )
+        summary = f"too few level legs with power and airspeed: {len(level)}"
+        outcome = StateOutcome.left_out("hover", summary, refusals)
         return PowerIdentification(outcomes=(outcome,))
     speeds = np.array([m.airspeed_m_s for m in level])
     powers = np.array([m.power_w for m in level])
@@ -557,7 +471,7 @@ def identify_manoeuvre_power(
     outcome = StateOutcome(
         name="steady power",
         status=FitStatus.IDENTIFIED,
-        said=(
+        summary=(
             f"{'the same at every airspeed' if is_flat else 'parabola over airspeed'}, table over "
             f"climb rate, from {quantity.count(len(means), 'manoeuvre')}"
         ),
@@ -566,17 +480,17 @@ def identify_manoeuvre_power(
             Estimate(name="hover_w", value=float(hover_w), error=float(hover_error)),
             Estimate(name="growth_w_s2_m2", value=float(growth), error=float(growth_error)),
         ),
-        segments=(*refusals, *(_use(m) for m in means)),
+        segments=(*refusals, *_segments(means, [False] * len(means))),
         fit_percent=fit_percent(powers, powers - residuals),
         rms=float(np.sqrt(np.mean(residuals**2))),
     )
     return PowerIdentification(
         hover=AltitudeLaw(
-            coefficient_w=_rounded(float(hover_w)), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
+            coefficient_w=rounded(float(hover_w), 5), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
         ),
         cruise=CruisePower(
-            speed_m_s=tuple(_rounded(v) for v in knots.tolist()),
-            power_above_hover_w=tuple(_rounded(w) for w in (growth * knots**2 + 0.0).tolist()),
+            speed_m_s=tuple(rounded(v, 5) for v in knots.tolist()),
+            power_above_hover_w=tuple(rounded(w, 5) for w in (growth * knots**2 + 0.0).tolist()),
         ),
         vertical=VerticalPower(climb_rate_m_s=rates, power_above_hover_w=excess) if rates else None,
         outcomes=(outcome,),
@@ -610,25 +524,10 @@ def _vertical_w(
     table = {0.0: 0.0}
     for group in (descents[:half], descents[half:], climbs):
         if group:
-            rate = _rounded(float(np.mean([m.climb_rate_m_s for m in group])))
+            rate = rounded(float(np.mean([m.climb_rate_m_s for m in group])), 5)
             above = [m.power_w - hover_w - growth * m.airspeed_m_s**2 for m in group]
-            table[rate] = _rounded(float(np.mean(above)))
+            table[rate] = rounded(float(np.mean(above)), 5)
     if len(table) == 1:
         return (), ()
     rates = tuple(sorted(table))
     return rates, tuple(table[rate] for rate in rates)
-
-
-def _use(mean: MeasuredPower) -> SegmentUse:
-    log, _, flight = mean.source.rpartition("#")
-    return SegmentUse(
-        log=log,
-        flight=int(flight or 1),
-        start_s=mean.start_s,
-        duration_s=mean.duration_s,
-        what=f"{mean.airspeed_m_s:.1f} m/s, climb {mean.climb_rate_m_s:+.1f} m/s",
-    )
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.5g}")

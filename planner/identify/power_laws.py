@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import IdentificationError
-from planner.identify.uncertainty import Estimate
+from planner.identify.uncertainty import Estimate, rounded
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
@@ -62,7 +62,7 @@ class DensityLawFit(Value):
     estimates: tuple[Estimate, ...]
     """hover_power_w, then the exponents that were measured."""
     exponents_from_theory: tuple[str, ...]
-    """Names of the exponents the hovers do not tell."""
+    """Names of the exponents the hovers do not show."""
 
 
 def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
@@ -71,15 +71,7 @@ def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
     Weighted nonlinear least squares.  Where the levels scatter more than their own errors explain,
     the covariance grows with the scatter.
 
-    Parameters
-    ----------
-    hovers : sequence of MeasuredPower
-        Hovers at two heights at least; those below a metre are counted there.
-
-    Returns
-    -------
-    AltitudeLawFit
-        The law and its covariance.
+    Hovers below a metre are counted there.
 
     Raises
     ------
@@ -124,16 +116,8 @@ def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
 def fit_density_law(hovers: Sequence[MeasuredPower]) -> DensityLawFit:
     """Fit the density form to hovers with known mass and air density.
 
-    Parameters
-    ----------
-    hovers : sequence of MeasuredPower
-        One at least, each with mass and air density.
-
-    Returns
-    -------
-    DensityLawFit
-        The law at the mean mass and density of the hovers, exponents measured where the hovers
-        tell them within 0.15, else of momentum theory.
+    The law is at the mean mass and density of the hovers, with exponents measured where the hovers
+    show them within 0.15, else of momentum theory.
 
     Raises
     ------
@@ -204,7 +188,7 @@ def _powers_and_errors(hovers: Sequence[MeasuredPower]) -> tuple[FloatArray, Flo
 
 
 def _measured_exponents(ratios: Sequence[FloatArray], relative: FloatArray) -> list[int]:
-    """Positions of the exponents that the hovers tell well enough: both, one, or none."""
+    """Positions of the exponents that the hovers show well enough: both, one, or none."""
     for candidate in ([0, 1], [0], [1]):
         design = np.stack([np.ones(relative.size), *(ratios[i] for i in candidate)], axis=-1)
         if relative.size <= design.shape[1]:
@@ -246,17 +230,7 @@ def fit_cruise_curve(
     fall to one minimum and to rise after it, by isotonic regression on both sides of the minimum that
     moves the means least.  Hover, at speed 0, is its first point.
 
-    Parameters
-    ----------
-    cruises : sequence of MeasuredPower
-        Steady level flights at one speed or more.
-    hover_powers_w : sequence of float
-        Hover power at the height, mass and density of each. [W]
-
-    Returns
-    -------
-    CruiseCurve
-        The table.
+    ``hover_powers_w`` are at the height, mass and density of each.
 
     Raises
     ------
@@ -269,7 +243,7 @@ def fit_cruise_curve(
         if c.airspeed_m_s > _SAME_SPEED_M_S
     ]
     if not moving:
-        msg = "no steady level flight at a speed: cruise power cannot be told"
+        msg = "no steady level flight at a speed: cruise power unknown"
         raise IdentificationError(msg)
     points = [_joined(group) for group in _grouped(sorted(moving))]
     speeds, powers, errors = (np.array(column) for column in zip(*points, strict=True))
@@ -335,10 +309,10 @@ _FACTORS = (1.6, 1.4, 0.35, 0.2)
 """Centres of the priors of the factors: electrical over ideal watts. [-]"""
 _SPREADS = (0.5, 0.8, 0.3, 0.3, 0.6, 1.0)
 """Standard deviations of the priors, of the logarithms. [-]"""
-_MODEL_SHARE = 0.01
+_MODEL_FRACTION = 0.01
 """To which momentum theory describes a multirotor. [-]"""
 _LEAST_CELLS = 3
-"""Of level flight, hover counted: fewer tell nothing about the power over speed."""
+"""Of level flight, hover counted: fewer show nothing of the power over speed."""
 
 
 class SteadyMap(Value, eq=False):
@@ -348,7 +322,7 @@ class SteadyMap(Value, eq=False):
     estimates: tuple[Estimate, ...]
     """The six numbers with their errors."""
     from_prior: tuple[str, ...]
-    """Those of which the flights tell next to nothing."""
+    """Those of which the flights show next to nothing."""
     cells: int
     """Number of different airspeeds and climb rates."""
     beyond_kg: Mapping[str, float]
@@ -372,18 +346,8 @@ def fit_steady_map(
 ) -> SteadyMap:
     """Fit momentum theory to steady flights.
 
-    Parameters
-    ----------
-    flights : sequence of MeasuredPower
-        With mass and air density, in three cells of level flight at least.
-    mass_deviation_kg : float
-        Standard deviation of the mass from flight to flight, where the payload is not known: each
-        flight then has a mass of its own, fitted beside the law. [kg]
-
-    Returns
-    -------
-    SteadyMap
-        The law, its errors, and what came from the priors.
+    Where the payload is not known, ``mass_deviation_kg`` is the standard deviation of the mass from
+    flight to flight: each flight then has a mass of its own, fitted beside the law.
 
     Raises
     ------
@@ -404,7 +368,7 @@ def fit_steady_map(
         )
         raise IdentificationError(msg)
     powers = np.array([f.power_w for f in flights])
-    errors = np.hypot([f.error_w for f in flights], _MODEL_SHARE * powers)
+    errors = np.hypot([f.error_w for f in flights], _MODEL_FRACTION * powers)
     counts = np.array([cells.count(cell) for cell in cells])
     scale = errors * np.sqrt(counts)
     mass_kg = float(np.mean([f.mass_kg or 0.0 for f in flights]))
@@ -439,11 +403,11 @@ def fit_steady_map(
     information = of_data.T @ of_data / scatter + np.diag(size**-2.0)
     deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))
     values = np.exp(found.x[: len(Rotor._fields)])
-    law = MomentumLaw(**{name: _rounded(v) for name, v in zip(Rotor._fields, values, strict=True)})
+    law = MomentumLaw(**{name: rounded(v) for name, v in zip(Rotor._fields, values, strict=True)})
     return SteadyMap(
         law=law,
         estimates=tuple(
-            Estimate(name=name, value=getattr(law, name), error=_rounded(float(v * d)))
+            Estimate(name=name, value=getattr(law, name), error=rounded(float(v * d)))
             for name, v, d in zip(
                 Rotor._fields, values, deviations[: len(Rotor._fields)], strict=True
             )
@@ -482,8 +446,3 @@ def _powers_w(
             air_density_kg_m3=density[own],
         )
     return powers
-
-
-def _rounded(value: float) -> float:
-    """Six digits: far more than flights tell, and short enough for people to compare."""
-    return float(f"{value:.6g}") if math.isfinite(value) else value

@@ -21,8 +21,8 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.segments import FitStatus, SegmentUse, StateOutcome, run_bounds
-from planner.identify.uncertainty import Estimate, fit_percent
+from planner.identify.segments import FitStatus, SegmentUse, StateOutcome, run_bounds, smoothed
+from planner.identify.uncertainty import Estimate, fit_percent, rounded
 from planner.values import Value
 from planner.vehicle.model import Ramps
 
@@ -37,17 +37,17 @@ MOVING_M_S = 1.0
 """Slower is standing: wind pushes a hovering vehicle about at half of that. [m s⁻¹]"""
 _BRAKING_S = 6.0
 """No vehicle of level legs brakes for longer. [s]"""
-STOPPING_SHARE = 0.98
+STOPPING_FRACTION = 0.98
 """Of the speed held: a stop is measured from there on. [-]"""
 _LEAST_LEG_M = 30.0
 _KNOWN = 0.9
-"""Share of the flight that speed and height must be known for. [-]"""
+"""Fraction of the flight that speed and height must be known for. [-]"""
 OFF_GROUND_M = 0.5
 """Height at which a take-off, or a landing, is seen. [m]"""
 _LOW_M = (1.0, 8.0)
 _MEAN_SAMPLES = 10
-_LEVEL_SHARE = 0.2
-"""A flight is level between its first and last leg to this share of its height. [-]"""
+_LEVEL_FRACTION = 0.2
+"""A flight is level between its first and last leg to this fraction of its height. [-]"""
 _SMOOTHING_S = 1.0
 _COMMANDED_PERCENTILE = 80.0
 """Of the speeds above half of the highest: commanded speeds are held for most of a leg."""
@@ -61,14 +61,14 @@ class TimedLeg(Value):
     start_s: float
     """End of the leg before, or of the wait after the take-off. [s]"""
     duration_s: float
-    """Until it stands again. [s]"""
+    """Until standstill. [s]"""
     length_m: float
     speed_m_s: float
     """Speed held. [m s⁻¹]"""
     stopping_distance_m: float
     """From 98 % of the speed it brakes from. [m]"""
     stopped_from_m_s: float
-    """Highest speed shortly before it stands: gusts and dips make it another one. [m s⁻¹]"""
+    """Highest speed shortly before standstill: gusts and dips make it another one. [m s⁻¹]"""
 
     @property
     def label(self) -> str:
@@ -127,15 +127,8 @@ class TimedFlight(Value):
 def timed_flight(record: FlightRecord) -> TimedFlight:
     """Return the manoeuvres of a flight that takes off, flies level legs, and lands.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight, from standing motors to standing motors.
-
-    Returns
-    -------
-    TimedFlight
-        Its manoeuvres, or why it is no such flight.
+    A record is from standing motors to standing motors; a flight of another kind is refused with
+    the reason.
     """
     speed, height = record.ground_speed_m_s, record.height_above_home_m
     known = np.isfinite(speed) & np.isfinite(height)
@@ -147,13 +140,13 @@ def timed_flight(record: FlightRecord) -> TimedFlight:
         return refused("speed or height is not known throughout")
     time_s = record.time_s
     step_s = float(time_s[1] - time_s[0])
-    smooth = _smoothed(np.interp(time_s, time_s[known], speed[known]), round(_SMOOTHING_S / step_s))
+    smooth = smoothed(np.interp(time_s, time_s[known], speed[known]), round(_SMOOTHING_S / step_s))
     bounds = _legs(record, smooth)
     if not bounds:
         return refused("no level leg")
     level = height[bounds[0][0] : bounds[-1][1]]
     level_m = float(np.nanmedian(level))
-    if level_m < _LOW_M[1] or np.nanmax(np.abs(level - level_m)) > _LEVEL_SHARE * level_m:
+    if level_m < _LOW_M[1] or np.nanmax(np.abs(level - level_m)) > _LEVEL_FRACTION * level_m:
         return refused("climbs or descends between its legs")
     filled = np.interp(time_s, time_s[known], height[known])
     if level_m - max(filled[0], filled[-1]) < _LOW_M[1]:
@@ -208,14 +201,8 @@ def _low_speed_m_s(above: FloatArray, record: FlightRecord) -> float:
     return (high - low) / (max(samples, 1) * step_s)
 
 
-def _smoothed(column: FloatArray, window: int) -> FloatArray:
-    weights = np.ones(2 * (window // 2) + 1)
-    counts = np.convolve(np.ones(column.size), weights, mode="same")
-    return np.convolve(column, weights, mode="same") / counts
-
-
 def _legs(record: FlightRecord, speed: FloatArray) -> list[tuple[int, int]]:
-    """Return the first samples, and those after the last, of the stretches far enough for a leg."""
+    """Return the first samples, and those after the last, of the spans far enough for a leg."""
     moving = speed > MOVING_M_S
     step_s = float(record.time_s[1] - record.time_s[0])
     found = []
@@ -234,7 +221,7 @@ def _timed_leg(
     step_s = float(time_s[1] - time_s[0])
     tail = flown[-round(_BRAKING_S / step_s) :]
     braked_from = float(tail.max())
-    brake = end - int(np.argmax(flown[::-1] >= STOPPING_SHARE * braked_from)) - 1
+    brake = end - int(np.argmax(flown[::-1] >= STOPPING_FRACTION * braked_from)) - 1
     return TimedLeg(
         log=record.source,
         flight=record.number,
@@ -249,13 +236,13 @@ def _timed_leg(
 
 _LEAST_FLIGHTS = 3
 _LEAST_SPREAD = 0.5
-"""Range of the heights over their mean, under which they tell no speed. [-]"""
+"""Range of the heights over their mean, under which they show no speed. [-]"""
 _LEAST_INVERSE = 0.05
 """Of accelerations: 20 m/s² is out of reach of any multirotor. [s² m⁻¹]"""
 
 
 class RampIdentification(Value):
-    """Ramps for the model file, if the flights tell them, and what was found."""
+    """Ramps for the model file, if the flights show them, and what was found."""
 
     ramps: Ramps | None
     default_speed_m_s: float | None
@@ -264,7 +251,7 @@ class RampIdentification(Value):
 
 
 def has_references(record: FlightRecord) -> bool:
-    """Return whether a record tells what its vehicle was told to do."""
+    """Return whether a record holds what its vehicle was commanded."""
     columns = (record.reference_height_m, record.reference_speed_m_s)
     return any(bool(np.isfinite(column).any()) for column in columns)
 
@@ -272,40 +259,23 @@ def has_references(record: FlightRecord) -> bool:
 def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
     """Identify how a vehicle without references flies from place to place.
 
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        Flights from standing motors to standing motors, with level legs between.
-
-    Returns
-    -------
-    RampIdentification
-        Without ramps where fewer than three flights tell them, or all at one height.
+    There are no ramps where fewer than three flights show them, or all at one height.
     """
     flights = [timed_flight(record) for record in records]
     refused = [
-        SegmentUse(
-            log=record.source,
-            flight=record.number,
-            start_s=0.0,
-            duration_s=record.duration_s,
-            what="flight",
-            refusal=flight.refusal,
-        )
+        SegmentUse.of_flight(record, "flight", flight.refusal)
         for record, flight in zip(records, flights, strict=True)
         if flight.refusal
     ]
-    told = [flight for flight in flights if not flight.refusal]
+    usable = [flight for flight in flights if not flight.refusal]
     try:
-        ramps = fit_ramps(told)
-        others = [fit_ramps([o for o in told if o is not flight]) for flight in told]
+        ramps = fit_ramps(usable)
+        others = [fit_ramps([o for o in usable if o is not flight]) for flight in usable]
     except IdentificationError as error:
-        outcome = StateOutcome(
-            name="ramps", status=FitStatus.LEFT_OUT, said=str(error), segments=tuple(refused)
-        )
+        outcome = StateOutcome.left_out("ramps", str(error), tuple(refused))
         return RampIdentification(ramps=None, default_speed_m_s=None, outcome=outcome)
     measured, predicted = [], []
-    for flight, without in zip(told, others, strict=True):
+    for flight, without in zip(usable, others, strict=True):
         for manoeuvre, duration_s in durations_s(flight, without):
             measured.append(manoeuvre.duration_s)
             predicted.append(duration_s)
@@ -314,9 +284,9 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
     outcome = StateOutcome(
         name="ramps",
         status=FitStatus.IDENTIFIED,
-        said=(
+        summary=(
             f"from rest to rest, by the durations of "
-            f"{quantity.count(len(measured), 'manoeuvre')}: the logs tell no references"
+            f"{quantity.count(len(measured), 'manoeuvre')}: no references in the logs"
         ),
         unit="s",
         estimates=tuple(
@@ -327,13 +297,13 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
             )
             for name in names
         ),
-        segments=(*refused, *(use for flight in told for use in _uses(flight))),
+        segments=(*refused, *(use for flight in usable for use in _uses(flight))),
         fit_percent=fit_percent(np.array(measured), np.array(predicted)),
         rms=float(np.sqrt(np.mean(errors**2))),
     )
-    speeds = [leg.speed_m_s for flight in told for leg in flight.legs]
+    speeds = [leg.speed_m_s for flight in usable for leg in flight.legs]
     return RampIdentification(
-        ramps=ramps, default_speed_m_s=_rounded(float(np.median(speeds))), outcome=outcome
+        ramps=ramps, default_speed_m_s=rounded(float(np.median(speeds)), 4), outcome=outcome
     )
 
 
@@ -352,14 +322,14 @@ def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
     first = [flight.legs[0] for flight in flights]
     later = [leg for flight in flights for leg in flight.legs[1:]]
     if not later:
-        msg = "every flight has one leg: none tells how long the vehicle stands between two"
+        msg = "every flight has one leg: the wait between two legs is unknown"
         raise IdentificationError(msg)
     per_speed = max(
         _median(leg.lost_s * leg.speed_m_s / (leg.speed_m_s - MOVING_M_S) ** 2 for leg in first),
         _LEAST_INVERSE,
     )
     braking = _median(
-        ((STOPPING_SHARE * leg.stopped_from_m_s) ** 2 - MOVING_M_S**2)
+        ((STOPPING_FRACTION * leg.stopped_from_m_s) ** 2 - MOVING_M_S**2)
         / (2.0 * leg.stopping_distance_m)
         for leg in (*first, *later)
     )
@@ -383,16 +353,16 @@ def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
     slow_s = beyond_down_s - stop_s - descent * inverse - 0.5 * landing / acceleration
     slower = 1.0 / landing - 1.0 / descent
     return Ramps(
-        start_s=_rounded(start_s),
-        climb_m_s=_rounded(climb),
-        climb_wait_s=_rounded(max(beyond_up_s - start_s - climb * inverse, 0.0)),
-        acceleration_m_s2=_rounded(acceleration),
-        braking_m_s2=_rounded(braking),
-        turn_wait_s=_rounded(max(turn_wait_s, 0.0)),
-        descent_m_s=_rounded(descent),
-        landing_m_s=_rounded(landing),
-        landing_height_m=_rounded(max(slow_s / slower, 0.0) if slower > 0.0 else 0.0),
-        stop_s=_rounded(stop_s),
+        start_s=rounded(start_s, 4),
+        climb_m_s=rounded(climb, 4),
+        climb_wait_s=rounded(max(beyond_up_s - start_s - climb * inverse, 0.0), 4),
+        acceleration_m_s2=rounded(acceleration, 4),
+        braking_m_s2=rounded(braking, 4),
+        turn_wait_s=rounded(max(turn_wait_s, 0.0), 4),
+        descent_m_s=rounded(descent, 4),
+        landing_m_s=rounded(landing, 4),
+        landing_height_m=rounded(max(slow_s / slower, 0.0) if slower > 0.0 else 0.0, 4),
+        stop_s=rounded(stop_s, 4),
     )
 
 
@@ -401,7 +371,7 @@ def _line(changes: Sequence[TimedChange]) -> tuple[float, float]:
     heights = np.array([abs(change.rise_m) for change in changes])
     durations = np.array([change.duration_s for change in changes])
     if np.ptp(heights) < _LEAST_SPREAD * heights.mean():
-        msg = "all flights have nearly one height: durations do not tell the speed of a climb"
+        msg = "all flights have nearly one height: durations do not show the speed of a climb"
         raise IdentificationError(msg)
     one, other = np.triu_indices(heights.size, 1)
     apart = np.abs(heights[other] - heights[one]) > 0.25 * np.ptp(heights)
@@ -411,7 +381,7 @@ def _line(changes: Sequence[TimedChange]) -> tuple[float, float]:
         )
     )
     if not slope > 0.0:
-        msg = "higher flights take no longer: durations do not tell the speed of a climb"
+        msg = "higher flights take no longer: durations do not show the speed of a climb"
         raise IdentificationError(msg)
     return 1.0 / slope, float(np.median(durations - slope * heights))
 
@@ -471,10 +441,6 @@ def _median(values: Iterable[float]) -> float:
 
 
 def _jackknife_error(values: Sequence[float]) -> float:
-    """Return the standard error that fits without each flight in turn tell (Quenouille, Tukey)."""
+    """Return the standard error of fits without each flight in turn (Quenouille, Tukey)."""
     count = len(values)
     return float(np.sqrt((count - 1) / count * np.sum((np.array(values) - np.mean(values)) ** 2)))
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.4g}")

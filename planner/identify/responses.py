@@ -17,7 +17,7 @@ from planner.identify.output_error import (
     select_response,
 )
 from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
-from planner.identify.uncertainty import Estimate, fit_percent, whiteness
+from planner.identify.uncertainty import Estimate, fit_percent, rounded, whiteness
 from planner.values import Value, replace
 from planner.vehicle.declared import declared
 from planner.vehicle.model import ManoeuvreResponse, Responses
@@ -58,20 +58,7 @@ class Quality(Value):
 def evaluate_model(
     system: TransferFunction, manoeuvres: Sequence[Manoeuvre]
 ) -> tuple[Quality, ...]:
-    """Describe each manoeuvre by a model; its offset is the mean answer before the command.
-
-    Parameters
-    ----------
-    system : TransferFunction
-        The model.
-    manoeuvres : sequence of Manoeuvre
-        Held out from the fit, or not.
-
-    Returns
-    -------
-    tuple of Quality
-        One for each manoeuvre.
-    """
+    """Describe each manoeuvre by a model; its offset is the mean answer before the command."""
     found = []
     answers = simulated_answers(system.modes, system.delay_s, manoeuvres)
     for manoeuvre, answer in zip(manoeuvres, answers, strict=True):
@@ -117,7 +104,7 @@ class FittedResponse(Value, eq=False):
     window_s: float | None
     """For powers. [s]"""
     coefficient_errors: tuple[tuple[float, ...], tuple[float, ...], float] | None = None
-    """Standard errors of numerator, denominator and delay; ``None`` where the method tells none."""
+    """Standard errors of numerator, denominator and delay; ``None`` where the method gives none."""
 
 
 class ResponseIdentification(Value, eq=False):
@@ -140,21 +127,8 @@ def identify_response(
     The model is fitted to every manoeuvre.  Its fit percentage is that of a second model, made the
     same way without the manoeuvres held out, on those.
 
-    Parameters
-    ----------
-    answer : ResponseKind
-        Which answer.
-    cuts : sequence of ManoeuvreCut
-        Of all flights; those of other answers are passed over.
-    use_arx : bool
-        Fit by ARX alone, as the article does.
-    is_shaped : bool
-        Whether an autopilot shaped the reference: it is followed, to the end.
-
-    Returns
-    -------
-    ResponseIdentification
-        The response, or why there is none.
+    ``is_shaped``: an autopilot shaped the reference, so it is followed to the end. ``use_arx`` fits
+    by ARX alone, as the article does.
     """
     own = hold_out([cut for cut in cuts if cut.answer is answer])
     manoeuvres = [_prepared(c.manoeuvre, answer) for c in own if c.manoeuvre is not None]
@@ -259,7 +233,7 @@ def _fit_once(
 def _fit_by_arx(
     manoeuvres: Sequence[Manoeuvre], structures: Sequence[Structure], longest_delay_s: float
 ) -> FittedResponse:
-    """Fit as the article does: it tells no errors, and noise biases it."""
+    """Fit as the article does: it gives no errors, and noise biases it."""
     system = _slowest_sampled(manoeuvres, structures[0], longest_delay_s)
     gain = system.numerator[-1] / system.denominator[-1]
     rows = {"steady_gain": gain, "delay_s": system.delay_s}
@@ -319,27 +293,21 @@ def _model_response(
     answer: ResponseKind, cuts: Sequence[ManoeuvreCut], fitted: FittedResponse
 ) -> ManoeuvreResponse:
     system = fitted.transfer_function
-    rounded = replace(
-        system,
-        numerator=tuple(_rounded(b) for b in system.numerator),
-        denominator=tuple(_rounded(a) for a in system.denominator),
-        delay_s=_rounded(system.delay_s),
-    )
-    size = _rounded(float(np.median([abs(c.change) for c in cuts if c.is_used])), 4)
+    size = rounded(float(np.median([abs(c.change) for c in cuts if c.is_used])), 4)
     is_height = answer in _HEIGHTS
     of_numerator, of_denominator, of_delay_s = fitted.coefficient_errors or (None, None, None)
     [kind] = declared(Responses)[answer.value].parts
     own = {"identified_step_m" if is_height else "identified_speed_m_s": size}
     if answer in _POWERS:
-        own["window_s"] = _rounded(fitted.window_s or 0.0)
+        own["window_s"] = rounded(fitted.window_s or 0.0, 8)
     response = kind(
-        numerator=rounded.numerator,
-        denominator=rounded.denominator,
-        delay_s=rounded.delay_s,
+        numerator=tuple(rounded(b, 8) for b in system.numerator),
+        denominator=tuple(rounded(a, 8) for a in system.denominator),
+        delay_s=rounded(system.delay_s, 8),
         input_gain=1.0,
         numerator_standard_error=_rounded_errors(of_numerator),
         denominator_standard_error=_rounded_errors(of_denominator),
-        delay_standard_error_s=None if of_delay_s is None else _rounded(of_delay_s, _ERROR_DIGITS),
+        delay_standard_error_s=None if of_delay_s is None else rounded(of_delay_s, _ERROR_DIGITS),
         **own,
     )
     assert isinstance(response, ManoeuvreResponse)
@@ -361,7 +329,7 @@ def _outcome(
     return StateOutcome(
         name=answer.value,
         status=FitStatus.IDENTIFIED,
-        said=f"{order} order with a delay, from {quantity.count(used, 'manoeuvre')}{window}{beside}",
+        summary=f"{order} order with a delay, from {quantity.count(used, 'manoeuvre')}{window}{beside}",
         unit="W" if answer in _POWERS else "m" if answer is ResponseKind.ALTITUDE else "m/s",
         estimates=fitted.estimates,
         segments=_segments(cuts, of_all),
@@ -399,15 +367,9 @@ def _nothing(
 ) -> ResponseIdentification:
     return ResponseIdentification(
         response=None,
-        outcome=StateOutcome(
-            name=answer.value, status=FitStatus.LEFT_OUT, said=why, segments=_segments(cuts)
-        ),
+        outcome=StateOutcome.left_out(answer.value, why, _segments(cuts)),
     )
 
 
 def _rounded_errors(errors: tuple[float, ...] | None) -> tuple[float, ...] | None:
-    return None if errors is None else tuple(_rounded(error, _ERROR_DIGITS) for error in errors)
-
-
-def _rounded(value: float, digits: int = 8) -> float:
-    return float(f"{value:.{digits}g}")
+    return None if errors is None else tuple(rounded(error, _ERROR_DIGITS) for error in errors)

@@ -31,15 +31,15 @@ class FitStatus(StrEnum):
     """What became of a state."""
 
     IDENTIFIED = "identified"
-    """The flights tell it."""
+    """The flights show it."""
     BASE = "base"
-    """The flights do not tell it: taken from the base model."""
+    """The flights do not show it: taken from the base model."""
     LEFT_OUT = "left-out"
-    """The flights do not tell it, and no base model does."""
+    """The flights do not show it, and no base model does."""
 
 
 class SegmentUse(Value):
-    """A stretch of a flight, and what it was used for."""
+    """A span of a flight, and what it was used for."""
 
     log: str
     """File name."""
@@ -58,6 +58,18 @@ class SegmentUse(Value):
     fit_percent: float | None = None
     """How well the model describes it. [%]"""
 
+    @classmethod
+    def of_flight(cls, record: FlightRecord, what: str, refusal: str) -> SegmentUse:
+        """Return what became of a whole flight."""
+        return cls(
+            log=record.source,
+            flight=record.number,
+            start_s=0.0,
+            duration_s=record.duration_s,
+            what=what,
+            refusal=refusal,
+        )
+
     @property
     def is_used(self) -> bool:
         """Whether the model rests on it, or was tested on it."""
@@ -70,19 +82,24 @@ class StateOutcome(Value):
     name: str
     """``altitude``, ``speed``, ``climb_power`` …, ``hover``, ``cruise``, ``vertical``, ``battery``."""
     status: FitStatus
-    said: str
+    summary: str
     """What was identified by which law, or why it was not."""
     unit: str = ""
     """Of the residuals."""
     estimates: tuple[Estimate, ...] = ()
     segments: tuple[SegmentUse, ...] = ()
-    """Every stretch that was looked at."""
+    """Every span that was looked at."""
     fit_percent: float | None = None
     """On segments held out, by a fit without them. [%]"""
     rms: float | None = None
     """Root mean square of the residuals of those. [unit]"""
     whiteness: float | None = None
     """Median chance that white noise has residuals of such a memory. [-]"""
+
+    @classmethod
+    def left_out(cls, name: str, why: str, segments: Sequence[SegmentUse] = ()) -> StateOutcome:
+        """Return the outcome of a state that the flights do not show."""
+        return cls(name=name, status=FitStatus.LEFT_OUT, summary=why, segments=tuple(segments))
 
     @property
     def used(self) -> int:
@@ -121,13 +138,13 @@ _GROUND_S = 3.0
 _CONTACT_S = 10.0
 """Spinning up before a take-off and waiting for the ground to be noticed take no longer."""
 _STEPPED = 0.5
-"""Share of its range by which a reference that is not shaped jumps from sample to sample. [-]"""
+"""Fraction of its range by which a reference that is not shaped jumps from sample to sample. [-]"""
 _KNOWN = 0.9
-"""Share of the flight a column must be known for. [-]"""
+"""Fraction of the flight a column must be known for. [-]"""
 
 
 class StateSegment(Value):
-    """A stretch of one flight state."""
+    """A span of one flight state."""
 
     state: FlightState
     first: int
@@ -148,16 +165,7 @@ class StateSegment(Value):
 def find_states(record: FlightRecord) -> tuple[StateSegment, ...]:
     """Find the flight states of a record.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight.
-
-    Returns
-    -------
-    tuple of StateSegment
-        In the order flown; time on the ground, and time at which neither height nor speed is known,
-        belongs to none.
+    Time on the ground, and time at which neither height nor speed is known, belongs to none.
     """
     step_s = float(record.time_s[1] - record.time_s[0])
     climb, speed, acceleration = _motion(record, step_s)
@@ -191,7 +199,7 @@ def _vertical_limits_m_s(climb_m_s: FloatArray) -> tuple[float, float]:
 def _motion(record: FlightRecord, step_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Climb rate, horizontal speed and the acceleration along it."""
     window = round(_SLOPE_S / step_s)
-    if _share_known(record.climb_m_s, record.is_landed) >= _KNOWN:
+    if _known_fraction(record.climb_m_s, record.is_landed) >= _KNOWN:
         climb = _mean(record.climb_m_s, window)
     else:
         climb = slope_per_s(record.height_above_home_m, window, step_s)
@@ -200,21 +208,21 @@ def _motion(record: FlightRecord, step_s: float) -> tuple[FloatArray, FloatArray
         acceleration = np.gradient(speed, step_s)
     else:
         measured = record.ground_speed_m_s
-        if _share_known(measured, record.is_landed) < _KNOWN:
+        if _known_fraction(measured, record.is_landed) < _KNOWN:
             measured = record.airspeed_m_s
         speed = _mean(measured, round(window / 3))
         acceleration = slope_per_s(measured, window, step_s)
     return climb, speed, acceleration
 
 
-def _share_known(column: FloatArray, is_landed: BoolArray) -> float:
+def _known_fraction(column: FloatArray, is_landed: BoolArray) -> float:
     airborne = column[~is_landed]
     return float(np.isfinite(airborne).mean()) if airborne.size else 0.0
 
 
 def _is_shaped(reference: FloatArray, is_landed: BoolArray) -> bool:
     """Whether a reference is known throughout and changes gradually."""
-    if _share_known(reference, is_landed) < _KNOWN:
+    if _known_fraction(reference, is_landed) < _KNOWN:
         return False
     known = reference[np.isfinite(reference) & ~is_landed]
     height = float(np.ptp(known))
@@ -224,19 +232,8 @@ def _is_shaped(reference: FloatArray, is_landed: BoolArray) -> bool:
 def slope_per_s(column: FloatArray, window: int, step_s: float) -> FloatArray:
     """Slope of a straight line through the samples around each.
 
-    Parameters
-    ----------
-    column : ndarray, shape (n,)
-        Samples. [unit]
-    window : int
-        Number of samples of the line; made odd.
-    step_s : float
-        Sampling step. [s]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        NaN where a sample is not known; towards the ends as at the last full window. [unit/s]
+    NaN where a sample is not known; towards the ends as at the last full window. The window is made
+    odd.
     """
     half = min(window // 2, (column.size - 1) // 2)
     if half < 1:
@@ -247,6 +244,13 @@ def slope_per_s(column: FloatArray, window: int, step_s: float) -> FloatArray:
     return np.pad(inner, half, mode="edge")
 
 
+def smoothed(column: FloatArray, window: int) -> FloatArray:
+    """Mean of the samples around each, over fewer towards the ends."""
+    weights = np.ones(2 * (window // 2) + 1)
+    counts = np.convolve(np.ones(column.size), weights, mode="same")
+    return np.convolve(column, weights, mode="same") / counts
+
+
 def _mean(column: FloatArray, window: int) -> FloatArray:
     """Mean of the samples around each."""
     half = min(window // 2, (column.size - 1) // 2)
@@ -255,7 +259,7 @@ def _mean(column: FloatArray, window: int) -> FloatArray:
 
 
 def _with_hysteresis(values: FloatArray, limits: tuple[float, float]) -> BoolArray:
-    """Where values are above the lower limit in a stretch that reaches the upper one."""
+    """Where values are above the lower limit in a span that reaches the upper one."""
     low, high = limits
     above = np.nan_to_num(values, nan=-np.inf) > low
     starts, ends = run_bounds(above)
@@ -328,9 +332,9 @@ def _segments(record: FlightRecord, states: IntArray, step_s: float) -> tuple[St
 
 
 def speed_through_air_m_s(record: FlightRecord) -> FloatArray:
-    """Horizontal airspeed of a record where it is told, else its ground speed (n,) [m/s]."""
-    is_told = bool(np.isfinite(record.airspeed_m_s).any())
-    return record.airspeed_m_s if is_told else record.ground_speed_m_s
+    """Horizontal airspeed of a record where it is known, else its ground speed (n,) [m/s]."""
+    is_known = bool(np.isfinite(record.airspeed_m_s).any())
+    return record.airspeed_m_s if is_known else record.ground_speed_m_s
 
 
 def record_air_density_kg_m3(
@@ -338,17 +342,8 @@ def record_air_density_kg_m3(
 ) -> FloatArray:
     """Density of the air along a record.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight.
-    home_temperature_c : float, optional
-        Air temperature at home; left out, that of the standard atmosphere there. [°C]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        NaN where no height is known. [kg m⁻³]
+    The temperature at home, left out, is that of the standard atmosphere there. NaN where no height
+    is known. (n,)
     """
     home_amsl_m = record.home.altitude_amsl_m or 0.0
     altitude = record.altitude_amsl_m
@@ -361,11 +356,11 @@ def record_air_density_kg_m3(
 
 
 _SETTLING_S = 5.0
-"""Taken off the beginning of a steady stretch, where the power of the manoeuvre before it rings."""
+"""Taken off the beginning of a steady span, where the power of the manoeuvre before it rings."""
 _SHORTEST_STEADY_S = 5.0
 _HEIGHT_RANGE_M = 2.0
 _SPEED_RANGE_M_S = 2.0
-"""Largest difference between the 5th and the 95th percentile in a stretch that counts as steady."""
+"""Largest difference between the 5th and the 95th percentile in a span that counts as steady."""
 
 
 class MeasuredPower(Value):
@@ -393,7 +388,7 @@ class MeasuredPower(Value):
     """When it begins, in the flight. [s]"""
 
 
-class SteadyStretch(Value):
+class SteadySpan(Value):
     """A hover or cruise of a record, and the mean power it gives, if any."""
 
     segment: StateSegment
@@ -402,27 +397,15 @@ class SteadyStretch(Value):
     """Why it gives none; empty where it does."""
 
 
-def steady_stretches(
+def steady_spans(
     record: FlightRecord,
     segments: Sequence[StateSegment],
     *,
     settling_s: float = _SETTLING_S,
-) -> tuple[SteadyStretch, ...]:
+) -> tuple[SteadySpan, ...]:
     """Mean powers of the hovers and cruises of a record.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight.
-    segments : sequence of StateSegment
-        Its flight states.
-    settling_s : float
-        Time left out at the beginning of each. [s]
-
-    Returns
-    -------
-    tuple of SteadyStretch
-        Every hover and cruise, used or refused.
+    Every hover and cruise, used or refused; ``settling_s`` is left out at the beginning of each.
     """
     found = []
     step_s = float(record.time_s[1] - record.time_s[0])
@@ -443,19 +426,19 @@ def steady_stretches(
                 airspeed_m_s=0.0 if is_hover else float(speed_through_air_m_s(record)[part].mean()),
                 source=f"{record.source}#{record.number}",
             )
-        found.append(SteadyStretch(segment=segment, power=power, refusal=refusal))
+        found.append(SteadySpan(segment=segment, power=power, refusal=refusal))
     return tuple(found)
 
 
 def _unsteadiness(record: FlightRecord, segment: StateSegment, part: slice, step_s: float) -> str:
-    """Why the power over a stretch is no steady power; empty where it is."""
+    """Why the power over a span is no steady power; empty where it is."""
     if (part.stop - part.start) * step_s < _SHORTEST_STEADY_S:
         return f"lasts {segment.duration_s:.1f} s: too short to settle and to average"
     if not np.isfinite(record.power_w[part]).all():
-        return "the log does not tell the power throughout"
+        return "the log does not hold the power throughout"
     speed = speed_through_air_m_s(record)[part]
     if not np.isfinite([record.height_above_home_m[part], speed]).all():
-        return "the log does not tell height and speed throughout"
+        return "the log does not hold height and speed throughout"
     if np.ptp(np.percentile(record.height_above_home_m[part], (5, 95))) > _HEIGHT_RANGE_M:
         return "the height is not steady"
     if np.ptp(np.percentile(speed, (5, 95))) > _SPEED_RANGE_M_S:
@@ -466,10 +449,10 @@ def _unsteadiness(record: FlightRecord, segment: StateSegment, part: slice, step
 _STEADY_M_S2 = 0.3
 """Mean acceleration over that below which flight is steady: gusts shake a vehicle by more than this."""
 _FLIGHT_SETTLING_S = 1.5
-"""Taken off the beginning of a stretch: the rotors still answer what was before it. [s]"""
+"""Taken off the beginning of a span: the rotors still answer what was before it. [s]"""
 _SHORTEST_FLIGHT_S = 3.0
 _LONGEST_S = 20.0
-"""Longer stretches are cut: height, wind and density change over them. [s]"""
+"""Longer spans are cut: height, wind and density change over them. [s]"""
 _GROUND_EFFECT_S = 3.0
 """Left out after lift-off and before touch-down: the ground carries part of the weight. [s]"""
 
@@ -482,19 +465,7 @@ def steady_flight(
 ) -> tuple[MeasuredPower, ...]:
     """Mean powers of all steady flight of a record.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        One flight.
-    air_density_kg_m3 : ndarray, shape (n,)
-        Air density at each sample. [kg m⁻³]
-    mass_kg : float, optional
-        Mass that flew. [kg]
-
-    Returns
-    -------
-    tuple of MeasuredPower
-        In the order flown; empty where the log tells no power or no motion.
+    In the order flown; none where the log holds no power or no motion.
     """
     step_s = float(record.time_s[1] - record.time_s[0])
     airspeed = speed_through_air_m_s(record)

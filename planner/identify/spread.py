@@ -1,10 +1,10 @@
-r"""What fits leave open: draws of models, and how far whole flights were from predictions.
+r"""How far whole flights were from predictions.
 
 For flights f the model was not fitted to, with the relative error of the energy of state s
 
 .. math:: r_{fs} = \varepsilon_f + \eta_{fs},
 
-the part common to a flight and that of each state are told apart by moments: the deviation of a state
+the part common to a flight and that of each state are separated by moments: the deviation of a state
 from its whole flight holds no common part.  Errors count from zero, so that a bias is part of the
 spread: the next flight meets it as well.
 """
@@ -65,18 +65,8 @@ class FlownAndPredicted(Value):
 def fit_spread(flights: Sequence[FlownAndPredicted], *, source: str) -> ModelSpread:
     """Return how far flights were from their predictions.
 
-    Parameters
-    ----------
-    flights : sequence of FlownAndPredicted
-        Flights that the model was not fitted to.
-    source : str
-        Which flights, and how they were compared, for the model file.
-
-    Returns
-    -------
-    ModelSpread
-        Standard deviations about zero, rounded up to four decimals; ``None`` for what
-        no flight tells.
+    Standard deviations are about zero, rounded up to four decimals, and ``None`` for what no flight
+    shows. ``source`` is which flights, and how they were compared, for the model file.
 
     Raises
     ------
@@ -114,21 +104,21 @@ def _energy_fractions(
         return None, ()
     predicted = _by_state(flight.predicted_energy_j for flight in flights)
     flown = _by_state(flight.flown_energy_j for flight in flights)
-    share = predicted / predicted.sum(axis=1, keepdims=True)
+    fraction = predicted / predicted.sum(axis=1, keepdims=True)
     whole = flown.sum(axis=1) / predicted.sum(axis=1) - 1.0
     # (r_s - r)² = (1 - w_s)² σ_s² + Σ_k≠s w_k² σ_k², for each state of each flight that has it
-    flight, state = np.nonzero(share > 0.0)
+    flight, state = np.nonzero(fraction > 0.0)
     deviation = flown[flight, state] / predicted[flight, state] - 1.0 - whole[flight]
-    coefficients = np.square(share[flight])
-    coefficients[np.arange(state.size), state] = np.square(1.0 - share[flight, state])
+    coefficients = np.square(fraction[flight])
+    coefficients[np.arange(state.size), state] = np.square(1.0 - fraction[flight, state])
     # a state of little energy is little known and matters little: weighed by what it is of a flight
-    weight = share[flight, state]
+    weight = fraction[flight, state]
     variances, _ = nnls(weight[:, None] * coefficients, weight * np.square(deviation))
-    of_states = np.square(share) @ variances
+    of_states = np.square(fraction) @ variances
     common = float(np.mean(np.square(whole) - of_states))
     return _rounded_up(np.sqrt(max(common, 0.0))), tuple(
         (name, _rounded_up(np.sqrt(variance)))
-        for name, variance, seen in zip(STATE_NAMES, variances, share.any(axis=0), strict=True)
+        for name, variance, seen in zip(STATE_NAMES, variances, fraction.any(axis=0), strict=True)
         if seen
     )
 
@@ -149,7 +139,7 @@ def _rounded_up(fraction: float) -> float:
 
 _LEAST_FLIGHTS = 2
 _SLOPE_S = 3.0
-"""Window of a climb rate told by heights alone. [s]"""
+"""Window of a climb rate from heights alone. [s]"""
 
 
 def left_out_spread(
@@ -160,21 +150,7 @@ def left_out_spread(
 ) -> ModelSpread | None:
     """Compare each flight with its prediction by the power of the others.
 
-    Parameters
-    ----------
-    model : VehicleModel
-        Made of all flights, by an autopilot's references.
-    records : sequence of FlightRecord
-        The flights.
-    steady : sequence of MeasuredPower
-        Their steady flight.
-    settings : IdentificationSettings
-        What no log tells.
-
-    Returns
-    -------
-    ModelSpread or None
-        ``None`` where there are fewer than two flights, or none can be compared.
+    ``None`` where there are fewer than two flights, or none can be compared.
     """
     if len(records) < _LEAST_FLIGHTS:
         return None
@@ -229,7 +205,7 @@ def _whole_flight(
     )
     try:
         found = verify_flight(record, model, known)
-    except MavjouleError:  # what cannot be predicted tells nothing about predictions
+    except MavjouleError:  # what cannot be predicted shows nothing of predictions
         return None
     joules = SECONDS_PER_HOUR
     has_energy = found.measured.energy_wh is not None and found.predicted.energy_wh is not None
@@ -296,28 +272,18 @@ def ramp_spread(
 ) -> ModelSpread | None:
     """Compare each flight with its prediction by the ramps and the power of the others.
 
-    Parameters
-    ----------
-    records : sequence of FlightRecord
-        Flights without references.
-    settings : IdentificationSettings
-        What no log tells.
-
-    Returns
-    -------
-    ModelSpread or None
-        ``None`` where ramps cannot be told without one of the flights.
+    ``None`` where there are no ramps without one of the flights.
     """
-    told: list[tuple[TimedFlight, tuple[MeasuredPower, ...]]] = []
+    usable: list[tuple[TimedFlight, tuple[MeasuredPower, ...]]] = []
     for record in records:
         flight = timed_flight(record)
         if not flight.refusal:
             density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
             powers = manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=None)
-            told.append((flight, powers))
+            usable.append((flight, powers))
     compared = []
-    for number, (flight, powers) in enumerate(told):
-        others = told[:number] + told[number + 1 :]
+    for number, (flight, powers) in enumerate(usable):
+        others = usable[:number] + usable[number + 1 :]
         try:
             ramps = fit_ramps([other for other, _ in others])
         except IdentificationError:
@@ -330,11 +296,11 @@ def ramp_spread(
         compared,
         source=(
             f"{len(compared)} flights, each predicted from its legs by a model made without it; "
-            "with loads that are not told"
+            "with unknown loads"
         ),
     )
-    # A manoeuvre holds several states: what they share is all that is told.  Where a stop was commanded
-    # these logs do not tell, so that no stopping distance can be compared.
+    # A manoeuvre holds several states: what they share is all that is known.  Where a stop was commanded
+    # these logs do not hold, so that no stopping distance can be compared.
     return replace(found, energy_state_fraction=(), stopping_distance_fraction=None)
 
 
@@ -360,7 +326,7 @@ def _compared(
 
 
 def _power_w(power: PowerIdentification, mean: MeasuredPower) -> float:
-    """Return what the others say of a manoeuvre, by its airspeed and climb rate. [W]"""
+    """Return what the other flights predict for a manoeuvre, by its airspeed and climb rate. [W]"""
     assert isinstance(power.hover, AltitudeLaw)
     total = power.hover.coefficient_w
     if isinstance(power.cruise, CruisePower):

@@ -51,13 +51,13 @@ class Noise(Value):
 
     @property
     def innovation_variance(self) -> float:
-        """Variance of w, what the past does not tell [unit²]."""
-        told = sum(c * r for c, r in zip(self.memory, self.correlations, strict=True))
-        return self.variance * (1.0 - told)
+        """Variance of w, what the past does not explain [unit²]."""
+        explained = sum(c * r for c, r in zip(self.memory, self.correlations, strict=True))
+        return self.variance * (1.0 - explained)
 
     @property
     def is_white(self) -> bool:
-        """Whether no sample tells anything about the next."""
+        """Whether no sample predicts the next."""
         return not self.memory
 
     def autocovariances(self, count: int) -> FloatArray:
@@ -74,19 +74,9 @@ class Noise(Value):
 
 
 def fit_noise(residuals: Sequence[FloatArray], *, parameters: int) -> Noise:
-    """Noise of which stretches of residuals are made.
+    """Noise of which spans of residuals are made.
 
-    Parameters
-    ----------
-    residuals : sequence of ndarray, each shape (n,)
-        Stretches of one noise, each without a gap. [unit]
-    parameters : int
-        Number of parameters that were fitted to them.
-
-    Returns
-    -------
-    Noise
-        Its variance corrected for the parameters fitted.
+    Each span is without a gap; the variance is corrected for the parameters fitted.
 
     Raises
     ------
@@ -95,7 +85,7 @@ def fit_noise(residuals: Sequence[FloatArray], *, parameters: int) -> Noise:
     """
     samples = sum(r.size for r in residuals)
     if samples <= parameters:
-        msg = f"{samples} residuals say nothing about the noise beside {parameters} parameters"
+        msg = f"{samples} residuals do not determine the noise beside {parameters} parameters"
         raise ValueError(msg)
     longest = min(_LONGEST_MEMORY, samples // _SAMPLES_PER_COEFFICIENT)
     covariances = (
@@ -122,7 +112,7 @@ def fit_noise(residuals: Sequence[FloatArray], *, parameters: int) -> Noise:
 def _memory(correlations: FloatArray, samples: int) -> tuple[float, ...]:
     """Return the coefficients of the order with the least criterion, by Levinson's recursion."""
     best: tuple[float, ...] = ()
-    least = 0.0  # of samples·ln(share of variance left) + order·ln(samples)
+    least = 0.0  # of samples·ln(fraction of variance left) + order·ln(samples)
     coefficients = np.zeros(0)
     left = 1.0
     for order in range(1, correlations.size):
@@ -137,27 +127,19 @@ def _memory(correlations: FloatArray, samples: int) -> tuple[float, ...]:
     return best
 
 
-def mean_with_error(stretches: Sequence[FloatArray]) -> tuple[float, float]:
-    """Mean of one quantity over stretches of samples, and its standard error.
+def mean_with_error(spans: Sequence[FloatArray]) -> tuple[float, float]:
+    """Mean of one quantity over spans of samples, and its standard error.
 
-    Parameters
-    ----------
-    stretches : sequence of ndarray, each shape (n,)
-        Stretches at one sampling step, each without a gap. [unit]
-
-    Returns
-    -------
-    mean, error : float
-        The error counts the memory of the noise. [unit]
+    Spans are at one sampling step, each without a gap; the error counts the memory of the noise.
     """
-    joined = np.concatenate(stretches)
+    joined = np.concatenate(spans)
     mean = float(joined.mean())
-    noise = fit_noise([s - mean for s in stretches], parameters=1)
+    noise = fit_noise([s - mean for s in spans], parameters=1)
     variance_of_sum = 0.0
-    for stretch in stretches:
-        lags = np.arange(stretch.size)
-        weights = np.where(lags == 0, 1.0, 2.0) * (stretch.size - lags)
-        variance_of_sum += float(weights @ noise.autocovariances(stretch.size))
+    for span in spans:
+        lags = np.arange(span.size)
+        weights = np.where(lags == 0, 1.0, 2.0) * (span.size - lags)
+        variance_of_sum += float(weights @ noise.autocovariances(span.size))
     return mean, math.sqrt(max(variance_of_sum, 0.0)) / joined.size
 
 
@@ -170,16 +152,8 @@ def least_squares_covariance(blocks: Sequence[tuple[float, FloatArray, Noise]]) 
     with the autocovariances Γ of the noise; for white noise and weights of one
     :math:`\sigma^2 (J^T J)^{-1}`.
 
-    Parameters
-    ----------
-    blocks : sequence of (float, ndarray of shape (n, p), Noise)
-        For each stretch of samples without a gap its weight, the derivatives of its residuals to
-        the parameters, and its noise.
-
-    Returns
-    -------
-    ndarray, shape (p, p)
-        Covariance of the parameters.
+    A block is a span of samples without a gap: its weight, the derivatives (n, p) of its residuals
+    to the parameters, and its noise.
 
     Raises
     ------
@@ -203,7 +177,7 @@ def least_squares_covariance(blocks: Sequence[tuple[float, FloatArray, Noise]]) 
 
 
 def _correlated(noise: Noise, columns: FloatArray) -> FloatArray:
-    """Covariance matrix of a stretch of noise times columns."""
+    """Covariance matrix of a span of noise times columns."""
     from scipy.linalg import matmul_toeplitz
 
     if noise.is_white:
@@ -233,15 +207,7 @@ def fit_percent(measured: FloatArray, predicted: FloatArray) -> float:
 
     .. math:: 100 \left(1 - \frac{\lVert y - \hat y \rVert}{\lVert y - \bar y \rVert}\right)
 
-    Parameters
-    ----------
-    measured, predicted : ndarray, shape (n,)
-        Answers y and ŷ. [output]
-
-    Returns
-    -------
-    float
-        At most 100; -inf for a wrong prediction of a constant. [%]
+    At most 100; -inf for a wrong prediction of a constant. [%]
     """
     error = float(np.linalg.norm(measured - predicted))
     if error == 0.0:
@@ -258,15 +224,7 @@ def whiteness(residuals: FloatArray) -> float:
     G. Ljung, G. Box, Biometrika 65 (1978) 297; with h = 20 lags, fewer where there are fewer than four
     samples for each.
 
-    Parameters
-    ----------
-    residuals : ndarray, shape (n,)
-        Residuals about any mean. [output]
-
-    Returns
-    -------
-    float
-        Small for residuals with a memory. [-]
+    Small for residuals with a memory.
     """
     from scipy.stats import chi2
 
@@ -280,3 +238,8 @@ def whiteness(residuals: FloatArray) -> float:
         for lag in range(1, used + 1)
     )
     return float(chi2.sf(residuals.size * (residuals.size + 2) * statistic, used))
+
+
+def rounded(value: float, digits: int = 6) -> float:
+    """Round to significant digits: more than flights show, few enough for people to compare."""
+    return float(f"{value:.{digits}g}")

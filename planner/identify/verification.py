@@ -20,7 +20,7 @@ from planner.identify.flown_mission import (
     flown_window,
     record_parameters,
 )
-from planner.identify.segments import find_states
+from planner.identify.segments import find_states, smoothed
 from planner.logs.record import STEP_S
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
@@ -37,13 +37,12 @@ if TYPE_CHECKING:
     from planner.identify.segments import StateSegment
     from planner.logs.record import FlightRecord
     from planner.mission.items import Mission
-    from planner.mission.route.stage import Route
     from planner.vehicle.model import VehicleModel
     from planner.vehicle.parameters.files import ParameterSet
 
 
 _ON_GROUND_M = 0.05
-"""Height under which a vehicle that does not climb stands on the ground. [m]"""
+"""Height under which a vehicle that does not climb is on the ground. [m]"""
 _TOUCHED_DOWN_M = 2.0
 """Height under which a flight that ends has landed: step responses settle within 1 m. [m]"""
 _STILL_M_S = 0.1
@@ -52,17 +51,8 @@ _STILL_M_S = 0.1
 def predicted_record(flight: Flight, flown: FlightRecord) -> FlightRecord:
     """Return a predicted flight as the record a logger would make of it.
 
-    Parameters
-    ----------
-    flight : Flight
-        The prediction.
-    flown : FlightRecord
-        The flight it predicts: references are known where they are known of that one.
-
-    Returns
-    -------
-    FlightRecord
-        Sampled every 0.1 s; what a prediction does not tell is NaN.
+    Sampled every 0.1 s; what is not predicted is NaN. References are known where they are known of
+    the flight.
     """
     motion = flight.motion
     time_s = np.arange(0.0, flight.time_s, STEP_S)
@@ -108,9 +98,9 @@ _LEAST_SPEED_M_S = 1.5
 """Slower is hovering with noise, not flying. [m s⁻¹]"""
 _STANDSTILL_M_S = 0.5
 _PLATEAU = 0.98
-"""A stop begins where the speed falls under this share of what it was. [-]"""
+"""A stop begins where the speed falls under this fraction of what it was. [-]"""
 _KNEE = 0.9
-"""Braking is well under way at this share of the speed; noise is not. [-]"""
+"""Braking is well under way at this fraction of the speed; noise is not. [-]"""
 _SMOOTHING_S = 0.5
 """Noise of a speed counts for little in the mean over so long. [s]"""
 _STEADY_S = 3.0
@@ -138,7 +128,7 @@ def find_stops(record: FlightRecord) -> tuple[Stop, ...]:
     """
     step_s = float(record.time_s[1] - record.time_s[0])
     window = round(_STEADY_S / step_s)
-    speed = _smoothed(record.ground_speed_m_s, round(_SMOOTHING_S / step_s))
+    speed = smoothed(record.ground_speed_m_s, round(_SMOOTHING_S / step_s))
     found: list[Stop] = []
     stood = 0
     fast = False
@@ -150,13 +140,6 @@ def find_stops(record: FlightRecord) -> tuple[Stop, ...]:
                 found.append(_stop(record, speed, stood, at, window))
             fast, stood = False, at
     return tuple(found)
-
-
-def _smoothed(column: FloatArray, window: int) -> FloatArray:
-    """Mean of the samples around each, over fewer towards the ends."""
-    weights = np.ones(2 * (window // 2) + 1)
-    counts = np.convolve(np.ones(column.size), weights, mode="same")
-    return np.convolve(column, weights, mode="same") / counts
 
 
 def _stop(record: FlightRecord, speed: FloatArray, first: int, end: int, window: int) -> Stop:
@@ -194,7 +177,7 @@ class StateComparison(Value):
 
     state: FlightState
     count: int
-    """Stretches flown in it."""
+    """Times it was flown."""
     predicted_count: int
     time_s: float
     predicted_time_s: float
@@ -250,15 +233,7 @@ def predicted_times_s(flown: FlightRecord, predicted: FlightRecord) -> FloatArra
     Each item's flight is laid on the moment it was begun, so that a second lost early is not counted
     again ever after; where an item took longer than predicted, its end is held.
 
-    Parameters
-    ----------
-    flown, predicted : FlightRecord
-        The flight and its prediction.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Not falling within an item. [s]
+    (n,), not falling within an item. [s]
     """
     begun, foreseen = _items_begun(flown), _items_begun(predicted)
     anchors = [(0.0, 0.0)]
@@ -313,7 +288,7 @@ def compare_states(flown: FlightRecord, predicted: FlightRecord) -> tuple[StateC
 
 
 def _sum_wh(record: FlightRecord, segments: Sequence[StateSegment]) -> float | None:
-    """Return the energy of stretches, each up to the first sample of what follows."""
+    """Return the energy of spans, each up to the first sample of what follows."""
     if not np.isfinite(record.power_w).any():
         return None
     parts = (
@@ -329,7 +304,7 @@ def _fit(
     predicted: FlightRecord,
     at_s: FloatArray,
 ) -> tuple[float | None, str | None]:
-    """Return the fit over all stretches of a state, each about its own mean, and its column."""
+    """Return the fit over all spans of a state, each about its own mean, and its column."""
     column = "ground_speed_m_s"
     if state in _VERTICAL:
         column = "height_above_home_m"
@@ -338,12 +313,12 @@ def _fit(
     error, spread = 0.0, 0.0
     for segment in segments:
         measured = getattr(flown, column)[segment.samples]
-        told = np.interp(at_s[segment.samples], predicted.time_s, getattr(predicted, column))
-        known = np.isfinite(measured) & np.isfinite(told)
-        measured, told = measured[known], told[known]
+        expected = np.interp(at_s[segment.samples], predicted.time_s, getattr(predicted, column))
+        known = np.isfinite(measured) & np.isfinite(expected)
+        measured, expected = measured[known], expected[known]
         if measured.size:
             level = 0.0 if state in _STEADY else measured.mean()
-            error += float(np.sum((measured - told) ** 2))
+            error += float(np.sum((measured - expected) ** 2))
             spread += float(np.sum((measured - level) ** 2))
     if spread == 0.0:
         return None, None
@@ -356,17 +331,17 @@ def compare_stops(flown: FlightRecord, predicted: FlightRecord) -> tuple[StopCom
     is_in_order = len(stops) == len(foreseen)
     rows = []
     for stop in stops:
-        told = _counterpart(stop, foreseen, is_in_order=is_in_order)
-        if told is not None:
-            foreseen.remove(told)
+        expected = _counterpart(stop, foreseen, is_in_order=is_in_order)
+        if expected is not None:
+            foreseen.remove(expected)
         rows.append(
             StopComparison(
                 item=stop.item,
                 start_s=stop.start_s,
                 speed_m_s=stop.speed_m_s,
                 measured_m=stop.distance_m,
-                predicted_m=None if told is None else told.distance_m,
-                predicted_speed_m_s=None if told is None else told.speed_m_s,
+                predicted_m=None if expected is None else expected.distance_m,
+                predicted_speed_m_s=None if expected is None else expected.speed_m_s,
             )
         )
     return tuple(rows)
@@ -376,7 +351,7 @@ def _counterpart(stop: Stop, foreseen: Sequence[Stop], *, is_in_order: bool) -> 
     """Return the first predicted stop at the item of one flown; by order where items are unknown."""
     if is_in_order and foreseen:
         return foreseen[0]
-    return next((told for told in foreseen if told.item == stop.item and stop.item), None)
+    return next((one for one in foreseen if one.item == stop.item and stop.item), None)
 
 
 def rms_difference(
@@ -384,19 +359,19 @@ def rms_difference(
 ) -> float | None:
     """Return the root mean square difference of a column in the air. [unit of the column]"""
     measured = getattr(flown, column)
-    told = np.interp(at_s, predicted.time_s, getattr(predicted, column))
-    known = np.isfinite(measured) & np.isfinite(told) & ~flown.is_landed
+    expected = np.interp(at_s, predicted.time_s, getattr(predicted, column))
+    known = np.isfinite(measured) & np.isfinite(expected) & ~flown.is_landed
     if not known.any():
         return None
-    return float(np.sqrt(np.mean((measured[known] - told[known]) ** 2)))
+    return float(np.sqrt(np.mean((measured[known] - expected[known]) ** 2)))
 
 
 _WHOLE = 0.95
-"""Share of the flight the power is known for, under which the energy is doubtful. [-]"""
+"""Fraction of the flight the power is known for, under which the energy is doubtful. [-]"""
 
 
 class KnownConditions(Value):
-    """What the user says of the flights; ``None``: as the log tells."""
+    """What the user states of the flights; ``None``: as in the log."""
 
     mission: Mission | None = None
     parameters: ParameterSet | None = None
@@ -465,19 +440,7 @@ def verify_flight(
 ) -> Verification:
     """Predict a recorded flight from its mission, parameters and conditions, and compare.
 
-    Parameters
-    ----------
-    record : FlightRecord
-        The flight; nothing of how it was flown enters the prediction.
-    vehicle : VehicleModel
-        The model to verify.
-    known : KnownConditions
-        What the log does not tell, or tells wrongly.
-
-    Returns
-    -------
-    Verification
-        Errors of time and energy, of the states and the stops.
+    Nothing of how it was flown enters the prediction.
 
     Raises
     ------
@@ -540,7 +503,9 @@ def verify_flight(
             *window.findings,
             *_energy_findings(window.flown),
             *assumed,
-            *_said_of(mission, route, flight),
+            *mission.findings,
+            *route.findings,
+            *flight.motion.findings,
             *findings,
         ),
         flown=window.flown,
@@ -620,12 +585,8 @@ ENERGY_IN_PART = Rule(
 
 
 def _energy_findings(flown: FlightRecord) -> list[Finding]:
-    share = float(np.isfinite(flown.power_w).mean())
-    if not 0.0 < share < _WHOLE:
+    fraction = float(np.isfinite(flown.power_w).mean())
+    if not 0.0 < fraction < _WHOLE:
         return []
-    message = f"{flown.source}: power is known for {100.0 * share:.0f} % of the flight"
+    message = f"{flown.source}: power is known for {100.0 * fraction:.0f} % of the flight"
     return [ENERGY_IN_PART.finding(message)]
-
-
-def _said_of(mission: Mission, route: Route, flight: Flight) -> tuple[Finding, ...]:
-    return (*mission.findings, *route.findings, *flight.motion.findings)

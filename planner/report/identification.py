@@ -61,7 +61,7 @@ def identification_text(found: Identification, *, medium: Medium, with_segments:
 def _state_lines(outcome: StateOutcome, *, medium: Medium, with_segments: bool) -> list[str]:
     status = medium.paint(outcome.status.value, _STYLES[outcome.status])
     lines = [f"{medium.paint(outcome.name, 'bold')}: {status}"]
-    lines += medium.wrapped(f"  {printable(outcome.said)}", indent=2)
+    lines += medium.wrapped(f"  {printable(outcome.summary)}", indent=2)
     if outcome.estimates:
         rows = [
             (f"  {e.name}", f"{e.value:.6g}", _error(e.error), _share(e.value, e.error))

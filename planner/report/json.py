@@ -280,7 +280,7 @@ def decision_json(decision: Decision, *, address: str, at: datetime, version: st
     return json_text(document)
 
 
-_STATE_KEYS = ("name", "status", "said", "unit", "fit_percent", "rms", "whiteness")
+_STATE_KEYS = ("name", "status", "unit", "fit_percent", "rms", "whiteness")
 _SEGMENT_KEYS = (
     "log",
     "flight",
@@ -332,6 +332,7 @@ def log_table_json(records: Sequence[FlightRecord], *, version: str) -> str:
 
 def _state(outcome: StateOutcome) -> Document:
     return values(outcome, _STATE_KEYS) | {
+        "said": outcome.summary,
         "segments_used": outcome.used,
         "segments_held_out": outcome.held_out,
         "estimates": [values(estimate, _ESTIMATE_KEYS) for estimate in outcome.estimates],

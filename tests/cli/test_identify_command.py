@@ -114,7 +114,7 @@ def test_columns_are_read_by_a_mapping(tmp_path: Path, capsys: pytest.CaptureFix
         (["copter.BIN", "p.ulg", "-o", "x.toml"], "different autopilots"),
         (
             ["copter.BIN", "-o", "x.toml", "--autopilot", "step"],
-            "do not tell how the vehicle moves",
+            "do not show how the vehicle moves",
         ),
     ],
 )

@@ -75,13 +75,13 @@ def test_a_flight_that_did_not_begin_full_is_refused() -> None:
     ("change", "why"),
     [
         ({"parameters": {}}, "--capacity"),
-        ({"current_a": np.full(6000, np.nan)}, "no flight tells voltage and current"),
+        ({"current_a": np.full(6000, np.nan)}, "no flight has voltage and current"),
         ({"current_a": np.full(6000, 6.0)}, "the current hardly varies"),
     ],
 )
-def test_what_is_not_told_leaves_the_battery_out(change: dict[str, object], why: str) -> None:
+def test_what_is_not_logged_leaves_the_battery_out(change: dict[str, object], why: str) -> None:
     record = replace(discharge(1), **change)
     found = identify_battery([record], PackSettings())
     assert found.battery is None
     assert found.outcome.status is FitStatus.LEFT_OUT
-    assert why in found.outcome.said
+    assert why in found.outcome.summary

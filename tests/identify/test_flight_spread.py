@@ -33,7 +33,7 @@ def flights(
     return found
 
 
-def test_what_flights_share_and_what_each_state_has_are_told_apart() -> None:
+def test_what_flights_share_and_what_each_state_has_are_separated() -> None:
     states = {"climb": 0.08, "cruise": 0.03, "hover": 0.05, "land": 0.1}
     spread = fit_spread(flights(2000, common=0.04, states=states, time=0.02), source="made")
     assert spread.n_flights == 2000

@@ -224,7 +224,7 @@ def test_a_stop_from_a_cruise_dearer_than_hover_keeps_its_energy() -> None:
     settings = IdentificationSettings(name="dear", date=dt.date(2026, 1, 1), version="0")
     found = identify_vehicle([up_down, replace(out_back, power_w=power_w)], settings)
     assert found.model.responses.brake_power is None
-    assert "+30 W beside hover" in found.state("brake_power").said
+    assert "+30 W more than hover" in found.state("brake_power").summary
     assert isinstance(found.model.cruise, CruisePower)
     # at half of the speed half of it: the stop costs 3 W/(m/s) times its length, as it was flown
     above_w = found.model.cruise.above_hover_w(np.array([10.0]))

@@ -166,7 +166,7 @@ def test_unknown_loads_are_taken_out_before_a_law_is_fitted() -> None:
     assert brought[2:] == pytest.approx(brought[:2])
 
 
-def test_loads_that_are_not_told_are_in_the_spread(records: list[FlightRecord]) -> None:
+def test_unknown_loads_are_in_the_spread(records: list[FlightRecord]) -> None:
     loads = np.array([0.9, 1.0, 1.1, 0.9, 1.1])
     loaded = [
         replace(r, airspeed_m_s=r.ground_speed_m_s, power_w=r.power_w * load)
@@ -213,7 +213,7 @@ def test_power_grows_with_the_speed_where_flights_left_out_say_so(
     assert at_11_m_s == (0.0 if is_flat else pytest.approx(60.5, abs=10.0))
 
 
-def test_each_step_is_told_before_it_is_done(records: list[FlightRecord]) -> None:
+def test_each_step_is_reported_before_it_is_done(records: list[FlightRecord]) -> None:
     steps: list[str] = []
     hashed = [replace(r, sha256="0" * 64) for r in records]
     identify_vehicle(hashed, SETTINGS, on_step=steps.append)

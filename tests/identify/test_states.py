@@ -20,7 +20,7 @@ from planner.flight.motion.kinematics import FlightState
 from planner.identify.manoeuvres import ReferenceForm, ResponseKind, cut_manoeuvres, hold_out
 from planner.identify.output_error import MOTION, POWER, fit_response
 from planner.identify.power_laws import fit_altitude_law
-from planner.identify.segments import find_states, steady_stretches
+from planner.identify.segments import find_states, steady_spans
 from planner.vehicle.power import hover_power_w
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def test_time_at_which_nothing_is_known_has_no_state() -> None:
 
 
 def test_hovers_give_their_mean_power_and_the_law() -> None:
-    stretches = steady_stretches(vertical(), find_states(vertical()), settling_s=35.0)
+    stretches = steady_spans(vertical(), find_states(vertical()), settling_s=35.0)
     powers = [s.power for s in stretches if s.power is not None]
     assert len(powers) == 7
     assert [p.height_above_home_m for p in powers] == pytest.approx(
@@ -146,11 +146,11 @@ def test_stretches_that_are_not_steady_are_refused_with_their_reason() -> None:
         ground_speed_m_s=speed,
         power_w=power,
     )
-    hover, cruise = steady_stretches(record, find_states(record))
+    hover, cruise = steady_spans(record, find_states(record))
     assert "power" in hover.refusal
     assert cruise.power is not None
     assert cruise.power.airspeed_m_s == pytest.approx(8.0)
-    short = steady_stretches(record, find_states(record), settling_s=58.0)[0]
+    short = steady_spans(record, find_states(record), settling_s=58.0)[0]
     assert "too short" in short.refusal
 
 
@@ -221,7 +221,7 @@ def test_every_fourth_manoeuvre_of_a_kind_is_held_out() -> None:
 
 def test_from_record_to_models() -> None:
     record = vertical()
-    stretches = steady_stretches(record, find_states(record), settling_s=35.0)
+    stretches = steady_spans(record, find_states(record), settling_s=35.0)
     law = fit_altitude_law([s.power for s in stretches if s.power is not None]).law
     hover_w = hover_power_w(
         law, height_above_home_m=record.height_above_home_m, mass_kg=None, air_density_kg_m3=1.2

@@ -77,7 +77,7 @@ def test_hovers_in_number_do_not_drown_one_cruise() -> None:
     assert abs(error) < 0.01 * fast.power_w
 
 
-def test_unknown_payloads_are_told_apart_from_the_law() -> None:
+def test_unknown_payloads_are_separated_from_the_law() -> None:
     light = flights(mass_kg=2.3, source="light#1")
     heavy = flights(mass_kg=2.7, source="heavy#1")
     found = fit_steady_map([*light, *heavy], mass_deviation_kg=0.2)
@@ -86,7 +86,7 @@ def test_unknown_payloads_are_told_apart_from_the_law() -> None:
     assert max(abs(found.residuals_w([*light, *heavy]))) < 0.015 * 250.0
 
 
-def test_what_the_flights_do_not_show_is_said_to_come_from_the_prior() -> None:
+def test_what_the_flights_do_not_show_is_reported_to_come_from_the_prior() -> None:
     slow = [f for f in flights() if f.airspeed_m_s <= 6.0 and f.climb_rate_m_s == 0.0]
     found = fit_steady_map(slow)
     assert "drag_area_m2" in found.from_prior

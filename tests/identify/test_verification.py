@@ -131,7 +131,7 @@ def test_stops_are_those_of_the_article(verified: Verification) -> None:
         assert 20.0 < stop.measured_m < 31.889
 
 
-def test_a_gap_in_the_power_is_told_and_bridged(flown: FlightRecord) -> None:
+def test_a_gap_in_the_power_is_reported_and_bridged(flown: FlightRecord) -> None:
     power_w = flown.power_w.copy()
     power_w[300:500] = np.nan
     verified = verify_flight(replace(flown, power_w=power_w), ARTICLE, CALM)
@@ -159,7 +159,7 @@ def test_a_model_of_another_autopilot_is_refused(flown: FlightRecord) -> None:
         verify_flight(replace(flown, autopilot=Autopilot.ARDUPILOT), model, CALM)
 
 
-def test_a_pilot_who_takes_over_is_told(flown: FlightRecord) -> None:
+def test_a_pilot_who_takes_over_is_reported(flown: FlightRecord) -> None:
     mode = np.full(flown.time_s.size, "AUTO_MISSION", dtype="<U16")
     mode[600:900] = "POSCTL"
     verified = verify_flight(replace(flown, mode=mode), ARTICLE, CALM)
@@ -185,7 +185,7 @@ def test_waiting_on_the_ground_for_the_mission_is_left_out(flown: FlightRecord) 
     assert "R205" in {finding.code for finding in verified.findings}
 
 
-def test_an_item_that_is_not_logged_is_told_and_keeps_the_numbers(flown: FlightRecord) -> None:
+def test_an_item_that_is_not_logged_is_reported_and_keeps_the_numbers(flown: FlightRecord) -> None:
     gappy = replace(flown, mission_items=(MISSION[0], *MISSION[2:]))
     verified = verify_flight(gappy, ARTICLE, CALM)
     assert "R202" in {finding.code for finding in verified.findings}
