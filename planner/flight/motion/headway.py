@@ -139,19 +139,7 @@ def headway_findings(
     wind: Wind | None,
     airspeed_limit_m_s: float,
 ) -> tuple[Finding, ...]:
-    """Return that there is no headway, or less speed than commanded.
-
-    Parameters
-    ----------
-    speed_m_s, limit_m_s : ndarray
-        Commanded, and what can be held. (n,) [m s⁻¹]
-    item : ndarray of int
-        Mission item of each leg. (n,)
-    moves : ndarray of bool
-        Whether a leg leads anywhere but up and down. (n,)
-    wind, airspeed_limit_m_s
-        As in :func:`headway_m_s`.
-    """
+    """Return that there is no headway, or less speed than commanded."""
     stuck = moves & (limit_m_s <= SLOWEST_M_S)
     slowed = moves & ~stuck & (limit_m_s < speed_m_s)
     findings: list[Finding] = []

@@ -8,13 +8,15 @@ the nodes of a quadrature for energy, and sampled only for plots and traces.
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
-from planner.values import Value
+from planner.values import Value, field_names
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
 
@@ -59,6 +61,37 @@ class MotionLaw(Protocol):
         What does not change with time may keep the shape of ``row``.
         """
         ...
+
+
+class Columns(Value, eq=False):
+    """Arrays whose first axis counts the same rows, and further columns of these rows."""
+
+    def select(self, rows: IntArray | BoolArray) -> Self:
+        """Return some of the rows."""
+        chosen: dict[str, Any] = {}
+        for name in field_names(self):
+            value = getattr(self, name)
+            chosen[name] = value.select(rows) if isinstance(value, Columns) else value[rows]
+        return type(self)(**chosen)
+
+    def put(self, rows: IntArray, values: Self) -> None:
+        """Overwrite some of the rows, in place."""
+        for name in field_names(self):
+            mine, given = getattr(self, name), getattr(values, name)
+            if isinstance(mine, Columns):
+                mine.put(rows, given)
+            else:
+                mine[rows] = given
+
+    @classmethod
+    def joined(cls, several: Sequence[Self]) -> Self:
+        """Return the rows of several as one."""
+        return cls(
+            **{
+                name: np.concatenate([getattr(columns, name) for columns in several])
+                for name in field_names(cls)
+            }
+        )
 
 
 class SegmentColumns(Value, eq=False):
@@ -321,19 +354,7 @@ def make_vertical(
     duration_s: tuple[FloatArray, ...],
     grounded: tuple[int, ...] = (),
 ) -> Manoeuvres:
-    """Return manoeuvres straight up and down.
-
-    Parameters
-    ----------
-    key, state, grounded
-        As in :func:`make_manoeuvres`.
-    place_m : ndarray
-        East and north first. (n, 2 or 3) [m]
-    height_m, climb_m_s : tuple of ndarray
-        Height above home and climb speed at the k + 1 ends of the pieces. (n,) [m, m s⁻¹]
-    duration_s : tuple of ndarray
-        Durations of the k pieces. (n,) [s]
-    """
+    """Return manoeuvres straight up and down, by heights and climb speeds at the ends of the pieces."""
     count, ends = len(key), len(height_m)
     position, velocity = np.empty((count, ends, 3)), np.zeros((count, ends, 3))
     position[..., :2] = place_m[:, None, :2]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.flight.motion.kinematics import Columns
 from planner.values import Value, field_values
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ _ALMOST = 1.0 - 1e-6
 """Share of an acceleration that is nearly reached. [-]"""
 
 
-class SpeedRamps(Value, eq=False):
+class SpeedRamps(Columns, eq=False):
     """Changes of speed: rest, jerk, steady acceleration, jerk back, rest; one per row."""
 
     change_m_s: FloatArray
@@ -61,17 +62,6 @@ class SpeedRamps(Value, eq=False):
         """Duration of each ramp. (n,) [s]"""
         return 2.0 * (self.rest_s + self.jerk_s) + self.steady_s
 
-    def select(self, rows: IntArray | BoolArray) -> SpeedRamps:
-        """Return some of the ramps."""
-        return SpeedRamps(
-            change_m_s=self.change_m_s[rows],
-            acceleration_m_s2=self.acceleration_m_s2[rows],
-            jerk_m_s3=self.jerk_m_s3[rows],
-            rest_s=self.rest_s[rows],
-            jerk_s=self.jerk_s[rows],
-            steady_s=self.steady_s[rows],
-        )
-
     def beside(self, other: SpeedRamps) -> SpeedRamps:
         """Return these ramps and others in two rows. (2, n)"""
         return SpeedRamps(
@@ -85,16 +75,6 @@ class SpeedRamps(Value, eq=False):
         """Return way, speed and acceleration a time after the beginning, from rest.
 
         Only in the first half of the ramp, which is all that corners ask for.
-
-        Parameters
-        ----------
-        time_s : ndarray
-            At most half the duration. (n,) [s]
-
-        Returns
-        -------
-        way_m, speed_m_s, acceleration_m_s2 : ndarray
-            (n,) [m, m s⁻¹, m s⁻²]
         """
         since = np.maximum(time_s - self.rest_s, 0.0)
         jerking = np.minimum(since, self.jerk_s)
@@ -110,13 +90,6 @@ class SpeedRamps(Value, eq=False):
 
 def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
     """Return the fastest changes of speed within limits.
-
-    Parameters
-    ----------
-    change_m_s : ndarray
-        Changes of speed, zero or more. (n,) [m s⁻¹]
-    limits : SpeedLimits
-        Of as many rows.
 
     Notes
     -----
@@ -143,13 +116,6 @@ def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
 
 def peak_speed_from_rest_m_s(length_m: FloatArray, limits: SpeedLimits) -> FloatArray:
     """Return the highest speed on the way from rest to rest where no speed limit holds. (n,) [m s⁻¹]
-
-    Parameters
-    ----------
-    length_m : ndarray
-        Way from rest to rest. (n,) [m]
-    limits : SpeedLimits
-        Of as many rows.
 
     Notes
     -----

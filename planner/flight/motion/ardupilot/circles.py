@@ -140,19 +140,6 @@ def circle_findings(
 ) -> Iterator[Finding]:
     r"""Yield where circles ask for more lean than ANGLE_MAX.
 
-    Parameters
-    ----------
-    stages : StageColumns
-        At least one.
-    circles : Circles
-        The circles among them.
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    wind : Wind, optional
-        ``None``: none.
-    airspeed_limit_m_s : float, optional
-        Airspeed at the greatest lean angle; ``None``: no limit. [m s⁻¹]
-
     Notes
     -----
     ``AC_Circle::update_ms`` moves the target on by its rate and counts the turns by it; unlike along a

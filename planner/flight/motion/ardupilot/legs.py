@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.stages import is_kind, return_height_m
 from planner.flight.motion.headway import held_speeds_m_s
+from planner.flight.motion.kinematics import Columns
 from planner.flight.motion.s_curve import SpeedLimits, s_curves, speed_ramps
 from planner.mission.route.stage import StageKind
 from planner.units import GRAVITY_M_S2
@@ -32,7 +33,7 @@ _BELOW = 1.0 - 1e-9
 """What is below a limit."""
 
 
-class Corners(Value, eq=False):
+class Corners(Columns, eq=False):
     """Waypoints between two straight legs, one per row."""
 
     before: FloatArray
@@ -50,20 +51,12 @@ class Corners(Value, eq=False):
         """Return the speed half-way through overlaps of twice ``half_s``. (n,) [m s⁻¹]"""
         _, slowing, _ = self.slowing.begun(half_s)
         _, speeding, _ = self.speeding.begun(half_s)
-        return _length(speeding, slowing, -self._cosine())
+        return _length(speeding, slowing, -self.cosine())
 
-    def _cosine(self) -> FloatArray:
+    def cosine(self) -> FloatArray:
+        """Return the cosines of the angles between the legs. (n,)"""
         cosine: FloatArray = np.einsum("ij,ij->i", self.before, self.after)
         return cosine
-
-    def _select(self, rows: BoolArray) -> Corners:
-        return Corners(
-            before=self.before[rows],
-            after=self.after[rows],
-            slowing=self.slowing.select(rows),
-            speeding=self.speeding.select(rows),
-            speed_limit_m_s=self.speed_limit_m_s[rows],
-        )
 
 
 def half_overlap_s(
@@ -76,24 +69,13 @@ def half_overlap_s(
     """Return half the time by which the legs about each corner overlap. (n,) [s]
 
     The corner is announced as reached half-way through.
-
-    Parameters
-    ----------
-    corners : Corners
-        Waypoints that are flown through.
-    radius_m : float
-        WP_RADIUS. [m]
-    corner_acceleration_m_s2 : float
-        WP_ACC_CNR, or twice WP_ACC. [m s⁻²]
-    vertical_acceleration_m_s2 : float
-        WP_ACC_Z. [m s⁻²]
     """
     limits = (radius_m, corner_acceleration_m_s2, vertical_acceleration_m_s2)
     half = 0.5 * np.minimum(corners.slowing.duration_s, corners.speeding.duration_s) * _BELOW
     limited = ~_Limits.of(corners, *limits).allow(half)
     if limited.any():
         # Within half a ramp ways, speeds and accelerations only grow: one crossing each.
-        some = _Limits.of(corners._select(limited), *limits)  # noqa: SLF001 -- its own module
+        some = _Limits.of(corners.select(limited), *limits)
         low, high = np.zeros(limited.sum()), half[limited]
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
@@ -132,7 +114,7 @@ class _Limits(Value, eq=False):
         both = level[0] * level[1]
         across = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
         from_above = np.divide(across, both, out=np.zeros_like(both), where=both > 0.0)
-        cosine = corners._cosine()  # noqa: SLF001 -- its own module
+        cosine = corners.cosine()
         return cls(
             ramps=corners.slowing.beside(corners.speeding),
             level=level,
@@ -169,12 +151,7 @@ def limits_along(
 ) -> FloatArray:
     """Return speed or acceleration limits along directions: ``kinematic_limit`` of AP_Math.
 
-    Parameters
-    ----------
-    direction : ndarray
-        East, north, up, of any length; the horizontal limit holds where it is zero. (…, 3)
-    horizontal, vertical : ndarray or float
-        Limits. (…)
+    Directions (…, 3) are of any length; the horizontal limit holds where it is zero.
     """
     size = np.sqrt((direction**2).sum(axis=-1))
     level = np.sqrt(direction[..., 0] ** 2 + direction[..., 1] ** 2)
@@ -229,14 +206,7 @@ def stopping_distance_m(
 ) -> FloatArray:
     """Return the way from 97 % of a speed to standing still, as stops are measured. (n,) [m]
 
-    Parameters
-    ----------
-    speed_m_s : ndarray
-        Speeds, zero or more. (n,) [m s⁻¹]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    response : ManoeuvreResponse, optional
-        How the speed follows its reference; default without any lag.
+    ``response`` is how the speed follows its reference; default without any lag.
 
     Notes
     -----
@@ -290,15 +260,8 @@ def settling_waits_s(
 ) -> FloatArray:
     """Return how long after its reference the vehicle is within WP_RADIUS of where legs stop. (n,) [s]
 
-    Parameters
-    ----------
-    legs : ArduPilotLegs
-        Any; nothing is waited for where the end is passed.
-    responses : Responses or None
-        How the vehicle follows speed and altitude; level legs wait for the first, steep ones for the
-        second, and for nothing where it was not identified.
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
+    Level legs wait for the speed, steep ones for the altitude; nothing waits where the end is passed, or
+    for a response that was not identified.
 
     Notes
     -----
@@ -397,21 +360,7 @@ def plan_legs(
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
 ) -> ArduPilotLegs:
-    """Return the legs of stages, with their corners.
-
-    Parameters
-    ----------
-    stages : StageColumns
-        At least one.
-    splines : Splines
-        The splines among them; legs join them at speed.
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    wind : Wind, optional
-        Default none.
-    airspeed_limit_m_s : float, optional
-        Airspeed at the greatest lean angle; default none. [m s⁻¹]
-    """
+    """Return the legs of stages, with their corners; legs join splines at speed."""
     key, start, way = _ways(stages, parameters)
     length = np.sqrt((way**2).sum(axis=1))
     shortest = _shortest_m(stages, key)

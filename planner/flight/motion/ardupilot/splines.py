@@ -61,15 +61,7 @@ class Splines(Value, eq=False):
     findings: tuple[Finding, ...]
 
     def flown(self, key: IntArray, start_m_s: FloatArray, end_m_s: FloatArray) -> Manoeuvres:
-        """Return the splines flown from speeds at their beginnings to speeds at their ends.
-
-        Parameters
-        ----------
-        key : ndarray of int
-            Place of each spline in the order of the flight. (n,)
-        start_m_s, end_m_s : ndarray
-            Highest speeds at the ends, zero at rest. (n,) [m s⁻¹]
-        """
+        """Return the splines flown from speeds at their beginnings to speeds at their ends."""
         limit = self.limit_m_s.copy()
         limit[:, 0] = np.minimum(limit[:, 0], start_m_s)
         limit[:, -1] = np.minimum(limit[:, -1], end_m_s)
@@ -114,19 +106,7 @@ def plan_splines(
     wind: Wind | None,
     airspeed_limit_m_s: float | None,
 ) -> Splines:
-    """Return the splines among the stages.
-
-    Parameters
-    ----------
-    stages : StageColumns
-        At least one.
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    wind : Wind, optional
-        ``None``: none.
-    airspeed_limit_m_s : float, optional
-        Airspeed at the greatest lean angle; ``None``: no limit. [m s⁻¹]
-    """
+    """Return the splines among the stages."""
     is_spline = is_kind(stages.kind, StageKind.SPLINE)
     moves = (stages.place_m != stages.start_m).any(axis=1)
     row = np.flatnonzero(is_spline & moves)
@@ -148,9 +128,11 @@ def plan_splines(
     position, slope, bend = _cubic_at(cubic, nodes)
     tangent = _directions(slope, bend)
     middle = _cubic_at(cubic, nodes[:-1] + 0.5 / _PIECES)[1]
-    pace = np.sqrt((slope**2).sum(axis=-1))
+    slope_size = np.sqrt((slope**2).sum(axis=-1))
     # Simpson's rule for the length of each piece.
-    piece = (pace[:, :-1] + 4.0 * np.sqrt((middle**2).sum(axis=-1)) + pace[:, 1:]) / (6 * _PIECES)
+    piece = (slope_size[:, :-1] + 4.0 * np.sqrt((middle**2).sum(axis=-1)) + slope_size[:, 1:]) / (
+        6 * _PIECES
+    )
     held, findings = _held_speeds_m_s(
         stages.speed_m_s[row],
         tangent,
@@ -169,9 +151,9 @@ def plan_splines(
                 stages.descent_m_s[row][:, None],
             ),
         ),
-        _bend_limit_m_s(tangent, bend, pace, parameters),
+        _bend_limit_m_s(tangent, bend, slope_size, parameters),
     )
-    limit[pace == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
+    limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
     acceleration = _ACCELERATION_SHARE * limits_along(
         tangent,
         parameters.acceleration_m_s2,
@@ -300,7 +282,7 @@ def _directions(slope: FloatArray, bend: FloatArray) -> FloatArray:
 
 
 def _bend_limit_m_s(
-    tangent: FloatArray, bend: FloatArray, pace: FloatArray, parameters: ArduPilotParameters
+    tangent: FloatArray, bend: FloatArray, slope_size: FloatArray, parameters: ArduPilotParameters
 ) -> FloatArray:
     """Return the speed at which bends need half the acceleration across. (n, k + 1) [m s⁻¹]"""
     across = bend - (bend * tangent).sum(axis=-1)[..., None] * tangent
@@ -310,7 +292,7 @@ def _bend_limit_m_s(
         parameters.acceleration_m_s2,
         parameters.vertical_acceleration_m_s2,
     )
-    bent = (size > 0.0) & (pace > 0.0)
+    bent = (size > 0.0) & (slope_size > 0.0)
     limit = np.full(size.shape, np.inf)
-    limit[bent] = pace[bent] * np.sqrt(allowed[bent] / size[bent])
+    limit[bent] = slope_size[bent] * np.sqrt(allowed[bent] / size[bent])
     return limit

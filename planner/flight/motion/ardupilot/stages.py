@@ -89,10 +89,7 @@ def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
 def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
     """Return the autopilot's metres per metre, eastward and northward.
 
-    Parameters
-    ----------
-    latitude_deg : float or None
-        Latitude of home; ``None`` where metres are the autopilot's own. [°]
+    Without a latitude of home metres are the autopilot's own.
 
     Notes
     -----
@@ -113,17 +110,7 @@ def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
 def stage_columns(
     stages: Sequence[Stage], parameters: ArduPilotParameters, *, scale: tuple[float, float]
 ) -> StageColumns:
-    """Return the stages of a route, each beginning where the one before ends.
-
-    Parameters
-    ----------
-    stages : sequence of Stage
-        At least one; the first begins at home on the ground.
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    scale : tuple of float
-        The autopilot's metres per metre, eastward and northward.
-    """
+    """Return the stages of a route, each beginning where the one before ends; the first at home."""
     kind = np.array([KIND_INDEX[stage.kind] for stage in stages], dtype=np.intp)
     numbers = np.array(
         [
@@ -207,17 +194,7 @@ def return_columns(
     *,
     scale: tuple[float, float],
 ) -> StageColumns:
-    """Return a return from each of n points, standing there; item i is point i.
-
-    Parameters
-    ----------
-    points_m, home_m : ndarray
-        East, north, height above home of where they begin and of the ground they lead to. (n, 3) [m]
-    rally_height_m : ndarray
-        Heights of rally points above the ground there; 0 for home. (n,) [m]
-    parameters, scale
-        As in :func:`stage_columns`.
-    """
+    """Return a return from each of n points, standing there; item i is point i."""
     count = len(points_m)
     start = np.array(points_m, np.float64, ndmin=2)
     start[:, :2] *= scale
@@ -379,14 +356,7 @@ def return_height_m(
 ) -> FloatArray:
     """Return the height above home at which returns are flown. (n,) [m]
 
-    Parameters
-    ----------
-    start_m, home_m : ndarray
-        East, north, height of where the returns begin and of home. (n, 3) [m]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    rally_height_m : ndarray
-        Height of a rally point above its ground; 0 for home. (n,) [m]
+    ``rally_height_m`` is that of a rally point above its ground; 0 for home.
 
     Notes
     -----
@@ -410,17 +380,7 @@ def return_height_m(
 def over_home_m(
     stages: StageColumns, home: IntArray, parameters: ArduPilotParameters
 ) -> FloatArray:
-    """Return where returns arrive over home. (n, 3) [m]
-
-    Parameters
-    ----------
-    stages : StageColumns
-        At least one.
-    home : ndarray of int
-        The returns among them. (n,)
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    """
+    """Return where returns arrive over home. (n, 3) [m]"""
     over_m = stages.place_m[home].copy()
     floor_m = stages.return_floor_m[home]
     over_m[:, 2] = return_height_m(stages.start_m[home], over_m, parameters, floor_m)
@@ -540,7 +500,7 @@ class _Motion(NamedTuple):
     """Of its height against that of the ground. [m]"""
     rate_m_s: float
     """Vertical speed. [m s⁻¹]"""
-    pace: float
+    speed_fraction: float
     """Horizontal speed over the commanded one. [-]"""
 
 
@@ -565,7 +525,7 @@ class _Leg(NamedTuple):
         gain = height_gain_per_s(parameters)
         linear_m = braking / gain**2
         spaces = len(self.ground_m) - 1
-        error, rate, pace = begin
+        error, rate, speed_fraction = begin
         height = self.ground_m[0] - error
         share, duration = 0.0, 0.0  # of the way, of the time
         while share < 1.0:
@@ -582,10 +542,10 @@ class _Leg(NamedTuple):
             wanted = min(wanted, self.climb_m_s) if error > 0.0 else -min(wanted, self.descent_m_s)
             slowed = min(max(2.0 - size / half_m, _SLOWEST), 1.0)
             rate += min(max(wanted - rate, -most_up), most_up)
-            pace += min(max(slowed - pace, -most_on), most_on)
-            way = pace * self.speed_m_s / self.length_m
+            speed_fraction += min(max(slowed - speed_fraction, -most_on), most_on)
+            way = speed_fraction * self.speed_m_s / self.length_m
             step = min(_STEP_S, (1.0 - share) / way)  # the last step ends where the leg does
             share = share + way * step if step == _STEP_S else 1.0
             height += rate * step
             duration += step
-        return duration, _Motion(error, rate, pace)
+        return duration, _Motion(error, rate, speed_fraction)

@@ -10,6 +10,7 @@ from planner.flight.motion.ardupilot.legs import SLOTS
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     CircleLaw,
+    Columns,
     FlightState,
     Motion,
     PolynomialLaw,
@@ -35,7 +36,7 @@ INSTANT_S = 1e-9
 
 
 class ArduPilotPieces(Value, eq=False):
-    """Pieces of motion of one source."""
+    """Cubic pieces of the legs, or of one kind of manoeuvre, one per column."""
 
     start_s: FloatArray
     end_s: FloatArray
@@ -45,8 +46,8 @@ class ArduPilotPieces(Value, eq=False):
     is_grounded: BoolArray
 
 
-class FlownSegments(Value, eq=False):
-    """Segments of one source."""
+class FlownSegments(Columns, eq=False):
+    """Segments of the legs, or of one kind of manoeuvre, one per row."""
 
     start_s: FloatArray
     stage: IntArray
@@ -94,13 +95,7 @@ class LegTimes(Value, eq=False):
         )
 
     def pieces(self, per_metre: FloatArray) -> ArduPilotPieces:
-        """Return the sum of the legs under way between any two breaks.
-
-        Parameters
-        ----------
-        per_metre : ndarray
-            True metres in one of the autopilot's, on each axis. (3,)
-        """
+        """Return the sum of the legs under way between any two breaks, in true metres."""
         legs = self.legs
         direction, begin_m = (legs.direction * per_metre).T, (legs.start_m * per_metre).T
         accelerated, braked = self._cruise()
@@ -208,14 +203,13 @@ class LegTimes(Value, eq=False):
         speed = peak * np.where(single, np.abs(upward), level)
         stopping = np.full((3, count), np.nan)
         stopping[1:] = np.where(single, np.nan, stopping_distance_m(legs.flown_peak_m_s * level))
-        lasting = end - start > INSTANT_S
         return FlownSegments(
-            start_s=start[lasting],
-            stage=np.tile(legs.key // SLOTS, 3)[lasting],
-            state=state[lasting],
-            speed_m_s=np.tile(speed, 3)[lasting],
-            stopping_distance_m=stopping.ravel()[lasting],
-        )
+            start_s=start,
+            stage=np.tile(legs.key // SLOTS, 3),
+            state=state,
+            speed_m_s=np.tile(speed, 3),
+            stopping_distance_m=stopping.ravel(),
+        ).select(end - start > INSTANT_S)
 
 
 _NODES, _WEIGHTS = unit_quadrature(3)
@@ -233,22 +227,7 @@ def make_motion(
 ) -> Motion:
     """Return the motion of legs, manoeuvres and circles in the order of their keys.
 
-    Parameters
-    ----------
-    legs : ArduPilotLegs
-        Straight legs.
-    manoeuvres : sequence of Manoeuvres
-        Everything else in cubic pieces.
-    circles : Circles
-        Turns about places.
-    item : ndarray of int
-        Item of each stage. (stages,)
-    scale : tuple of float
-        The autopilot's metres per metre, eastward and northward.
-    stopping_distance_m : callable
-        From speeds to ways to stand still.
-    findings : tuple of Finding
-        What has to be said of the motion.
+    ``scale`` is the autopilot's metres per metre, eastward and northward.
     """
     key = np.concatenate((legs.key, *(m.key for m in manoeuvres), circles.key))
     duration = np.concatenate(
@@ -331,12 +310,12 @@ def _manoeuvre_segments(
     if manoeuvres.state is FlightState.CRUISE:
         stopping = stopping_distance_m(manoeuvres.speed_m_s)
     return FlownSegments(
-        start_s=start_s[lasting],
-        stage=(manoeuvres.key // SLOTS)[lasting],
-        state=manoeuvres.state_index[lasting],
-        speed_m_s=manoeuvres.speed_m_s[lasting],
-        stopping_distance_m=stopping[lasting],
-    )
+        start_s=start_s,
+        stage=manoeuvres.key // SLOTS,
+        state=manoeuvres.state_index,
+        speed_m_s=manoeuvres.speed_m_s,
+        stopping_distance_m=stopping,
+    ).select(lasting)
 
 
 def _joined(
@@ -381,13 +360,9 @@ def _joined(
         )
     )
 
-    begin = np.concatenate([s.start_s for s in segments])
-    sequence = np.lexsort((np.concatenate([s.stage for s in segments]), begin))
-    begin = begin[sequence]
-    stage, state, speed, stopping = (
-        np.concatenate([getattr(s, name) for s in segments])[sequence]
-        for name in ("stage", "state", "speed_m_s", "stopping_distance_m")
-    )
+    flown = FlownSegments.joined(segments)
+    flown = flown.select(np.lexsort((flown.stage, flown.start_s)))
+    begin, stage = flown.start_s, flown.stage
     piece_segment = np.searchsorted(begin, start + 0.5 * duration, side="right") - 1
     distance_m, climb_m = np.zeros(len(begin)), np.zeros(len(begin))
     distance_m += np.bincount(piece_segment, weights=distance, minlength=len(begin))
@@ -398,12 +373,12 @@ def _joined(
     return Motion(
         segments=SegmentColumns(
             item=item[stage],
-            state=state,
+            state=flown.state,
             duration_s=np.diff(begin, append=total_s),
             distance_m=distance_m,
             climb_m=climb_m,
-            speed_m_s=speed,
-            stopping_distance_m=stopping,
+            speed_m_s=flown.speed_m_s,
+            stopping_distance_m=flown.stopping_distance_m,
         ),
         laws=(PolynomialLaw(coefficients=cubic.transpose(2, 0, 1)), round_law),
         piece_segment=piece_segment,

@@ -53,22 +53,7 @@ def takeoff(
     *,
     from_ground: bool,
 ) -> Manoeuvres:
-    """Return take-offs straight up.
-
-    Parameters
-    ----------
-    key : ndarray of int
-        Place in the order of the flight. (n,)
-    start_m : ndarray
-        East, north, height above home. (n, 3) [m]
-    end_height_m : ndarray
-        Height above home to climb to. (n,) [m]
-    climb_m_s : ndarray
-        Climb speed. (n,) [m s⁻¹]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    from_ground : bool
-        Whether they begin on the ground, with arming.
+    """Return take-offs straight up to heights above home; ``key`` is their place in the flight.
 
     Notes
     -----
@@ -139,15 +124,6 @@ def landing(
 ) -> Manoeuvres:
     """Return landings, down to the ground and until disarmed.
 
-    Parameters
-    ----------
-    key, parameters
-        As in :func:`takeoff`.
-    start_m : ndarray
-        East, north, height above home; standing. (n, 3) [m]
-    ground_m : ndarray
-        Height of the ground above home. (n,) [m]
-
     Notes
     -----
     ``Mode::land_run_vertical_control``: down by LAND_SPD_HIGH, or WP_SPD_DN; slower along the square
@@ -188,19 +164,7 @@ def change_of_height(
     *,
     state: FlightState,
 ) -> Manoeuvres:
-    """Return climbs or descents at a rate, as LOITER_TO_ALT makes them (``loiter_to_alt_run``).
-
-    Parameters
-    ----------
-    key, start_m, parameters
-        As in :func:`takeoff`.
-    end_height_m : ndarray
-        Height above home to reach within 5 cm. (n,) [m]
-    speed_m_s : ndarray
-        Climb or descent speed, positive. (n,) [m s⁻¹]
-    state : FlightState
-        Climb or descend.
-    """
+    """Return climbs or descents at a rate, within 5 cm, as LOITER_TO_ALT has them."""
     change = end_height_m - start_m[:, 2]
     sign, size = np.sign(change), np.abs(change)
     durations, ways, speeds = _approach(
@@ -266,16 +230,7 @@ def set_down(
 ) -> tuple[Manoeuvres, Manoeuvres, Manoeuvres]:
     """Return how loads are set down at home's level: descents, waits, climbs back.
 
-    Parameters
-    ----------
-    key : ndarray of int
-        Place of the descents in the order of the flight; waits and climbs follow. (n,)
-    start_m : ndarray
-        East, north, height above home. (n, 3) [m]
-    climb_m_s : ndarray
-        Climb speed. (n,) [m s⁻¹]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
+    ``key`` is the place of the descents in the flight; waits and climbs follow.
 
     Notes
     -----

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.moves import Columns
+from planner.flight.motion.kinematics import Columns
 from planner.flight.motion.px4.pieces import RAMP, Curves, Lines, Places, SettlingLaw, wright_omega
 from planner.flight.motion.px4.speeds import (
     STILL_M,

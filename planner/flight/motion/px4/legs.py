@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.kinematics import Columns
 from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs
-from planner.flight.motion.px4.moves import Columns, directions
+from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.speeds import (
     STILL_M,
     allowed_speed_m_s,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.mission.route.stage import StageKind
-from planner.values import Value, field_names, replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -16,37 +16,6 @@ if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.mission.route.stage import ReturnPath, Stage
     from planner.vehicle.parameters.px4 import Px4Parameters
-
-
-class Columns(Value, eq=False):
-    """Arrays whose first axis counts the same rows, and further columns of these rows."""
-
-    def select(self, rows: IntArray | BoolArray) -> Self:
-        """Return some of the rows."""
-        chosen: dict[str, Any] = {}
-        for name in field_names(self):
-            value = getattr(self, name)
-            chosen[name] = value.select(rows) if isinstance(value, Columns) else value[rows]
-        return type(self)(**chosen)
-
-    def put(self, rows: IntArray, values: Self) -> None:
-        """Overwrite some of the rows, in place."""
-        for name in field_names(self):
-            mine, given = getattr(self, name), getattr(values, name)
-            if isinstance(mine, Columns):
-                mine.put(rows, given)
-            else:
-                mine[rows] = given
-
-    @classmethod
-    def joined(cls, several: Sequence[Self]) -> Self:
-        """Return the rows of several as one."""
-        return cls(
-            **{
-                name: np.concatenate([getattr(columns, name) for columns in several])
-                for name in field_names(cls)
-            }
-        )
 
 
 def directions(way_m: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import KinematicState, PolynomialLaw
-from planner.flight.motion.px4.moves import Columns
+from planner.flight.motion.kinematics import Columns, KinematicState, PolynomialLaw
 from planner.values import Value, replace
 
 if TYPE_CHECKING:

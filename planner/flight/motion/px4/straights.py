@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.moves import Columns, directions
+from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.speeds import (
     Px4Ramps,
     allowed_speed_m_s,

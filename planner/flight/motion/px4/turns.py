@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.moves import Columns, directions
+from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.speeds import (
     STILL_M,
     Px4Ramps,
