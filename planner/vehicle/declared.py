@@ -76,7 +76,7 @@ POSITIVE = Range(0.0, excludes_low=True)
 NOT_NEGATIVE = Range(0.0)
 
 
-class Kind(StrEnum):
+class KeyKind(StrEnum):
     """What a key holds, in the words of the documentation."""
 
     TEXT = "text"
@@ -93,51 +93,55 @@ class Kind(StrEnum):
         if not isinstance(value, _TYPES[self]) or isinstance(value, dt.datetime):
             return False
         match self:
-            case Kind.INTEGER | Kind.NUMBER:
+            case KeyKind.INTEGER | KeyKind.NUMBER:
                 return is_number(value)
-            case Kind.NUMBERS:
+            case KeyKind.NUMBERS:
                 return all(map(is_number, value))
-            case Kind.TEXTS:
+            case KeyKind.TEXTS:
                 return all(isinstance(entry, str) for entry in value)
-            case Kind.INTERVAL:
+            case KeyKind.INTERVAL:
                 return is_number(value.low) and is_number(value.high)
         return True  # each of named numbers is looked at by its own name
 
     def from_toml(self, raw: Any) -> Any:  # noqa: ANN401 -- whatever TOML holds
         """Return the value that TOML holds, as it is where it is not of this kind."""
         match self, raw:
-            case Kind.NUMBER, _ if is_number(raw):
+            case KeyKind.NUMBER, _ if is_number(raw):
                 return float(raw)
-            case Kind.NUMBERS, list() if all(map(is_number, raw)):
+            case KeyKind.NUMBERS, list() if all(map(is_number, raw)):
                 return tuple(map(float, raw))
-            case Kind.TEXTS, list():
+            case KeyKind.TEXTS, list():
                 return tuple(raw)
-            case Kind.INTERVAL, [low, high] if is_number(low) and is_number(high) and low <= high:
+            case KeyKind.INTERVAL, [low, high] if (
+                is_number(low) and is_number(high) and low <= high
+            ):
                 return Interval(low=float(low), high=float(high))
-            case Kind.NAMED, dict():
-                return tuple((name, Kind.NUMBER.from_toml(number)) for name, number in raw.items())
+            case KeyKind.NAMED, dict():
+                return tuple(
+                    (name, KeyKind.NUMBER.from_toml(number)) for name, number in raw.items()
+                )
         return raw
 
 
-_TYPES: Mapping[Kind, Any] = {
-    Kind.TEXT: str,
-    Kind.TEXTS: tuple,
-    Kind.INTEGER: int,
-    Kind.NUMBER: int | float,
-    Kind.NUMBERS: tuple,
-    Kind.INTERVAL: Interval,
-    Kind.DATE: dt.date,
-    Kind.NAMED: tuple,
+_TYPES: Mapping[KeyKind, Any] = {
+    KeyKind.TEXT: str,
+    KeyKind.TEXTS: tuple,
+    KeyKind.INTEGER: int,
+    KeyKind.NUMBER: int | float,
+    KeyKind.NUMBERS: tuple,
+    KeyKind.INTERVAL: Interval,
+    KeyKind.DATE: dt.date,
+    KeyKind.NAMED: tuple,
 }
-_KINDS: Mapping[Any, Kind] = {
-    str: Kind.TEXT,
-    int: Kind.INTEGER,
-    float: Kind.NUMBER,
-    dt.date: Kind.DATE,
-    tuple[str, ...]: Kind.TEXTS,
-    tuple[float, ...]: Kind.NUMBERS,
-    Interval: Kind.INTERVAL,
-    Named: Kind.NAMED,
+_KINDS: Mapping[Any, KeyKind] = {
+    str: KeyKind.TEXT,
+    int: KeyKind.INTEGER,
+    float: KeyKind.NUMBER,
+    dt.date: KeyKind.DATE,
+    tuple[str, ...]: KeyKind.TEXTS,
+    tuple[float, ...]: KeyKind.NUMBERS,
+    Interval: KeyKind.INTERVAL,
+    Named: KeyKind.NAMED,
 }
 
 
@@ -184,7 +188,7 @@ class Field(Value):
     name: str
     """Of the field, and of the key or table in a file."""
     key: Key
-    kind: Kind | None = None
+    kind: KeyKind | None = None
     """``None`` where the field holds a table."""
     choice: type[StrEnum] | None = None
     """What a text is turned into."""
@@ -209,7 +213,7 @@ class Field(Value):
         if self.kind is None:
             if not isinstance(value, self.parts):
                 yield self.name, f"must be a table [{self.name}], got {described(value)}"
-        elif self.kind is not Kind.NAMED:
+        elif self.kind is not KeyKind.NAMED:
             if problem := self._problem(value):
                 yield self.name, problem
         elif not self.kind.holds(value):
@@ -226,19 +230,19 @@ class Field(Value):
                     yield f"{self.name}.{shown(name)}", problem
 
     def _problem(self, value: Any) -> str | None:  # noqa: ANN401 -- also values of a wrong type
-        kind = self.kind or Kind.TEXT
+        kind = self.kind or KeyKind.TEXT
         if not kind.holds(value):
-            is_reversed = kind is Kind.INTERVAL and _is_pair(value)
+            is_reversed = kind is KeyKind.INTERVAL and _is_pair(value)
             should = "not end below its beginning" if is_reversed else f"be a {kind}"
             return f"must {should}, got {described(value)}"
         match kind:
-            case Kind.TEXT:
+            case KeyKind.TEXT:
                 return self.key.text_problem(value)
-            case Kind.INTEGER | Kind.NUMBER:
+            case KeyKind.INTEGER | KeyKind.NUMBER:
                 return self.key.range.problem(value)
-            case Kind.INTERVAL:
+            case KeyKind.INTERVAL:
                 return self.key.list_problem((value.low, value.high))
-            case Kind.NUMBERS:
+            case KeyKind.NUMBERS:
                 return self.key.list_problem(value)
         return None
 
@@ -283,7 +287,7 @@ def declared(part: type[Part]) -> Mapping[str, Field]:
         types = tuple(one for one in types if one is not type(None))
         kind, choice = _KINDS.get(types[0]), None
         if kind is None and issubclass(types[0], StrEnum):
-            kind, choice = Kind.TEXT, types[0]
+            kind, choice = KeyKind.TEXT, types[0]
             key = Key(key.meaning, choices=tuple(choice))
         found[name] = Field(
             name=name,

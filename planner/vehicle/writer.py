@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from planner.errors import UsageError
 from planner.files import write_output_file
 from planner.values import replace
-from planner.vehicle.declared import Interval, Kind, Part, declared
+from planner.vehicle.declared import Interval, KeyKind, Part, declared
 from planner.vehicle.model import NOT_GIVEN, OF_CRUISE
 from planner.vehicle.reader import SCHEMA_VERSION, vehicle_from_toml
 
@@ -90,12 +90,12 @@ def _blocks(part: Part, where: str) -> Iterator[list[str]]:
         *(
             f"{name} = {_toml(value)}"
             for name, (field, value) in held.items()
-            if field.kind not in {None, Kind.NAMED} and value != field.default
+            if field.kind not in {None, KeyKind.NAMED} and value != field.default
         ),
     ]
     for name, (field, value) in held.items():
         heading = f"[{where}{name}]"
-        if field.kind is Kind.NAMED and value:
+        if field.kind is KeyKind.NAMED and value:
             yield [heading, *(f"{_key(key)} = {_toml(number)}" for key, number in value)]
         elif isinstance(value, Part):
             [keys, *tables] = _blocks(value, f"{where}{name}.")

@@ -9,7 +9,7 @@ import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner.vehicle.declared import Kind, declared
+from planner.vehicle.declared import KeyKind, declared
 from planner.vehicle.model import VehicleModel
 from planner.vehicle.reader import SCHEMA_VERSION
 
@@ -44,7 +44,7 @@ def limits(key: Key) -> str:
 
 def row(field: Field) -> str:
     """A row of the table of keys; empty for what has a table of its own."""
-    if field.kind is Kind.NAMED:
+    if field.kind is KeyKind.NAMED:
         return ""
     key, required = field.key, "yes" if field.is_required else ""
     meaning = f"{key.meaning}{limits(key)}"
@@ -56,7 +56,7 @@ def sections(part: type[Part], where: str = "") -> Iterator[str]:
     for field in declared(part).values():
         heading = f"`[{where}{field.name}]`"
         required = ", required" if field.is_required else ""
-        if field.kind is Kind.NAMED:
+        if field.kind is KeyKind.NAMED:
             yield section(heading, field.key.meaning + limits(field.key))
         for one in field.parts:
             tag = one.__struct_config__

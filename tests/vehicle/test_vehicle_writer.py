@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from planner.errors import OutputError, UsageError
 from planner.values import replace
-from planner.vehicle.declared import Interval, InvalidValueError, Kind, declared
+from planner.vehicle.declared import Interval, InvalidValueError, KeyKind, declared
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.model import Responses, VehicleModel
 from planner.vehicle.reader import read_vehicle, vehicle_from_toml
@@ -57,17 +57,17 @@ def values(field: Field) -> st.SearchStrategy[Any]:
     figures = st.floats(low, high, exclude_min=key.range.excludes_low)
     texts = st.text(min_size=1, max_size=9).filter(str.strip)
     lists = st.lists(figures, min_size=max(key.count[0], 1), max_size=4, unique=key.rises)
-    kinds: dict[Kind, st.SearchStrategy[Any]] = {
-        Kind.TEXT: st.sampled_from(key.choices) if key.choices else texts,
-        Kind.TEXTS: st.lists(texts, max_size=3).map(tuple),
-        Kind.INTEGER: st.integers(int(low), int(high)),
-        Kind.NUMBER: figures,
-        Kind.NUMBERS: lists.map(lambda one: tuple(sorted(one) if key.rises else one)),
-        Kind.INTERVAL: st.tuples(figures, figures).map(
+    kinds: dict[KeyKind, st.SearchStrategy[Any]] = {
+        KeyKind.TEXT: st.sampled_from(key.choices) if key.choices else texts,
+        KeyKind.TEXTS: st.lists(texts, max_size=3).map(tuple),
+        KeyKind.INTEGER: st.integers(int(low), int(high)),
+        KeyKind.NUMBER: figures,
+        KeyKind.NUMBERS: lists.map(lambda one: tuple(sorted(one) if key.rises else one)),
+        KeyKind.INTERVAL: st.tuples(figures, figures).map(
             lambda two: Interval(low=min(two), high=max(two))
         ),
-        Kind.DATE: st.dates(),
-        Kind.NAMED: st.dictionaries(
+        KeyKind.DATE: st.dates(),
+        KeyKind.NAMED: st.dictionaries(
             st.sampled_from(key.choices) if key.choices else texts, figures, max_size=3
         ).map(lambda one: tuple(one.items())),
     }

@@ -66,7 +66,7 @@ _TOKEN = re.compile(r"[^\s,]+")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 
 
-class Row(Value):
+class WplRow(Value):
     """One row, converted."""
 
     sequence: int
@@ -85,7 +85,7 @@ class Row(Value):
 class RowText(Value):
     """Every row of a text, and what else there was."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[WplRow, ...]
     comment_lines: int
     blank_lines: int
 
@@ -113,7 +113,7 @@ def is_row(line: str) -> bool:
 
 def read_rows(lines: Iterator[tuple[int, str]], *, source: str) -> RowText:
     """Return the rows of the lines that follow the header."""
-    rows: list[Row] = []
+    rows: list[WplRow] = []
     comments = blanks = 0
     for number, line in lines:
         stripped = line.strip()
@@ -192,7 +192,7 @@ class _Fields(Value):
             self.refuse(index, f"an altitude within {HIGHEST_M / 1000.0:g} km")
 
 
-def _read_row(number: int, line: str, *, source: str) -> tuple[Row, bool]:
+def _read_row(number: int, line: str, *, source: str) -> tuple[WplRow, bool]:
     """Return the row of one line, and whether a comment follows it."""
     content, mark, _ = line.partition("#")
     tabbed = [field.strip() for field in content.split("\t")]
@@ -201,7 +201,7 @@ def _read_row(number: int, line: str, *, source: str) -> tuple[Row, bool]:
     if len(fields.texts) < len(FIELDS):
         _refuse_short_row(fields)
     fields.whole(1, 2**31 - 1)
-    row = Row(
+    row = WplRow(
         sequence=fields.whole(0, 2**31 - 1),
         frame=fields.whole(2, 255),
         command=fields.whole(3, 65_535),
@@ -242,7 +242,7 @@ def _refuse_short_row(fields: _Fields) -> NoReturn:
     )
 
 
-def _refuse_shifted_row(row: Row, fields: _Fields) -> None:
+def _refuse_shifted_row(row: WplRow, fields: _Fields) -> None:
     """Refuse a row with extra fields whose first twelve make no sense: columns are shifted."""
     sane_frame = not frame_name(row.frame).startswith(("RESERVED", "MAV_FRAME"))
     if not (
@@ -383,7 +383,7 @@ def _refuse_version(version: str, *, source: str, place: Place) -> NoReturn:
     raise MissionFileError(msg, source=source, place=place)
 
 
-def _is_home(rows: Sequence[Row]) -> bool:
+def _is_home(rows: Sequence[WplRow]) -> bool:
     """Return whether the first row of a version 110 file is home; the rule L152 explains it."""
     first = rows[0]
     if first.sequence != 0 or first.command not in {0, Command.NAV_WAYPOINT}:
@@ -393,7 +393,7 @@ def _is_home(rows: Sequence[Row]) -> bool:
     return len(rows) > 1 and rows[1].command in _TAKEOFFS
 
 
-def _make_home(row: Row) -> Home | None:
+def _make_home(row: WplRow) -> Home | None:
     """Return the home of a home row; 0, 0 is how Mission Planner writes that it knows none."""
     *_, latitude_deg, longitude_deg, altitude_m = row.values
     if latitude_deg is None or longitude_deg is None or (latitude_deg == longitude_deg == 0.0):
@@ -418,7 +418,7 @@ TEXT_NO_HOME_ROW = Rule(
 )
 
 
-def _missing_home(row: Row) -> Finding:
+def _missing_home(row: WplRow) -> Finding:
     name = command_name(row.command)
     if row.command == Command.NAV_WAYPOINT and row.sequence == 0:
         name += f" {row.values[6]:g} m above home" if row.frame in RELATIVE_FRAMES else ""
@@ -434,7 +434,7 @@ def _missing_home(row: Row) -> Finding:
     return TEXT_NO_HOME_ROW.finding(message, item=1, place=row.place)
 
 
-def _make_item(row: Row, *, jump_id: int) -> MissionItem:
+def _make_item(row: WplRow, *, jump_id: int) -> MissionItem:
     p1, p2, p3, p4, p5, p6, p7 = row.values
     return MissionItem(
         row.command,
@@ -517,11 +517,11 @@ TEXT_TERRAIN_ROWS = Rule(
 )
 
 
-def _check_rows(rows: Sequence[Row], *, base: int) -> list[Finding]:
+def _check_rows(rows: Sequence[WplRow], *, base: int) -> list[Finding]:
     """Return what loaders misread about the content of the rows, one finding per trap."""
     findings: list[Finding] = []
 
-    def report(rule: Rule, affected: Sequence[Row], message: str) -> None:
+    def report(rule: Rule, affected: Sequence[WplRow], message: str) -> None:
         if affected:
             where = f" (first in line {affected[0].place.line})"
             findings.append(
