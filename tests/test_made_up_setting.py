@@ -38,7 +38,7 @@ import planner
 from planner.cli.check import command
 from planner.cli.configuration import read_configuration
 from planner.errors import UsageError
-from planner.report.html.mission import FIGURES
+from planner.report.figures import FIGURES
 from planner.tui.what_if import form_settings
 
 Path("mavjoule.toml").write_text("moon_phase = 3.5")

@@ -48,7 +48,7 @@ def test_two_too_near_to_each_other_are_both_no_go(
     assert (code, [one["verdict"] for one in missions]) == (1, ["no-go", "no-go"])
     for one, other in ((missions[0], neighbour), (missions[1], mission)):
         [message] = _told(one, "S101")
-        assert message.startswith(f"14 m from {other}, 15 m are required by --separation: at ")
+        assert message.startswith(f"14 m from {other}, 15 m required by --separation: at ")
     code, missions = _checked(capsys, mission, neighbour, "--separation", "14")
     assert (code, [_told(one, "S101") for one in missions]) == (0, [[], []])
 

@@ -63,7 +63,7 @@ def test_it_speaks_until_it_is_interrupted(mission: str, stack: str, name: str) 
 @pytest.mark.parametrize(
     ("arguments", "what"),
     [
-        (["--url", "nowhere"], "no address"),
+        (["--url", "nowhere"], "is not an address of a vehicle"),
         (["--faults", "rain=1"], "rain=1"),
         (["--as", "px4", "--target", "arducopter-4.6"], "is not firmware"),
         (["--log", "missing.bin"], "missing.bin"),
