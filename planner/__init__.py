@@ -11,10 +11,7 @@ if TYPE_CHECKING:
     from planner.autopilot import Autopilot, Target
     from planner.errors import MavjouleError
     from planner.findings import Finding, Place, Severity
-    from planner.logs.csv import (
-        CsvMapping,
-        read_csv_mapping,
-    )
+    from planner.logs.csv import CsvMapping, read_csv_mapping
     from planner.logs.files import read_log
     from planner.logs.record import FlightRecord
     from planner.mission.convert import mission_at_speed

@@ -28,14 +28,7 @@ from typing import (
 import msgspec
 
 from planner.errors import UsageError, described, is_number, nearest_hint
-from planner.quantity import (
-    PLUS_MINUS,
-    Spread,
-    exact,
-    exact_percent,
-    read_fraction,
-    read_number,
-)
+from planner.quantity import PLUS_MINUS, Spread, exact, exact_percent, read_fraction, read_number
 from planner.selection import FileIgnore, make_file_ignore
 from planner.values import Value, force_setattr, replace
 

@@ -8,10 +8,7 @@ import numpy as np
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import STATES
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:

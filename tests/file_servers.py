@@ -5,11 +5,7 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING
 
-from planner.link.files import (
-    _HEAD,
-    FilePacket,
-    Operation,
-)
+from planner.link.files import _HEAD, FilePacket, Operation
 from planner.link.wire import Message
 
 if TYPE_CHECKING:

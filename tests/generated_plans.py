@@ -224,10 +224,7 @@ def _fence_section(fence: Fence) -> dict[str, Any]:
             {
                 "version": 1,
                 "inclusion": one.inclusion,
-                "circle": {
-                    "center": [one.latitude_deg, one.longitude_deg],
-                    "radius": one.radius_m,
-                },
+                "circle": {"center": [one.latitude_deg, one.longitude_deg], "radius": one.radius_m},
             }
             for one in fence.circles
         ],

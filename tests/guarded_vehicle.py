@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 from virtual_vehicle import VirtualVehicle, wire_item
 
 from planner.link.mission import MissionKind
-from planner.link.wire import (
-    Message,
-    message,
-)
+from planner.link.wire import Message, message
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,13 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
 
-from planner.link.wire import (
-    EXTENSIONS,
-    LAYOUTS,
-    Codec,
-    Message,
-    load_dialect,
-)
+from planner.link.wire import EXTENSIONS, LAYOUTS, Codec, Message, load_dialect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -140,11 +140,7 @@ PLAN: dict[str, Any] = {
             }
         ],
         "circles": [
-            {
-                "version": 1,
-                "inclusion": False,
-                "circle": {"center": [47.395, 8.54], "radius": 30.5},
-            }
+            {"version": 1, "inclusion": False, "circle": {"center": [47.395, 8.54], "radius": 30.5}}
         ],
         "breachReturn": [47.3977, 8.5455, 40],
     },

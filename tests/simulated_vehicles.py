@@ -80,9 +80,7 @@ def vehicle(
         replace(one, value=(given or {}).get(one.name, one.value)) for one in setup.parameters
     )
     return SimulatedVehicle(
-        replace(setup, parameters=own),
-        lambda held: predicted(held, asked),
-        speed_up=asked.speed_up,
+        replace(setup, parameters=own), lambda held: predicted(held, asked), speed_up=asked.speed_up
     )
 
 

@@ -14,17 +14,8 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
 
-from planner.link.mission import (
-    ITEM_FIELDS,
-    MissionKind,
-    MissionResult,
-    WireItem,
-)
-from planner.link.wire import (
-    Codec,
-    Message,
-    message,
-)
+from planner.link.mission import ITEM_FIELDS, MissionKind, MissionResult, WireItem
+from planner.link.wire import Codec, Message, message
 
 PX4, ARDUPILOT = 12, 3
 _DELAY_S = 0.01

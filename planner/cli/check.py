@@ -166,10 +166,7 @@ def segments(mission: str, *, file_format: str, output: Path | None, **options: 
 
     Nothing is judged: the exit code is 0 for every mission that can be read, and 2 otherwise.
     """
-    from planner.report.columns import (
-        segments_csv,
-        segments_text,
-    )
+    from planner.report.columns import segments_csv, segments_text
     from planner.report.json import segments_json
 
     refuse_overwriting(output, (mission,))

@@ -5,10 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import (
-    __version__,
-    quantity,
-)
+from planner import __version__, quantity
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
 from planner.service import UnreadableMission
@@ -46,10 +43,7 @@ def refuse_output(asked: Output, *, missions: int) -> None:
 
         refuse_without_libraries()
     if asked.plots is not None:
-        from planner.report.plots.figures import (
-            load_altair,
-            load_converter,
-        )
+        from planner.report.plots.figures import load_altair, load_converter
 
         load_altair()
         load_converter()
@@ -97,10 +91,7 @@ def _text(results: Results, asked: Output) -> str:
 
 
 def _json(results: Results, asked: Output) -> str:
-    from planner.report.json import (
-        check_json,
-        check_json_lines,
-    )
+    from planner.report.json import check_json, check_json_lines
 
     if asked.format == "json-lines":
         return check_json_lines(results, version=__version__)

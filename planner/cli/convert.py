@@ -6,10 +6,7 @@ from pathlib import Path
 
 import click
 
-from planner import (
-    quantity,
-    service,
-)
+from planner import quantity, service
 from planner.cli.options import setting_option
 from planner.cli.output import narrate, refuse_overwriting
 from planner.errors import UsageError

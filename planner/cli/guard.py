@@ -22,10 +22,7 @@ from planner.errors import OutputError
 from planner.guard.decision import GuardSettings
 from planner.report.json import decision_json
 from planner.report.text import printable
-from planner.report.vehicle import (
-    decision_text,
-    status_line,
-)
+from planner.report.vehicle import decision_text, status_line
 from planner.service.guard import GuardRequest, guard_vehicle
 from planner.setup import Setup
 

@@ -265,13 +265,7 @@ def diff(*, first: str, second: str, file_format: str, **link: object) -> ExitCo
 @click.option("--force", is_flag=True, help="replace files of the same name")
 @link_options
 def logs(
-    *,
-    url: str,
-    names: tuple[str, ...],
-    every: bool,
-    output: Path,
-    force: bool,
-    **link: object,
+    *, url: str, names: tuple[str, ...], every: bool, output: Path, force: bool, **link: object
 ) -> None:
     """List the flight logs of a vehicle, or download those that are named.
 
@@ -286,12 +280,7 @@ def logs(
     request = link_request(url, link)
     progress = TransferProgress()
     found = fetch_logs(
-        request,
-        names=names,
-        is_all=every,
-        folder=output,
-        is_replacing=force,
-        on_progress=progress,
+        request, names=names, is_all=every, folder=output, is_replacing=force, on_progress=progress
     )
     if not names and not every:
         write_data("".join(f"{log.size_bytes:>12}  {log.name}\n" for log in found.listed))

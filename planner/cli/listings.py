@@ -12,11 +12,7 @@ from planner.cli.options import format_option
 from planner.cli.output import standard_medium, write_data
 from planner.errors import UsageError, nearest_hint
 from planner.report.identification import models_text
-from planner.report.json import (
-    models_json,
-    rule_json,
-    rules_json,
-)
+from planner.report.json import models_json, rule_json, rules_json
 from planner.report.rule_text import rule_text, rules_text
 from planner.vehicle.library import load_vehicle, model_names
 

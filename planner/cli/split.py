@@ -6,10 +6,7 @@ from pathlib import Path
 
 import click
 
-from planner import (
-    __version__,
-    quantity,
-)
+from planner import __version__, quantity
 from planner.cli.configuration import mission_settings
 from planner.cli.options import (
     CHECK_GROUPS,

@@ -148,10 +148,7 @@ def _parameters(path: Path) -> ParameterSet:
 
 def _draw(done: Sequence[Verification], folder: Path) -> None:
     """Draw every flight into a folder, a file each."""
-    from planner.report.identification import (
-        flight_errors,
-        flight_label,
-    )
+    from planner.report.identification import flight_errors, flight_label
     from planner.report.plots import verification_figure, write_figures
 
     figures = {

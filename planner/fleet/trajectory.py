@@ -6,11 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-    PolynomialLaw,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, PolynomialLaw
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -265,10 +261,7 @@ def _flying_between_s(
     )
     if first_s == left_s == np.inf:
         return np.inf, np.inf
-    return (
-        0.0 if first_s == np.inf else first_s,
-        over_s if left_s == np.inf else over_s - left_s,
-    )
+    return (0.0 if first_s == np.inf else first_s, over_s if left_s == np.inf else over_s - left_s)
 
 
 def _first_above_s(

@@ -247,12 +247,7 @@ def ardupilot_events(
     at_rest = parameters.battery_voltage_source == 1
     voltage_v = profile.rest_v if at_rest else profile.loaded_v
     for which, charge_ah, low_v, action in (
-        (
-            "LOW",
-            parameters.battery_low_ah,
-            parameters.battery_low_v,
-            parameters.battery_low_action,
-        ),
+        ("LOW", parameters.battery_low_ah, parameters.battery_low_v, parameters.battery_low_action),
         (
             "CRT",
             parameters.battery_critical_ah,

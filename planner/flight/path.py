@@ -10,16 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    CircleLaw,
-    FlightState,
-    PolynomialLaw,
-)
-from planner.flight.motion.steps import (
-    SpeedPulseLaw,
-    VerticalStepLaw,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, CircleLaw, FlightState, PolynomialLaw
+from planner.flight.motion.steps import SpeedPulseLaw, VerticalStepLaw
 from planner.values import Value
 
 if TYPE_CHECKING:

@@ -28,10 +28,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.kinematics import Motion
     from planner.flight.power import Transients
     from planner.flight.returns.destination import ReturnTargets
-    from planner.mission.route.stage import (
-        Route,
-        Stage,
-    )
+    from planner.mission.route.stage import Route, Stage
     from planner.physics.wind import Wind
     from planner.setup import Setup
     from planner.vehicle.model import Responses, VehicleModel
@@ -119,10 +116,7 @@ CONDITION_NOT_MODELLED = Rule(
 
 
 def flight_parameters(
-    setup: Setup,
-    *,
-    version: Version | None = None,
-    has_rally: bool = True,
+    setup: Setup, *, version: Version | None = None, has_rally: bool = True
 ) -> tuple[FlightParameters | None, list[Finding]]:
     """Return the parameters an autopilot flies with, none for reference steps, and their findings.
 
@@ -314,10 +308,7 @@ class Px4Pilot(Value):
 
     def return_heights_m(self, points_m: FloatArray, targets: ReturnTargets) -> FloatArray:
         """Return the heights of RTL_RETURN_ALT and its cone."""
-        from planner.flight.motion.px4.moves import (
-            return_heights_m,
-            return_path_height_m,
-        )
+        from planner.flight.motion.px4.moves import return_heights_m, return_path_height_m
 
         way = targets.ground_m - points_m
         datum = targets.ground_m[:, 2] + targets.rally_height_m
@@ -412,8 +403,7 @@ def _return_height_finding(route: Route) -> Finding | None:
         if stage.kind is StageKind.RETURN:
             height = quantity.height(0.0 if before is None else before.height_m)
             return RETURN_HEIGHT_ASSUMED.finding(
-                f"return altitude unknown: {height} above home assumed",
-                item=stage.item,
+                f"return altitude unknown: {height} above home assumed", item=stage.item
             )
         before = stage
     return None

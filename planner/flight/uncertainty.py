@@ -372,11 +372,7 @@ def predict_scenarios(
 
 
 def predict_energy_band(
-    returns: Returns,
-    setup: Setup,
-    segments: IntArray,
-    *,
-    spread: ModelSpread,
+    returns: Returns, setup: Setup, segments: IntArray, *, spread: ModelSpread
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return the energy that one flight of ten stays below, and one exceeds, along a flight.
 
@@ -468,11 +464,7 @@ def _used_by_state_j(flight: Flight, powers: tuple[SteadyPower, ...]) -> Iterato
 
 
 def _usable_wh(
-    flight: Flight,
-    battery: Battery,
-    budget: BatteryBudget,
-    sampled: FloatArray,
-    setup: Setup,
+    flight: Flight, battery: Battery, budget: BatteryBudget, sampled: FloatArray, setup: Setup
 ) -> FloatArray | float:
     """Return the energy in the battery at the start for sampled states of charge. (samples,) [Wh]"""
     axis = ChebyshevAxis(sampled, _CHARGE_POINTS)

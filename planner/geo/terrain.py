@@ -169,10 +169,7 @@ def _read_tile(path: Path) -> TerrainTile:
     source = str(path)
     try:
         import rasterio
-        from rasterio.errors import (
-            NotGeoreferencedWarning,
-            RasterioError,
-        )
+        from rasterio.errors import NotGeoreferencedWarning, RasterioError
         from rasterio.warp import transform, transform_bounds
     except ImportError as error:
         msg = "reading terrain needs rasterio; install it with: pip install 'mavjoule[terrain]'"
@@ -236,18 +233,12 @@ def _raster_problem(raster: Any) -> str | None:  # noqa: ANN401 - rasterio has n
             crs.to_epsg() == 4979,
             "the heights are above the ellipsoid; convert them to heights above sea level",
         ),
-        (
-            raster.count != 1,
-            f"the file has {raster.count} bands, where a height grid has one",
-        ),
+        (raster.count != 1, f"the file has {raster.count} bands, where a height grid has one"),
         (
             raster.dtypes[0] in {"uint8", "int8"},
             "the file has 8-bit values: a picture of the terrain, not its heights",
         ),
-        (
-            unit not in _METRES,
-            f"the heights are in {unit!r}; convert them to metres",
-        ),
+        (unit not in _METRES, f"the heights are in {unit!r}; convert them to metres"),
         (
             raster.width * raster.height > _MOST_CELLS,
             f"the file has {raster.width} × {raster.height} cells; cut out the mission's area",

@@ -638,11 +638,7 @@ def _unknown(text: str, *, key: object, may_pass: bool = False) -> _Obstacle:
 
 
 def _rejection(
-    text: str,
-    *,
-    is_lasting: bool,
-    reason: DenialReason = DenialReason.GENERIC,
-    extra_info: int = 0,
+    text: str, *, is_lasting: bool, reason: DenialReason = DenialReason.GENERIC, extra_info: int = 0
 ) -> ArmAnswer:
     return ArmAnswer(
         result=ArmResult.DENIED if is_lasting else ArmResult.TEMPORARILY_REJECTED,

@@ -318,6 +318,5 @@ def _parameter(
 
 def _nothing(why: str, segments: tuple[SegmentUse, ...]) -> BatteryIdentification:
     return BatteryIdentification(
-        battery=None,
-        outcome=StateOutcome.left_out("battery", why, segments),
+        battery=None, outcome=StateOutcome.left_out("battery", why, segments)
     )

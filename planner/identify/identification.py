@@ -319,9 +319,7 @@ def _flown_mass_kg(settings: IdentificationSettings) -> float | None:
 
 
 def verify_left_out(
-    logs: Sequence[Sequence[FlightRecord]],
-    settings: IdentificationSettings,
-    known: KnownConditions,
+    logs: Sequence[Sequence[FlightRecord]], settings: IdentificationSettings, known: KnownConditions
 ) -> Iterator[Verification]:
     """Identify a vehicle from all logs but one, and verify on that one, for each in turn.
 

@@ -335,10 +335,7 @@ def _commands(
 
 
 def _cut(
-    record: FlightRecord,
-    command: _Command,
-    commands: Sequence[_Command],
-    signal: _Signal,
+    record: FlightRecord, command: _Command, commands: Sequence[_Command], signal: _Signal
 ) -> ManoeuvreCut:
     """Cut one answer to one command out of a record, or refuse it with the reason."""
     step_s = float(record.time_s[1] - record.time_s[0])

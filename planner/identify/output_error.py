@@ -382,10 +382,7 @@ _NO_DELAY_S = 1e-6
 
 
 def fit_response(
-    manoeuvres: Sequence[Manoeuvre],
-    structure: Structure,
-    *,
-    longest_delay_s: float | None = None,
+    manoeuvres: Sequence[Manoeuvre], structure: Structure, *, longest_delay_s: float | None = None
 ) -> ResponseFit:
     """Fit a continuous-time model with delay to manoeuvres, all at once.
 

@@ -366,8 +366,7 @@ def _nothing(
     answer: ResponseKind, why: str, cuts: Sequence[ManoeuvreCut]
 ) -> ResponseIdentification:
     return ResponseIdentification(
-        response=None,
-        outcome=StateOutcome.left_out(answer.value, why, _segments(cuts)),
+        response=None, outcome=StateOutcome.left_out(answer.value, why, _segments(cuts))
     )
 
 

@@ -398,10 +398,7 @@ class SteadySpan(Value):
 
 
 def steady_spans(
-    record: FlightRecord,
-    segments: Sequence[StateSegment],
-    *,
-    settling_s: float = _SETTLING_S,
+    record: FlightRecord, segments: Sequence[StateSegment], *, settling_s: float = _SETTLING_S
 ) -> tuple[SteadySpan, ...]:
     """Mean powers of the hovers and cruises of a record.
 
@@ -458,10 +455,7 @@ _GROUND_EFFECT_S = 3.0
 
 
 def steady_flight(
-    record: FlightRecord,
-    *,
-    air_density_kg_m3: FloatArray,
-    mass_kg: float | None = None,
+    record: FlightRecord, *, air_density_kg_m3: FloatArray, mass_kg: float | None = None
 ) -> tuple[MeasuredPower, ...]:
     """Mean powers of all steady flight of a record.
 

@@ -169,8 +169,7 @@ def left_out_spread(
         return None
     how = "from its mission alone" if is_whole else "along the motion flown"
     found = fit_spread(
-        compared,
-        source=f"{len(compared)} flights, each predicted {how} by a model made without it",
+        compared, source=f"{len(compared)} flights, each predicted {how} by a model made without it"
     )
     if not is_whole:
         found = replace(found, time_fraction=None, stopping_distance_fraction=None)

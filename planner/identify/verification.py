@@ -86,11 +86,7 @@ def predicted_record(flight: Flight, flown: FlightRecord) -> FlightRecord:
         known["reference_speed_m_s"] = speed
     unknown = dict.fromkeys(flown.columns(), np.full(time_s.size, np.nan))
     return replace(
-        flown,
-        **{**unknown, **known},
-        duration_s=flight.time_s,
-        quantities=(),
-        findings=(),
+        flown, **{**unknown, **known}, duration_s=flight.time_s, quantities=(), findings=()
     )
 
 

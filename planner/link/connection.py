@@ -506,10 +506,7 @@ class Connection:
         """Return whether a message is the vehicle's, and not meant for another ground station."""
         if self._vehicle is None:
             return False
-        if (received.system, received.component) != (
-            self._vehicle.system,
-            self._vehicle.component,
-        ):
+        if (received.system, received.component) != (self._vehicle.system, self._vehicle.component):
             return False
         return received.fields.get("target_system", 0) in {0, self.own_system}
 

@@ -8,10 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.transfers import (
-    Retransmission,
-    Transfer,
-)
+from planner.link.transfers import Retransmission, Transfer
 from planner.link.wire import message
 from planner.values import Value, replace
 
@@ -216,12 +213,7 @@ class FolderListing(Transfer):
     """
 
     def __init__(
-        self,
-        path: str,
-        settings: LinkSettings,
-        numbers: FileNumbers,
-        *,
-        retries: int | None = None,
+        self, path: str, settings: LinkSettings, numbers: FileNumbers, *, retries: int | None = None
     ) -> None:
         super().__init__(settings, retries=retries)
         self._path = path

@@ -158,10 +158,7 @@ class LogDownload(Transfer):
         return (message("LOG_REQUEST_DATA", id=self._log.number, ofs=start, count=count),)
 
 
-_FOLDERS = {
-    Autopilot.PX4: ("/fs/microsd/log", "/log"),
-    Autopilot.ARDUPILOT: ("/APM/LOGS", "/logs"),
-}
+_FOLDERS = {Autopilot.PX4: ("/fs/microsd/log", "/log"), Autopilot.ARDUPILOT: ("/APM/LOGS", "/logs")}
 """Where autopilots keep their logs; the second is that of their simulators."""
 _SUFFIXES = (".ulg", ".bin")
 _TRIES = 5

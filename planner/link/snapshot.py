@@ -8,16 +8,9 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.link.mission import (
-    MissionKind,
-    mission_of_lists,
-    shortest,
-)
+from planner.link.mission import MissionKind, mission_of_lists, shortest
 from planner.values import Value, replace
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    ParameterValue,
-)
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -199,9 +192,7 @@ def parameter_text(snapshot: VehicleSnapshot) -> str:
 
 
 def _with_capacity(
-    battery: BatteryState | None,
-    identity: VehicleIdentity,
-    parameters: tuple[WireParameter, ...],
+    battery: BatteryState | None, identity: VehicleIdentity, parameters: tuple[WireParameter, ...]
 ) -> BatteryState | None:
     """Return the battery with the charge that the autopilot counts from."""
     if battery is None:

@@ -7,12 +7,7 @@ import struct
 from typing import TYPE_CHECKING
 
 from planner.errors import ExitCode, LinkError, UsageError
-from planner.link.mission import (
-    MissionKind,
-    UploadOutcome,
-    lists_of_mission,
-    mission_of_lists,
-)
+from planner.link.mission import MissionKind, UploadOutcome, lists_of_mission, mission_of_lists
 from planner.mission.compare import compare_missions
 from planner.values import Value, field_values, replace
 
@@ -179,9 +174,7 @@ def upload_mission(
 
 
 def _differences(
-    link: VehicleLink,
-    mission: Mission,
-    lists: Mapping[MissionKind, tuple[WireItem, ...] | None],
+    link: VehicleLink, mission: Mission, lists: Mapping[MissionKind, tuple[WireItem, ...] | None]
 ) -> tuple[Difference, ...]:
     read = mission_of_lists(lists, link.identity, home=mission.home, source=mission.source)
     return compare_missions(mission, read, autopilot=link.identity.autopilot)
@@ -223,9 +216,7 @@ def _content(item: WireItem) -> tuple[object, ...]:
 
 
 def _lists(
-    link: VehicleLink,
-    mission: Mission,
-    before: Mapping[MissionKind, tuple[WireItem, ...] | None],
+    link: VehicleLink, mission: Mission, before: Mapping[MissionKind, tuple[WireItem, ...] | None]
 ) -> dict[MissionKind, tuple[WireItem, ...]]:
     slots = before[MissionKind.MISSION] or ()
     home_slot = slots[0] if link.identity.has_home_slot and slots else None

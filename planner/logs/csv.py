@@ -469,12 +469,7 @@ def _recording(
             values |= turned
             headers |= dict.fromkeys(turned, ", ".join(headers[name] for name in components))
     series = {
-        name: Series.of(
-            time_s,
-            column,
-            headers[name],
-            period=360.0 if name in _PERIODIC else None,
-        )
+        name: Series.of(time_s, column, headers[name], period=360.0 if name in _PERIODIC else None)
         for name, column in values.items()
         if name not in {"voltage_v", "current_a"}
     }

@@ -399,10 +399,7 @@ def dataflash_recordings(data: mmap, file: LogFile, *, is_binary: bool) -> tuple
 
 
 def _recording(
-    tables: Mapping[str, DataflashTable],
-    clock: Clock,
-    file: LogFile,
-    findings: tuple[Finding, ...],
+    tables: Mapping[str, DataflashTable], clock: Clock, file: LogFile, findings: tuple[Finding, ...]
 ) -> Recording:
     times: dict[str, FloatArray] = {}
     for name, table in tables.items():

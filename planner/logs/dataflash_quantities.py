@@ -41,14 +41,8 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "airspeed_m_s": sources("ARSP.Airspeed"),
     "altitude_amsl_m": sources("POS.Alt", "GPS.Alt"),
     "height_above_home_m": sources("POS.RelHomeAlt", "POS.RelAlt", "GPS.RelAlt"),
-    "local_height_m": (
-        *sources("PSCD.PD", unit=-1.0),
-        *sources("PSCZ.PZ", "CTUN.Alt"),
-    ),
-    "reference_height_m": (
-        *sources("PSCD.TPD", unit=-1.0),
-        *sources("PSCZ.TPZ", "CTUN.DAlt"),
-    ),
+    "local_height_m": (*sources("PSCD.PD", unit=-1.0), *sources("PSCZ.PZ", "CTUN.Alt")),
+    "reference_height_m": (*sources("PSCD.TPD", unit=-1.0), *sources("PSCZ.TPZ", "CTUN.DAlt")),
     "reference_climb_m_s": (
         *sources("PSCD.DVD", unit=-1.0),
         *sources("PSCZ.DVZ"),
@@ -189,10 +183,7 @@ def _place(
         if np.any(rows):
             return {
                 column: Series.of(
-                    times[name][rows],
-                    values[rows],
-                    f"{name}.{field}",
-                    period=_PERIODS.get(column),
+                    times[name][rows], values[rows], f"{name}.{field}", period=_PERIODS.get(column)
                 )
                 for column, values, field in (
                     ("latitude_deg", latitude, "Lat"),
@@ -224,11 +215,7 @@ def _electrical(
         voltage_v = table.numbers["Volt"] * _electrical_unit(table, "Volt")
         current_a = _current_a(table)[rows] if "Curr" in table.numbers else None
         return electrical_series(
-            times[name][rows],
-            voltage_v[rows],
-            current_a,
-            message=name,
-            fields=("Volt", "Curr"),
+            times[name][rows], voltage_v[rows], current_a, message=name, fields=("Volt", "Curr")
         )
     return {}, {}
 

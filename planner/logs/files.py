@@ -10,11 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import LogFileError
-from planner.logs.csv import (
-    NO_KNOWN_LOG,
-    csv_recordings,
-    looks_like_csv,
-)
+from planner.logs.csv import NO_KNOWN_LOG, csv_recordings, looks_like_csv
 from planner.logs.dataflash import HEADER, dataflash_recordings
 from planner.logs.dataflash import MAGIC as DATAFLASH_TEXT
 from planner.logs.flights import flight_record, flight_spans, plausible

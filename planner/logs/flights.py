@@ -27,10 +27,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import BoolArray, FloatArray, IntArray, TextArray
     from planner.findings import Finding
-    from planner.logs.record import (
-        LoggedItem,
-        Recording,
-    )
+    from planner.logs.record import LoggedItem, Recording
 
 
 LONGEST_SILENCE_S = 60.0
@@ -255,10 +252,7 @@ def _between_silences(span: FlightSpan, recording: Recording) -> Iterable[Flight
     ).tolist():
         if quiet_from_s > begin_s:
             yield FlightSpan(
-                begin_s=begin_s,
-                end_s=quiet_from_s,
-                begins_with=begins_with,
-                ends_with=Boundary.LOG,
+                begin_s=begin_s, end_s=quiet_from_s, begins_with=begins_with, ends_with=Boundary.LOG
             )
         begin_s, begins_with = quiet_to_s, Boundary.LOG
     if span.end_s > begin_s:
@@ -456,9 +450,7 @@ def _mission_changes(recording: Recording, span: FlightSpan, number: int) -> Ite
 
 
 def _quantities(
-    columns: Mapping[str, GridColumn],
-    events: Mapping[str, str | None],
-    remarks: Mapping[str, str],
+    columns: Mapping[str, GridColumn], events: Mapping[str, str | None], remarks: Mapping[str, str]
 ) -> Iterator[LoggedQuantity]:
     for name, cost in ABSENCE_COSTS.items():
         column = columns.get(name)

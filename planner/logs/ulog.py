@@ -36,10 +36,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.logs.record import (
-        LogFile,
-        Source,
-    )
+    from planner.logs.record import LogFile, Source
 
 
 _RELATIVE_FRAME, _AMSL_FRAME, _MISSION_FRAME = 3, 0, 2

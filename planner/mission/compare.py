@@ -97,11 +97,7 @@ def place_key(value: float | None) -> int | None:
 
 
 def is_same_number(
-    first: float | None,
-    second: float | None,
-    autopilot: Autopilot | None,
-    *,
-    is_yaw: bool = False,
+    first: float | None, second: float | None, autopilot: Autopilot | None, *, is_yaw: bool = False
 ) -> bool:
     """Return whether two numbers say the same to an autopilot."""
     if first is None or second is None:
@@ -415,7 +411,7 @@ def _parameter_kind(
         elif command == Command.NAV_LOITER_TURNS and position == 3:
             stored = stored_radius_m(first)
         elif position == 1 and command in {
-            *(Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TIME),
+            *(Command.NAV_WAYPOINT, Command.NAV_SPLINE_WAYPOINT, Command.NAV_LOITER_TIME)
         }:
             stored = stored_hold_s(first)
         if stored is not None and is_close(stored, second):

@@ -96,12 +96,7 @@ def open_circuit_voltage_v(
 
 
 def empty_state_of_charge(
-    power_w: float,
-    *,
-    cutoff_voltage_v: float,
-    resistance_ohm: float,
-    ocv_soc: Curve,
-    ocv_v: Curve,
+    power_w: float, *, cutoff_voltage_v: float, resistance_ohm: float, ocv_soc: Curve, ocv_v: Curve
 ) -> float:
     r"""State of charge at which the voltage under a load reaches the cut-off.
 

@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING
 from planner import quantity
 from planner.findings import Severity
 from planner.report.pipeline import pipeline_path
-from planner.report.text import (
-    caveat,
-    finding_message,
-    headline,
-    label,
-    printable,
-    tally,
-)
+from planner.report.text import caveat, finding_message, headline, label, printable, tally
 from planner.service import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:

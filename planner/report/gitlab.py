@@ -7,11 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner.findings import Severity
 from planner.report.pipeline import fingerprints, pipeline_path
-from planner.report.text import (
-    finding_message,
-    label,
-    well_formed,
-)
+from planner.report.text import finding_message, label, well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -178,10 +178,7 @@ def mission_document(result: CheckResult | UnreadableMission) -> Document:
     return {
         "file": value(result, "file"),
         "verdict": result.verdict,
-        "vehicle": {
-            "name": value(vehicle, "name"),
-            "source": value(vehicle, "source"),
-        },
+        "vehicle": {"name": value(vehicle, "name"), "source": value(vehicle, "source")},
         "conditions": {row.key: finite(number) for row, number in conditions(setup)},
         "parameters": _parameters(flown),
         **figures(result),

@@ -11,13 +11,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 from planner.report.pipeline import pipeline_path
-from planner.report.text import (
-    caveat,
-    finding_message,
-    headline,
-    label,
-    printable,
-)
+from planner.report.text import caveat, finding_message, headline, label, printable
 from planner.service import CheckResult
 
 if TYPE_CHECKING:

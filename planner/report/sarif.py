@@ -13,17 +13,10 @@ from urllib.parse import quote
 
 from planner.findings import Severity
 from planner.report.github import escaped
-from planner.report.json import (
-    figures,
-    json_text,
-    stretch_document,
-)
+from planner.report.json import figures, json_text, stretch_document
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.rule_text import explanation
-from planner.report.text import (
-    finding_message,
-    printable,
-)
+from planner.report.text import finding_message, printable
 from planner.service import CheckResult
 
 if TYPE_CHECKING:
@@ -118,10 +111,7 @@ def _results(
 def _result(finding: Finding, mark: str, rule_index: int, *, uri: str) -> Document:
     location: Document = {"artifactLocation": {"uri": uri}}
     if finding.place is not None:
-        location["region"] = {
-            "startLine": finding.place.line,
-            "startColumn": finding.place.column,
-        }
+        location["region"] = {"startLine": finding.place.line, "startColumn": finding.place.column}
     document: Document = {
         "ruleId": finding.code,
         "ruleIndex": rule_index,

@@ -6,13 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.report.columns import columns_csv
-from planner.report.json import (
-    envelope,
-    finding_document,
-    json_text,
-    value,
-    values,
-)
+from planner.report.json import envelope, finding_document, json_text, value, values
 from planner.report.text import printable, table_lines
 
 if TYPE_CHECKING:

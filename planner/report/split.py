@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.report.figures import figures_at, number_at
-from planner.report.json import (
-    envelope,
-    figures,
-    finding_document,
-    json_text,
-    value,
-    values,
-)
+from planner.report.json import envelope, figures, finding_document, json_text, value, values
 from planner.report.text import finding_lines, printable, table_lines
 
 if TYPE_CHECKING:

@@ -34,13 +34,7 @@ _ON_THE_GROUND = frozenset(
     {Command.NAV_TAKEOFF, Command.NAV_LAND, Command.NAV_VTOL_TAKEOFF, Command.NAV_VTOL_LAND}
 )
 _IN_THE_AIR = frozenset(
-    {
-        StageKind.GO,
-        StageKind.SPLINE,
-        StageKind.LOITER,
-        StageKind.CIRCLE,
-        StageKind.CHANGE_HEIGHT,
-    }
+    {StageKind.GO, StageKind.SPLINE, StageKind.LOITER, StageKind.CIRCLE, StageKind.CHANGE_HEIGHT}
 )
 _HIGH_M = 500.0
 """No mission above home is meant to be so high without it being looked at. [m]"""

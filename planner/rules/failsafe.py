@@ -8,17 +8,8 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.flight.failsafe import (
-    RETURNS,
-    WARNS,
-    ardupilot_events,
-    battery_profile,
-    px4_events,
-)
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-)
+from planner.flight.failsafe import RETURNS, WARNS, ardupilot_events, battery_profile, px4_events
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
 from planner.rules.declaration import ARDUPILOT, BUDGET, DISCHARGE, PACK, PARAMETERS, judges

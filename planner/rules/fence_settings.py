@@ -79,11 +79,7 @@ def why_not_enforced(parameters: FlightParameters | None) -> str | None:
     if isinstance(parameters, ArduPilotParameters):
         reasons = (
             (not _is_on(parameters), "fence_enable", "the fence is off"),
-            (
-                not parameters.fence_type & _POLYGONS,
-                "fence_type",
-                "polygons and circles are off",
-            ),
+            (not parameters.fence_type & _POLYGONS, "fence_type", "polygons and circles are off"),
             (parameters.fence_action == 0, "fence_action", "a breach is only reported"),
         )
     else:

@@ -13,16 +13,9 @@ from planner.flight.path import PATH_TOLERANCE_M, flown_path
 from planner.flight.pilot import StopRoom
 from planner.flight.returns.destination import HOME
 from planner.geo.fence import Fence, make_fence_area
-from planner.geo.geodesy import (
-    bow_m,
-    straight_length_m,
-)
+from planner.geo.geodesy import bow_m, straight_length_m
 from planner.geo.path import CircleBarrier, PathLegs, make_fence_frame, swept_areas
-from planner.rules.fence_settings import (
-    fence_margin_m,
-    inclusions_unite,
-    limits_from_parameters,
-)
+from planner.rules.fence_settings import fence_margin_m, inclusions_unite, limits_from_parameters
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -280,9 +273,7 @@ def make_fenced_flight(a: Assessment) -> FencedFlight:
         frame=frame,
         path=_path(a, frame, bends=ardupilot),
         room=StopRoom(
-            vehicle=a.vehicle,
-            parameters=a.parameters,
-            reaction_time_s=a.setup.reaction_time_s,
+            vehicle=a.vehicle, parameters=a.parameters, reaction_time_s=a.setup.reaction_time_s
         ),
         margin_m=max(a.setup.position_error_m, fence_margin_m(a.fence_parameters)),
     )

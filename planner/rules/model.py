@@ -9,10 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.pilot import CONDITION_NOT_MODELLED
 from planner.mission.route.stage import StageKind
 from planner.mission.route.walk import ITEM_NOT_MODELLED

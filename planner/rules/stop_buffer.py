@@ -9,10 +9,7 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.geo.path import (
-    SweptAreas,
-    swept_areas,
-)
+from planner.geo.path import SweptAreas, swept_areas
 from planner.rules.fenced_flight import straight_legs
 
 if TYPE_CHECKING:
@@ -172,9 +169,7 @@ def _finding(flown: FencedFlight, narrow: _Narrow, items: set[int], severity: Se
         )
         fix = f"turn or stop {_metres(needed_m - free_m)} earlier"
         fits = flown.room.fitting_speed_m_s(
-            free_m,
-            at_most_m_s=speed,
-            tail_wind_m_s=float(flown.tail_wind_m_s[narrow.point]),
+            free_m, at_most_m_s=speed, tail_wind_m_s=float(flown.tail_wind_m_s[narrow.point])
         )
         if fits is not None and fits > _SLOWEST_M_S:
             message += f": {quantity.speed(fits)} or less would fit"

@@ -9,10 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.autopilot import Autopilot
 from planner.findings import Rule, Severity
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.destination import HOME
 from planner.mission.commands import TERRAIN_FRAMES
 from planner.mission.route.route import NO_TERRAIN_DATA

@@ -235,12 +235,7 @@ def watch_vehicle(
 
 
 def _watch_once(
-    request: LinkRequest,
-    check: Setup,
-    is_over: Event,
-    watcher: Watcher,
-    *,
-    is_charge_given: bool,
+    request: LinkRequest, check: Setup, is_over: Event, watcher: Watcher, *, is_charge_given: bool
 ) -> None:
     def raise_if_over() -> None:
         if is_over.is_set():

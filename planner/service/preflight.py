@@ -17,12 +17,7 @@ from planner.flight.budget import (
     item_arrivals,
     predict_discharge,
 )
-from planner.flight.pilot import (
-    NOISE_ASSUMED,
-    fence_parameters_of,
-    flight_parameters,
-    make_pilot,
-)
+from planner.flight.pilot import NOISE_ASSUMED, fence_parameters_of, flight_parameters, make_pilot
 from planner.flight.prediction import predict_flight, sample_trace
 from planner.flight.returns.destination import make_destinations, with_own_return
 from planner.flight.returns.path import make_returns

@@ -11,10 +11,7 @@ from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.flight.prediction import predict_flight
-from planner.mission.convert import (
-    level_speeds,
-    route_at_speed,
-)
+from planner.mission.convert import level_speeds, route_at_speed
 from planner.service.preflight import check_mission
 from planner.setting import is_finite_number
 from planner.setup import Setup
@@ -181,11 +178,7 @@ def predict_speed_curve(
     equally good, the slowest counts.
     """
     return speed_curve(
-        mission,
-        Setup(vehicle, **options),
-        from_m_s=from_m_s,
-        to_m_s=to_m_s,
-        step_m_s=step_m_s,
+        mission, Setup(vehicle, **options), from_m_s=from_m_s, to_m_s=to_m_s, step_m_s=step_m_s
     )
 
 

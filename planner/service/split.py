@@ -10,10 +10,7 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import SplitError, UsageError
-from planner.files import (
-    make_output_folder,
-    write_output_files,
-)
+from planner.files import make_output_folder, write_output_files
 from planner.findings import Rule, Severity
 from planner.flight.returns.destination import HOME
 from planner.mission.convert import convert_mission, mission_at_speed
@@ -154,11 +151,7 @@ class PartSearch:
     """
 
     def __init__(
-        self,
-        flown: FlownItems,
-        setup: Setup,
-        whole: CheckResult,
-        on_step: Callable[[str], None],
+        self, flown: FlownItems, setup: Setup, whole: CheckResult, on_step: Callable[[str], None]
     ) -> None:
         self.refusal = ""
         self._steps = flown

@@ -51,10 +51,7 @@ def silent(what: str, done: int, count: int | None) -> None:
 
 
 def open_link(
-    request: LinkRequest,
-    *,
-    purpose: Purpose = Purpose.READ,
-    on_progress: OnProgress = silent,
+    request: LinkRequest, *, purpose: Purpose = Purpose.READ, on_progress: OnProgress = silent
 ) -> closing[VehicleLink]:
     """Return the vehicle of a request, to be closed.
 
@@ -302,10 +299,7 @@ def fetch_logs(
     OutputError
         If a file cannot be written.
     """
-    from planner.link.logs import (
-        download_logs,
-        fetch_log_list,
-    )
+    from planner.link.logs import download_logs, fetch_log_list
 
     with open_link(request, on_progress=on_progress) as link:
         listed = fetch_log_list(link)
@@ -316,6 +310,5 @@ def fetch_logs(
                 raise UsageError(msg)
         wanted = [log for log in listed if is_all or log.name in names]
         return FetchedLogs(
-            listed=listed,
-            downloaded=download_logs(link, wanted, folder, is_replacing=is_replacing),
+            listed=listed, downloaded=download_logs(link, wanted, folder, is_replacing=is_replacing)
         )

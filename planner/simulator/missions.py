@@ -90,10 +90,7 @@ class OutgoingList:
 
 
 _LONGEST_HOLD_S = 65_535.0
-_PX4_FRAMES = (
-    (AMSL_FRAMES, Frame.GLOBAL_INT),
-    (RELATIVE_FRAMES, Frame.GLOBAL_RELATIVE_ALT_INT),
-)
+_PX4_FRAMES = ((AMSL_FRAMES, Frame.GLOBAL_INT), (RELATIVE_FRAMES, Frame.GLOBAL_RELATIVE_ALT_INT))
 """PX4 sends MISSION_ITEM_INT in the frames that are named after it."""
 _ARDUPILOT_FRAMES = (
     (AMSL_FRAMES, Frame.GLOBAL),
@@ -463,10 +460,7 @@ class MissionServer:
         self.deadline_s = NEVER_S
         self._finished = (received.system, received["seq"])
         whole = self.lists[kind] if self._is_written_at_once(kind) else upload.items
-        return (
-            *self._replaced(kind, whole),
-            self._ack(received, MissionResult.ACCEPTED, kind),
-        )
+        return (*self._replaced(kind, whole), self._ack(received, MissionResult.ACCEPTED, kind))
 
     def _is_written_at_once(self, kind: MissionKind) -> bool:
         return not self._is_px4 and kind is not MissionKind.FENCE

@@ -14,19 +14,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.link.telemetry import event_number
-from planner.link.wire import (
-    Codec,
-    message,
-)
+from planner.link.wire import Codec, message
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.link.wire import Message
-    from planner.simulator.setup import (
-        StoredLog,
-        VehicleSetup,
-    )
+    from planner.simulator.setup import StoredLog, VehicleSetup
 
 
 NEVER_S = math.inf

@@ -45,11 +45,7 @@ class SimulatedVehicle:
     """
 
     def __init__(
-        self,
-        setup: VehicleSetup,
-        predict: Predict = lambda _: None,
-        *,
-        speed_up: float = 1.0,
+        self, setup: VehicleSetup, predict: Predict = lambda _: None, *, speed_up: float = 1.0
     ) -> None:
         self._predict = predict
         self._speed_up = speed_up

@@ -269,11 +269,7 @@ class SimulationRunner:
     """
 
     def __init__(
-        self,
-        wire: SimulatedWire,
-        address: LinkAddress,
-        *,
-        file_server: FileServer | None = None,
+        self, wire: SimulatedWire, address: LinkAddress, *, file_server: FileServer | None = None
     ) -> None:
         self._wire = wire
         self._file_server = file_server

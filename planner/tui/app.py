@@ -85,9 +85,7 @@ class ReviewApp(App[None]):
     Input > .input--placeholder { color: $text-muted; }
     HelpPanel { min-width: 22; padding: 0; }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("t", "turn_theme", "Theme", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("t", "turn_theme", "Theme", show=False)]
 
     def __init__(
         self,

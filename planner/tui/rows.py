@@ -177,8 +177,7 @@ def segment_table(result: CheckResult | UnreadableMission) -> SegmentTable:
     ]
     made.insert(1, TableColumn(head="state", width=10, is_right=False))
     return SegmentTable(
-        segments=result.segments if isinstance(result, CheckResult) else (),
-        columns=tuple(made),
+        segments=result.segments if isinstance(result, CheckResult) else (), columns=tuple(made)
     )
 
 

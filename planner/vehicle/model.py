@@ -249,9 +249,7 @@ class Loads(Part):
     avionics_w: Annotated[
         float,
         Key(
-            "avionics and payload electronics, added to every power of this file",
-            "W",
-            NOT_NEGATIVE,
+            "avionics and payload electronics, added to every power of this file", "W", NOT_NEGATIVE
         ),
     ]
     ground_idle_w: Annotated[
@@ -324,8 +322,7 @@ class Provenance(Part):
     method: Annotated[str, Key("how the numbers were found")]
     date: Annotated[dt.date, Key("day the model file was made")]
     readings: Annotated[
-        tuple[str, ...],
-        Key("decisions taken where the source can be read in more than one way"),
+        tuple[str, ...], Key("decisions taken where the source can be read in more than one way")
     ] = ()
     logs: Annotated[tuple[str, ...], Key("names of the flight logs used")] = ()
     logs_sha256: Annotated[tuple[str, ...], Key("SHA-256 of each log, in hexadecimal")] = ()
@@ -358,8 +355,7 @@ class VehicleModel(Part):
     name: Annotated[str, Key("must equal the file name without .toml")]
     kind: Annotated[str, Key("kind of vehicle", choices=("multicopter",))]
     reference: Annotated[
-        Autopilot,
-        Key("who shapes the reference the model answers: step (nobody), px4, ardupilot"),
+        Autopilot, Key("who shapes the reference the model answers: step (nobody), px4, ardupilot")
     ]
     description: Annotated[str, Key("one or two sentences for a pilot")]
     mass_kg: Annotated[

@@ -13,12 +13,7 @@ from planner.errors import VehicleFileError, described, nearest_hint, shortened
 from planner.files import read_small_file, small_text
 from planner.findings import Place
 from planner.vehicle.battery import Battery, Chemistry
-from planner.vehicle.declared import (
-    Draft,
-    InvalidValueError,
-    declared,
-    read_fields,
-)
+from planner.vehicle.declared import Draft, InvalidValueError, declared, read_fields
 from planner.vehicle.model import HOVER_WITHOUT_LAW, NOT_GIVEN, OF_CRUISE, VehicleModel
 from planner.vehicle.power import WholeLaw
 

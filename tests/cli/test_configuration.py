@@ -158,9 +158,7 @@ def test_the_nearest_folder_wins_alone(tmp_path: Path) -> None:
     assert find_configuration(tmp_path).values == {"reserve": 0.3, "charge": 0.9}
 
 
-def test_a_table_of_pyproject_serves_as_well_and_one_without_is_passed_over(
-    tmp_path: Path,
-) -> None:
+def test_a_table_of_pyproject_serves_as_well_and_one_without_is_passed_over(tmp_path: Path) -> None:
     shared = tmp_path / "pyproject.toml"
     shared.write_text('[tool.mavjoule]\nreserve = "35%"\n', encoding="utf-8")
     near = tmp_path / "near"

@@ -34,11 +34,7 @@ def _vehicle(autopilot: int = PX4) -> VirtualVehicle:
     mission = (HOME, *ITEMS) if autopilot == ARDUPILOT else ITEMS
     return VirtualVehicle(
         autopilot=autopilot,
-        lists={
-            MissionKind.MISSION: mission,
-            MissionKind.FENCE: FENCE,
-            MissionKind.RALLY: RALLY,
-        },
+        lists={MissionKind.MISSION: mission, MissionKind.FENCE: FENCE, MissionKind.RALLY: RALLY},
         parameters={
             "BAT1_CAPACITY": (5200.0, 9),
             "MPC_XY_CRUISE": (6.1, 9),
@@ -129,10 +125,7 @@ def test_no_heartbeat_ends_in_exit_3_with_what_to_try(
 
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 def test_a_line_cut_at_any_message_ends_in_exit_3_and_leaves_no_file(
-    on_line: list[VirtualLine],
-    tmp_path: Path,
-    autopilot: int,
-    capsys: pytest.CaptureFixture[str],
+    on_line: list[VirtualLine], tmp_path: Path, autopilot: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     whole = VirtualLine(_vehicle(autopilot))
     on_line.append(whole)

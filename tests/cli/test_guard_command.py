@@ -65,9 +65,7 @@ def test_a_request_is_answered_and_a_lost_link_ends_in_exit_3(
     assert "Traceback" not in said.err
 
 
-def test_every_decision_is_a_line_of_the_log_behind_what_was_there(
-    vehicle: GuardedVehicle,
-) -> None:
+def test_every_decision_is_a_line_of_the_log_behind_what_was_there(vehicle: GuardedVehicle) -> None:
     Path("guard.jsonl").write_text('{"earlier": true}\n', encoding="utf-8")
     assert main(["guard", URL, *CHECK, "--lost-after", "5s", "--log", "guard.jsonl"]) == 3
     lines = [json.loads(line) for line in Path("guard.jsonl").read_text().splitlines()]

@@ -8,10 +8,7 @@ from virtual_vehicle import VirtualLine, VirtualVehicle
 
 from planner.cli.main import main
 from planner.link.files import crc32_of
-from planner.link.wire import (
-    Message,
-    message,
-)
+from planner.link.wire import Message, message
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -51,9 +51,7 @@ def test_an_empty_no_color_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> 
     assert standard_medium().is_coloured
 
 
-def test_a_report_in_a_file_has_neither_colour_nor_width(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_report_in_a_file_has_neither_colour_nor_width(monkeypatch: pytest.MonkeyPatch) -> None:
     _show_terminal(monkeypatch)
     assert standard_medium(Path("report.txt")) == Medium()
 

@@ -65,10 +65,7 @@ def test_a_page_does_not_take_the_place_of_another_file(
 
 @pytest.mark.parametrize("option", ["--report", "--plots"])
 def test_a_missing_library_is_told_before_anything_is_checked(
-    mission: str,
-    option: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    mission: str, option: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "altair", None)  # an import of it fails
     assert main(["check", mission, option, "somewhere"]) == 2

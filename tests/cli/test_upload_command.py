@@ -50,10 +50,7 @@ def _flown(vehicle: VirtualVehicle) -> tuple[WireItem, ...]:
 @pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])
 @pytest.mark.parametrize("loss", [0.0, 0.2])
 def test_a_go_is_on_the_vehicle_and_the_same_as_the_file(
-    on_line: list[VirtualLine],
-    autopilot: int,
-    loss: float,
-    capsys: pytest.CaptureFixture[str],
+    on_line: list[VirtualLine], autopilot: int, loss: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     vehicle = _vehicle(autopilot)
     on_line += [VirtualLine(vehicle, loss=loss), VirtualLine(vehicle)]

@@ -7,10 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.flight.motion.ardupilot.legs import (
-    Corners,
-    half_overlap_s,
-)
+from planner.flight.motion.ardupilot.legs import Corners, half_overlap_s
 from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
 
 
@@ -25,8 +22,7 @@ def corner(
 ) -> Corners:
     turn, climb = np.radians(turn_deg), np.radians(climb_deg)
     ramps = speed_ramps(
-        np.array([speed]),
-        SpeedLimits(np.array([acceleration]), np.array([jerk]), np.array([rise])),
+        np.array([speed]), SpeedLimits(np.array([acceleration]), np.array([jerk]), np.array([rise]))
     )
     level = np.cos(climb)
     return Corners(
@@ -43,10 +39,7 @@ def passed(
 ) -> tuple[float, float]:
     """Overlap and speed of a corner."""
     half = half_overlap_s(
-        some,
-        radius_m=radius,
-        corner_acceleration_m_s2=across,
-        vertical_acceleration_m_s2=vertical,
+        some, radius_m=radius, corner_acceleration_m_s2=across, vertical_acceleration_m_s2=vertical
     )
     return 2.0 * float(half[0]), float(some.speed_m_s(half)[0])
 
@@ -120,12 +113,10 @@ def test_a_level_leg_meets_a_vertical_one_at_a_metre_a_second() -> None:
     # The vertical acceleration is below its limit of 1 until A/J + t_j = 1.3 s: speeds there
     # 1.15²/2 = 0.66 and 0.65, recorded about 1 m/s and 0.25 m beside the corner on either axis.
     level = speed_ramps(
-        np.array([10.0]),
-        SpeedLimits(np.array([2.5]), np.array([1.0]), np.array([0.3])),
+        np.array([10.0]), SpeedLimits(np.array([2.5]), np.array([1.0]), np.array([0.3]))
     )
     upward = speed_ramps(
-        np.array([2.5]),
-        SpeedLimits(np.array([1.0]), np.array([1.0]), np.array([0.3])),
+        np.array([2.5]), SpeedLimits(np.array([1.0]), np.array([1.0]), np.array([0.3]))
     )
     some = Corners(
         before=np.array([[0.0, 1.0, 0.0]]),

@@ -9,10 +9,7 @@ from ardupilot_missions import DEFAULTS, fly, go, home, land, stage, states, tak
 from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s, leg_s
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 

@@ -11,10 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 if TYPE_CHECKING:

@@ -11,10 +11,7 @@ from ardupilot_times import RISE_S, START_S, STEP_S, VERTICAL_START_S, landing_s
 
 from planner.findings import Severity
 from planner.flight.motion.ardupilot.pilot import ardupilot_returns
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 
 

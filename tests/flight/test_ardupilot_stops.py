@@ -14,10 +14,7 @@ from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.legs import stopping_distance_m
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.mission.route.stage import StageKind
 from planner.vehicle.model import AltitudeResponse, ManoeuvreResponse, Responses, SpeedResponse
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
@@ -163,11 +160,7 @@ def test_cruise_and_brake_know_their_stop() -> None:
             assert math.isnan(way)
 
 
-@given(
-    speed=st.floats(0.5, 20.0),
-    acceleration=st.floats(0.5, 6.0),
-    jerk=st.floats(0.5, 10.0),
-)
+@given(speed=st.floats(0.5, 20.0), acceleration=st.floats(0.5, 6.0), jerk=st.floats(0.5, 10.0))
 @settings(max_examples=60, deadline=None)
 def test_stops_grow_with_speed_and_shrink_with_acceleration(
     speed: float, acceleration: float, jerk: float

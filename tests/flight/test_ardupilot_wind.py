@@ -10,10 +10,7 @@ from ardupilot_missions import DEFAULTS, go, stage, takeoff, took_s
 
 from planner.flight.motion.ardupilot.pilot import fly_ardupilot
 from planner.flight.motion.kinematics import STATES
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.physics.wind import Wind
 
 if TYPE_CHECKING:

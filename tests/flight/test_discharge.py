@@ -11,10 +11,7 @@ from hypothesis import strategies as st
 from made_missions import mission, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.flight.budget import (
-    Discharge,
-    predict_discharge,
-)
+from planner.flight.budget import Discharge, predict_discharge
 from planner.flight.pilot import make_pilot
 from planner.flight.prediction import Flight, predict_flight
 from planner.mission.route.route import make_route

@@ -41,10 +41,7 @@ def farthest_m(motion: Motion, path: FlownPath) -> float:
 )
 @settings(max_examples=20, deadline=None)
 def test_a_motion_never_leaves_its_path(
-    autopilot: Autopilot,
-    places: list[tuple[float, float, float]],
-    command: int,
-    speed_m_s: float,
+    autopilot: Autopilot, places: list[tuple[float, float, float]], command: int, speed_m_s: float
 ) -> None:
     if autopilot is not Autopilot.ARDUPILOT:
         command = 16

@@ -11,17 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from made_missions import (
-    HOME,
-    item,
-    jump,
-    mission,
-    north,
-    rtl,
-    speed,
-    takeoff,
-    waypoint,
-)
+from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff, waypoint
 
 import planner
 from planner.autopilot import Autopilot
@@ -31,10 +21,7 @@ from planner.flight.returns.path import return_profile
 from planner.flight.returns.tightest import sweep_returns
 from planner.geo.fence import RallyPoint
 from planner.values import replace
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    ParameterValue,
-)
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray

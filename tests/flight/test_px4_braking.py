@@ -9,14 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from stepped_point import leg_time_s
 
-from planner.flight.motion.kinematics import (
-    STATES,
-    FlightState,
-)
-from planner.flight.motion.px4.pieces import (
-    BrakeLaw,
-    wright_omega,
-)
+from planner.flight.motion.kinematics import STATES, FlightState
+from planner.flight.motion.px4.pieces import BrakeLaw, wright_omega
 from planner.flight.motion.px4.pilot import fly_px4
 from planner.flight.motion.px4.speeds import (
     Px4Ramps,

@@ -11,10 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.px4.pilot import fly_px4
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -174,10 +171,7 @@ def cramped_missions(draw: st.DrawFn) -> tuple[Stage, ...]:
             )
         )
     away_m = draw(st.floats(0.0, 30.0))
-    ends = (
-        stage(StageKind.LAND, east + away_m, north, 0.0),
-        stage(StageKind.RETURN, height_m=0.0),
-    )
+    ends = (stage(StageKind.LAND, east + away_m, north, 0.0), stage(StageKind.RETURN, height_m=0.0))
     return (*stages, draw(st.sampled_from(ends)))
 
 

@@ -11,10 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.flight.motion.px4.pilot import fly_px4
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 

@@ -13,10 +13,7 @@ from hypothesis import strategies as st
 
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.pilot import fly_px4
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -156,10 +153,7 @@ def test_a_landing_elsewhere_is_flown_to_level() -> None:
 @given(st.floats(0.2, 120.0), st.floats(-30.0, 30.0))
 def test_landings_end_on_the_ground_they_were_meant_for(height_m: float, ground_m: float) -> None:
     over = max(ground_m, 0.0) + height_m
-    motion = fly_px4(
-        (takeoff(over), go(0.0, 0.0, over, hold=60.0), land(ground_m=ground_m)),
-        PX4,
-    )
+    motion = fly_px4((takeoff(over), go(0.0, 0.0, over, hold=60.0), land(ground_m=ground_m)), PX4)
     end = motion.state_at_time(motion.segments.end_s[-1:])
     assert end.height_m == pytest.approx(ground_m, abs=0.01)
     descent = motion.segments.duration_s[-1]

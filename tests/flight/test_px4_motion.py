@@ -22,10 +22,7 @@ from planner.flight.motion.px4.speeds import (
     corner_speed_m_s,
     stopping_distance_m,
 )
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.parameters.px4 import Px4Parameters

@@ -12,10 +12,7 @@ from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.px4.moves import return_heights_m
 from planner.flight.motion.px4.pilot import fly_px4, px4_returns
 from planner.flight.pilot import make_pilot
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle

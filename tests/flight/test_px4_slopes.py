@@ -80,8 +80,7 @@ def test_a_slope_that_goes_on_is_flown_through() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "climb_m"),
-    [({"climb_speed_m_s": 2.0}, 60.0), ({"descent_speed_m_s": 1.0}, -40.0)],
+    ("change", "climb_m"), [({"climb_speed_m_s": 2.0}, 60.0), ({"descent_speed_m_s": 1.0}, -40.0)]
 )
 def test_two_thirds_of_a_vertical_speed_take_up_to_half_as_long_again(
     change: dict[str, float], climb_m: float

@@ -12,10 +12,7 @@ from hypothesis import strategies as st
 from planner.flight.motion.kinematics import STATES
 from planner.flight.motion.ramps import fly_ramps
 from planner.flight.motion.steps import StepLegs
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.model import Ramps
 

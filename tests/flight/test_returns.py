@@ -324,11 +324,7 @@ def test_a_return_against_the_wind_costs_more_than_with_it_at_10_m_s() -> None:
     stage = np.array([1])
     found = [
         float(returns_of(MISSIONS["out and back"], wind=wind).fly(points_m, stage, 0)[1][0])
-        for wind in (
-            Wind(speed_m_s=5.0, from_deg=180.0),
-            Wind(),
-            Wind(speed_m_s=5.0, from_deg=0.0),
-        )
+        for wind in (Wind(speed_m_s=5.0, from_deg=180.0), Wind(), Wind(speed_m_s=5.0, from_deg=0.0))
     ]
     assert found[0] > found[1]
     assert found[0] > found[2]

@@ -45,12 +45,7 @@ def at_end(some: SCurves) -> tuple[float, float, float]:
     t = float(some.duration_s[0] - phases.start_s[0, -1])
     j, a, v, s = (
         float(column[0, -1])
-        for column in (
-            phases.jerk_m_s3,
-            phases.acceleration_m_s2,
-            phases.speed_m_s,
-            phases.way_m,
-        )
+        for column in (phases.jerk_m_s3, phases.acceleration_m_s2, phases.speed_m_s, phases.way_m)
     )
     return s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
 

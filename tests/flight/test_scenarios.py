@@ -212,9 +212,7 @@ def test_errors_of_states_add_up_as_independent_ones() -> None:
         state: sum(s.energy_wh for s in first.segments if s.state is state) for state in STATES
     }
     spread = replace(
-        EXACT,
-        n_flights=MANY,
-        energy_state_fraction=tuple((str(state), 0.1) for state in STATES),
+        EXACT, n_flights=MANY, energy_state_fraction=tuple((str(state), 0.1) for state in STATES)
     )
     totals = checked(SURVEYOR, spread=spread).totals
     sd_wh = 0.1 * math.sqrt(sum(wh * wh for wh in by_state.values()))
@@ -271,11 +269,7 @@ def test_a_charge_with_a_spread_meets_the_curve_of_the_battery() -> None:
     assert result.battery is not None
     assert vehicle.battery is not None
     margin_wh = predict_scenarios(
-        returns,
-        setup,
-        spread=EXACT,
-        battery=vehicle.battery,
-        budget=result.battery,
+        returns, setup, spread=EXACT, battery=vehicle.battery, budget=result.battery
     ).margin_wh
     assert margin_wh is not None
     assert np.mean(margin_wh) == pytest.approx(result.battery.margin_wh, abs=0.2)

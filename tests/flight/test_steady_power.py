@@ -5,20 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-    KinematicState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState, KinematicState
 from planner.flight.power import SteadyPower
 from planner.physics.wind import Wind
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import Loads, VehicleModel
-from planner.vehicle.power import (
-    CruisePower,
-    VerticalPower,
-)
+from planner.vehicle.power import CruisePower, VerticalPower
 
 SURVEY = load_vehicle("arducopter-sitl-quad")
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")

@@ -12,11 +12,7 @@ from planner.flight.motion.kinematics import FlightState
 from planner.flight.pilot import StepPilot
 from planner.flight.prediction import Flight, predict_flight, sample_trace
 from planner.geo.geodesy import LocalFrame
-from planner.mission.route.stage import (
-    Route,
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Route, Stage, StageKind
 from planner.setup import Setup
 from planner.vehicle.library import load_vehicle
 
@@ -209,8 +205,7 @@ def test_the_flown_path_passes_its_waypoints() -> None:
 @given(st.floats(0.01, 5000.0), st.floats(0.5, 10.0))
 def test_a_leg_of_any_length_covers_exactly_its_length(length_m: float, speed_m_s: float) -> None:
     flight = fly(
-        stage(StageKind.TAKEOFF, 0.0, 100.0),
-        stage(StageKind.GO, length_m, 100.0, speed=speed_m_s),
+        stage(StageKind.TAKEOFF, 0.0, 100.0), stage(StageKind.GO, length_m, 100.0, speed=speed_m_s)
     )
     level = [s for s in flight.segments if s.state is not FlightState.TAKEOFF]
     assert sum(s.distance_m for s in level) == pytest.approx(length_m, rel=1e-9)

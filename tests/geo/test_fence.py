@@ -13,13 +13,7 @@ from hypothesis import strategies as st
 from pyproj import Geod
 
 from planner.findings import Place, Severity
-from planner.geo.fence import (
-    Fence,
-    FenceArea,
-    FenceCircle,
-    FencePolygon,
-    make_fence_area,
-)
+from planner.geo.fence import Fence, FenceArea, FenceCircle, FencePolygon, make_fence_area
 from planner.geo.geodesy import LocalFrame
 from planner.geo.path import path_legs
 
@@ -334,10 +328,7 @@ SPIKE = degrees([(0.0, 0.0), (100.0, 0.0), (100.0, 200.0), (100.0, 100.0), (0.0,
         ((), "has fewer than 3 different vertices"),
         (((47.0, 8.0),) * 4, "has fewer than 3 different vertices"),
         ((*SQUARE[:2], SQUARE[0]), "has fewer than 3 different vertices"),
-        (
-            BOWTIE,
-            "crosses itself: the edge after vertex 1 meets that after vertex 3",
-        ),
+        (BOWTIE, "crosses itself: the edge after vertex 1 meets that after vertex 3"),
         (SPIKE, "folds back on itself"),
         (((47.0, 8.0), (47.0, 8.1), (47.0, 8.05)), "encloses no area"),
         (((47.0, 8.0), (47.1, 8.1), (47.05, 8.05)), "encloses no area"),

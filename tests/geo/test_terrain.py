@@ -100,9 +100,7 @@ def test_a_plane_is_reproduced_exactly(latitude: float, longitude: float) -> Non
     )
 
 
-def test_the_edge_reaches_half_a_cell_beyond_the_last_centre_and_no_farther(
-    tmp_path: Path,
-) -> None:
+def test_the_edge_reaches_half_a_cell_beyond_the_last_centre_and_no_farther(tmp_path: Path) -> None:
     grid = read_terrain(write_tiff(tmp_path / "a.tif", [[100.0, 200.0], [300.0, 500.0]]))
     assert height(grid, 46.999, 8.001) == pytest.approx(100.0)
     assert height(grid, 46.801, 8.199) == pytest.approx(500.0)

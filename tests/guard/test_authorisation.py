@@ -18,10 +18,7 @@ from planner.guard.authorisation import (
     arming_settings,
 )
 from planner.link.connection import Gate, HeardVehicle, Purpose
-from planner.link.wire import (
-    Codec,
-    message,
-)
+from planner.link.wire import Codec, message
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -111,10 +108,7 @@ def requested(authoriser: MavsdkAuthoriser) -> ArmRequest:
         (ArmAnswer(result=ArmResult.ACCEPTED, text="go", valid_for_s=30), (0, None, 30)),
         (
             ArmAnswer(
-                result=ArmResult.DENIED,
-                text="",
-                reason=DenialReason.INVALID_WAYPOINT,
-                extra_info=7,
+                result=ArmResult.DENIED, text="", reason=DenialReason.INVALID_WAYPOINT, extra_info=7
             ),
             (2, 2, 7),
         ),

@@ -10,14 +10,8 @@ from simulated_vehicles import BATTERY, WIND, memory_line
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.guard.decision import (
-    Decision,
-    GuardSettings,
-)
-from planner.guard.session import (
-    GuardSession,
-    GuardStatus,
-)
+from planner.guard.decision import Decision, GuardSettings
+from planner.guard.session import GuardSession, GuardStatus
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings

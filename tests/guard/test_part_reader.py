@@ -6,16 +6,8 @@ import pytest
 from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
-from planner.guard.decision import (
-    PartRead,
-    PartUnread,
-    ReadParts,
-    VehiclePart,
-)
-from planner.guard.session import (
-    PartReader,
-    VehicleWatch,
-)
+from planner.guard.decision import PartRead, PartUnread, ReadParts, VehiclePart
+from planner.guard.session import PartReader, VehicleWatch
 from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
 from planner.link.transfers import LinkSettings

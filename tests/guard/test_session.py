@@ -11,14 +11,8 @@ from virtual_vehicle import ARDUPILOT, VirtualLine, wire_item
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError
-from planner.guard.decision import (
-    Decision,
-    GuardSettings,
-)
-from planner.guard.session import (
-    GuardSession,
-    GuardStatus,
-)
+from planner.guard.decision import Decision, GuardSettings
+from planner.guard.session import GuardSession, GuardStatus
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings

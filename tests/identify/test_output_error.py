@@ -159,9 +159,7 @@ def test_a_delay_between_samples_is_found() -> None:
         np.cos(damped * since) + damping * frequency / damped * np.sin(damped * since)
     )
     cut = Manoeuvre(
-        time_s=time_s[::5],
-        reference=np.where(time_s[::5] > 9.999, 1.0, 0.0),
-        answer=answer[::5],
+        time_s=time_s[::5], reference=np.where(time_s[::5] > 9.999, 1.0, 0.0), answer=answer[::5]
     )
     fit = fit_response([cut], MOTION)
     assert fit.transfer_function.delay_s == pytest.approx(0.34, abs=1e-6)

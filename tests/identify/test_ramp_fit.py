@@ -19,10 +19,7 @@ from planner.identify.power import at_mean_load, identify_manoeuvre_power, manoe
 from planner.identify.ramps import fit_ramps, identify_ramps, timed_flight
 from planner.identify.segments import MeasuredPower
 from planner.identify.spread import ramp_spread
-from planner.mission.route.stage import (
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import Stage, StageKind
 from planner.values import replace
 from planner.vehicle.model import Ramps
 from planner.vehicle.power import AltitudeLaw, CruisePower

@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from made_record import make_record, record_of
-from simulated_experiment import (
-    FIRST_S,
-    LEVEL_S,
-    STEP_S,
-    fly_horizontally,
-    fly_vertically,
-)
+from simulated_experiment import FIRST_S, LEVEL_S, STEP_S, fly_horizontally, fly_vertically
 
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.manoeuvres import ReferenceForm, ResponseKind, cut_manoeuvres, hold_out

@@ -12,11 +12,7 @@ from planner.identify.power_laws import fit_steady_map
 from planner.identify.segments import MeasuredPower, record_air_density_kg_m3, steady_flight
 from planner.physics.rotor import Rotor, momentum_power_w
 from planner.values import replace
-from planner.vehicle.power import (
-    AltitudeLaw,
-    CruisePower,
-    MomentumLaw,
-)
+from planner.vehicle.power import AltitudeLaw, CruisePower, MomentumLaw
 
 LAW = Rotor(
     disk_area_m2=0.4,

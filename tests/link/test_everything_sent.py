@@ -13,10 +13,7 @@ from simulated_vehicles import memory_line, vehicle
 from planner.autopilot import Autopilot
 from planner.cli.main import main
 from planner.link.address import read_address
-from planner.link.wire import (
-    LAYOUTS,
-    Codec,
-)
+from planner.link.wire import LAYOUTS, Codec
 from planner.service.guard import watch_vehicle
 from planner.service.vehicle import LinkRequest
 from planner.setup import Setup
@@ -40,10 +37,7 @@ READING = {
     *("FILE_TRANSFER_PROTOCOL", "LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_REQUEST_END"),
 }
 """What asks, and the word that a list has come."""
-MORE = {
-    "upload": {"MISSION_COUNT", "MISSION_ITEM_INT"},
-    "guard": {"COMMAND_ACK", "STATUSTEXT"},
-}
+MORE = {"upload": {"MISSION_COUNT", "MISSION_ITEM_INT"}, "guard": {"COMMAND_ACK", "STATUSTEXT"}}
 ASKING = {"MAV_CMD_SET_MESSAGE_INTERVAL", "MAV_CMD_REQUEST_MESSAGE"}
 READING_FILES = {1, 2, 3, 4, 5, 14, 15}
 """TerminateSession, ResetSessions, ListDirectory, OpenFileRO, ReadFile, CalcFileCRC32,

@@ -14,21 +14,14 @@ from virtual_vehicle import wire_item
 from planner.errors import LinkError
 from planner.guard.authorisation import unknown_judgement
 from planner.guard.decision import GuardSettings
-from planner.guard.session import (
-    GuardSession,
-    GuardStatus,
-)
+from planner.guard.session import GuardSession, GuardStatus
 from planner.link.connection import Purpose
 from planner.link.logs import fetch_log_list
 from planner.link.mission import MissionKind
 from planner.link.telemetry import Telemetry
 from planner.link.transfers import LinkSettings
 from planner.link.vehicle import VehicleLink
-from planner.link.wire import (
-    Codec,
-    Message,
-    message,
-)
+from planner.link.wire import Codec, Message, message
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable

@@ -21,22 +21,10 @@ from planner.link.address import LinkAddress, LinkKind, read_address
 from planner.link.connection import Connection
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
-from planner.link.vehicle import (
-    VehicleLink,
-    open_vehicle,
-)
-from planner.link.wire import (
-    Codec,
-    message,
-    open_line,
-    opening_error,
-)
+from planner.link.vehicle import VehicleLink, open_vehicle
+from planner.link.wire import Codec, message, open_line, opening_error
 from planner.service.simulation import open_simulation
-from planner.service.vehicle import (
-    LinkRequest,
-    fetch_logs,
-    fetch_vehicle,
-)
+from planner.service.vehicle import LinkRequest, fetch_logs, fetch_vehicle
 from planner.simulator.wire import SimulationRunner
 
 if TYPE_CHECKING:

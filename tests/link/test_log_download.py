@@ -20,11 +20,7 @@ from planner.link.files import (
     FolderListing,
     Operation,
 )
-from planner.link.logs import (
-    LogDownload,
-    LogListing,
-    VehicleLog,
-)
+from planner.link.logs import LogDownload, LogListing, VehicleLog
 from planner.link.transfers import LinkSettings
 from planner.link.wire import Message
 

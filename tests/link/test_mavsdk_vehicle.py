@@ -30,14 +30,8 @@ from virtual_vehicle import waypoints
 
 from planner.link.address import LinkAddress, LinkKind
 from planner.link.connection import Purpose
-from planner.link.mission import (
-    MissionKind,
-    UploadOutcome,
-)
-from planner.link.vehicle import (
-    VehicleLink,
-    open_vehicle,
-)
+from planner.link.mission import MissionKind, UploadOutcome
+from planner.link.vehicle import VehicleLink, open_vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,9 +69,7 @@ def test_every_parameter_of_mavsdk_is_read(met: tuple[Any, VehicleLink]) -> None
     assert fetched == {**WHOLE, **{name: pytest.approx(value) for name, value in REAL.items()}}
 
 
-def test_a_mission_that_mavsdk_took_is_the_one_that_was_sent(
-    met: tuple[Any, VehicleLink],
-) -> None:
+def test_a_mission_that_mavsdk_took_is_the_one_that_was_sent(met: tuple[Any, VehicleLink]) -> None:
     _, link = met
     for items in (waypoints(7), waypoints(3)):
         assert link.upload_items(MissionKind.MISSION, items)[0] is UploadOutcome.ACCEPTED

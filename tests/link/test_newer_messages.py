@@ -11,12 +11,7 @@ from mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 
 from planner.link.connection import Gate, Purpose
-from planner.link.wire import (
-    EXTENSIONS,
-    LAYOUTS,
-    Codec,
-    message,
-)
+from planner.link.wire import EXTENSIONS, LAYOUTS, Codec, message
 
 _TYPES = {"I": "uint32_t", "H": "uint16_t", "B": "uint8_t"}
 DEADLINE_S = 10.0

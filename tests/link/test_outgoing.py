@@ -10,11 +10,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from planner.link.connection import COMMANDS, FILE_OPERATIONS, MESSAGES, Gate, Purpose
-from planner.link.wire import (
-    LAYOUTS,
-    Codec,
-    message,
-)
+from planner.link.wire import LAYOUTS, Codec, message
 
 FORBIDDEN = {
     *("SET_MODE", "PARAM_SET", "PARAM_EXT_SET", "COMMAND_INT", "MANUAL_CONTROL"),

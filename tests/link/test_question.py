@@ -6,11 +6,7 @@ from hypothesis import strategies as st
 from simulated_vehicles import memory_line
 
 from planner.autopilot import Autopilot
-from planner.link.transfers import (
-    LinkSettings,
-    MessageRequest,
-    ParameterHashRequest,
-)
+from planner.link.transfers import LinkSettings, MessageRequest, ParameterHashRequest
 from planner.link.vehicle import VehicleLink
 from planner.link.wire import Message
 

@@ -10,10 +10,7 @@ from planner.autopilot import Autopilot
 from planner.errors import LinkError
 from planner.link.mission import MissionKind
 from planner.link.snapshot import read_vehicle
-from planner.link.transfers import (
-    LinkSettings,
-    Retransmission,
-)
+from planner.link.transfers import LinkSettings, Retransmission
 from planner.link.vehicle import VehicleLink
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

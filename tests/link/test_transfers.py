@@ -9,12 +9,7 @@ from virtual_vehicle import ARDUPILOT, PX4, VirtualLine, VirtualVehicle, waypoin
 
 from planner.errors import LinkError
 from planner.link.connection import Purpose
-from planner.link.mission import (
-    MissionDownload,
-    MissionKind,
-    MissionUpload,
-    UploadOutcome,
-)
+from planner.link.mission import MissionDownload, MissionKind, MissionUpload, UploadOutcome
 from planner.link.parameters import ParameterDownload
 from planner.link.transfers import LinkSettings, Transfer
 from planner.link.vehicle import VehicleLink

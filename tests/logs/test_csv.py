@@ -10,11 +10,7 @@ import numpy as np
 import pytest
 
 from planner.errors import LogFileError
-from planner.logs.csv import (
-    NUMBERS,
-    read_csv_mapping,
-    units_of,
-)
+from planner.logs.csv import NUMBERS, read_csv_mapping, units_of
 from planner.logs.files import read_log
 from planner.logs.record import Boundary, LogFormat
 

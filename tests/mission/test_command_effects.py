@@ -22,10 +22,7 @@ from planner.mission.commands import (
     support,
 )
 from planner.mission.route.route import make_route
-from planner.mission.route.stage import (
-    Route,
-    StageKind,
-)
+from planner.mission.route.stage import Route, StageKind
 
 if TYPE_CHECKING:
     from planner.mission.items import MissionItem

@@ -3,10 +3,7 @@ from __future__ import annotations
 import pytest
 
 from planner.geo.fence import FenceCircle, FencePolygon, RallyPoint
-from planner.mission.formats.fence_items import (
-    make_fence,
-    make_rally_points,
-)
+from planner.mission.formats.fence_items import make_fence, make_rally_points
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import Mission, MissionItem
 
@@ -106,10 +103,7 @@ def test_items_that_are_no_fence_give_no_fence() -> None:
 
 
 def test_rally_points_are_above_home_and_amsl_ones_are_reduced_by_it() -> None:
-    rows = [
-        make_item(5100, altitude_m=60.0, frame=3),
-        make_item(5100, altitude_m=548.0, frame=0),
-    ]
+    rows = [make_item(5100, altitude_m=60.0, frame=3), make_item(5100, altitude_m=548.0, frame=0)]
     points, findings = make_rally_points(rows, home_altitude_amsl_m=488.0)
     assert points == (
         RallyPoint(latitude_deg=47.0, longitude_deg=8.0, height_above_home_m=60.0),
@@ -135,10 +129,7 @@ def test_fence_rows_inside_a_mission_leave_the_items_and_are_told() -> None:
         f"{n}\t0\t3\t5001\t4\t0\t0\t0\t{lat}\t{lon}\t0\t1" for n, (lat, lon) in enumerate(SQUARE, 2)
     ]
     mission = read(
-        HOME,
-        "1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t20\t1",
-        *fence,
-        "6\t0\t0\t177\t1\t2\t0\t0\t0\t0\t0\t1",
+        HOME, "1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t20\t1", *fence, "6\t0\t0\t177\t1\t2\t0\t0\t0\t0\t0\t1"
     )
     assert [(item.command, item.jump_id) for item in mission.items] == [(22, 1), (177, 6)]
     assert mission.fence is not None

@@ -147,9 +147,7 @@ def test_a_fence_list_is_a_return_point_and_one_closed_polygon() -> None:
     assert mission.fence is not None
     assert mission.fence.polygons == (
         FencePolygon(
-            inclusion=True,
-            vertices_deg=((47.0, 8.0), (47.0, 8.1), (47.1, 8.1)),
-            place=Place(3, 1),
+            inclusion=True, vertices_deg=((47.0, 8.0), (47.0, 8.1), (47.1, 8.1)), place=Place(3, 1)
         ),
     )
     assert mission.fence.breach_return_deg_m == (47.05, 8.05, None)

@@ -20,11 +20,7 @@ from plan_text import LANDING, PLAN, plan_of, plan_without, simple_item
 from planner.autopilot import Autopilot
 from planner.mission.commands import Frame
 from planner.mission.formats.plan import read_plan_text
-from planner.mission.formats.writers import (
-    plan_text,
-    with_unused_position_zero,
-    wpl_text,
-)
+from planner.mission.formats.writers import plan_text, with_unused_position_zero, wpl_text
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -129,9 +125,7 @@ def compare_fence(fence: Fence, theirs: list[Any]) -> None:
 @given(items=item_lists(), home=HOMES)
 @settings(max_examples=60, deadline=None)
 def test_any_text_that_is_written_is_imported_as_it_was(
-    importers: Mapping[Autopilot, MissionRaw],
-    items: tuple[MissionItem, ...],
-    home: Home | None,
+    importers: Mapping[Autopilot, MissionRaw], items: tuple[MissionItem, ...], home: Home | None
 ) -> None:
     # MAVSDK makes -214.7° of a position that is not a number, and rounds one without a frame.
     placed = tuple(

@@ -14,10 +14,7 @@ from planner.autopilot import Autopilot
 from planner.mission.formats.plan import read_plan_text
 from planner.service.split import split_mission
 from planner.vehicle.battery import Battery
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    ParameterValue,
-)
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,10 +11,7 @@ from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
 from planner.findings import Finding, Place, Severity
 from planner.geo.fence import FenceCircle, FencePolygon, RallyPoint
-from planner.mission.formats.plan import (
-    PlanDocument,
-    read_plan_text,
-)
+from planner.mission.formats.plan import PlanDocument, read_plan_text
 from planner.mission.items import Home, Mission, VehicleKind
 
 if TYPE_CHECKING:

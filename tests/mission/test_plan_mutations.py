@@ -15,10 +15,7 @@ from plan_text import LANDING, PLAN, STRUCTURE_SCAN
 from planner.errors import MissionFileError
 from planner.mission.formats.json_document import parse_json
 from planner.mission.formats.legacy import read_legacy
-from planner.mission.formats.plan import (
-    is_legacy,
-    read_plan,
-)
+from planner.mission.formats.plan import is_legacy, read_plan
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission

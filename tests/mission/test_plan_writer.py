@@ -319,10 +319,7 @@ def _unnumbered(element: dict[str, Any]) -> dict[str, Any]:
 @given(items=item_lists(), home=HOMES, fence=FENCES, rally=RALLY_POINTS)
 @settings(max_examples=80, deadline=None)
 def test_any_mission_is_read_back_from_its_plan_as_it_was(
-    items: tuple[MissionItem, ...],
-    home: Home | None,
-    fence: Fence,
-    rally: tuple[RallyPoint, ...],
+    items: tuple[MissionItem, ...], home: Home | None, fence: Fence, rally: tuple[RallyPoint, ...]
 ) -> None:
     mission = replace(made(*items, home=home), fence=fence, rally=rally)
     text = plan_text(mission)

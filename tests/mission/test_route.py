@@ -13,18 +13,9 @@ from made_missions import HOME, item, jump, mission, north, rtl, speed, takeoff,
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OtherVehicleError
 from planner.findings import Severity
-from planner.mission.items import (
-    Home,
-    MissionFormat,
-    MissionItem,
-    VehicleEvidence,
-    VehicleKind,
-)
+from planner.mission.items import Home, MissionFormat, MissionItem, VehicleEvidence, VehicleKind
 from planner.mission.route.route import make_route
-from planner.mission.route.stage import (
-    Route,
-    StageKind,
-)
+from planner.mission.route.stage import Route, StageKind
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -123,8 +114,7 @@ def test_zero_latitude_and_longitude_mean_here_and_not_so_to_px4() -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "else_told"),
-    [(16, [Severity.WARNING]), (17, []), (21, []), (22, []), (179, [])],
+    ("command", "else_told"), [(16, [Severity.WARNING]), (17, []), (21, []), (22, []), (179, [])]
 )
 def test_a_place_at_zero_zero_is_an_error_where_px4_flies_there(
     command: int, else_told: list[Severity]

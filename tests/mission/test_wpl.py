@@ -77,8 +77,7 @@ def test_other_dialects_give_the_same_items(rows: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "rows",
-    [[HOME.replace("\t", " ")], [HOME, ""], [HOME, "# a comment"], [HOME + " # home"]],
+    "rows", [[HOME.replace("\t", " ")], [HOME, ""], [HOME, "# a comment"], [HOME + " # home"]]
 )
 def test_what_qgroundcontrol_refuses_is_told_once(rows: list[str]) -> None:
     mission = read(*rows)

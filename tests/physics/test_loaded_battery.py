@@ -178,11 +178,7 @@ def test_more_resistance_and_a_higher_rate_never_leave_more_to_use(
 ) -> None:
     def usable_wh(load_w: float, resistance_ohm: float) -> float:
         empty = empty_state_of_charge(
-            load_w,
-            cutoff_voltage_v=21.0,
-            resistance_ohm=resistance_ohm,
-            ocv_soc=SOC,
-            ocv_v=OCV_V,
+            load_w, cutoff_voltage_v=21.0, resistance_ohm=resistance_ohm, ocv_soc=SOC, ocv_v=OCV_V
         )
         return delivered_energy_wh(
             load_w,

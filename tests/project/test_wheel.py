@@ -34,9 +34,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the wheel installed, and nothing of the checkout."""
     folder = tmp_path_factory.mktemp("installed")
     subprocess.run(
-        [*PIP_INSTALL, "--target", str(folder), str(wheel)],
-        check=True,
-        capture_output=True,
+        [*PIP_INSTALL, "--target", str(folder), str(wheel)], check=True, capture_output=True
     )
     return folder
 

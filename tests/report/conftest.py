@@ -10,10 +10,7 @@ from page_browser import CHROMIUM, DRIVER, FLAGS
 from planner.findings import Place
 from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.motion.kinematics import FlightState
-from planner.flight.prediction import (
-    ItemArrival,
-    Segment,
-)
+from planner.flight.prediction import ItemArrival, Segment
 from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.rules.model import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE

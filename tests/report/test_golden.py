@@ -14,18 +14,12 @@ from planner.errors import ExitCode
 from planner.findings import Finding, Place, Rule, Severity
 from planner.flight.budget import BatteryBudget, Totals
 from planner.flight.motion.kinematics import FlightState
-from planner.flight.prediction import (
-    ItemArrival,
-    Segment,
-)
+from planner.flight.prediction import ItemArrival, Segment
 from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.report.github import check_github, github_summary
 from planner.report.gitlab import check_gitlab
-from planner.report.json import (
-    check_json,
-    check_json_lines,
-)
+from planner.report.json import check_json, check_json_lines
 from planner.report.junit import check_junit
 from planner.report.sarif import check_sarif
 from planner.report.text import Medium, check_text, statistics_text

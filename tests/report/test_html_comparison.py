@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 def longer(flown: CheckResult) -> CheckResult:
     """The same flight, a minute longer and 2 Wh more."""
     totals = replace(
-        flown.totals,
-        time_s=flown.totals.time_s + 60.0,
-        energy_wh=flown.totals.energy_wh + 2.0,
+        flown.totals, time_s=flown.totals.time_s + 60.0, energy_wh=flown.totals.energy_wh + 2.0
     )
     return replace(flown, file="<b>longer.plan", totals=totals)
 

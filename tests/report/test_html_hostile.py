@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from made_missions import item, mission, rtl, takeoff, waypoint
-from page_browser import (
-    NEEDS_BROWSER,
-    asked_for,
-    messages,
-    opened,
-    sheets,
-)
+from page_browser import NEEDS_BROWSER, asked_for, messages, opened, sheets
 
 import planner
 from planner.report.html.comparison import comparison_section
@@ -25,10 +19,7 @@ from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    ParameterValue,
-)
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome

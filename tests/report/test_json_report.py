@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from planner.report.json import (
-    check_json,
-    check_json_lines,
-    segments_json,
-)
+from planner.report.json import check_json, check_json_lines, segments_json
 from planner.values import replace
 
 if TYPE_CHECKING:

@@ -144,9 +144,7 @@ def test_the_call_and_its_verdicts_are_told(
 def test_a_fingerprint_stays_while_numbers_and_lines_change(flown: CheckResult) -> None:
     warning, note = flown.findings
     later = replace(
-        warning,
-        message=warning.message.replace("12.0", "13.5"),
-        place=Place(line=99, column=1),
+        warning, message=warning.message.replace("12.0", "13.5"), place=Place(line=99, column=1)
     )
     before = [one["partialFingerprints"] for one in _results(_log([flown]))]
     after = [

@@ -6,10 +6,7 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
-from planner.report.columns import (
-    segments_csv,
-    segments_text,
-)
+from planner.report.columns import segments_csv, segments_text
 
 if TYPE_CHECKING:
     from planner.service import CheckResult

@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING
 
 from planner.findings import Finding, Severity
 from planner.report.json import check_json
-from planner.report.text import (
-    Medium,
-    count_codes,
-    statistics_lines,
-    statistics_text,
-)
+from planner.report.text import Medium, count_codes, statistics_lines, statistics_text
 from planner.values import replace
 
 if TYPE_CHECKING:

@@ -66,9 +66,7 @@ def test_without_a_battery_the_headline_says_so(flown: CheckResult) -> None:
     )
 
 
-def test_the_battery_line_says_how_deep_and_how_low_where_that_is_known(
-    flown: CheckResult,
-) -> None:
+def test_the_battery_line_says_how_deep_and_how_low_where_that_is_known(flown: CheckResult) -> None:
     def line(result: CheckResult) -> str:
         lines = check_text([result], medium=Medium()).splitlines()
         return next(line for line in lines if line.startswith("Battery"))
@@ -214,11 +212,7 @@ def test_the_spread_is_told_where_the_model_has_one(flown: CheckResult) -> None:
     told = replace(
         flown,
         totals=replace(
-            flown.totals,
-            energy_wh_p10=22.0,
-            energy_wh_p90=26.0,
-            time_s_p10=680.0,
-            time_s_p90=705.0,
+            flown.totals, energy_wh_p10=22.0, energy_wh_p90=26.0, time_s_p10=680.0, time_s_p90=705.0
         ),
         battery=replace(flown.battery, below_reserve_probability=0.031),
         return_plan=replace(flown.return_plan, below_reserve_probability=0.0),

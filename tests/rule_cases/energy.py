@@ -131,11 +131,7 @@ def lifting(times: float) -> tuple[Finding, ...]:
     assert quad.mass_kg is not None
     # 1.225 kg/m³ at the highest point, 20 m up: a warmer day than the standard one at sea level.
     return found(
-        PLAIN,
-        ARDUPILOT,
-        vehicle=known,
-        payload_kg=(times - 1.0) * quad.mass_kg,
-        home_amsl_m=-20.0,
+        PLAIN, ARDUPILOT, vehicle=known, payload_kg=(times - 1.0) * quad.mass_kg, home_amsl_m=-20.0
     )
 
 

@@ -243,8 +243,6 @@ CASES: Mapping[str, RuleCases] = {
         silent=lambda: far_away(9_999.0),
     ),
     "M125": RuleCases(
-        fires=lambda: with_jumps(16),
-        boundary=lambda: with_jumps(15),
-        silent=lambda: with_jumps(1),
+        fires=lambda: with_jumps(16), boundary=lambda: with_jumps(15), silent=lambda: with_jumps(1)
     ),
 }

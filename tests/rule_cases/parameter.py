@@ -33,9 +33,7 @@ def expecting(value: float) -> tuple[Finding, ...]:
 
 CASES: Mapping[str, RuleCases] = {
     "P101": RuleCases(
-        fires=lambda: without("MPC_XY_CRUISE"),
-        boundary=without,
-        silent=lambda: found(PLAIN),
+        fires=lambda: without("MPC_XY_CRUISE"), boundary=without, silent=lambda: found(PLAIN)
     ),
     "P102": RuleCases(
         fires=lambda: found(PLAIN, ARDUPILOT, "WPNAV_SPEED,500\nWP_SPD,10\n"),

@@ -11,11 +11,7 @@ from virtual_vehicle import wire_item
 from planner.link.mission import MissionKind
 from planner.link.parameters import WireParameter
 from planner.link.snapshot import VehicleReading, make_snapshot
-from planner.link.telemetry import (
-    BatteryState,
-    VehicleIdentity,
-    VehicleState,
-)
+from planner.link.telemetry import BatteryState, VehicleIdentity, VehicleState
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home
 from planner.service import check_read

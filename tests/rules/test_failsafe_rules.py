@@ -28,10 +28,7 @@ from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    ParameterValue,
-)
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 from planner.vehicle.parameters.px4 import Px4Parameters
 
 if TYPE_CHECKING:

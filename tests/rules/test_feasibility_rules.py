@@ -13,10 +13,7 @@ from planner.catalogue import PX4_EVENTS
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.geo.fence import RallyPoint
-from planner.mission.commands import (
-    Support,
-    support,
-)
+from planner.mission.commands import Support, support
 from planner.physics.wind import Wind
 from planner.selection import Selection
 from planner.service import check

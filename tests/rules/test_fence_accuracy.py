@@ -28,9 +28,7 @@ SHARES = np.linspace(0.0, 1.0, 2001)
 def frame_at(latitude: float, longitude: float) -> Transformer:
     """Return the transformer from degrees to metres about a place."""
     return Transformer.from_crs(
-        "EPSG:4326",
-        f"+proj=aeqd +lat_0={latitude} +lon_0={longitude} +ellps=WGS84",
-        always_xy=True,
+        "EPSG:4326", f"+proj=aeqd +lat_0={latitude} +lon_0={longitude} +ellps=WGS84", always_xy=True
     )
 
 

@@ -47,8 +47,7 @@ def test_how_far_a_rally_point_is_outside_is_told() -> None:
 
 def test_a_polygon_that_encloses_nothing_is_told_without_a_flight() -> None:
     line = FencePolygon(
-        inclusion=True,
-        vertices_deg=(degrees(-10.0, 0.0), degrees(0.0, 0.0), degrees(10.0, 0.0)),
+        inclusion=True, vertices_deg=(degrees(-10.0, 0.0), degrees(0.0, 0.0), degrees(10.0, 0.0))
     )
     assert "F105" in findings_of((), line)
 

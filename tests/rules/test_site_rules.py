@@ -102,9 +102,7 @@ def test_a_mission_beyond_the_distance_of_a_site_is_an_error(
         assert "item 2 is 500 m from home" in found[0].message
 
 
-def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(
-    tmp_path: Path,
-) -> None:
+def test_distances_count_from_the_place_of_the_site_and_for_rally_and_fence(tmp_path: Path) -> None:
     place = f"[site]\nlatitude_deg = {north(250)}\nlongitude_deg = 8.0\nmax_distance_m = 300\n"
     assert of("M122", tmp_path, place) == []
     rally = RallyPoint(latitude_deg=north(900), longitude_deg=8.0, height_above_home_m=20.0)

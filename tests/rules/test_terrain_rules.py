@@ -180,11 +180,7 @@ def test_the_least_height_over_waves_is_that_of_the_sampled_flight(
         takeoff(40), waypoint(500, 60), waypoint(800, 30), waypoint(650, 45), item(21, north(0))
     )
     result = check(
-        made,
-        OF[autopilot],
-        battery=Battery(capacity_wh=5000.0),
-        terrain=waves,
-        with_trace=True,
+        made, OF[autopilot], battery=Battery(capacity_wh=5000.0), terrain=waves, with_trace=True
     )
     trace = result.trace
     assert trace is not None

@@ -151,9 +151,7 @@ def test_case_9_vehicles_on_the_ground_a_metre_apart_are_no_conflict() -> None:
     grid = []
     for number in range(4):
         home = replace(
-            HOME,
-            latitude_deg=north(float(number // 2)),
-            longitude_deg=east(float(number % 2)),
+            HOME, latitude_deg=north(float(number // 2)), longitude_deg=east(float(number % 2))
         )
         level_m = 20.0 + 5.0 * number
         up = item(22, home.latitude_deg, level_m, longitude_deg=home.longitude_deg)

@@ -60,9 +60,7 @@ def test_the_best_speeds_are_those_of_a_scan_at_a_hundredth(
     assert assessment is not None
     flights = [
         predict_flight(
-            route_at_speed(assessment.route, float(one)),
-            assessment.setup,
-            assessment.returns.pilot,
+            route_at_speed(assessment.route, float(one)), assessment.setup, assessment.returns.pilot
         )
         for one in tried
     ]

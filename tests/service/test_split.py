@@ -22,10 +22,7 @@ from planner.physics.wind import Wind
 from planner.service.split import Split, split_mission, write_split
 from planner.values import replace
 from planner.vehicle.battery import Battery
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    ParameterValue,
-)
+from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -364,10 +361,7 @@ def bodies(*kinds: st.SearchStrategy[MissionItem]) -> st.SearchStrategy[list[Mis
 
 GENTLE = ParameterSet(
     source="gentle.params",
-    values={
-        "MPC_Z_V_AUTO_UP": ParameterValue(2.5),
-        "MPC_Z_V_AUTO_DN": ParameterValue(1.5),
-    },
+    values={"MPC_Z_V_AUTO_UP": ParameterValue(2.5), "MPC_Z_V_AUTO_DN": ParameterValue(1.5)},
     stack=Autopilot.PX4,
 )
 """Within what the surveyor was identified at."""

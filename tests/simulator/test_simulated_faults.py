@@ -13,21 +13,10 @@ from planner.errors import LinkError, UsageError
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
 from planner.link.vehicle import VehicleLink
-from planner.link.wire import (
-    Codec,
-    Message,
-    message,
-)
+from planner.link.wire import Codec, Message, message
 from planner.service.simulation import make_simulated_wire
-from planner.simulator.faults import (
-    Direction,
-    DirectionFaults,
-    read_faults,
-)
-from planner.simulator.wire import (
-    PassedMessage,
-    is_transfer,
-)
+from planner.simulator.faults import Direction, DirectionFaults, read_faults
+from planner.simulator.wire import PassedMessage, is_transfer
 from planner.values import replace
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

@@ -6,10 +6,7 @@ import pytest
 from simulated_vehicles import Bench, named, out_and_back, texts
 
 from planner.autopilot import Autopilot
-from planner.link.mission import (
-    MissionKind,
-    MissionResult,
-)
+from planner.link.mission import MissionKind, MissionResult
 from planner.link.telemetry import event_number
 
 if TYPE_CHECKING:

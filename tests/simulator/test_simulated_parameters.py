@@ -6,11 +6,7 @@ import pytest
 from simulated_vehicles import Bench, named
 
 from planner.autopilot import Autopilot
-from planner.simulator.setup import (
-    INT16,
-    INT32,
-    REAL32,
-)
+from planner.simulator.setup import INT16, INT32, REAL32
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 BOTH = pytest.mark.parametrize("autopilot", [PX4, ARDUPILOT])

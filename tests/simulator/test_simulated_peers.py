@@ -22,10 +22,7 @@ from simulated_vehicles import free_port, memory_line, request, vehicle
 from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
 from planner.link.mission import MissionKind
-from planner.link.vehicle import (
-    VehicleLink,
-    open_vehicle,
-)
+from planner.link.vehicle import VehicleLink, open_vehicle
 from planner.service.simulation import open_simulation
 
 if TYPE_CHECKING:

@@ -62,9 +62,7 @@ def test_it_flies_where_and_with_what_energy_the_check_says(autopilot: Autopilot
             np.interp(time_s, trace.time_s, trace.height_above_home_m) * 1e3, abs=30.0
         )
         battery = bench.send("COMMAND_LONG", command=512, param1=147.0)[-1]
-        used_j = np.trapezoid(
-            *_until(time_s, trace.power_w, trace.time_s),
-        )
+        used_j = np.trapezoid(*_until(time_s, trace.power_w, trace.time_s))
         # Told in steps of 100 J; the last 0.1 s of the trace is cut off: some 40 J.
         assert battery["energy_consumed"] * 100.0 == pytest.approx(used_j, abs=150.0)
         left = 1.0 - used_j / 3600.0 / BATTERY.energy_wh

@@ -13,11 +13,7 @@ from textual.widgets import Input
 
 from planner.errors import OutputError, UsageError
 from planner.tui.checked import checked
-from planner.tui.screens.checklist import (
-    checklist_table,
-    sign_off_paths,
-    write_sign_off,
-)
+from planner.tui.screens.checklist import checklist_table, sign_off_paths, write_sign_off
 from planner.tui.screens.review import ReviewScreen
 
 PROFILE = '[manual]\nAirframe = ["Propellers tight", "Battery strapped"]\nSite = ["Notices read"]\n'

@@ -16,13 +16,7 @@ from textual.widgets import Input
 
 from planner.autopilot import Autopilot
 from planner.errors import UsageError
-from planner.guard.energy import (
-    Concern,
-    EnergyLeft,
-    EnergyState,
-    EnergyWarning,
-    Progress,
-)
+from planner.guard.energy import Concern, EnergyLeft, EnergyState, EnergyWarning, Progress
 from planner.link.address import LinkAddress, LinkKind, read_address
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
@@ -30,10 +24,7 @@ from planner.service.simulation import open_simulation
 from planner.service.vehicle import LinkRequest
 from planner.tui.app import ReviewApp
 from planner.tui.screens.live import LiveScreen
-from planner.tui.widgets.canvas import (
-    VEHICLE,
-    Drawing,
-)
+from planner.tui.widgets.canvas import VEHICLE, Drawing
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot
 from planner.tui.widgets.row_list import RowList

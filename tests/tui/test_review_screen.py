@@ -10,10 +10,7 @@ import pytest
 from reviews import TOO_FAR, review_app, rows_of, settled, text_of, typed, what_if_of
 from textual.widgets import Input, Static
 
-from planner import (
-    __version__,
-    quantity,
-)
+from planner import __version__, quantity
 from planner.report.json import check_json
 from planner.service import check_file
 from planner.tui.screens.review import ReviewScreen
@@ -212,9 +209,7 @@ async def test_a_key_checks_everything_again() -> None:
         assert text_of(screen, "#verdict").startswith("✖ NO-GO")
 
 
-async def test_a_bug_of_ours_is_told_and_leaves_no_verdict(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+async def test_a_bug_of_ours_is_told_and_leaves_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         msg = "list index out of range"
         raise IndexError(msg)

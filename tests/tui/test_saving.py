@@ -12,10 +12,7 @@ from planner.errors import UsageError
 from planner.mission.files import read_mission
 from planner.service import CheckResult
 from planner.tui.checked import checked
-from planner.tui.screens.save import (
-    OverwriteError,
-    save,
-)
+from planner.tui.screens.save import OverwriteError, save
 
 
 def test_the_report_ends_in_the_command_that_says_the_same() -> None:

@@ -11,11 +11,7 @@ from textual.widgets import Input
 
 from planner.service import CheckResult
 from planner.tui.checked import checked
-from planner.tui.screens.save import (
-    SplitScreen,
-    save,
-    save_parts,
-)
+from planner.tui.screens.save import SplitScreen, save, save_parts
 from planner.tui.suggestions import suggestions
 from planner.tui.widgets.row_list import RowList
 

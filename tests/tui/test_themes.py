@@ -12,30 +12,14 @@ from textual.containers import Vertical
 
 from planner.findings import Severity
 from planner.service import CheckResult
-from planner.tui.app import (
-    HIGH_CONTRAST,
-    THEMES,
-)
+from planner.tui.app import HIGH_CONTRAST, THEMES
 from planner.tui.checked import checked
 from planner.tui.details import Summary
-from planner.tui.rows import (
-    MARKS,
-    FindingTable,
-    item_table,
-)
+from planner.tui.rows import MARKS, FindingTable, item_table
 from planner.tui.screens.checklist import checklist_table
-from planner.tui.screens.missions import (
-    MissionTable,
-    entries_given,
-)
-from planner.tui.screens.search import (
-    HitTable,
-    hits,
-)
-from planner.tui.suggestions import (
-    SuggestionTable,
-    suggestions,
-)
+from planner.tui.screens.missions import MissionTable, entries_given
+from planner.tui.screens.search import HitTable, hits
+from planner.tui.suggestions import SuggestionTable, suggestions
 from planner.tui.widgets.bars import verdict_line
 from planner.tui.widgets.ground_map import GroundMap
 from planner.tui.widgets.profile_plot import ProfilePlot

@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from reviews import TOO_FAR, missions_shown, review_app, rows_of, settled, text_of, what_if_of
 
-from planner.tui.checked import (
-    FileWatch,
-    deciding_files,
-)
+from planner.tui.checked import FileWatch, deciding_files
 from planner.values import replace
 from planner.vehicle.library import load_vehicle, model_names
 from planner.vehicle.writer import write_vehicle

@@ -10,11 +10,7 @@ import pytest
 
 from planner.autopilot import Autopilot
 from planner.vehicle.library import load_vehicle
-from planner.vehicle.power import (
-    AltitudeLaw,
-    DensityLaw,
-    hover_power_w,
-)
+from planner.vehicle.power import AltitudeLaw, DensityLaw, hover_power_w
 
 if TYPE_CHECKING:
     from planner.vehicle.model import VehicleModel

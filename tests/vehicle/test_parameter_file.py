@@ -11,11 +11,7 @@ from hypothesis import strategies as st
 from planner.autopilot import Autopilot
 from planner.errors import ParameterFileError
 from planner.findings import Severity
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    parameters_from_text,
-    read_parameters,
-)
+from planner.vehicle.parameters.files import ParameterSet, parameters_from_text, read_parameters
 
 QGROUNDCONTROL = """\
 # Onboard parameters for Vehicle 1

@@ -9,20 +9,10 @@ from planner.findings import Severity
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
-from planner.vehicle.parameters.files import (
-    ParameterSet,
-    parameters_from_text,
-)
+from planner.vehicle.parameters.files import ParameterSet, parameters_from_text
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.resolve import (
-    ResolvedParameters,
-    resolve_parameters,
-)
-from planner.vehicle.parameters.table import (
-    OriginKind,
-    Parameter,
-    parameter_table,
-)
+from planner.vehicle.parameters.resolve import ResolvedParameters, resolve_parameters
+from planner.vehicle.parameters.table import OriginKind, Parameter, parameter_table
 
 
 def file_of(text: str) -> ParameterSet:
@@ -61,10 +51,7 @@ def test_the_file_comes_before_the_model_and_the_model_before_the_default() -> N
 
 def test_parameters_of_a_model_for_another_autopilot_are_left_alone() -> None:
     model = replace(
-        load_vehicle(),
-        reference=Autopilot.PX4,
-        speed=None,
-        parameters=(("MPC_XY_CRUISE", 8.0),),
+        load_vehicle(), reference=Autopilot.PX4, speed=None, parameters=(("MPC_XY_CRUISE", 8.0),)
     )
     values = resolve_parameters(Autopilot.ARDUPILOT, model=model).values
     assert all(origin.kind is OriginKind.DEFAULT for origin in values.origins.values())

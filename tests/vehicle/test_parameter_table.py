@@ -13,11 +13,7 @@ from planner.autopilot import Autopilot
 from planner.vehicle.parameters.ardupilot import ArduPilotParameters
 from planner.vehicle.parameters.files import parameters_from_text
 from planner.vehicle.parameters.px4 import Px4Parameters
-from planner.vehicle.parameters.resolve import (
-    PARAMETERS_OF,
-    FlightParameters,
-    resolve_parameters,
-)
+from planner.vehicle.parameters.resolve import PARAMETERS_OF, FlightParameters, resolve_parameters
 from planner.vehicle.parameters.table import parameter_table
 
 ROOM = Path(planner.vehicle.__file__).parent

@@ -19,11 +19,7 @@ SLOWEST_M_S = 0.1
 
 
 def headway_m_s(
-    way_m: FloatArray,
-    height_m: FloatArray,
-    *,
-    wind: Wind | None,
-    airspeed_limit_m_s: float,
+    way_m: FloatArray, height_m: FloatArray, *, wind: Wind | None, airspeed_limit_m_s: float
 ) -> FloatArray:
     """Return the highest ground speeds that can be held on ways; not positive without headway.
 

@@ -267,11 +267,7 @@ def s_curves(
     moving = np.flatnonzero((start > 0.0) | (end > 0.0))
     if len(moving):
         peak[moving] = _peak_between(
-            length_m[moving],
-            start[moving],
-            end[moving],
-            speed_m_s[moving],
-            limits.select(moving),
+            length_m[moving], start[moving], end[moving], speed_m_s[moving], limits.select(moving)
         )
         # A speed that the length cannot take away or build up is left out at the end.
         start, end = np.minimum(start, peak), np.minimum(end, peak)

@@ -14,11 +14,7 @@ import numpy as np
 
 from planner.findings import Rule, Severity
 from planner.mission.commands import RELATIVE_FRAMES, Command
-from planner.mission.route.stage import (
-    ReturnPath,
-    Stage,
-    StageKind,
-)
+from planner.mission.route.stage import ReturnPath, Stage, StageKind
 from planner.mission.route.walk import ground_amsl_m
 from planner.values import Value, replace
 

@@ -6,12 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    STATES,
-    FlightState,
-    KinematicState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState, KinematicState
 from planner.flight.prediction import segment_energies_j
 from planner.flight.returns.destination import HOME
 from planner.mission.route.stage import StageKind
@@ -26,10 +21,7 @@ if TYPE_CHECKING:
     from planner.flight.power import SteadyPower
     from planner.flight.prediction import Flight
     from planner.flight.returns.destination import Destinations
-    from planner.mission.route.stage import (
-        ReturnPath,
-        Route,
-    )
+    from planner.mission.route.stage import ReturnPath, Route
 
 _BRAKE, _CRUISE = STATE_INDEX[FlightState.BRAKE], STATE_INDEX[FlightState.CRUISE]
 _SLOWEST_M_S = 1e-3

@@ -11,10 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import (
-    STATE_INDEX,
-    FlightState,
-)
+from planner.flight.motion.kinematics import STATE_INDEX, FlightState
 from planner.flight.returns.path import thinned
 from planner.mission.route.stage import StageKind
 from planner.values import Value, field_values

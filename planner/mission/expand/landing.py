@@ -14,10 +14,7 @@ if TYPE_CHECKING:
     from planner.mission.items import MissionItem
 
 
-LAND_COMMANDS = {
-    "fwLandingPattern": Command.NAV_LAND,
-    "vtolLandingPattern": Command.NAV_VTOL_LAND,
-}
+LAND_COMMANDS = {"fwLandingPattern": Command.NAV_LAND, "vtolLandingPattern": Command.NAV_VTOL_LAND}
 _IMAGE_STOP_CAPTURE = 2001
 _VIDEO_STOP_CAPTURE = 2501
 

@@ -277,10 +277,7 @@ def make_survey_items(
     lines = 0
     for extra_deg in (0.0, 90.0) if plan.refly_at_90_deg else (0.0,):
         transects = make_transects_m(
-            outline_m,
-            angle_deg=angle_deg + extra_deg,
-            spacing_m=plan.spacing_m,
-            entry=plan.entry,
+            outline_m, angle_deg=angle_deg + extra_deg, spacing_m=plan.spacing_m, entry=plan.entry
         )
         if extra_deg and points and len(transects):
             transects = begun_nearest(transects, np.array(points[-1]))

@@ -31,12 +31,7 @@ ALTITUDE_KEYS = ("AMSLAltAboveTerrain", "Altitude", "AltitudeMode")
 
 _NUMBER_TYPES = frozenset({int, float})
 _COPY_TYPES = _NUMBER_TYPES | {type(None)}
-_PARAMETERS = (
-    *(f"parameter {n}" for n in range(1, 5)),
-    "latitude",
-    "longitude",
-    "altitude",
-)
+_PARAMETERS = (*(f"parameter {n}" for n in range(1, 5)), "latitude", "longitude", "altitude")
 _COPY_TOLERANCE_M = 0.01
 """Ground stations show altitudes to the centimetre. [m]"""
 

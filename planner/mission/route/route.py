@@ -20,12 +20,7 @@ from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, command_name, is_destination
 from planner.mission.items import MissionFormat, VehicleKind
 from planner.mission.route.stage import HomePlace, Lap, Route, Stage, StageKind
-from planner.mission.route.walk import (
-    TAKEOFFS,
-    MissionState,
-    ground_amsl_m,
-    is_on_earth,
-)
+from planner.mission.route.walk import TAKEOFFS, MissionState, ground_amsl_m, is_on_earth
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -85,7 +80,7 @@ def flown_order(items: tuple[MissionItem, ...], dialect: Autopilot | None) -> Fl
             findings.append(
                 JUMPS_TOO_LONG.finding(
                     f"the jumps lead past more than {MOST_VISITS:,} items: "
-                    "the prediction ends there, the mission continues",
+                    "the prediction ends there, the mission continues"
                 )
             )
             break

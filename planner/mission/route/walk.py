@@ -440,8 +440,7 @@ class MissionState:
         self._add(replace(self._stage(StageKind.TAKEOFF), yaw_deg=item.param4))
         if is_first and self.height_m <= 0.0:
             self.remark(
-                ZERO_TAKEOFF,
-                f"take-off altitude {quantity.height(self.height_m)} above home",
+                ZERO_TAKEOFF, f"take-off altitude {quantity.height(self.height_m)} above home"
             )
 
     def land(self, item: MissionItem) -> None:
@@ -549,8 +548,7 @@ class MissionState:
             self.speed_m_s = speed
         else:
             self.remark(
-                ITEM_NOT_MODELLED,
-                f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged",
+                ITEM_NOT_MODELLED, f"DO_CHANGE_SPEED: no speed type {kind:g}; speed unchanged"
             )
 
     def set_home(self, item: MissionItem) -> None:
@@ -634,8 +632,7 @@ class MissionState:
         is_going = item.command in _GOING
         if is_going and (item.latitude_deg is None or item.longitude_deg is None):
             self.remark(
-                ZERO_POSITION,
-                f"{command_name(item.command)} has no position: predicted as 'here'",
+                ZERO_POSITION, f"{command_name(item.command)} has no position: predicted as 'here'"
             )
         elif self.has_place(item):
             self.latitude_deg = item.latitude_deg or 0.0

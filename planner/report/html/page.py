@@ -15,18 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import UsageError
 from planner.report.figures import KEY_FIGURES, shown_figure
-from planner.report.html.mission import (
-    MissionView,
-    badness,
-    mission_view,
-    tally_text,
-)
+from planner.report.html.mission import MissionView, badness, mission_view, tally_text
 from planner.report.json import figures
-from planner.report.plots.figures import (
-    chart_config,
-    load_altair,
-    load_converter,
-)
+from planner.report.plots.figures import chart_config, load_altair, load_converter
 from planner.report.text import tally, well_formed
 
 if TYPE_CHECKING:

@@ -9,10 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planner.report.plots.figures import (
-        write_figure,
-        write_figures,
-    )
+    from planner.report.plots.figures import write_figure, write_figures
     from planner.report.plots.flight import (
         energy_figure,
         mission_figures,
@@ -22,10 +19,7 @@ if TYPE_CHECKING:
     from planner.report.plots.identification import identification_figures, verification_figure
     from planner.report.plots.site import map_figure
     from planner.report.plots.speed import speed_figure
-    from planner.report.plots.split import (
-        split_energy_figure,
-        split_map_figure,
-    )
+    from planner.report.plots.split import split_energy_figure, split_map_figure
 
 __all__ = [
     "energy_figure",

@@ -139,7 +139,7 @@ def power_panel(tables: FlightTables) -> Chart:
             color=alt.Color("state:N")
             .title("State")
             .scale(domain=list(map(str, present)), range=[STATE_COLOURS[s] for s in present]),
-        ),
+        )
     ]
     whole_min = tables.states[-1]["end_min"]
     named = [

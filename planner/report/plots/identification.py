@@ -113,10 +113,7 @@ def _response(response: ResponseEvidence) -> Chart:
 
 def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
     """Figure 8: mean power at each level and the law over height."""
-    from planner.vehicle.power import (
-        AltitudeLaw,
-        hover_power_w,
-    )
+    from planner.vehicle.power import AltitudeLaw, hover_power_w
 
     heights_m = np.array([hover.height_above_home_m for hover in hovers])
     law = None
@@ -136,10 +133,7 @@ def _hover(hovers: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
 
 def _power_over_speed(steady: Sequence[MeasuredPower], model: VehicleModel) -> Chart:
     """Figure 9: power of level flight over airspeed, and the law at the mean density."""
-    from planner.vehicle.power import (
-        WholeLaw,
-        whole_power_w,
-    )
+    from planner.vehicle.power import WholeLaw, whole_power_w
 
     level = [one for one in steady if abs(one.climb_rate_m_s) < _LEVEL_M_S]
     law = None

@@ -77,10 +77,7 @@ def map_panel(tables: FlightTables) -> Chart:
             layer(alt.NamedData("room"))
             .transform_calculate(what=f"'{_ROOM}'")
             .mark_line(
-                interpolate="linear-closed",
-                strokeWidth=0,
-                fillOpacity=_ROOM_OPACITY,
-                clip=True,
+                interpolate="linear-closed", strokeWidth=0, fillOpacity=_ROOM_OPACITY, clip=True
             )
             .encode(
                 detail="area:N",
@@ -92,11 +89,7 @@ def map_panel(tables: FlightTables) -> Chart:
         layers.append(
             layer(alt.NamedData("fence"))
             .mark_line(strokeWidth=1.8, clip=True, color=RED)
-            .encode(
-                detail="area:N",
-                order="order:Q",
-                strokeDash=fence_dashes(tables.fence),
-            )
+            .encode(detail="area:N", order="order:Q", strokeDash=fence_dashes(tables.fence))
         )
     layers.append(
         layer(alt.NamedData("path"))

@@ -479,10 +479,7 @@ def _band_rows(assessment: Assessment) -> list[Row]:
     even_s = np.linspace(0.0, assessment.flight.time_s, _BAND_POINTS)[1:]
     segments = np.unique(np.searchsorted(columns.end_s, even_s).clip(max=len(columns.end_s) - 1))
     band = predict_energy_band(
-        assessment.returns,
-        assessment.setup,
-        segments,
-        spread=assessment.vehicle.spread,
+        assessment.returns, assessment.setup, segments, spread=assessment.vehicle.spread
     )
     if band is None:
         return []

@@ -387,9 +387,7 @@ class CommandLineScreen(ModalScreen[None]):
         width: 90%; height: auto; padding: 1 2; background: $panel; border: round $primary;
     }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,enter,q,y", "dismiss", "Back"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,enter,q,y", "dismiss", "Back")]
 
     def __init__(self, command: str) -> None:
         super().__init__()

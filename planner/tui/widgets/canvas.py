@@ -90,10 +90,7 @@ class Drawing(Widget, can_focus=True):
         if y >= self._shown.rows:
             return Strip.blank(self.size.width, self.rich_style)
         runs = [
-            Run(
-                text,
-                self.get_component_rich_style(f"drawing--{ink}") if ink else self.rich_style,
-            )
+            Run(text, self.get_component_rich_style(f"drawing--{ink}") if ink else self.rich_style)
             for text, ink in self._shown.runs(y)
         ]
         return Strip(runs, self.size.width)

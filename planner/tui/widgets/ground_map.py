@@ -9,13 +9,7 @@ from textual.binding import Binding, BindingType
 
 from planner import quantity
 from planner.tui.ground import scale_bar_m, scale_to_fit, wind_arrow
-from planner.tui.widgets.canvas import (
-    DOTS_ACROSS,
-    DOTS_DOWN,
-    VEHICLE,
-    Canvas,
-    Drawing,
-)
+from planner.tui.widgets.canvas import DOTS_ACROSS, DOTS_DOWN, VEHICLE, Canvas, Drawing
 
 if TYPE_CHECKING:
     from textual import events

@@ -123,10 +123,7 @@ class Panes(Container):
     def compose(self) -> ComposeResult:
         """Yield the panes; what the form holds follows when the first check is done."""
         yield RowList(
-            FindingTable(findings=()),
-            empty=_UNCHECKED,
-            id="findings",
-            classes="pane -current",
+            FindingTable(findings=()), empty=_UNCHECKED, id="findings", classes="pane -current"
         )
         yield ProfilePlot(id="plot", classes="pane")
         yield WhatIfForm(id="what-if", classes="pane")

@@ -9,13 +9,7 @@ from textual.binding import Binding, BindingType
 
 from planner import quantity
 from planner.tui.curves import thinned
-from planner.tui.widgets.canvas import (
-    DOTS_ACROSS,
-    DOTS_DOWN,
-    VEHICLE,
-    Canvas,
-    Drawing,
-)
+from planner.tui.widgets.canvas import DOTS_ACROSS, DOTS_DOWN, VEHICLE, Canvas, Drawing
 
 if TYPE_CHECKING:
     from textual import events

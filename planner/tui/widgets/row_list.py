@@ -16,10 +16,7 @@ from textual.strip import Strip
 if TYPE_CHECKING:
     from textual import events
 
-    from planner.tui.rows import (
-        Table,
-        TableColumn,
-    )
+    from planner.tui.rows import Table, TableColumn
 
 _GAP = 1
 """Blank cells between columns."""

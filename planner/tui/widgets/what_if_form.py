@@ -12,10 +12,7 @@ from textual.content import Content
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from planner.tui.suggestions import (
-    Suggestion,
-    SuggestionTable,
-)
+from planner.tui.suggestions import Suggestion, SuggestionTable
 from planner.tui.what_if import WhatIf, form_settings
 from planner.tui.widgets.row_list import RowList
 

@@ -84,9 +84,7 @@ def plan_circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circl
     return Circles(
         key=rows * SLOTS + 1,
         law=CircleLaw(
-            start_m=start,
-            centre_m=centre,
-            rate_rad_s=-np.copysign(rate, stages.radius_m[rows]),
+            start_m=start, centre_m=centre, rate_rad_s=-np.copysign(rate, stages.radius_m[rows])
         ),
         duration_s=duration,
         speed_m_s=rate * size,

@@ -490,10 +490,7 @@ def _corner_rows(stages: StageColumns, key: IntArray, leads: BoolArray) -> IntAr
 
 
 def _speed_along(
-    stages: StageColumns,
-    stage: IntArray,
-    held_m_s: FloatArray,
-    direction: FloatArray,
+    stages: StageColumns, stage: IntArray, held_m_s: FloatArray, direction: FloatArray
 ) -> FloatArray:
     """Return the speed along legs by the speeds commanded for stages and held in wind. (n,) [m s⁻¹]"""
     vertical = np.where(direction[:, 2] > 0.0, stages.climb_m_s[stage], stages.descent_m_s[stage])

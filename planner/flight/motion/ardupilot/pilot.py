@@ -33,12 +33,7 @@ from planner.flight.motion.ardupilot.stages import (
     stage_columns,
 )
 from planner.flight.motion.ardupilot.timeline import make_motion
-from planner.flight.motion.ardupilot.vertical import (
-    change_of_height,
-    landing,
-    set_down,
-    takeoff,
-)
+from planner.flight.motion.ardupilot.vertical import change_of_height, landing, set_down, takeoff
 from planner.flight.motion.kinematics import FlightState, hold
 from planner.mission.route.stage import StageKind
 
@@ -49,10 +44,7 @@ if TYPE_CHECKING:
     from planner.flight.motion.ardupilot.legs import ArduPilotLegs
     from planner.flight.motion.ardupilot.splines import Splines
     from planner.flight.motion.ardupilot.stages import StageColumns
-    from planner.flight.motion.kinematics import (
-        Manoeuvres,
-        Motion,
-    )
+    from planner.flight.motion.kinematics import Manoeuvres, Motion
     from planner.mission.route.stage import Stage
     from planner.physics.wind import Wind
     from planner.vehicle.model import Responses
@@ -328,8 +320,6 @@ def _flown_splines(
     end = np.where(is_spline[after], splines.speed_at_start_m_s[after], met[after])
     return (
         splines.flown(
-            splines.stage * SLOTS,
-            np.where(passed_before, start, 0.0),
-            np.where(passed, end, 0.0),
+            splines.stage * SLOTS, np.where(passed_before, start, 0.0), np.where(passed, end, 0.0)
         ),
     )

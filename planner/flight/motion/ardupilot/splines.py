@@ -155,9 +155,7 @@ def plan_splines(
     )
     limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
     acceleration = _ACCELERATION_SHARE * limits_along(
-        tangent,
-        parameters.acceleration_m_s2,
-        parameters.vertical_acceleration_m_s2,
+        tangent, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
     joins = np.zeros(len(row), np.bool_)
     joins[1:] = (row[1:] == row[:-1] + 1) & stages.is_passed[row[:-1]]
@@ -249,9 +247,7 @@ def _tangents(
     whole = np.zeros((len(stages.kind), 3))
     whole[row] = arriving
     leaving = np.where(
-        is_spline[before][:, None],
-        whole[before],
-        stages.place_m[before] - stages.start_m[before],
+        is_spline[before][:, None], whole[before], stages.place_m[before] - stages.start_m[before]
     )
     return np.where((stages.is_passed[before] & (row > 0))[:, None], leaving, 0.0), arriving
 
@@ -288,9 +284,7 @@ def _bend_limit_m_s(
     across = bend - (bend * tangent).sum(axis=-1)[..., None] * tangent
     size = np.sqrt((across**2).sum(axis=-1))
     allowed = _ACCELERATION_SHARE * limits_along(
-        across,
-        parameters.acceleration_m_s2,
-        parameters.vertical_acceleration_m_s2,
+        across, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
     bent = (size > 0.0) & (slope_size > 0.0)
     limit = np.full(size.shape, np.inf)

@@ -319,10 +319,7 @@ def _circle_ends_m(
     angle = -math.copysign(2.0 * math.pi * turns, radius_m)
     sine, cosine = math.sin(angle), math.cos(angle)
     out = np.array(
-        [
-            direction[0] * cosine - direction[1] * sine,
-            direction[0] * sine + direction[1] * cosine,
-        ]
+        [direction[0] * cosine - direction[1] * sine, direction[0] * sine + direction[1] * cosine]
     )
     ahead = math.copysign(1.0, -radius_m) * np.array([-out[1], out[0]])
     stop_m = stopping_point_m(rate_rad_s * size, parameters)

@@ -117,10 +117,7 @@ def _climb(
 
 
 def landing(
-    key: IntArray,
-    start_m: FloatArray,
-    ground_m: FloatArray,
-    parameters: ArduPilotParameters,
+    key: IntArray, start_m: FloatArray, ground_m: FloatArray, parameters: ArduPilotParameters
 ) -> Manoeuvres:
     """Return landings, down to the ground and until disarmed.
 
@@ -211,22 +208,13 @@ def _approach(
     last = zero + last_m_s
     return (
         (peak / a, steady / peak, (peak - knee) / a, np.log(knee / last_m_s) / k),
-        (
-            zero,
-            gained,
-            gained + steady,
-            gained + steady + rooted,
-            gained + steady + rooted + lined,
-        ),
+        (zero, gained, gained + steady, gained + steady + rooted, gained + steady + rooted + lined),
         (zero, peak, peak, knee, last),
     )
 
 
 def set_down(
-    key: IntArray,
-    start_m: FloatArray,
-    climb_m_s: FloatArray,
-    parameters: ArduPilotParameters,
+    key: IntArray, start_m: FloatArray, climb_m_s: FloatArray, parameters: ArduPilotParameters
 ) -> tuple[Manoeuvres, Manoeuvres, Manoeuvres]:
     """Return how loads are set down at home's level: descents, waits, climbs back.
 

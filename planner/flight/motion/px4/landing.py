@@ -339,10 +339,7 @@ def _leads_to_target(planned: PlannedLegs, limits: Limits, straights: Straights)
 
 
 def settlings(
-    begin_m: FloatArray,
-    velocity_m_s: FloatArray,
-    target_m: FloatArray,
-    parameters: Px4Parameters,
+    begin_m: FloatArray, velocity_m_s: FloatArray, target_m: FloatArray, parameters: Px4Parameters
 ) -> Curves:
     """Return how vehicles in motion settle on places near by.
 

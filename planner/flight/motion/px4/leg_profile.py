@@ -6,11 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.landing import (
-    creeping_half_b_m_s,
-    creeps,
-    settlings,
-)
+from planner.flight.motion.px4.landing import creeping_half_b_m_s, creeps, settlings
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,

@@ -394,9 +394,7 @@ def _flown(
     straights.put(
         moving,
         fly_straights(
-            limits.select(moving),
-            start_m_s=start[moving],
-            acceleration_m_s2=acceleration[moving],
+            limits.select(moving), start_m_s=start[moving], acceleration_m_s2=acceleration[moving]
         ),
     )
     end, end_speed = ends_of_moves(

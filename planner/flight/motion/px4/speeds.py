@@ -243,11 +243,7 @@ def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[Floa
     jerk_s = np.minimum(a / j, np.sqrt(2.0 * speed_m_s / j))
     left = np.maximum(speed_m_s - 0.5 * j * jerk_s**2, 0.0)
     way = jerk_s * (speed_m_s - j * jerk_s**2 / 6.0) + 0.5 * left**2 / a
-    return way, cut_ramp_time_s(
-        speed_m_s,
-        np.full_like(speed_m_s, a),
-        np.full_like(speed_m_s, j),
-    )
+    return way, cut_ramp_time_s(speed_m_s, np.full_like(speed_m_s, a), np.full_like(speed_m_s, j))
 
 
 def yaw_time_s(angle_rad: FloatArray, parameters: Px4Parameters) -> FloatArray:

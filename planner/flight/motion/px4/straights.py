@@ -489,10 +489,7 @@ class Limits(Columns, eq=False):
     def allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
         """Return the speeds both laws allow so far from the target, infinite where unbound. (n, 2)"""
         speed = allowed_speed_m_s(
-            distance_m[:, None],
-            self.final_m_s,
-            self.brake_m_s2,
-            self.brake_m_s3,
+            distance_m[:, None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
         )
         return np.where(self.binds, speed, np.inf)
 
@@ -512,10 +509,7 @@ class Limits(Columns, eq=False):
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return how far before the target braking from speeds begins. (n,) [m]"""
         way = braking_distance_m(
-            speed_m_s[:, None],
-            self.final_m_s,
-            self.brake_m_s2,
-            self.brake_m_s3,
+            speed_m_s[:, None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
         )
         level, upright = way[:, _LEVEL], way[:, _UPRIGHT]
         binds = self.binds
@@ -548,8 +542,7 @@ def limits_along(
 
     acceleration = np.column_stack((np.full_like(length, parameters.acceleration_m_s2), vertical))
     at_end = np.minimum(
-        speed,
-        allowed_speed_m_s(level * tail, planned.final_level_m_s, acceleration[:, 0], jerk),
+        speed, allowed_speed_m_s(level * tail, planned.final_level_m_s, acceleration[:, 0], jerk)
     )
     steep = upright > level
     binds = np.column_stack(

@@ -254,10 +254,7 @@ def _straightened_m(
     along = ALIGNED_COS * last_m_s + free_m_s
     across = _ALIGNED_SIN * last_m_s
     half_s = 0.5 * time_s
-    return (
-        half_s * (along * ahead - across * aside),
-        half_s * (along * aside + across * ahead),
-    )
+    return (half_s * (along * ahead - across * aside), half_s * (along * aside + across * ahead))
 
 
 def _held_speed_m_s(
@@ -377,11 +374,7 @@ def slowed_turns(
     begun = np.clip(np.sign(way[:, 2]) * velocity_m_s[:, 2], -limit, limit)
     jerk = parameters.jerk_m_s3
     time = np.maximum(
-        ramp_time_s(
-            turns.speed_m_s - after,
-            parameters.acceleration_m_s2,
-            jerk,
-        ),
+        ramp_time_s(turns.speed_m_s - after, parameters.acceleration_m_s2, jerk),
         ramp_time_s(np.abs(reached - begun), vertical, jerk),
     )
     slows &= height > limit * time
@@ -429,11 +422,7 @@ def joined_turns(
     climb, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     jerk = parameters.jerk_m_s3
     time = np.maximum(
-        ramp_time_s(
-            change[:, :2].max(axis=1),
-            parameters.acceleration_m_s2,
-            jerk,
-        ),
+        ramp_time_s(change[:, :2].max(axis=1), parameters.acceleration_m_s2, jerk),
         ramp_time_s(change[:, 2], vertical, jerk),
     )
     straight = (turns.duration_s == 0.0) | (
@@ -455,17 +444,9 @@ def joined_turns(
     settled = speed + jerk * growing**2
     left = length + part.tail_m - settled * (time + growing)
     level_reach = braking_distance_m(
-        settled * level,
-        part.final_level_m_s,
-        parameters.acceleration_m_s2,
-        jerk,
+        settled * level, part.final_level_m_s, parameters.acceleration_m_s2, jerk
     )
-    upright_reach = braking_distance_m(
-        settled * upright,
-        part.final_upright_m_s,
-        vertical,
-        jerk,
-    )
+    upright_reach = braking_distance_m(settled * upright, part.final_upright_m_s, vertical, jerk)
     grows = (
         shallow & (share == 1.0) & (level_reach <= left * level) & (upright_reach <= left * upright)
     )
