@@ -11,7 +11,7 @@ from planner.flight.pilot import make_pilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon, RallyPoint
 from planner.geo.geodesy import LocalFrame
 from planner.mission.route.route import make_route
-from planner.service import check
+from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery

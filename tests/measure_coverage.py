@@ -14,7 +14,7 @@ from scipy.stats import t
 
 from planner.identify.spread import FlownAndPredicted, fit_spread
 from planner.identify.verification import KnownConditions
-from planner.service import verify_logs
+from planner.service.verification import verify_logs
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:

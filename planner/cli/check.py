@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner import __version__, service
+from planner import __version__
 from planner.cli.check_output import attach_baseline, refuse_output, rendered, write_attachments
 from planner.cli.configuration import common_settings, mission_settings
 from planner.cli.link import is_vehicle, link_options, taken_link
@@ -22,14 +22,14 @@ from planner.cli.options import (
 from planner.cli.output import narrate, progress, refuse_overwriting, write_data
 from planner.errors import ExitCode, UsageError
 from planner.report.text import caveat, tally
-from planner.service import UnreadableMission
+from planner.service.preflight import UnreadableMission, check_file
 from planner.setting import Group, declared
 from planner.setup import Output, Setup, Together
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
     Results = Sequence[CheckResult | UnreadableMission]
 
@@ -80,7 +80,9 @@ def command(
     with progress(list(zip(missions, settings, strict=True)), label="Checking") as jobs:
         results = [_checked(mission, values, link) for mission, values in jobs]
     if together is not None:
-        results = list(service.keep_apart(results, together))
+        from planner.service.together import keep_apart
+
+        results = list(keep_apart(results, together))
     write_attachments(results, output)
     if write_baseline is not None:
         attach_baseline(results, write_baseline)
@@ -127,7 +129,7 @@ def _checked(
 ) -> CheckResult | UnreadableMission:
     setup = Setup.of(values)
     if not is_vehicle(mission):
-        return service.check_file(mission, setup)
+        return check_file(mission, setup)
     from planner.cli.link import TransferProgress, link_request
     from planner.service.vehicle import check_vehicle, fetch_vehicle
 
@@ -171,7 +173,7 @@ def segments(mission: str, *, file_format: str, output: Path | None, **options: 
 
     refuse_overwriting(output, (mission,))
     settings = mission_settings(mission, given_settings(options))
-    result = service.check_file(mission, Setup.of(settings))
+    result = check_file(mission, Setup.of(settings))
     if isinstance(result, UnreadableMission):
         narrate(result.findings[0].message)
         return ExitCode.UNUSABLE

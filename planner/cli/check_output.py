@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from planner import __version__, quantity
 from planner.cli.output import narrate, standard_medium, write_data
 from planner.errors import UsageError
-from planner.service import UnreadableMission
+from planner.service.preflight import UnreadableMission
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.errors import ExitCode
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
     from planner.setup import Output
 
     Results = Sequence[CheckResult | UnreadableMission]

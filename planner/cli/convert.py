@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
-from planner import quantity, service
+from planner import quantity
 from planner.cli.options import setting_option
 from planner.cli.output import narrate, refuse_overwriting
 from planner.errors import UsageError
 from planner.report.text import Medium, finding_lines
+from planner.service.conversion import convert_file
 
 
 @click.command("convert")
@@ -29,7 +30,7 @@ def command(*, source: str, target: Path, force: bool, speed_m_s: float | None) 
     if target.exists() and not force:
         msg = f"{target} exists: give another file, or --force to overwrite it"
         raise UsageError(msg)
-    result = service.convert_file(source, target, speed_m_s=speed_m_s)
+    result = convert_file(source, target, speed_m_s=speed_m_s)
     for file, findings in ((result.file, result.findings), (result.target, result.losses)):
         for finding in findings:
             for line in finding_lines(finding, file=file, medium=Medium()):

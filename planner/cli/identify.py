@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from planner import __version__, service
+from planner import __version__
 from planner.autopilot import Autopilot
 from planner.cli.options import FiniteRange, format_option
 from planner.cli.output import (
@@ -18,6 +18,7 @@ from planner.cli.output import (
     write_data,
 )
 from planner.errors import ExitCode, UsageError
+from planner.service.identification import identify_logs
 
 if TYPE_CHECKING:
     from planner.identify.assembly import IdentificationSettings
@@ -120,7 +121,7 @@ def command(
         return ExitCode.GO
     refuse_overwriting(output, logs)
     settings = _settings(output, options)
-    found = service.identify_logs(
+    found = identify_logs(
         logs, settings, mapping=csv_mapping, output=output, on_log=narrate, on_step=narrate_seldom()
     )
     if file_format == "json":

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from planner import __version__, service
+from planner import __version__
 from planner.cli.options import KindType, data_options, given_settings, setting_option
 from planner.cli.output import narrate, progress, refuse_overwriting, standard_medium, write_data
 from planner.errors import ExitCode
 from planner.mission.files import read_mission
+from planner.service.verification import verify_logs
 from planner.setting import Fraction
 from planner.vehicle.library import load_vehicle
 
@@ -92,7 +93,7 @@ def command(
         csv_mapping = read_csv_mapping(mapping)
     with progress(logs, label="Verifying") as paths:
         done = list(
-            service.verify_logs(
+            verify_logs(
                 vehicle,
                 paths,
                 known,

@@ -14,7 +14,7 @@ from planner.report.text import table_lines
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 def columns_csv(columns: Mapping[str, Iterable[object]]) -> str:

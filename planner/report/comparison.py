@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from planner.report.figures import Figure
     from planner.report.json import Document
     from planner.report.text import Medium
-    from planner.service import CheckResult
     from planner.service.comparison import Comparison
+    from planner.service.preflight import CheckResult
     from planner.service.vehicle import MissionComparison
 
 

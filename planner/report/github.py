@@ -14,7 +14,7 @@ from planner import quantity
 from planner.findings import Severity
 from planner.report.pipeline import pipeline_path
 from planner.report.text import caveat, finding_message, headline, label, printable, tally
-from planner.service import CheckResult, UnreadableMission
+from planner.service.preflight import CheckResult, UnreadableMission
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,7 +11,7 @@ import msgspec
 from planner.catalogue import entries, events_of
 from planner.report.rule_text import way_off
 from planner.report.text import count_codes, well_formed
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.setup import conditions
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.identify.verification import Verification
     from planner.link.snapshot import VehicleSnapshot
     from planner.logs.record import FlightRecord
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
     from planner.service.vehicle import MissionComparison
     from planner.vehicle.model import VehicleModel
 Document = dict[str, object]

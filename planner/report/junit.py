@@ -12,14 +12,14 @@ from xml.etree import ElementTree as ET
 
 from planner.report.pipeline import pipeline_path
 from planner.report.text import caveat, finding_message, headline, label, printable
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from planner.findings import Finding
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
 _COUNTED = {"tests": "testcase", "failures": "failure", "errors": "error", "skipped": "skipped"}
 """The elements that an attribute counts."""

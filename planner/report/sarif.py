@@ -17,7 +17,7 @@ from planner.report.json import figures, json_text, stretch_document
 from planner.report.pipeline import fingerprints, pipeline_path
 from planner.report.rule_text import explanation
 from planner.report.text import finding_message, printable
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.errors import ExitCode
     from planner.findings import Finding, Rule
     from planner.report.json import Document
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
 _SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

@@ -12,7 +12,7 @@ from planner import quantity
 from planner.findings import Finding, Severity
 from planner.flight.motion.kinematics import STATES
 from planner.rules.energy import destination_name, place_along, reserve_name
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.setup import conditions_text
 from planner.values import Value
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from planner.flight.budget import BatteryBudget, Totals
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
 
 class Phase(NamedTuple):

@@ -14,7 +14,7 @@ from planner.guard.energy import Prediction
 from planner.guard.session import GuardSession
 from planner.link.connection import Purpose
 from planner.link.snapshot import make_snapshot, read_vehicle
-from planner.service import UnreadableMission
+from planner.service.preflight import UnreadableMission
 from planner.service.vehicle import check_vehicle, open_link, silent
 from planner.values import Value, replace
 

@@ -8,7 +8,7 @@ from planner.autopilot import Autopilot
 from planner.errors import LogFileError, MavjouleError
 from planner.flight.budget import battery_temperature_c
 from planner.mission.items import Home
-from planner.service import UnreadableMission, check_read
+from planner.service.preflight import UnreadableMission, check_read
 from planner.simulator.faults import Faults
 from planner.simulator.flown import fly_prediction
 from planner.simulator.setup import FIRMWARE, StoredLog, make_parameters, make_setup
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from planner.link.address import LinkAddress
     from planner.mission.items import Mission
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
     from planner.setup import Setup
     from planner.simulator.flown import FlownMission
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from planner.link.upload import UploadResult
     from planner.link.vehicle import OnProgress
     from planner.mission.items import Mission
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
     from planner.service.vehicle import LinkRequest
     from planner.setup import Setup
 

@@ -17,7 +17,7 @@ from planner.link.vehicle import open_vehicle
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
-from planner.service import check_read
+from planner.service.preflight import check_read
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from planner.link.vehicle import OnProgress, VehicleLink
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
     from planner.setup import Setup
 
 

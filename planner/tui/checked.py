@@ -6,9 +6,8 @@ import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planner import service
 from planner.cli.configuration import OWN_FILE, SHARED_FILE
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult, check_file
 from planner.tui.curves import pictures
 from planner.tui.ground import ground
 from planner.values import Value, replace
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from planner.link.snapshot import VehicleSnapshot
     from planner.mission.items import Mission
     from planner.rules.assessment import Assessment
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
     from planner.setup import Setup
     from planner.tui.curves import Picture
     from planner.tui.ground import Ground
@@ -56,7 +55,7 @@ def checked(file: str, what_if: WhatIf) -> Checked:
         If the settings are unusable.
     """
     before = file_sha256(file)
-    result = service.check_file(file, what_if.setup())
+    result = check_file(file, what_if.setup())
     assessment = result.assessment if isinstance(result, CheckResult) else None
     return Checked(
         file=file,
@@ -100,7 +99,7 @@ def _check_vehicle(snapshot: VehicleSnapshot, what_if: WhatIf) -> CheckResult | 
 
 def check_what_if(file: str, what_if: WhatIf) -> CheckResult | UnreadableMission:
     """Check a mission file under changed settings, for the result alone."""
-    return service.check_file(file, what_if.setup())
+    return check_file(file, what_if.setup())
 
 
 def check_again(checked: Checked, changes: Mapping[str, str]) -> CheckResult | UnreadableMission:

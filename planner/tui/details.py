@@ -20,7 +20,7 @@ from planner.report.text import (
     printable,
 )
 from planner.rules.energy import destination_name, place_along
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.rows import MARKS, finding_line
 from planner.values import Value
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding
     from planner.flight.returns.tightest import ReturnPlan
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
 
 class Details(Value):

@@ -9,7 +9,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Severity
 from planner.report.text import finding_message, printable
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.units import wh_from_j
 from planner.values import Value
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.findings import Finding
     from planner.flight.prediction import ItemArrival, Segment
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
 
 MARKS = {Severity.ERROR: "✖", Severity.WARNING: "▲", Severity.INFO: "·"}

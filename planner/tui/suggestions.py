@@ -11,7 +11,7 @@ from planner.errors import MavjouleError
 from planner.findings import Severity
 from planner.quantity import exact, mean_of
 from planner.report.text import headline
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.setup import battery_text
 from planner.tui.checked import check_again, check_inputs
 from planner.tui.rows import MARKS, TableColumn
@@ -21,7 +21,7 @@ from planner.vehicle.battery import Battery
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
     from planner.service.split import Split
     from planner.tui.checked import Checked
 

@@ -16,7 +16,7 @@ from long_missions import LEG_M, plan, seconds
 from sampled_flight import Manoeuvre, SampledVehicle
 
 from planner.mission.files import read_mission_bytes
-from planner.service import check
+from planner.service.preflight import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 

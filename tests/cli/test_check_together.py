@@ -11,7 +11,7 @@ import pytest
 import planner
 from planner.cli.main import main
 from planner.errors import UsageError
-from planner.service import UnreadableMission
+from planner.service.preflight import UnreadableMission
 
 
 @pytest.fixture

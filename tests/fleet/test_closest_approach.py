@@ -25,7 +25,7 @@ from planner.fleet.approach import ACCURACY_M, closest_approach
 from planner.fleet.separation import Member, Spacing, clearing_delay_s, predict_conflicts
 from planner.fleet.trajectory import AT_REST_S, Trajectory, make_trajectory, part_of_cubic
 from planner.geo.geodesy import LocalFrame
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import field_values
 from planner.vehicle.library import load_vehicle
 

@@ -16,7 +16,7 @@ from made_missions import takeoff as takeoff_item
 from made_terrain import ground
 
 from planner.flight.motion.ardupilot.stages import followed_speed_m_s
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 

@@ -16,7 +16,7 @@ from planner.flight.pilot import make_pilot
 from planner.flight.prediction import Flight, predict_flight
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
-from planner.service import CheckResult, check
+from planner.service.preflight import CheckResult, check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.mission.items import Mission, MissionItem
     from planner.rules.assessment import Assessment
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 VEHICLE = planner.load_vehicle("arducopter-sitl-quad")
 METRES_PER_DEGREE_EAST = 76_057.0

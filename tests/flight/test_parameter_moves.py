@@ -13,7 +13,7 @@ import pytest
 from made_missions import HOME, item, mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.service import check
+from planner.service.preflight import check
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.files import parameters_from_text
 

@@ -11,7 +11,7 @@ from made_missions import takeoff as takeoff_item
 from planner.autopilot import Autopilot
 from planner.flight.motion.px4.pilot import fly_px4
 from planner.flight.pilot import Px4Pilot, make_pilot
-from planner.service import check
+from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle

@@ -17,7 +17,7 @@ from planner.autopilot import Autopilot
 from planner.flight.motion.px4.pieces import TimeScale
 from planner.flight.motion.px4.pilot import fly_px4
 from planner.mission.route.stage import StageKind
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.parameters.px4 import Px4Parameters

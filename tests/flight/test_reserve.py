@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 
-from planner.service import check
+from planner.service.preflight import check
 from planner.setup import Reserve, settings
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

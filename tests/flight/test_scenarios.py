@@ -27,7 +27,7 @@ from planner.flight.uncertainty import (
 from planner.mission.route.route import make_route
 from planner.physics.wind import Wind
 from planner.quantity import Spread
-from planner.service import CheckResult, check
+from planner.service.preflight import CheckResult, check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery

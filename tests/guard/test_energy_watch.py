@@ -19,7 +19,7 @@ from planner.guard.energy import (
     MeasuredPlace,
     Prediction,
 )
-from planner.service import CheckResult, check
+from planner.service.preflight import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 

@@ -9,7 +9,7 @@ from made_missions import HOME, jump, mission, north, rtl, takeoff, waypoint
 from planner.flight.prediction import sample_trace
 from planner.flight.returns.tightest import sweep_returns
 from planner.guard.energy import MeasuredPlace, Progress, flight_progress
-from planner.service import check
+from planner.service.preflight import check
 from planner.vehicle.library import load_vehicle
 
 QUAD = load_vehicle("arducopter-sitl-quad")

@@ -17,7 +17,6 @@ from plan_text import PLAN, SURVEY, plan_of, plan_with, simple_item
 from qgc_rules import refuse_plan, refuse_text
 
 import planner
-from planner import service
 from planner.autopilot import Autopilot
 from planner.errors import MissionFileError, OutputError, UsageError
 from planner.geo.fence import RallyPoint
@@ -28,6 +27,7 @@ from planner.mission.formats.plan import read_plan_text
 from planner.mission.formats.wpl import read_wpl
 from planner.mission.items import MissionFormat
 from planner.mission.route.route import make_route
+from planner.service.conversion import convert_file
 from planner.values import replace
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(
 def test_converting_tells_what_was_odd_and_what_is_lost(tmp_path: Path) -> None:
     source, target = tmp_path / "a.plan", tmp_path / "b.waypoints"
     source.write_text(plan_with(7, "mission", "version"), encoding="utf-8")
-    result = service.convert_file(source, target)
+    result = convert_file(source, target)
     assert result.items == 6
     assert codes(result.findings) == ["L102"]
     assert codes(result.losses) == ["L201", "L202", "L204", "L154"]
@@ -218,7 +218,7 @@ def test_what_is_no_mission_is_not_converted(tmp_path: Path) -> None:
     source = tmp_path / "a.plan"
     source.write_text("[]", encoding="utf-8")
     with pytest.raises(MissionFileError):
-        service.convert_file(source, tmp_path / "b.txt")
+        convert_file(source, tmp_path / "b.txt")
     assert list(tmp_path.iterdir()) == [source]
 
 

@@ -15,7 +15,7 @@ from planner.autopilot import Autopilot
 from planner.errors import MissionFileError
 from planner.mission.files import read_mission_bytes
 from planner.mission.route.route import make_route
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import Value
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from planner.mission.items import Mission
     from planner.mission.route.stage import Route
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT
 VEHICLES = {PX4: "px4-sih-quad", ARDUPILOT: "arducopter-sitl-quad"}

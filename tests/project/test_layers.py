@@ -44,7 +44,7 @@ def test_the_house_as_it_stands_keeps_its_layers(house: Path) -> None:
 @pytest.mark.parametrize(
     ("module", "imported"),
     [
-        ("units", "planner.service"),
+        ("units", "planner.service.preflight"),
         ("physics/wind", "planner.flight.motion.kinematics"),
         ("mission/items", "planner.vehicle.model"),
         ("service", "planner.report.text"),

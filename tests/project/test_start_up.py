@@ -39,7 +39,7 @@ def _loaded(code: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "module", ["planner", "planner.cli.main", "planner.cli.check", "planner.service"]
+    "module", ["planner", "planner.cli.main", "planner.cli.check", "planner.service.preflight"]
 )
 def test_an_import_pulls_in_nothing_heavy(module: str) -> None:
     assert _loaded(f"import {module}") == set()

@@ -14,8 +14,7 @@ from planner.flight.prediction import ItemArrival, Segment
 from planner.flight.returns.tightest import ReturnPlan
 from planner.physics.wind import Wind
 from planner.rules.model import CRUISE_POWER_ASSUMED, MODEL_OUTSIDE_ENVELOPE
-from planner.service import CheckResult, UnreadableMission
-from planner.service.preflight import FILE_UNREADABLE
+from planner.service.preflight import FILE_UNREADABLE, CheckResult, UnreadableMission
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle

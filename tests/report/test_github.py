@@ -13,7 +13,7 @@ from planner.report.github import check_github, github_summary
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 FOLDER = Path("/repository")
 COMMAND = re.compile(r"::(?P<kind>error|warning|notice) (?P<properties>[^:]*)::(?P<message>.*)")

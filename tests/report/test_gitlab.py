@@ -11,7 +11,7 @@ from planner.report.gitlab import check_gitlab
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 FOLDER = Path("/repository")
 

@@ -23,7 +23,7 @@ from planner.report.json import check_json, check_json_lines
 from planner.report.junit import check_junit
 from planner.report.sarif import check_sarif
 from planner.report.text import Medium, check_text, statistics_text
-from planner.service import CheckResult, UnreadableMission
+from planner.service.preflight import CheckResult, UnreadableMission
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.library import load_vehicle

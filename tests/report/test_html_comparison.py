@@ -12,7 +12,7 @@ from planner.report.html.page import check_html
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 
 @pytest.fixture

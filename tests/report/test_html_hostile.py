@@ -14,7 +14,7 @@ from page_browser import NEEDS_BROWSER, asked_for, messages, opened, sheets
 import planner
 from planner.report.html.comparison import comparison_section
 from planner.report.html.page import check_html
-from planner.service import UnreadableMission, check_file
+from planner.service.preflight import UnreadableMission, check_file
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -24,7 +24,7 @@ from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
 
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
     Result = CheckResult | UnreadableMission
 

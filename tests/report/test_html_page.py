@@ -27,7 +27,7 @@ from planner.physics.wind import Wind
 from planner.report.figures import FIGURES
 from planner.report.html.page import check_html
 from planner.report.json import check_json
-from planner.service import check_file
+from planner.service.preflight import check_file
 from planner.setup import Setup
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -35,7 +35,7 @@ from planner.vehicle.library import load_vehicle
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
 
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
     Result = CheckResult | UnreadableMission
 

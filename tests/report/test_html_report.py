@@ -14,7 +14,7 @@ from made_missions import mission, rtl, takeoff
 from planner import __version__
 from planner.errors import UsageError
 from planner.report.html.page import check_html, plotting_bundle
-from planner.service import CheckResult, UnreadableMission, check
+from planner.service.preflight import CheckResult, UnreadableMission, check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

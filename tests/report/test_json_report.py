@@ -12,7 +12,7 @@ from planner.report.json import check_json, check_json_lines, segments_json
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 # The schema as the interface promises it: every key, and the JSON types it may have.
 NUMBER, TEXT, NOTHING = (int, float), str, type(None)

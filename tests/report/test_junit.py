@@ -15,7 +15,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 # What the schema of Jenkins allows: the children of each element, and its attributes.
 CHILDREN = {

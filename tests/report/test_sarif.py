@@ -19,7 +19,7 @@ from planner.values import replace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 FOLDER = Path("/repository")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from planner.report.columns import segments_csv, segments_text
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 def test_csv_reads_back_as_the_same_numbers(flown: CheckResult) -> None:

@@ -10,7 +10,7 @@ from planner.report.split import flown_text
 from planner.service.split import SplitPart
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 def part(first: int, last: int, begins_m: float | None, ends_m: float | None) -> SplitPart:

@@ -11,7 +11,7 @@ from planner.report.text import Medium, count_codes, statistics_lines, statistic
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 
 def _finding(code: str, severity: Severity) -> Finding:

@@ -17,7 +17,7 @@ from planner.rules.energy import RESERVE_BELOW_MINIMUM
 from planner.values import replace
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 TERMINAL = Medium(width=80, is_coloured=True)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import Value
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -10,7 +10,7 @@ from made_missions import mission, rtl, speed, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, PLAIN, PLENTY, PX4, STEP, RuleCases, found, vehicle_of
 
 from planner.physics.wind import Wind
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.model import ModelSpread, Responses
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.findings import Finding
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 OUT_AND_BACK = mission(takeoff(100), waypoint(1000, 100), rtl())
 ONE_WAY = mission(takeoff(100), waypoint(1000, 100))

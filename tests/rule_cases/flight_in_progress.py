@@ -9,7 +9,7 @@ from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
 
 from planner.guard.energy import BatteryReading, EnergyState, EnergyWatch, MeasuredPlace, Prediction
-from planner.service import check
+from planner.service.preflight import check
 from planner.vehicle.battery import Battery
 
 if TYPE_CHECKING:

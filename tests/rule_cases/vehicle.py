@@ -14,7 +14,7 @@ from planner.link.snapshot import VehicleReading, make_snapshot
 from planner.link.telemetry import BatteryState, VehicleIdentity, VehicleState
 from planner.mission.files import read_mission_bytes
 from planner.mission.items import Home
-from planner.service import check_read
+from planner.service.preflight import check_read
 from planner.service.upload import check_removal
 from planner.service.vehicle import check_vehicle
 from planner.setup import Setup

@@ -9,7 +9,7 @@ from made_missions import HOME, item, mission, north, rtl, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.findings import Severity
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

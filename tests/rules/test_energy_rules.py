@@ -10,14 +10,14 @@ from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.errors import UsageError
 from planner.findings import Severity
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 from planner.vehicle.model import ModelSpread
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 VEHICLE = load_vehicle("falkowski-2023-quadrotor")
 OUT_AND_BACK = mission(takeoff(100), waypoint(1000, 100), rtl())

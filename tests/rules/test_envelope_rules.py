@@ -11,7 +11,7 @@ from planner.autopilot import Autopilot
 from planner.errors import UsageError
 from planner.findings import Severity
 from planner.physics.wind import Wind
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -22,7 +22,7 @@ from planner.flight.returns.destination import make_destinations
 from planner.flight.returns.path import make_returns
 from planner.geo.fence import RallyPoint
 from planner.mission.route.route import make_route
-from planner.service import check
+from planner.service.preflight import check
 from planner.setup import Setup
 from planner.values import replace
 from planner.vehicle.battery import Battery
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
     from planner.mission.items import Mission
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
 FLOWN = mission(takeoff(50), waypoint(1000, 50), waypoint(0, 50), rtl())

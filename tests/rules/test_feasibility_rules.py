@@ -16,7 +16,7 @@ from planner.geo.fence import RallyPoint
 from planner.mission.commands import Support, support
 from planner.physics.wind import Wind
 from planner.selection import Selection
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -17,7 +17,7 @@ from planner.autopilot import Autopilot
 from planner.geo.fence import Fence, FenceCircle, FencePolygon
 from planner.mission.items import Home
 from planner.rules.fenced_flight import make_fenced_flight
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.library import load_vehicle
 

@@ -8,7 +8,7 @@ from made_missions import mission, north, rtl, takeoff, waypoint
 from planner.autopilot import Autopilot
 from planner.findings import Finding, Severity
 from planner.geo.fence import Fence, FenceCircle, FencePolygon
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

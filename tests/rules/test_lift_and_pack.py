@@ -6,7 +6,7 @@ import pytest
 from made_missions import mission, rtl, takeoff, waypoint
 
 from planner.findings import Severity
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

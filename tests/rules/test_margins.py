@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from made_missions import METRES_PER_DEGREE_NORTH, item, mission, rtl, speed, takeoff, waypoint
 
 from planner.physics.wind import Wind
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 SURVEY_QUAD = load_vehicle("arducopter-sitl-quad")
 FLOWN = mission(takeoff(50), waypoint(800, 50), waypoint(200, 80), rtl())

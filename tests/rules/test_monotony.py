@@ -11,7 +11,7 @@ from made_missions import item, mission, north, rtl, speed, takeoff, waypoint
 
 from planner.autopilot import Autopilot
 from planner.physics.wind import Wind
-from planner.service import check
+from planner.service.preflight import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from planner.mission.items import Mission
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
     from planner.vehicle.model import VehicleModel
 
 ARTICLE = load_vehicle("falkowski-2023-quadrotor")

@@ -14,7 +14,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.geo.fence import Fence
 from planner.physics.wind import Wind
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 

@@ -10,7 +10,7 @@ from made_missions import item, mission, north, rtl, takeoff, waypoint
 from planner.errors import ProfileFileError
 from planner.findings import Severity
 from planner.geo.fence import Fence, FencePolygon, RallyPoint
-from planner.service import check
+from planner.service.preflight import check
 from planner.site_profile import read_profile
 from planner.values import replace
 from planner.vehicle.battery import Battery

@@ -8,7 +8,7 @@ import pytest
 from made_missions import item, mission, north, rtl, takeoff
 
 from planner.autopilot import Autopilot
-from planner.service import check
+from planner.service.preflight import check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
 

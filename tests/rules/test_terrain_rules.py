@@ -18,7 +18,7 @@ from planner.autopilot import Autopilot
 from planner.findings import Severity
 from planner.geo.fence import RallyPoint
 from planner.geo.terrain import TerrainGrid
-from planner.service import check
+from planner.service.preflight import check
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle

@@ -17,7 +17,7 @@ from rule_cases.mission import far_away
 from planner.findings import Severity
 from planner.flight.returns.path import FlightPoint
 from planner.rules.energy import place_along
-from planner.service import check
+from planner.service.preflight import check
 from planner.site_profile import SiteProfile
 from planner.values import replace
 from planner.vehicle.declared import Interval

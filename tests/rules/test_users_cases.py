@@ -23,7 +23,8 @@ from planner.findings import Severity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.files import read_mission
 from planner.physics.wind import Wind
-from planner.service import check, check_together
+from planner.service.preflight import check
+from planner.service.together import check_together
 from planner.values import replace
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from planner.mission.items import Mission, MissionItem
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
 
 STEP = load_vehicle("falkowski-2023-quadrotor")
 COPTER = load_vehicle("arducopter-sitl-quad")

@@ -18,7 +18,7 @@ from simulated_vehicles import (
 
 from planner.autopilot import Autopilot
 from planner.link.wire import Codec
-from planner.service import CheckResult, check_read
+from planner.service.preflight import CheckResult, check_read
 from planner.values import replace
 
 PX4, ARDUPILOT = Autopilot.PX4, Autopilot.ARDUPILOT

@@ -14,7 +14,7 @@ from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.panes import DetailsPane
 
 if TYPE_CHECKING:
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
     from planner.tui.what_if import WhatIf
 
 pytestmark = pytest.mark.asyncio

@@ -12,7 +12,7 @@ from textual.widgets import Input, Static
 
 from planner import __version__, quantity
 from planner.report.json import check_json
-from planner.service import check_file
+from planner.service.preflight import check_file
 from planner.tui.screens.review import ReviewScreen
 from planner.tui.widgets.panes import PANES, DetailsPane
 from planner.tui.widgets.profile_plot import ProfilePlot

@@ -10,7 +10,7 @@ from reviews import TOO_FAR, review_app, settled, what_if_of
 
 from planner.errors import UsageError
 from planner.mission.files import read_mission
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.checked import checked
 from planner.tui.screens.save import OverwriteError, save
 

@@ -6,7 +6,7 @@ import pytest
 from reviews import TOO_FAR, review_app, rows_of, settled, what_if_of
 
 from planner.findings import Severity
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.checked import checked
 from planner.tui.screens.search import SearchScreen, hits
 from planner.tui.widgets.panes import DetailsPane, Panes

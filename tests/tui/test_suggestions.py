@@ -9,7 +9,7 @@ import pytest
 from reviews import SURVEY, TOO_FAR, TOO_SMALL, review_app, rows_of, settled, text_of, what_if_of
 from textual.widgets import Input
 
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.checked import checked
 from planner.tui.screens.save import SplitScreen, save, save_parts
 from planner.tui.suggestions import suggestions

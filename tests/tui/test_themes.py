@@ -11,7 +11,7 @@ from reviews import SURVEY, TOO_FAR, TOO_SMALL, missions_shown, review_app, sett
 from textual.containers import Vertical
 
 from planner.findings import Severity
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.app import HIGH_CONTRAST, THEMES
 from planner.tui.checked import checked
 from planner.tui.details import Summary

@@ -9,11 +9,11 @@ from planner.report.figures import FIGURES, Figure, figures_at, number_at
 from planner.report.html.page import template
 from planner.report.json import figures
 from planner.report.text import flight_phases, headline, printable
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 
 if TYPE_CHECKING:
     from planner.report.json import Document
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
     Result = CheckResult | UnreadableMission
 

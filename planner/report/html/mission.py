@@ -21,7 +21,7 @@ from planner.report.text import (
     headline,
     printable,
 )
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from planner.report.figures import ShownFigure
     from planner.report.json import Document
     from planner.report.plots.tables import FlightTables, Row
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
     from planner.vehicle.model import VehicleModel
 Spec = dict[str, Any]
 

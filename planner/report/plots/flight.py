@@ -23,7 +23,7 @@ from planner.report.plots.tables import make_tables, with_data
 if TYPE_CHECKING:
     from planner.flight.budget import BatteryBudget
     from planner.report.plots.tables import FlightTables, Row
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 WIDTH, HEIGHT = 720, 200

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.report.plots.tables import FlightTables, Row
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 WIDTH, HEIGHT = 720, 540

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.report.plots.site import View
     from planner.report.plots.tables import Row
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 _BAR_PX = 24

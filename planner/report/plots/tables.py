@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from planner.mission.route.stage import Stage
     from planner.report.plots.figures import Chart
     from planner.rules.assessment import Assessment
-    from planner.service import CheckResult
+    from planner.service.preflight import CheckResult
 
 
 _MOST_POINTS = 1_500

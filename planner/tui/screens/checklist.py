@@ -19,7 +19,7 @@ from planner.files import write_output_file
 from planner.findings import Severity
 from planner.report.json import envelope, json_text
 from planner.report.text import finding_tally, printable
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.checked import file_sha256
 from planner.tui.details import summary
 from planner.tui.rows import MARKS, TableColumn, finding_line

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from textual.app import ComposeResult
 
-    from planner.service import CheckResult, UnreadableMission
+    from planner.service.preflight import CheckResult, UnreadableMission
     from planner.tui.what_if import WhatIf
 
 

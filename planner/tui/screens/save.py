@@ -13,7 +13,7 @@ from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Input, Static
 
-from planner import __version__, quantity, service
+from planner import __version__, quantity
 from planner.errors import MavjouleError, UsageError
 from planner.files import write_output_file
 from planner.mission.convert import mission_at_speed
@@ -21,6 +21,7 @@ from planner.mission.files import write_mission
 from planner.report.json import check_json
 from planner.report.split import flown_text
 from planner.report.text import Medium, check_text, finding_message, headline, printable
+from planner.service.conversion import convert_file
 from planner.tui.rows import MARKS
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def save(checked: Checked, name: str, *, replace: bool = False) -> str:
 def _save_mission(checked: Checked, path: Path) -> str:
     speed_m_s = checked.what_if.values().get("speed_m_s")
     if checked.snapshot is None:
-        done = service.convert_file(checked.file, path, speed_m_s=speed_m_s)
+        done = convert_file(checked.file, path, speed_m_s=speed_m_s)
         items, losses = done.items, done.losses
     else:
         mission = checked.snapshot.mission

@@ -11,7 +11,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Input
 
 from planner.report.text import printable
-from planner.service import CheckResult
+from planner.service.preflight import CheckResult
 from planner.tui.rows import MARKS, TableColumn
 from planner.tui.widgets.row_list import RowList
 from planner.values import Value
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from planner.findings import Finding, Severity
     from planner.flight.prediction import ItemArrival
-    from planner.service import UnreadableMission
+    from planner.service.preflight import UnreadableMission
 
 
 MOST_HITS = 200

@@ -9,7 +9,7 @@ from textual.containers import Container, VerticalScroll
 from textual.content import Content
 from textual.widgets import Static
 
-from planner.service import CheckResult, UnreadableMission
+from planner.service.preflight import CheckResult, UnreadableMission
 from planner.tui import curves, details
 from planner.tui.rows import FindingTable, item_table, segment_table
 from planner.tui.widgets.canvas import Drawing

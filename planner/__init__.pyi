@@ -1,0 +1,37 @@
+"""The public names of the package, each from the module it is declared in: the one list of them."""
+
+from planner.autopilot import Autopilot as Autopilot
+from planner.autopilot import Target as Target
+from planner.errors import MavjouleError as MavjouleError
+from planner.findings import Finding as Finding
+from planner.findings import Place as Place
+from planner.findings import Severity as Severity
+from planner.logs.csv import CsvMapping as CsvMapping
+from planner.logs.csv import read_csv_mapping as read_csv_mapping
+from planner.logs.files import read_log as read_log
+from planner.logs.record import FlightRecord as FlightRecord
+from planner.mission.convert import mission_at_speed as mission_at_speed
+from planner.mission.files import read_mission as read_mission
+from planner.mission.files import write_mission as write_mission
+from planner.mission.items import Mission as Mission
+from planner.physics.wind import Wind as Wind
+from planner.quantity import Spread as Spread
+from planner.selection import Selection as Selection
+from planner.service.comparison import Comparison as Comparison
+from planner.service.comparison import compare_results as compare_results
+from planner.service.preflight import CheckResult as CheckResult
+from planner.service.preflight import check as check
+from planner.service.speed import SpeedCurve as SpeedCurve
+from planner.service.speed import predict_speed_curve as predict_speed_curve
+from planner.service.split import Split as Split
+from planner.service.split import split_mission as split_mission
+from planner.service.split import write_split as write_split
+from planner.service.together import check_together as check_together
+from planner.setup import Reserve as Reserve
+from planner.setup import Setup as Setup
+from planner.site_profile import read_profile as read_profile
+from planner.vehicle.battery import Battery as Battery
+from planner.vehicle.library import load_vehicle as load_vehicle
+from planner.vehicle.model import VehicleModel as VehicleModel
+
+__version__: str
