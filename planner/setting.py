@@ -8,6 +8,7 @@ of the reports and the tables of the README iterate over the declarations.
 from __future__ import annotations
 
 import math
+import re
 from enum import Enum
 from functools import cache
 from inspect import Parameter, Signature
@@ -16,13 +17,13 @@ from pathlib import Path
 from typing import (
     TYPE_CHECKING,
     Any,
+    ClassVar,
     Concatenate,
-    ForwardRef,
     ParamSpec,
     Self,
     TypeGuard,
     TypeVar,
-    get_args,
+    dataclass_transform,
 )
 
 import msgspec
@@ -30,7 +31,7 @@ import msgspec
 from planner.errors import UsageError, described, is_number, nearest_hint
 from planner.quantity import PLUS_MINUS, Spread, exact, exact_percent, read_fraction, read_number
 from planner.selection import FileIgnore, make_file_ignore
-from planner.values import Value, force_setattr, replace
+from planner.values import Value, ValueType, force_setattr, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 Subject = TypeVar("Subject")
 Outcome = TypeVar("Outcome")
+_UNIT = re.compile("_(m_s|m|s|c|kg)$")
 SettingValue = Any
 """The value of a setting: each kind has its own."""
 
@@ -51,6 +53,10 @@ class Kind:
     is_repeated = False
     """Whether its option may be given several times; its values are tuples then."""
     is_file = False
+    metavar = ""
+    """What its option takes, for the help."""
+    made_by = "a number"
+    """What a script gives that has a value of a wrong type."""
 
     def read(self, text: str) -> SettingValue:
         """Return the value of a text; raise ``ValueError`` with a sentence."""
@@ -110,6 +116,9 @@ class Number(Kind):
         self.unit, self.low, self.high = unit, low, high
         self.is_open, self.with_spread, self.hint = is_open, with_spread, hint
         self.holds = "text or number" if with_spread else "number"
+        self.metavar = unit.upper().replace("/", "_")
+        if with_spread:
+            self.made_by = "a number, or planner.Spread(mean=…, sd=…)"
 
     @property
     def range_text(self) -> str:
@@ -125,23 +134,17 @@ class Number(Kind):
         if len(parts) > 2 or not all(parts):
             msg = f"expected a value and its standard deviation, such as 5±2, got {text!r}"
             raise ValueError(msg)
-        unit = self.written_unit
-        if len(parts) == 2 and parts[1].endswith(unit) and not parts[0].endswith(unit):
-            parts[0] += unit  # 95±2% is 95 % ± 2 %
+        if len(parts) == 2 and parts[1].endswith("%") and not parts[0].endswith("%"):
+            parts[0] += "%"  # 95±2% is 95 % ± 2 %
         mean, *sd = map(self.read_one, parts)
-        if sd and not 0.0 <= sd[0] < math.inf:
-            msg = f"expected a standard deviation of zero or more, got {text!r}"
+        if sd and not 0.0 <= sd[0] <= self.high - self.low:
+            msg = f"expected a standard deviation of 0 to {self.high - self.low:g}, got {text!r}"
             raise ValueError(msg)
         if refused := self.refusal(mean):
             hint = f": {self.hint}" if self.hint and mean > self.high else ""
             msg = f"expected {refused}, got {text!r}{hint}"
             raise ValueError(msg)
         return Spread(mean=mean, sd=sd[0]) if sd and sd[0] else mean
-
-    @property
-    def written_unit(self) -> str:
-        """The unit as it stands after a number."""
-        return self.unit
 
     def read_one(self, text: str) -> float:
         """Return a single number."""
@@ -171,12 +174,7 @@ class Fraction(Number):
 
     def __init__(self, *, is_open: bool = False, with_spread: bool = False) -> None:
         super().__init__("", 0.0, 1.0, is_open=is_open, with_spread=with_spread)
-        self.holds = "text or number"
-
-    @property
-    def written_unit(self) -> str:
-        """A percentage."""
-        return "%"
+        self.holds, self.metavar = "text or number", "FRACTION"
 
     @property
     def range_text(self) -> str:
@@ -215,6 +213,7 @@ class Choice(Kind):
 
     def __init__(self, values: Mapping[str, Any]) -> None:
         self.values = values
+        self.metavar = "|".join(values)
 
     def read(self, text: str) -> SettingValue:
         """Return the value of a name."""
@@ -248,6 +247,7 @@ class File(Kind):
 
     holds = "path"
     is_file = True
+    metavar = "FILE"
 
     def read(self, text: str) -> SettingValue:
         """Return the path."""
@@ -306,6 +306,7 @@ class Codes(Kind):
 
     holds = "text or list of texts"
     is_repeated = True
+    metavar = "CODES"
 
     def __init__(self, known: Callable[[], Iterable[str]]) -> None:
         self._known = known
@@ -367,25 +368,27 @@ class Group(Enum):
     REPORT = "where the report of a call goes, and how"
 
 
-class Row(Value):
+class Row(Value, kw_only=False):
     """One number of a setting in the ``conditions`` of the JSON and the tables of the reports."""
 
     key: str
     label: str
     shown: Callable[[float | None], str]
-    of: Callable[[Any], float | None]
+    of: Callable[[Any], float | None] = lambda value: value
     """The number, from the value of the setting."""
 
 
-class Setting(Value):
+class Setting(Value, kw_only=False):
     """One thing a user can set."""
 
     kind: Kind
     group: Group
     help: str
     option: str = ""
-    """Name on the command line; empty where it only stands in a configuration."""
+    """Name on the command line, by default the key without its unit; empty where it has none."""
+    is_option: bool = True
     metavar: str = ""
+    """By default that of the kind."""
     unset: str = ""
     """What holds where it is not given, for the help and the terminal UI."""
     key: str = ""
@@ -393,7 +396,7 @@ class Setting(Value):
     field: str = ""
     """The field that holds it; given by the class it is declared in."""
     made_by: str = ""
-    """What a script gives that has a value of a wrong type, where a number does not do."""
+    """What a script gives that has a value of a wrong type; by default as of the kind."""
     load: Callable[[Any], Any] | None = None
     """From what is written to what the field holds, where that is read from a file."""
     into: Callable[[Any, Any], Any] | None = None
@@ -407,8 +410,8 @@ class Setting(Value):
     in_file: bool = True
     """Whether it may stand in a configuration."""
     rows: tuple[Row, ...] = ()
-    phrase: Callable[[Any], str | None] | None = None
-    """A value in the one line about the conditions of a flight; ``None``: nothing worth telling."""
+    phrase: Callable[[Any], str] | None = None
+    """A value in the one line about the conditions of a flight."""
 
     @property
     def help_text(self) -> str:
@@ -425,8 +428,62 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-class Declared(Value):
+class _Field(Value):
+    default: object
+    settings: tuple[Setting, ...]
+
+
+def setting(
+    *declared: Any,  # noqa: ANN401 - as of `Setting`
+    default: Any = msgspec.NODEFAULT,  # noqa: ANN401 - of the field's type
+    also: tuple[Setting, ...] = (),
+    **more: Any,  # noqa: ANN401 - as of `Setting`
+) -> Any:  # noqa: ANN401 - what the field holds
+    """Return a field that is set by a setting, and perhaps by others, declared as `Setting`."""
+    return _Field(default=default, settings=(Setting(*declared, **more), *also))
+
+
+class _DeclaredType(ValueType):
+    """Takes the settings of the fields out of their declarations."""
+
+    def __new__(
+        mcls,
+        name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        **options: Any,  # noqa: ANN401 - those of `msgspec.Struct`
+    ) -> ValueType:
+        fields = {key: one for key, one in namespace.items() if isinstance(one, _Field)}
+        settings = dict(*(vars(base)["_settings"] for base in bases if "_settings" in vars(base)))
+        for key, one in fields.items():
+            namespace.pop(key)
+            if one.default is not msgspec.NODEFAULT:
+                namespace[key] = one.default
+            settings[key] = tuple(_whole(declared, key) for declared in one.settings)
+        return super().__new__(mcls, name, bases, namespace | {"_settings": settings}, **options)
+
+
+def _whole(setting: Setting, field: str) -> Setting:
+    """Return a setting with what follows from its field and its kind."""
+    key = setting.key or field
+    option = setting.option or f"--{_UNIT.sub('', key)}".replace("_", "-")
+    if isinstance(setting.kind, Switch):
+        option += option.replace("--", "/--no-")
+    return replace(
+        setting,
+        field=field,
+        key=key,
+        option=option if setting.is_option else "",
+        metavar=setting.metavar or setting.kind.metavar,
+        made_by=setting.made_by or setting.kind.made_by,
+    )
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(setting,))
+class Declared(Value, metaclass=_DeclaredType):
     """A value whose fields are declared as settings, and refused by their declarations."""
+
+    _settings: ClassVar[Mapping[str, tuple[Setting, ...]]]
 
     def __post_init__(self) -> None:
         for name, (setting, types, default) in _fields(type(self)).items():
@@ -466,21 +523,7 @@ class Declared(Value):
 @cache
 def declared(cls: type[Declared]) -> tuple[Setting, ...]:
     """Return the settings of a value, in the order they are declared in."""
-    return tuple(
-        replace(setting, field=name, key=setting.key or name)
-        for name, annotation in _annotations(cls).items()
-        for setting in annotation.__metadata__
-    )
-
-
-def _annotations(cls: type[Declared]) -> dict[str, SettingValue]:
-    """Return the annotations of the fields of a value, its bases' first."""
-    return {
-        name: annotation
-        for base in reversed(cls.__mro__)
-        for name, annotation in vars(base).get("__annotations__", {}).items()
-        if hasattr(annotation, "__metadata__")
-    }
+    return tuple(setting for several in cls._settings.values() for setting in several)
 
 
 @cache
@@ -488,19 +531,15 @@ def _fields(cls: type[Declared]) -> dict[str, tuple[Setting, frozenset[str], obj
     """Return the first setting of each field, the names of its types, and its default."""
     names, values = cls.__struct_fields__, cls.__struct_defaults__
     defaults = dict(zip(reversed(names), reversed(values), strict=False))
-    first = {setting.field: setting for setting in reversed(declared(cls))}
-    return {
-        name: (first[name], _type_names(one.__origin__), defaults.get(name, msgspec.NODEFAULT))
-        for name, one in _annotations(cls).items()
+    types = {
+        name: re.sub(r"\[.*?\]", "", annotation).replace("None", "NoneType").split(" | ")
+        for base in reversed(cls.__mro__)
+        for name, annotation in vars(base).get("__annotations__", {}).items()
     }
-
-
-def _type_names(types: SettingValue) -> frozenset[str]:
-    """Return the names of the types a field takes, which may not be imported yet."""
-    if isinstance(types, ForwardRef):
-        return frozenset(types.__forward_arg__.replace("None", "NoneType").split(" | "))
-    several = get_args(types) if get_args(types) and not hasattr(types, "__name__") else (types,)
-    return frozenset(one.__name__ for one in several)
+    return {
+        name: (several[0], frozenset(types[name]), defaults.get(name, msgspec.NODEFAULT))
+        for name, several in cls._settings.items()
+    }
 
 
 def _problem(setting: Setting, types: frozenset[str], value: SettingValue) -> str:
@@ -510,7 +549,7 @@ def _problem(setting: Setting, types: frozenset[str], value: SettingValue) -> st
             return f"a finite number, got {value!r}"
     elif not any(base.__name__ in types for base in type(value).__mro__):
         shown = repr(value) if len(repr(value)) <= 60 else f"a {type(value).__name__}"
-        return f"{setting.made_by or 'a number'}: got {shown}"
+        return f"{setting.made_by}: got {shown}"
     refused = setting.kind.refusal(value)
     return f"{refused}, got {value!r}" if refused else ""
 

@@ -1,21 +1,24 @@
 """The setup of a check: everything a user can set besides the mission, each setting declared once.
 
-Beside each field of `Setup` stands its declaration: how it is written and read, its range, its option,
-its key, its help and its place in the reports.  To add a setting is to add a field.
+To add a setting is to add a field: its declaration says how it is written and read, its range, its
+help and its place in the reports; option, key and metavar follow unless they are given.
 """
+
+from __future__ import annotations
 
 import math
 import re
+from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from planner import quantity
 from planner.autopilot import TARGETS, Autopilot
 from planner.findings import Severity
 from planner.physics.wind import Wind
-from planner.quantity import NUMBER, PLUS_MINUS, Spread, exact, mean_of, sd_of
-from planner.selection import Selection
+from planner.quantity import NUMBER, Spread, exact, mean_of, sd_of
+from planner.selection import Selection, read_baseline
 from planner.setting import (
     Choice,
     Codes,
@@ -35,14 +38,15 @@ from planner.setting import (
     Switch,
     declared,
     is_finite_number,
+    setting,
 )
 from planner.units import JOULES_PER_WATT_HOUR, MILLIAMPERE_HOURS_PER_AMPERE_HOUR
 from planner.values import Value, replace
 from planner.vehicle.battery import Battery
-from planner.vehicle.library import DEFAULT_MODEL
+from planner.vehicle.library import DEFAULT_MODEL, load_vehicle, model_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     Shown = Callable[[float | None], str]
 
@@ -178,38 +182,33 @@ class _ReserveKind(Fraction):
         return super().text(value.fraction or 0.0)
 
 
+_WIND = (
+    Number("m/s", 0.0, _FASTEST_M_S, with_spread=True),
+    Number("°", 0.0, 360.0, with_spread=True),
+)
+"""Its speed, and the direction it blows from."""
+
+
 def read_wind(text: str) -> Wind:
     """Return the wind of ``5@270``, 5 m/s from west, or with standard deviations ``5±2@270±20``."""
     if _matched(NUMBER, text) and float(text) == 0.0:
         return Wind()
-    sides = text.split("@")
-    units = (r"(?:m/s)?", "°?")
-    found = [
-        [_matched(rf"{NUMBER}\s*{unit}", one) for one in PLUS_MINUS.split(side)]
-        for side, unit in zip(sides, units, strict=False)
-    ]
-    values = [[float(one[1]) for one in side if one] for side in found]
-    if len(sides) != 2 or any(None in side or len(side) > 2 for side in found):
-        msg = (
-            "expected speed in m/s and the direction it blows from, such as 5@270 or 5±2@270±20, "
-            f"got {text!r}"
+    try:
+        speed_m_s, from_deg = (
+            kind.read(side) for kind, side in zip(_WIND, text.split("@"), strict=True)
         )
-        raise ValueError(msg)
-    for side, high, words in zip(
-        values,
-        (_FASTEST_M_S, 360.0),
-        ("a wind of 0 to 100 m/s", "a wind from 0 to 360°"),
-        strict=True,
-    ):
-        if not all(0.0 <= value <= high for value in side):
-            msg = f"expected {words}, got {text!r}"
-            raise ValueError(msg)
-    (speed_m_s, *speed_sd), (from_deg, *from_sd) = values
+    except ValueError as error:
+        reason = f": {error}" if text.count("@") == 1 else f", got {text!r}"
+        msg = (
+            "expected speed in m/s and the direction it blows from, such as 5@270 or 5±2@270±20"
+            f"{reason}"
+        )
+        raise ValueError(msg) from error
     return Wind(
-        speed_m_s=speed_m_s,
-        from_deg=from_deg,
-        speed_sd_m_s=speed_sd[0] if speed_sd else 0.0,
-        from_sd_deg=from_sd[0] if from_sd else 0.0,
+        speed_m_s=mean_of(speed_m_s),
+        from_deg=mean_of(from_deg),
+        speed_sd_m_s=sd_of(speed_m_s),
+        from_sd_deg=sd_of(from_deg),
     )
 
 
@@ -268,50 +267,17 @@ def _with_profile(wind: Wind, profile: Wind) -> Wind:
     )
 
 
-def _selected(name: str) -> "Callable[[Selection, SettingValue], Selection]":
+def _selected(name: str) -> Callable[[Selection, SettingValue], Selection]:
     return lambda selection, value: replace(selection, **{name: value})
 
 
-def _load_vehicle(name: str) -> "VehicleModel":
-    from planner.vehicle.library import load_vehicle
+def _lazy(module: str, name: str) -> Callable[..., Any]:
+    """Return a function that is imported at its first call."""
 
-    return load_vehicle(name)
+    def call(*given: SettingValue) -> SettingValue:
+        return getattr(import_module(module), name)(*given)
 
-
-def _load_parameters(path: Path) -> "ParameterSet":
-    from planner.vehicle.parameters.files import read_parameters
-
-    return read_parameters(path)
-
-
-def _load_terrain(paths: tuple[Path, ...]) -> "TerrainGrid":
-    from planner.geo.terrain import read_terrain
-
-    return read_terrain(*paths)
-
-
-def _load_profile(path: Path) -> "SiteProfile":
-    from planner.site_profile import read_profile
-
-    return read_profile(path)
-
-
-def _load_baseline(path: Path) -> SettingValue:
-    from planner.selection import read_baseline
-
-    return read_baseline(path)
-
-
-def _model_names() -> "Iterable[str]":
-    from planner.vehicle.library import model_names
-
-    return model_names()
-
-
-def _codes() -> "Iterable[str]":
-    from planner import catalogue
-
-    return catalogue.entries()
+    return call
 
 
 # How a setting is shown.
@@ -321,44 +287,15 @@ def _plain(value: float | None) -> str:
     return quantity.ABSENT if value is None else f"{value:g}"
 
 
-def _same(value: float | None) -> float | None:
-    return value
-
-
-def _row(key: str, label: str, shown: "Shown") -> tuple[Row, ...]:
-    """Return the row of a setting that is one number."""
-    return (Row(key=key, label=label, shown=shown, of=_same),)
-
-
-def _mean(value: float | Spread | None) -> float | None:
-    return None if value is None else mean_of(value)
-
-
-def _spread_rows(key: str, sd_key: str, label: str, shown: "Shown") -> tuple[Row, ...]:
-    """Return the rows of a setting that may not be known exactly."""
-    return (
-        Row(key=key, label=label, shown=shown, of=_mean),
-        Row(key=sd_key, label=f"{label}, standard deviation", shown=shown, of=sd_of),
-    )
-
-
-def _attribute_rows(*rows: "tuple[str, str, Shown, str]") -> tuple[Row, ...]:
-    """Return the rows of a setting that has several numbers: key, label, text and attribute."""
-    return tuple(
-        Row(key=key, label=label, shown=shown, of=attrgetter(name))
-        for key, label, shown, name in rows
-    )
-
-
-def _give_or_take(shown: "Shown", mean: float | None, sd: float) -> str:
-    """Return a quantity with its standard deviation, where it has one."""
-    return f"{shown(mean)} ± {shown(sd)}" if sd else shown(mean)
+def _spread_text(shown: Shown, value: float | Spread) -> str:
+    sd = sd_of(value)
+    return shown(mean_of(value)) + (f" ± {shown(sd)}" if sd else "")
 
 
 def _wind_phrase(wind: Wind) -> str:
     if not (wind.speed_m_s or wind.speed_sd_m_s):
         return "no wind"
-    speed = _give_or_take(quantity.speed, wind.speed_m_s, wind.speed_sd_m_s)
+    speed = _spread_text(quantity.speed, Spread(mean=wind.speed_m_s, sd=wind.speed_sd_m_s))
     text = f"wind {speed} from {quantity.bearing(wind.from_deg)}"
     if wind.from_sd_deg:
         text += f" ± {quantity.decimals(wind.from_sd_deg, 0)}°"
@@ -370,109 +307,87 @@ def _wind_phrase(wind: Wind) -> str:
     return f"{text} (logarithmic law, roughness {wind.roughness_length_m:g} m)"
 
 
-def _payload_phrase(payload_kg: float | Spread) -> str:
-    mean_kg, sd_kg = mean_of(payload_kg), sd_of(payload_kg)
-    if not (mean_kg or sd_kg):
-        return "no payload"
-    return f"payload {_give_or_take(quantity.mass, mean_kg, sd_kg)}"
+_CODES = _lazy("planner.catalogue", "entries")
 
 
 class _Vehicle(Declared, kw_only=False):
     """What flies: the one setting that `planner.check` takes by its position."""
 
-    vehicle: Annotated[
-        "VehicleModel",
-        Setting(
-            kind=NameOrFile("name of a vehicle model or path of its file", ".toml", _model_names),
-            group=Group.FLIGHT,
-            option="--vehicle",
-            metavar="NAME|FILE.toml",
-            help="vehicle model: a shipped one by name, or a model file",
-            unset="the article's quadrotor",
-            label="Vehicle",
-            load=_load_vehicle,
-            made_by="planner.load_vehicle(name)",
-        ),
-    ]
+    vehicle: VehicleModel = setting(
+        NameOrFile("name of a vehicle model or path of its file", ".toml", model_names),
+        Group.FLIGHT,
+        "vehicle model: a shipped one by name, or a model file",
+        metavar="NAME|FILE.toml",
+        unset="the article's quadrotor",
+        label="Vehicle",
+        load=load_vehicle,
+        made_by="planner.load_vehicle(name)",
+    )
 
 
 class Setup(_Vehicle):
     """Everything a user can set besides the mission."""
 
-    parameters: Annotated[
-        "ParameterSet | None",
-        Setting(
-            key="params",
-            kind=File(),
-            group=Group.FLIGHT,
-            option="--params",
-            metavar="FILE",
-            help="autopilot parameters: ArduPilot .param or QGroundControl .params",
-            label="Parameters",
-            example="none; a file",
-            load=_load_parameters,
-            made_by="planner.vehicle.parameters.files.read_parameters(path)",
-        ),
-    ] = None
+    parameters: ParameterSet | None = setting(
+        File(),
+        Group.FLIGHT,
+        "autopilot parameters: ArduPilot .param or QGroundControl .params",
+        default=None,
+        key="params",
+        label="Parameters",
+        example="none; a file",
+        load=_lazy("planner.vehicle.parameters.files", "read_parameters"),
+        made_by="planner.vehicle.parameters.files.read_parameters(path)",
+    )
     """The vehicle's own; ``None``: the model's, else the autopilot's defaults."""
 
-    terrain: Annotated[
-        "TerrainGrid | None",
-        Setting(
-            kind=Files(),
-            group=Group.FLIGHT,
-            option="--terrain",
-            metavar="FILE",
-            help="heights of the ground, GeoTIFF or .hgt; repeatable (needs mavjoule[terrain])",
-            load=_load_terrain,
-            made_by="planner.geo.terrain.read_terrain(path)",
-        ),
-    ] = None
+    terrain: TerrainGrid | None = setting(
+        Files(),
+        Group.FLIGHT,
+        "heights of the ground, GeoTIFF or .hgt; repeatable (needs mavjoule[terrain])",
+        default=None,
+        load=lambda paths: _lazy("planner.geo.terrain", "read_terrain")(*paths),
+        made_by="planner.geo.terrain.read_terrain(path)",
+    )
     """``None``: the ground is level with home."""
 
-    autopilot: Annotated[
-        Autopilot | None,
-        Setting(
-            kind=Choice({"auto": "auto"} | {one.value: one for one in Autopilot}),
-            group=Group.FLIGHT,
-            option="--autopilot",
-            metavar="auto|px4|ardupilot|step",
-            help="who flies the mission",
-            unset="auto, the model's own",
-            load=lambda given: None if given == "auto" else given,
-            made_by="planner.Autopilot.PX4, for example",
-        ),
-    ] = None
+    autopilot: Autopilot | None = setting(
+        Choice({"auto": "auto"} | {one.value: one for one in Autopilot}),
+        Group.FLIGHT,
+        "who flies the mission",
+        default=None,
+        metavar="auto|px4|ardupilot|step",
+        unset="auto, the model's own",
+        load=lambda given: None if given == "auto" else given,
+        made_by="planner.Autopilot.PX4, for example",
+    )
     """``None``: the model's own way of commanding."""
 
-    target: Annotated[
-        "Target | None",
-        Setting(
-            kind=Choice(TARGETS),
-            group=Group.FLIGHT,
-            option="--target",
-            metavar="px4-1.16|arducopter-4.7|…",
-            help="version of the firmware whose rules count",
-            unset="that of the parameter file",
-            made_by="planner.Target(planner.Autopilot.PX4)",
-        ),
-    ] = None
+    target: Target | None = setting(
+        Choice(TARGETS),
+        Group.FLIGHT,
+        "version of the firmware whose rules count",
+        default=None,
+        metavar="px4-1.16|arducopter-4.7|…",
+        unset="that of the parameter file",
+        made_by="planner.Target(planner.Autopilot.PX4)",
+    )
 
-    wind: Annotated[
-        Wind,
-        Setting(
-            kind=Form(read_wind, wind_text, holds="text or number"),
-            group=Group.FLIGHT,
-            option="--wind",
-            metavar="SPEED@FROM_DEG",
-            help="wind in m/s and where it blows from, 5@270 or 5±2@270±20",
-            unset="none",
-            label="Wind",
-            example="none; 5@270",
-            is_none_unset=True,
-            made_by="planner.Wind(speed_m_s=…, from_deg=…)",
-            phrase=_wind_phrase,
-            rows=_attribute_rows(
+    wind: Wind = setting(
+        Form(read_wind, wind_text, holds="text or number"),
+        Group.FLIGHT,
+        "wind in m/s and where it blows from, 5@270 or 5±2@270±20",
+        default=Wind(),
+        metavar="SPEED@FROM_DEG",
+        unset="none",
+        label="Wind",
+        example="none; 5@270",
+        is_none_unset=True,
+        made_by="planner.Wind(speed_m_s=…, from_deg=…)",
+        phrase=_wind_phrase,
+        rows=tuple(
+            Row(key, label, shown, attrgetter(name))
+            for key, label, shown, name in (
                 ("wind_m_s", "Wind", quantity.speed, "speed_m_s"),
                 ("wind_from_deg", "Wind from", quantity.bearing, "from_deg"),
                 ("wind_reference_height_m", "Wind given at", quantity.height, "reference_height_m"),
@@ -480,332 +395,261 @@ class Setup(_Vehicle):
                 ("wind_roughness_length_m", "Roughness length [m]", _plain, "roughness_length_m"),
                 ("wind_sd_m_s", "Wind, standard deviation", quantity.speed, "speed_sd_m_s"),
                 ("wind_from_sd_deg", "Wind from, standard deviation [°]", _plain, "from_sd_deg"),
+            )
+        ),
+        also=(
+            Setting(
+                Form(read_wind_profile, wind_profile_text),
+                Group.FLIGHT,
+                "how the wind grows with the height above home, and the height --wind is given for, "
+                "such as power:0.2@10",
+                key="wind_profile",
+                metavar="power:EXPONENT@M|log:ROUGHNESS_M@M",
+                unset="the same at every height",
+                into=_with_profile,
             ),
         ),
-        Setting(
-            key="wind_profile",
-            kind=Form(read_wind_profile, wind_profile_text),
-            group=Group.FLIGHT,
-            option="--wind-profile",
-            metavar="power:EXPONENT@M|log:ROUGHNESS_M@M",
-            help="how the wind grows with the height above home, and the height --wind is given for, "
-            "such as power:0.2@10",
-            unset="the same at every height",
-            into=_with_profile,
-        ),
-    ] = Wind()
+    )
 
-    home_amsl_m: Annotated[
-        float | None,
-        Setting(
-            kind=Number("m", -500.0, 9000.0),
-            group=Group.FLIGHT,
-            option="--home-amsl",
-            metavar="M",
-            help="altitude of the take-off place",
-            unset="the mission's own",
-            rows=_row("home_amsl_m", "Home above sea level", quantity.height),
-            phrase=lambda home_amsl_m: f"home {quantity.height(home_amsl_m)} AMSL",
-        ),
-    ] = None
+    home_amsl_m: float | None = setting(
+        Number("m", -500.0, 9000.0),
+        Group.FLIGHT,
+        "altitude of the take-off place",
+        default=None,
+        unset="the mission's own",
+        rows=(Row("home_amsl_m", "Home above sea level", quantity.height),),
+        phrase=lambda home_amsl_m: f"home {quantity.height(home_amsl_m)} AMSL",
+    )
 
-    temperature_c: Annotated[
-        float | Spread | None,
-        Setting(
-            kind=Number("C", -90.0, 60.0, with_spread=True),
-            group=Group.FLIGHT,
-            option="--temperature",
-            metavar="C",
-            help="air temperature at home, 15 or 15±5",
-            unset="standard for its altitude",
-            label="Air °C",
-            example="standard",
-            made_by="a number, or planner.Spread(mean=…, sd=…)",
-            rows=_spread_rows(
-                "temperature_c", "temperature_sd_c", "Air at home", quantity.temperature
-            ),
-            phrase=lambda air_c: _give_or_take(quantity.temperature, _mean(air_c), sd_of(air_c)),
+    temperature_c: float | Spread | None = setting(
+        Number("C", -90.0, 60.0, with_spread=True),
+        Group.FLIGHT,
+        "air temperature at home, 15 or 15±5",
+        default=None,
+        unset="standard for its altitude",
+        label="Air °C",
+        example="standard",
+        rows=(
+            Row("temperature_c", "Air at home", quantity.temperature, mean_of),
+            Row("temperature_sd_c", "Air at home, standard deviation", quantity.temperature, sd_of),
         ),
-    ] = None
+        phrase=lambda air_c: _spread_text(quantity.temperature, air_c),
+    )
 
-    payload_kg: Annotated[
-        float | Spread,
-        Setting(
-            kind=Number("kg", 0.0, 1000.0, with_spread=True, hint="is it grams?"),
-            group=Group.FLIGHT,
-            option="--payload",
-            metavar="KG",
-            help="mass carried beyond the model's own, such as 0.5 or 0.5±0.1",
-            unset="0",
-            label="Payload kg",
-            example="none",
-            made_by="a number, or planner.Spread(mean=…, sd=…)",
-            rows=_spread_rows("payload_kg", "payload_sd_kg", "Payload", quantity.mass),
-            phrase=_payload_phrase,
+    payload_kg: float | Spread = setting(
+        Number("kg", 0.0, 1000.0, with_spread=True, hint="is it grams?"),
+        Group.FLIGHT,
+        "mass carried beyond the model's own, such as 0.5 or 0.5±0.1",
+        default=0.0,
+        unset="0",
+        label="Payload kg",
+        example="none",
+        rows=(
+            Row("payload_kg", "Payload", quantity.mass, mean_of),
+            Row("payload_sd_kg", "Payload, standard deviation", quantity.mass, sd_of),
         ),
-    ] = 0.0
+        phrase=lambda payload_kg: (
+            f"payload {_spread_text(quantity.mass, payload_kg)}"
+            if mean_of(payload_kg) or sd_of(payload_kg)
+            else "no payload"
+        ),
+    )
 
-    position_noise_m: Annotated[
-        float | None,
-        Setting(
-            kind=Number("m", 0.0, MOST_NOISE_M),
-            group=Group.FLIGHT,
-            option="--position-noise",
-            metavar="M",
-            help="mean horizontal error of the position in a hover, which slows PX4 down",
-            unset="the model's",
-            rows=_row("position_noise_m", "Position noise [m]", _plain),
-        ),
-    ] = None
+    position_noise_m: float | None = setting(
+        Number("m", 0.0, MOST_NOISE_M),
+        Group.FLIGHT,
+        "mean horizontal error of the position in a hover, which slows PX4 down",
+        default=None,
+        unset="the model's",
+        rows=(Row("position_noise_m", "Position noise [m]", _plain),),
+    )
 
-    speed_m_s: Annotated[
-        float | None,
-        Setting(
-            kind=Number("m/s", 0.0, _FASTEST_M_S, is_open=True),
-            group=Group.FLIGHT,
-            option="--speed",
-            metavar="M_S",
-            help="ground speed of every level leg",
-            unset="as the mission commands",
-            label="Speed m/s",
-            example="the mission's",
-        ),
-    ] = None
+    speed_m_s: float | None = setting(
+        Number("m/s", 0.0, _FASTEST_M_S, is_open=True),
+        Group.FLIGHT,
+        "ground speed of every level leg",
+        default=None,
+        unset="as the mission commands",
+        label="Speed m/s",
+        example="the mission's",
+    )
 
-    clearance_m: Annotated[
-        float,
-        Setting(
-            kind=Number("m", 0.0, 1000.0),
-            group=Group.JUDGEMENT,
-            option="--clearance",
-            metavar="M",
-            help="height to keep over the ground of --terrain",
-            unset="0",
-        ),
-    ] = 0.0
+    clearance_m: float = setting(
+        Number("m", 0.0, 1000.0),
+        Group.JUDGEMENT,
+        "height to keep over the ground of --terrain",
+        default=0.0,
+        unset="0",
+    )
 
-    profile: Annotated[
-        "SiteProfile | None",
-        Setting(
-            kind=File(),
-            group=Group.JUDGEMENT,
-            option="--profile",
-            metavar="FILE.toml",
-            help="what a site asks of parameters, heights, distances and items",
-            load=_load_profile,
-            made_by="planner.read_profile(path)",
-        ),
-    ] = None
+    profile: SiteProfile | None = setting(
+        File(),
+        Group.JUDGEMENT,
+        "what a site asks of parameters, heights, distances and items",
+        default=None,
+        metavar="FILE.toml",
+        load=_lazy("planner.site_profile", "read_profile"),
+        made_by="planner.read_profile(path)",
+    )
 
-    reaction_time_s: Annotated[
-        float,
-        Setting(
-            kind=Number("s", 0.0, 100.0),
-            group=Group.JUDGEMENT,
-            option="--reaction-time",
-            metavar="S",
-            help="time until a vehicle that goes astray is stopped, for fences",
-            unset="1",
-            rows=_row("reaction_time_s", "Reaction time", quantity.duration),
-        ),
-    ] = 1.0
+    reaction_time_s: float = setting(
+        Number("s", 0.0, 100.0),
+        Group.JUDGEMENT,
+        "time until a vehicle that goes astray is stopped, for fences",
+        default=1.0,
+        unset="1",
+        rows=(Row("reaction_time_s", "Reaction time", quantity.duration),),
+    )
 
-    position_error_m: Annotated[
-        float,
-        Setting(
-            kind=Number("m", 0.0, 100.0),
-            group=Group.JUDGEMENT,
-            option="--position-error",
-            metavar="M",
-            help="how wrong the position may be, for fences",
-            unset="2.5",
-            rows=_row("position_error_m", "Position error", quantity.height),
-        ),
-    ] = 2.5
+    position_error_m: float = setting(
+        Number("m", 0.0, 100.0),
+        Group.JUDGEMENT,
+        "how wrong the position may be, for fences",
+        default=2.5,
+        unset="2.5",
+        rows=(Row("position_error_m", "Position error", quantity.height),),
+    )
 
-    battery: Annotated[
-        Battery | None,
-        Setting(
-            kind=Form(read_battery, battery_text),
-            group=Group.BATTERY,
-            option="--battery",
-            metavar="CHARGE@VOLTAGE|ENERGY",
-            help="battery, such as 5.2Ah@14.8V or 77Wh",
-            unset="the model's own",
-            label="Battery",
-            example="the model's; 5.2Ah@14.8V",
-            made_by="planner.Battery(capacity_ah=…, nominal_voltage_v=…)",
-        ),
-    ] = None
+    battery: Battery | None = setting(
+        Form(read_battery, battery_text),
+        Group.BATTERY,
+        "battery, such as 5.2Ah@14.8V or 77Wh",
+        default=None,
+        metavar="CHARGE@VOLTAGE|ENERGY",
+        unset="the model's own",
+        label="Battery",
+        example="the model's; 5.2Ah@14.8V",
+        made_by="planner.Battery(capacity_ah=…, nominal_voltage_v=…)",
+    )
 
-    battery_health: Annotated[
-        float | None,
-        Setting(
-            kind=Fraction(is_open=True),
-            group=Group.BATTERY,
-            option="--battery-health",
-            metavar="FRACTION",
-            help="charge of the full battery over that of the new one",
-            unset="as the battery says, else 100%",
-            rows=_row("battery_health", "Battery health", quantity.percent),
-            phrase=lambda health: (
-                None if health is None else f"battery health {quantity.percent(health)}"
-            ),
-        ),
-    ] = None
+    battery_health: float | None = setting(
+        Fraction(is_open=True),
+        Group.BATTERY,
+        "charge of the full battery over that of the new one",
+        default=None,
+        unset="as the battery says, else 100%",
+        rows=(Row("battery_health", "Battery health", quantity.percent),),
+        phrase=lambda health: f"battery health {quantity.percent(health)}",
+    )
 
-    battery_resistance_factor: Annotated[
-        float | None,
-        Setting(
-            kind=Number("times", 1.0, 20.0),
-            group=Group.BATTERY,
-            option="--battery-resistance",
-            metavar="FACTOR",
-            help="resistance of the battery over that of the new one",
-            unset="as the battery says, else 1",
-            rows=_row("battery_resistance_factor", "Battery resistance factor", _plain),
-            phrase=lambda factor: (
-                None if factor is None else f"battery resistance {factor:g} times the new one's"
-            ),
-        ),
-    ] = None
+    battery_resistance_factor: float | None = setting(
+        Number("times", 1.0, 20.0),
+        Group.BATTERY,
+        "resistance of the battery over that of the new one",
+        default=None,
+        option="--battery-resistance",
+        metavar="FACTOR",
+        unset="as the battery says, else 1",
+        rows=(Row("battery_resistance_factor", "Battery resistance factor", _plain),),
+        phrase=lambda factor: f"battery resistance {factor:g} times the new one's",
+    )
 
-    battery_temperature_c: Annotated[
-        float | None,
-        Setting(
-            kind=Number("C", -90.0, 60.0),
-            group=Group.BATTERY,
-            option="--battery-temperature",
-            metavar="C",
-            help="temperature of the battery, on which its resistance depends",
-            unset="that of the air at home",
-            rows=_row("battery_temperature_c", "Battery", quantity.temperature),
-            phrase=lambda battery_c: (
-                None if battery_c is None else f"battery at {quantity.temperature(battery_c)}"
-            ),
-        ),
-    ] = None
+    battery_temperature_c: float | None = setting(
+        Number("C", -90.0, 60.0),
+        Group.BATTERY,
+        "temperature of the battery, on which its resistance depends",
+        default=None,
+        unset="that of the air at home",
+        rows=(Row("battery_temperature_c", "Battery", quantity.temperature),),
+        phrase=lambda battery_c: f"battery at {quantity.temperature(battery_c)}",
+    )
 
-    charge: Annotated[
-        float | Spread,
-        Setting(
-            kind=Fraction(with_spread=True),
-            group=Group.BATTERY,
-            option="--charge",
-            metavar="FRACTION",
-            help="state of charge at the start, 95% or 95±2%",
-            unset="100%",
-            label="Charge",
-            made_by="a number, or planner.Spread(mean=…, sd=…)",
-        ),
-    ] = 1.0
+    charge: float | Spread = setting(
+        Fraction(with_spread=True),
+        Group.BATTERY,
+        "state of charge at the start, 95% or 95±2%",
+        default=1.0,
+        unset="100%",
+        label="Charge",
+    )
 
-    reserve: Annotated[
-        float | Reserve,
-        Setting(
-            kind=_ReserveKind(),
-            group=Group.JUDGEMENT,
-            option="--reserve",
-            metavar="FRACTION|ENERGY|TIME",
-            help="what stays in the battery: 20%, 12Wh, or minutes of hover, 3min",
-            unset="20%",
-            label="Reserve",
-            made_by="a number, or planner.Reserve(energy_wh=…)",
-        ),
-    ] = 0.2
+    reserve: float | Reserve = setting(
+        _ReserveKind(),
+        Group.JUDGEMENT,
+        "what stays in the battery: 20%, 12Wh, or minutes of hover, 3min",
+        default=0.2,
+        metavar="FRACTION|ENERGY|TIME",
+        unset="20%",
+        label="Reserve",
+        made_by="a number, or planner.Reserve(energy_wh=…)",
+    )
     """A number is a fraction of the capacity."""
 
-    risk: Annotated[
-        float,
-        Setting(
-            kind=Fraction(),
-            group=Group.JUDGEMENT,
-            option="--risk",
-            metavar="FRACTION",
-            help="warn if the chance of landing below the reserve exceeds this",
-            unset="5%",
-        ),
-    ] = 0.05
+    risk: float = setting(
+        Fraction(),
+        Group.JUDGEMENT,
+        "warn if the chance of landing below the reserve exceeds this",
+        default=0.05,
+        unset="5%",
+    )
 
-    selection: Annotated[
-        Selection,
-        Setting(
-            key="select",
-            kind=Codes(_codes),
-            group=Group.JUDGEMENT,
-            option="--select",
-            metavar="CODES",
-            help="report only these codes, or codes that begin so; commas, repeatable",
-            is_none_unset=True,
-            into=_selected("select"),
-            made_by="planner.Selection(ignore=…)",
+    selection: Selection = setting(
+        Codes(_CODES),
+        Group.JUDGEMENT,
+        "report only these codes, or codes that begin so; commas, repeatable",
+        default=Selection(),
+        key="select",
+        is_none_unset=True,
+        into=_selected("select"),
+        made_by="planner.Selection(ignore=…)",
+        also=(
+            Setting(
+                Codes(_CODES),
+                Group.JUDGEMENT,
+                "report these codes too, whatever --select and --ignore say",
+                key="extend_select",
+                into=_selected("extend_select"),
+            ),
+            Setting(
+                Codes(_CODES),
+                Group.JUDGEMENT,
+                "do not report these codes, or codes that begin so; commas, repeatable",
+                key="ignore",
+                into=_selected("ignore"),
+            ),
+            Setting(
+                File(),
+                Group.JUDGEMENT,
+                "do not report the findings in this file, which --write-baseline wrote",
+                key="baseline",
+                load=read_baseline,
+                into=_selected("baseline"),
+            ),
+            Setting(
+                CodesByFile(_CODES),
+                Group.JUDGEMENT,
+                "codes not to report of some files, or of an item: 'site.plan#12'",
+                key="per_file_ignores",
+                into=_selected("exemptions"),
+                is_option=False,
+            ),
         ),
-        Setting(
-            key="extend_select",
-            kind=Codes(_codes),
-            group=Group.JUDGEMENT,
-            option="--extend-select",
-            metavar="CODES",
-            help="report these codes too, whatever --select and --ignore say",
-            into=_selected("extend_select"),
-        ),
-        Setting(
-            key="ignore",
-            kind=Codes(_codes),
-            group=Group.JUDGEMENT,
-            option="--ignore",
-            metavar="CODES",
-            help="do not report these codes, or codes that begin so; commas, repeatable",
-            into=_selected("ignore"),
-        ),
-        Setting(
-            key="baseline",
-            kind=File(),
-            group=Group.JUDGEMENT,
-            option="--baseline",
-            metavar="FILE",
-            help="do not report the findings in this file, which --write-baseline wrote",
-            load=_load_baseline,
-            into=_selected("baseline"),
-        ),
-        Setting(
-            key="per_file_ignores",
-            kind=CodesByFile(_codes),
-            group=Group.JUDGEMENT,
-            help="codes not to report of some files, or of an item: 'site.plan#12'",
-            into=_selected("exemptions"),
-        ),
-    ] = Selection()
+    )
     """Which findings are reported."""
 
-    fail_on: Annotated[
-        Severity,
-        Setting(
-            kind=Choice({"error": Severity.ERROR, "warning": Severity.WARNING}),
-            group=Group.JUDGEMENT,
-            option="--fail-on",
-            metavar="error|warning",
-            help="lowest severity that makes the verdict NO-GO",
-            unset="error",
-            made_by="planner.Severity.WARNING, for example",
-        ),
-    ] = Severity.ERROR
+    fail_on: Severity = setting(
+        Choice({"error": Severity.ERROR, "warning": Severity.WARNING}),
+        Group.JUDGEMENT,
+        "lowest severity that makes the verdict NO-GO",
+        default=Severity.ERROR,
+        unset="error",
+        made_by="planner.Severity.WARNING, for example",
+    )
 
-    with_trace: Annotated[
-        bool,
-        Setting(
-            key="trace",  # of the output, which names the file
-            load=bool,
-            kind=Switch(),
-            group=Group.REPORT,
-            help="whether to sample the flight over time as well",
-            in_file=False,
-            made_by="True or False",
-        ),
-    ] = False
+    with_trace: bool = setting(
+        Switch(),
+        Group.REPORT,
+        "whether to sample the flight over time as well",
+        default=False,
+        key="trace",
+        load=bool,
+        in_file=False,
+        made_by="True or False",
+        is_option=False,
+    )
 
     @classmethod
-    def of(cls, values: "Mapping[str, SettingValue]") -> Self:
+    def of(cls, values: Mapping[str, SettingValue]) -> Self:
         """Return what settings by key make; the article's quadrotor flies where none is named."""
         return super().of({"vehicle": DEFAULT_MODEL, **values})
 
@@ -818,141 +662,103 @@ class Setup(_Vehicle):
 class Together(Declared):
     """How far missions that are flown at the same time keep from each other."""
 
-    separation_m: Annotated[
-        float,
-        Setting(
-            kind=Number("m", 0.0, 10_000.0, is_open=True),
-            group=Group.FLEET,
-            option="--separation",
-            metavar="M",
-            help="the missions are flown at the same time and keep this distance from each other",
-            unset="they are not",
-        ),
-    ]
+    separation_m: float = setting(
+        Number("m", 0.0, 10_000.0, is_open=True),
+        Group.FLEET,
+        "the missions are flown at the same time and keep this distance from each other",
+        unset="they are not",
+    )
 
-    min_nav_alt_m: Annotated[
-        float,
-        Setting(
-            kind=Number("m", 0.0, 10_000.0),
-            group=Group.FLEET,
-            option="--min-nav-alt",
-            metavar="M",
-            help="with --separation: two are not judged while both are lower above their take-off "
-            "or landing places",
-            unset="2.5",
-        ),
-    ] = 2.5
+    min_nav_alt_m: float = setting(
+        Number("m", 0.0, 10_000.0),
+        Group.FLEET,
+        "with --separation: two are not judged while both are lower above their take-off "
+        "or landing places",
+        default=2.5,
+        unset="2.5",
+    )
 
-    start_error_s: Annotated[
-        float,
-        Setting(
-            kind=Number("s", 0.0, _LATEST_START_S),
-            group=Group.FLEET,
-            option="--start-error",
-            metavar="S",
-            help="with --separation: each may start so much sooner or later",
-            unset="0",
-        ),
-    ] = 0.0
+    start_error_s: float = setting(
+        Number("s", 0.0, _LATEST_START_S),
+        Group.FLEET,
+        "with --separation: each may start so much sooner or later",
+        default=0.0,
+        unset="0",
+    )
 
-    starts_s: Annotated[
-        tuple[float, ...] | list[float],
-        Setting(
-            kind=_Times(),
-            group=Group.FLEET,
-            option="--start",
-            metavar="S,S,…",
-            help="with --separation: when each mission starts, in their order",
-            unset="all at once",
-            in_file=False,  # it counts the missions of one call
-            made_by="a number for each mission",
-        ),
-    ] = ()
+    starts_s: tuple[float, ...] | list[float] = setting(
+        _Times(),
+        Group.FLEET,
+        "with --separation: when each mission starts, in their order",
+        default=(),
+        option="--start",
+        metavar="S,S,…",
+        unset="all at once",
+        in_file=False,
+        made_by="a number for each mission",
+    )
 
 
 class Output(Declared):
     """Where the report of a call goes, and how."""
 
-    format: Annotated[
-        str,
-        Setting(
-            kind=Choice({name: name for name in FORMATS}),
-            group=Group.REPORT,
-            option="--format",
-            metavar="|".join(FORMATS),
-            help="format of the report",
-            unset="text",
-        ),
-    ] = "text"
+    format: str = setting(
+        Choice({name: name for name in FORMATS}),
+        Group.REPORT,
+        "format of the report",
+        default="text",
+        unset="text",
+    )
 
-    output: Annotated[
-        Path | None,
-        Setting(
-            kind=File(),
-            group=Group.REPORT,
-            option="--output",
-            metavar="FILE",
-            help="write the report to a file instead of standard output",
-            load=lambda path: None if path == Path("-") else path,
-        ),
-    ] = None
+    output: Path | None = setting(
+        File(),
+        Group.REPORT,
+        "write the report to a file instead of standard output",
+        default=None,
+        load=lambda path: None if path == Path("-") else path,
+    )
 
-    trace: Annotated[
-        Path | None,
-        Setting(
-            kind=File(),
-            group=Group.REPORT,
-            option="--trace",
-            metavar="FILE.csv",
-            help="write the flight of a single mission, sampled over time, to a file",
-        ),
-    ] = None
+    trace: Path | None = setting(
+        File(),
+        Group.REPORT,
+        "write the flight of a single mission, sampled over time, to a file",
+        default=None,
+        metavar="FILE.csv",
+    )
 
-    report: Annotated[
-        Path | None,
-        Setting(
-            kind=File(),
-            group=Group.REPORT,
-            option="--report",
-            metavar="FILE.html",
-            help="write a page with pictures of all missions that opens in any browser, offline "
-            "(needs mavjoule[report])",
-        ),
-    ] = None
+    report: Path | None = setting(
+        File(),
+        Group.REPORT,
+        "write a page with pictures of all missions that opens in any browser, offline "
+        "(needs mavjoule[report])",
+        default=None,
+        metavar="FILE.html",
+    )
 
-    plots: Annotated[
-        Path | None,
-        Setting(
-            kind=File(),
-            group=Group.REPORT,
-            option="--plots",
-            metavar="DIR",
-            help="draw map, altitude, speed, power and energy of a single mission into a folder, as "
-            "SVG and PNG (needs mavjoule[report])",
-        ),
-    ] = None
+    plots: Path | None = setting(
+        File(),
+        Group.REPORT,
+        "draw map, altitude, speed, power and energy of a single mission into a folder, as "
+        "SVG and PNG (needs mavjoule[report])",
+        default=None,
+        metavar="DIR",
+    )
 
-    statistics: Annotated[
-        bool,
-        Setting(
-            kind=Switch(),
-            group=Group.REPORT,
-            option="--statistics/--no-statistics",
-            help="count the findings by code; with the formats text and json",
-            unset="no",
-        ),
-    ] = False
+    statistics: bool = setting(
+        Switch(),
+        Group.REPORT,
+        "count the findings by code; with the formats text and json",
+        default=False,
+        unset="no",
+    )
 
-    exit_zero: Annotated[
-        bool,
-        Setting(
-            kind=Switch(),
-            group=Group.REPORT,
-            option="--exit-zero/--no-exit-zero",
-            help="exit with 0 even where a mission is a no-go",
-            unset="no",
-        ),
-    ] = False
+    exit_zero: bool = setting(
+        Switch(),
+        Group.REPORT,
+        "exit with 0 even where a mission is a no-go",
+        default=False,
+        unset="no",
+    )
 
 
 def settings() -> dict[str, Setting]:
@@ -960,7 +766,7 @@ def settings() -> dict[str, Setting]:
     return {setting.key: setting for cls in (Setup, Together, Output) for setting in declared(cls)}
 
 
-def conditions(setup: Setup | None) -> "tuple[tuple[Row, float | None], ...]":
+def conditions(setup: Setup | None) -> tuple[tuple[Row, float | None], ...]:
     """Return the numbers of a setup that belong into every report; none of them without one."""
     return tuple(
         (row, None if setup is None else row.of(getattr(setup, setting.field)))
@@ -971,9 +777,6 @@ def conditions(setup: Setup | None) -> "tuple[tuple[Row, float | None], ...]":
 
 def conditions_text(setup: Setup) -> str:
     """Return the conditions of a flight in one line: ``no wind, home 488 m AMSL, 15 °C, …``."""
-    phrases = (
-        setting.phrase(getattr(setup, setting.field))
-        for setting in declared(Setup)
-        if setting.phrase is not None
-    )
-    return ", ".join(filter(None, phrases))
+    given = ((setting.phrase, getattr(setup, setting.field)) for setting in declared(Setup))
+    phrases = (phrase(value) for phrase, value in given if phrase and value is not None)
+    return ", ".join(phrases)

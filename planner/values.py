@@ -12,25 +12,25 @@ import msgspec
 from msgspec import field
 from msgspec.structs import force_setattr, replace
 
-__all__ = ["Value", "field", "field_names", "field_values", "force_setattr", "replace"]
+__all__ = ["Value", "ValueType", "field", "field_names", "field_values", "force_setattr", "replace"]
 
 
-class _ValueType(msgspec.StructMeta):
+class ValueType(msgspec.StructMeta):
     """Makes every class of values immutable and its fields keywords, unless the class says otherwise."""
 
-    def __new__(
+    def __new__(  # noqa: D102 - as of any metaclass
         mcls,
         name: str,
         bases: tuple[type, ...],
         namespace: dict[str, Any],
         **options: Any,  # noqa: ANN401 - those of `msgspec.Struct`
-    ) -> _ValueType:
+    ) -> ValueType:
         options = {"frozen": True, "kw_only": True, **options}
         return super().__new__(mcls, name, bases, namespace, **options)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
-class Value(msgspec.Struct, frozen=True, kw_only=True, metaclass=_ValueType):
+class Value(msgspec.Struct, frozen=True, kw_only=True, metaclass=ValueType):
     """Base of all values.
 
     Options of a class, as of `msgspec.Struct`: ``eq=False`` for what holds arrays and is equal to

@@ -9,21 +9,17 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-BEFORE = "    fail_on: Annotated[\n"
+BEFORE = "    fail_on: Severity = setting(\n"
 DECLARED = """
-    moon_phase: Annotated[
-        float,
-        Setting(
-            kind=Number("days", 0.0, 29.5),
-            group=Group.FLIGHT,
-            option="--moon-phase",
-            metavar="DAYS",
-            help="age of the moon",
-            unset="7",
-            label="Moon",
-            rows=_row("moon_phase", "Age of the moon", quantity.duration),
-        ),
-    ] = 7.0
+    moon_phase: float = setting(
+        Number("days", 0.0, 29.5),
+        Group.FLIGHT,
+        "age of the moon",
+        default=7.0,
+        unset="7",
+        label="Moon",
+        rows=(Row("moon_phase", "Age of the moon", quantity.duration),),
+    )
 """
 USED = """
 import json, sys, types
