@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.flight.motion.kinematics import (
     STATE_INDEX,
     CircleLaw,
+    Columns,
     FlightState,
     KinematicState,
     Motion,
@@ -185,8 +186,6 @@ def _edge_m(centre_m: FloatArray, from_m: FloatArray, radius_m: float) -> FloatA
     return centre_m + radius_m * direction
 
 
-T = TypeVar("T")
-
 VERTICAL_TOLERANCE_M = 1.0
 """A vertical manoeuvre is over when the height stays this near to its target. [m]"""
 SMALL_STEP_TOLERANCE = 0.5
@@ -194,48 +193,127 @@ SMALL_STEP_TOLERANCE = 0.5
 SPEED_TOLERANCE = 0.02
 """A speed is reached, or lost, to within this fraction of the steady one. [-]"""
 
-_CLIMB, _ACCELERATE, _CRUISE, _BRAKE, _CIRCLE, _DESCEND, HOLD, SLOTS = range(8)
+START, CLIMB, WAIT, ACCELERATE, CRUISE, BRAKE, CIRCLE, DESCEND, STOP, HOLD, SLOTS = range(11)
+"""What is flown for a stage, in this order."""
 
 
-class StepPart(Value, eq=False):
-    """Segments of one kind with their pieces; ``order`` is stage times slots plus slot."""
+class StepSegments(Columns, eq=False):
+    """Segments of one kind, one per row."""
 
-    law: MotionLaw
     order: IntArray
+    """Stage times slots plus slot."""
     state: IntArray
     duration_s: FloatArray
     distance_m: FloatArray
     climb_m: FloatArray
     speed_m_s: FloatArray
     stopping_distance_m: FloatArray
-    piece_segment: IntArray
-    piece_row: IntArray
-    piece_offset_s: FloatArray
-    piece_duration_s: FloatArray
     step: FloatArray
     """Input step of the segment's power response. [m or m s⁻¹]"""
     pause_s: FloatArray
 
 
-def _pieces_between(
-    breaks_s: FloatArray, segment: IntArray, row: IntArray
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return segment, row, offset and duration of the pieces between rising breaks (n, k)."""
+class StepPieces(Columns, eq=False):
+    """Pieces of such segments, one per row."""
+
+    segment: IntArray
+    row: IntArray
+    offset_s: FloatArray
+    duration_s: FloatArray
+    is_grounded: BoolArray
+
+
+class StepPart(NamedTuple):
+    """Segments of one kind with their pieces, which follow one law."""
+
+    law: MotionLaw
+    segments: StepSegments
+    pieces: StepPieces
+
+
+def make_part(
+    law: MotionLaw,
+    order: IntArray,
+    state: IntArray | FlightState,
+    duration_s: FloatArray,
+    *,
+    pieces: StepPieces | None = None,
+    **columns: FloatArray,
+) -> StepPart:
+    """Return segments with some of their columns, by default of one piece each that goes nowhere."""
+    rows, zero = np.arange(len(order)), np.zeros(len(order))
+    if isinstance(state, FlightState):
+        state = np.full(len(order), STATE_INDEX[state])
+    others = ("distance_m", "climb_m", "speed_m_s", "step", "pause_s")
+    given = dict.fromkeys(others, zero) | {"stopping_distance_m": zero + np.nan} | columns
+    return StepPart(
+        law,
+        StepSegments(order=order, state=state, duration_s=duration_s, **given),
+        pieces
+        or StepPieces(
+            segment=rows, row=rows, offset_s=zero, duration_s=duration_s, is_grounded=zero > 0.0
+        ),
+    )
+
+
+def join_parts(legs: StepLegs, parts: Sequence[StepPart]) -> tuple[Motion, StepSegments]:
+    """Return parts in flown order, and their segments."""
+    segments = StepSegments.joined([part.segments for part in parts])
+    flown = np.argsort(segments.order, kind="stable")
+    place = np.argsort(flown)
+    segments = segments.select(flown)
+    offsets = np.cumsum([0, *(len(part.segments.order) for part in parts)])
+    pieces = StepPieces.joined(
+        [
+            replace(part.pieces, segment=place[part.pieces.segment + offset])
+            for part, offset in zip(parts, offsets[:-1], strict=True)
+        ]
+    )
+    law = np.repeat(np.arange(len(parts)), [len(part.pieces.row) for part in parts])
+    by_segment = np.argsort(pieces.segment, kind="stable")
+    pieces = pieces.select(by_segment)
+    first, last = legs.rows.T
+    motion = Motion(
+        segments=SegmentColumns(
+            item=legs.item[segments.order // SLOTS],
+            state=segments.state,
+            duration_s=segments.duration_s,
+            distance_m=segments.distance_m,
+            climb_m=segments.climb_m,
+            speed_m_s=segments.speed_m_s,
+            stopping_distance_m=segments.stopping_distance_m,
+        ),
+        laws=tuple(part.law for part in parts),
+        piece_segment=pieces.segment,
+        piece_law=law[by_segment],
+        piece_row=pieces.row,
+        piece_offset_s=pieces.offset_s,
+        piece_duration_s=pieces.duration_s,
+        arrival_segment=np.searchsorted(segments.order, first * SLOTS + HOLD) - 1,
+        done_segment=np.searchsorted(segments.order, (last + 1) * SLOTS) - 1,
+        piece_is_grounded=pieces.is_grounded if pieces.is_grounded.any() else None,
+    )
+    return motion, segments
+
+
+def _pieces_between(breaks_s: FloatArray, row: IntArray) -> StepPieces:
+    """Return the pieces between rising breaks (n, k) of n segments that follow rows of a law."""
     duration = np.diff(breaks_s, axis=1)
     kept = duration > 0.0
     # A segment of no duration keeps one empty piece, so that every segment has a place.
     kept[:, 0] |= ~kept.any(axis=1)
-    shape = duration.shape
-    return (
-        np.broadcast_to(segment[:, None], shape)[kept],
-        np.broadcast_to(row[:, None], shape)[kept],
-        breaks_s[:, :-1][kept],
-        duration[kept],
+    segment = np.nonzero(kept)[0]
+    return StepPieces(
+        segment=segment,
+        row=row[segment],
+        offset_s=breaks_s[:, :-1][kept],
+        duration_s=duration[kept],
+        is_grounded=np.zeros(len(segment), np.bool_),
     )
 
 
-class _SpeedAnswer(Value):
-    """What a speed response tells of every leg, whatever its speed."""
+class _SpeedAnswer(NamedTuple):
+    """How a speed response answers any speed commanded."""
 
     steady: float
     """Steady speed over commanded speed. [-]"""
@@ -250,9 +328,11 @@ class _SpeedAnswer(Value):
 def _speed_answer(speed_response: ManoeuvreResponse) -> _SpeedAnswer:
     unit = speed_response.unit_step
     steady = unit.final_value
+    reached_s = unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)
+    assert reached_s is not None  # it settles: see the checks of the model
     return _SpeedAnswer(
         steady=steady,
-        reached_s=given(unit.first_crossing_s((1.0 - SPEED_TOLERANCE) * steady)),
+        reached_s=reached_s,
         stop_s=float(unit.settling_times_s(SPEED_TOLERANCE * steady)),
     )
 
@@ -266,12 +346,12 @@ def _settled_s(altitude: ManoeuvreResponse, steps_m: tuple[float, ...]) -> Float
 
 
 @lru_cache(maxsize=64)
-def steepest(altitude: ManoeuvreResponse) -> Extremum:
+def _steepest(altitude: ManoeuvreResponse) -> Extremum:
     """Return the highest rate of the answer to a unit step, and when."""
     return altitude.unit_step.peak_slope()
 
 
-def fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
+def _fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
     """Return the climbs and descents of all stages."""
     change = legs.end_m[:, 2] - legs.start_m[:, 2]
     stage = np.flatnonzero(change)
@@ -279,8 +359,7 @@ def fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
     size = np.abs(rise)
     unit = altitude.unit_step
     step = np.minimum(size, altitude.identified_step_m)
-    rate = steepest(altitude)
-    peak_s = rate.time_s
+    rate = _steepest(altitude)
     pause = (size - step) / (rate.value * step)
 
     sizes = tuple(sorted(set(step.tolist())))
@@ -288,40 +367,32 @@ def fly_vertical(legs: StepLegs, altitude: AltitudeResponse) -> StepPart:
     upward = rise > 0.0
     # The level leg is flown between the climb and the descent, at the start's or the end's place.
     place = np.where(upward[:, None], legs.start_m[stage, :2], legs.end_m[stage, :2])
-    count = np.arange(len(stage))
-    peak = np.full(len(stage), peak_s)
-    breaks = np.column_stack(
-        (np.zeros(len(stage)), np.full(len(stage), unit.system.delay_s), peak, peak + pause, end)
-    )
-    segment, row, offset, duration = _pieces_between(np.minimum(breaks, end[:, None]), count, count)
-    return StepPart(
-        law=VerticalStepLaw(
+    zero = np.zeros(len(stage))
+    peak = zero + rate.time_s
+    breaks = np.column_stack((zero, zero + unit.system.delay_s, peak, peak + pause, end))
+    return make_part(
+        VerticalStepLaw(
             response=unit,
             east_m=place[:, 0],
             north_m=place[:, 1],
             height_m=legs.start_m[stage, 2],
             step_m=np.sign(rise) * step,
-            peak_s=peak_s,
+            peak_s=rate.time_s,
             peak_rate=rate.value,
             pause_s=pause,
         ),
-        order=stage * SLOTS + np.where(upward, _CLIMB, _DESCEND),
-        state=np.where(upward, legs.climb_state[stage], legs.descent_state[stage]),
-        duration_s=end,
-        distance_m=np.zeros(len(stage)),
+        stage * SLOTS + np.where(upward, CLIMB, DESCEND),
+        np.where(upward, legs.climb_state[stage], legs.descent_state[stage]),
+        end,
+        pieces=_pieces_between(np.minimum(breaks, end[:, None]), np.arange(len(stage))),
         climb_m=rise,
-        speed_m_s=step * unit.slope(np.minimum(end, peak_s)),
-        stopping_distance_m=np.full(len(stage), np.nan),
-        piece_segment=segment,
-        piece_row=row,
-        piece_offset_s=offset,
-        piece_duration_s=duration,
+        speed_m_s=step * unit.slope(np.minimum(end, rate.time_s)),
         step=np.sign(rise) * step,
         pause_s=pause,
     )
 
 
-def fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
+def _fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     """Return the level legs of all stages: accelerate, cruise where there is time for it, brake."""
     way = legs.end_m[:, :2] - legs.start_m[:, :2]
     length = np.hypot(way[:, 0], way[:, 1])
@@ -329,63 +400,45 @@ def fly_level(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
     way, length = way[stage], length[stage]
     speed = legs.speed_m_s[stage]
     unit = speed_response.unit_step
-    answer = _speed_answer(speed_response)
-    steady, stop_s = answer.steady, answer.stop_s
+    steady, reached_s, stop_s = _speed_answer(speed_response)
     pulse = length / (speed * steady)
-    cruising = pulse > answer.reached_s
-    end = pulse + stop_s
+    cruising = pulse > reached_s
 
-    climbing = legs.end_m[stage, 2] > legs.start_m[stage, 2]
     law = SpeedPulseLaw(
         response=unit,
         east_m=legs.start_m[stage, 0],
         north_m=legs.start_m[stage, 1],
-        height_m=np.where(climbing, legs.end_m[stage, 2], legs.start_m[stage, 2]),
+        height_m=np.maximum(legs.start_m[stage, 2], legs.end_m[stage, 2]),
         east=way[:, 0] / length,
         north=way[:, 1] / length,
         speed_m_s=speed,
         pulse_s=pulse,
     )
-    rows = np.arange(len(stage))
-    reached = np.where(cruising, answer.reached_s, pulse)
-    reached_m = speed * unit.integral(reached)
-    pulse_m = speed * unit.integral(pulse)
+    rows, only = np.arange(len(stage)), np.flatnonzero(cruising)
+    reached = np.where(cruising, reached_s, pulse)
+    reached_m, pulse_m = speed * unit.integral(reached), speed * unit.integral(pulse)
+    steady_m_s = speed * steady
     peak = _peak_speed_m_s(law, cruising, steady=steady, stop_s=stop_s)
 
-    only = np.flatnonzero(cruising)
-    row_of = np.concatenate((rows, rows[only], rows))
-    slot = np.repeat([_ACCELERATE, _CRUISE, _BRAKE], [len(rows), len(only), len(rows)])
+    slots = (ACCELERATE, CRUISE, BRAKE)
+    states = [STATE_INDEX[FlightState(s)] for s in ("accelerate", "cruise", "brake")]
+    counts = [len(rows), len(only), len(rows)]
+    row = np.concatenate((rows, rows[only], rows))
     start = np.concatenate((np.zeros(len(rows)), reached[only], pulse))
-    stop = np.concatenate((reached, pulse[only], end))
+    stop = np.concatenate((reached, pulse[only], pulse + stop_s))
+    step = np.concatenate((np.zeros(len(rows) + len(only)), -speed * (peak / steady_m_s)))
+    stop_m = speed_response.transfer_function.mean_residence_time_s * steady_m_s[only]
     breaks = np.column_stack((start, np.minimum(start + unit.system.delay_s, stop), stop))
-    segment, row, offset, duration = _pieces_between(breaks, np.arange(len(slot)), row_of)
-    return StepPart(
-        law=law,
-        order=stage[row_of] * SLOTS + slot,
-        state=np.choose(
-            slot - _ACCELERATE,
-            [
-                STATE_INDEX[s]
-                for s in (FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE)
-            ],
-        ),
-        duration_s=stop - start,
+    return make_part(
+        law,
+        stage[row] * SLOTS + np.repeat(slots, counts),
+        np.repeat(states, counts),
+        stop - start,
+        pieces=_pieces_between(breaks, row),
         distance_m=np.concatenate((reached_m, (pulse_m - reached_m)[only], length - pulse_m)),
-        climb_m=np.zeros(len(slot)),
-        speed_m_s=np.concatenate((speed * unit.value(reached), (speed * steady)[only], peak)),
-        stopping_distance_m=np.concatenate(
-            (
-                np.full(len(rows), np.nan),
-                (speed * steady)[only] * speed_response.transfer_function.mean_residence_time_s,
-                length - pulse_m,
-            )
-        ),
-        piece_segment=segment,
-        piece_row=row,
-        piece_offset_s=offset,
-        piece_duration_s=duration,
-        step=-np.where(slot == _BRAKE, speed[row_of] * (peak / (speed * steady))[row_of], 0.0),
-        pause_s=np.zeros(len(slot)),
+        speed_m_s=np.concatenate((speed * unit.value(reached), steady_m_s[only], peak)),
+        stopping_distance_m=np.concatenate((reached * np.nan, stop_m, length - pulse_m)),
+        step=step,
     )
 
 
@@ -407,69 +460,39 @@ def _peak_speed_m_s(
     return peak
 
 
-def fly_circles(legs: StepLegs, speed_response: ManoeuvreResponse) -> StepPart:
+def fly_circles(legs: StepLegs, steady: float = 1.0, stopping_s: float = float("nan")) -> StepPart:
     """Return the circles of all stages, flown at the steady speed from the moment they are reached.
 
     The article identifies no turning flight; starting and stopping are in the leg to the circle.
+    ``steady`` is the speed flown over that commanded, ``stopping_s`` the way to stop over the speed.
     """
     stage = np.flatnonzero(legs.turns > 0.0)
     radius = np.abs(legs.circle_m[stage])
-    speed = legs.speed_m_s[stage] * _speed_answer(speed_response).steady
+    speed = legs.speed_m_s[stage] * steady
     length = legs.turns[stage] * 2.0 * np.pi * radius
     law = CircleLaw(
         start_m=legs.end_m[stage],
         centre_m=legs.centre_m[stage],
         rate_rad_s=-np.sign(legs.circle_m[stage]) * speed / radius,
     )
-    return replace(
-        _steady(law, stage * SLOTS + _CIRCLE, FlightState.CRUISE, length / speed),
+    return make_part(
+        law,
+        stage * SLOTS + CIRCLE,
+        FlightState.CRUISE,
+        length / speed,
         distance_m=length,
         speed_m_s=speed,
-        stopping_distance_m=speed * speed_response.transfer_function.mean_residence_time_s,
+        stopping_distance_m=speed * stopping_s,
     )
 
 
-def hold_in_place(legs: StepLegs) -> StepPart:
+def _hold_in_place(legs: StepLegs) -> StepPart:
     """Return the holds of all stages."""
     stage = np.flatnonzero(legs.hold_s > 0.0)
     coefficients = np.zeros((len(stage), 3, 4))
     coefficients[:, :, 0] = legs.end_m[stage]
     law = PolynomialLaw(coefficients=coefficients)
-    return _steady(law, stage * SLOTS + HOLD, FlightState.HOVER, legs.hold_s[stage])
-
-
-def _steady(
-    law: MotionLaw, order: IntArray, state: FlightState, duration_s: FloatArray
-) -> StepPart:
-    """Return segments of one piece each that go nowhere and begin no window of power."""
-    rows, zero = np.arange(len(order)), np.zeros(len(order))
-    return StepPart(
-        law=law,
-        order=order,
-        state=np.full(len(order), STATE_INDEX[state]),
-        duration_s=duration_s,
-        distance_m=zero,
-        climb_m=zero,
-        speed_m_s=zero,
-        stopping_distance_m=np.full(len(order), np.nan),
-        piece_segment=rows,
-        piece_row=rows,
-        piece_offset_s=zero,
-        piece_duration_s=duration_s,
-        step=zero,
-        pause_s=zero,
-    )
-
-
-def given(value: T | None) -> T:
-    """Return what a model of step references is known to have."""
-    if value is None:
-        msg = "a model of step references has responses of altitude and speed"
-        raise ValueError(msg)
-    return value
-
-
-_CLIMB_POWER, _DESCENT_POWER, _BRAKE_POWER = range(3)
+    return make_part(law, stage * SLOTS + HOLD, FlightState.HOVER, legs.hold_s[stage])
 
 
 def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, Transients]:
@@ -478,93 +501,35 @@ def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, T
     Parameters
     ----------
     legs : StepLegs
-        At least one stage.
+        At least one.
     responses : Responses
-        The identified responses, of altitude and speed at least; a power response that is not
-        there adds nothing.
-
-    Returns
-    -------
-    motion : Motion
-        Segments and pieces in closed form.
-    transients : Transients
-        Windows of climb, descent and brake power.
-
-    Notes
-    -----
-    Segments are ordered by stage and slot: climb, accelerate, cruise, brake, descend, hold.
+        Of altitude and speed at least; a power response that is missing adds nothing.
     """
-    vertical = fly_vertical(legs, given(responses.altitude))
-    level = fly_level(legs, given(responses.speed))
-    circles = fly_circles(legs, given(responses.speed))
-    parts = (vertical, level, circles, hold_in_place(legs))
-
-    order = np.concatenate([part.order for part in parts])
-    flown = np.argsort(order, kind="stable")
-    place = np.empty_like(flown)
-    place[flown] = np.arange(len(flown))
-    offsets = np.cumsum([0, *(len(part.order) for part in parts)])
-
-    def joined(name: str) -> FloatArray:
-        column: FloatArray = np.concatenate([getattr(part, name) for part in parts])[flown]
-        return column
-
-    segments = SegmentColumns(
-        item=legs.item[order[flown] // SLOTS],
-        state=joined("state").astype(np.intp),
-        duration_s=joined("duration_s"),
-        distance_m=joined("distance_m"),
-        climb_m=joined("climb_m"),
-        speed_m_s=joined("speed_m_s"),
-        stopping_distance_m=joined("stopping_distance_m"),
+    altitude, speed = responses.altitude, responses.speed
+    assert altitude is not None  # the model has both: see its checks
+    assert speed is not None
+    residence_s = speed.transfer_function.mean_residence_time_s
+    parts = (
+        _fly_vertical(legs, altitude),
+        _fly_level(legs, speed),
+        fly_circles(legs, _speed_answer(speed).steady, residence_s),
+        _hold_in_place(legs),
     )
-    piece_segment = np.concatenate(
-        [place[part.piece_segment + offset] for part, offset in zip(parts, offsets, strict=False)]
-    )
-    by_segment = np.argsort(piece_segment, kind="stable")
-
-    def pieces(name: str) -> FloatArray:
-        column: FloatArray = np.concatenate([getattr(part, name) for part in parts])[by_segment]
-        return column
-
-    first, last = legs.rows.T
-    ordered = order[flown]
-    motion = Motion(
-        segments=segments,
-        laws=tuple(part.law for part in parts),
-        piece_segment=piece_segment[by_segment],
-        piece_law=np.repeat(np.arange(len(parts)), [len(part.piece_segment) for part in parts])[
-            by_segment
-        ],
-        piece_row=pieces("piece_row").astype(np.intp),
-        piece_offset_s=pieces("piece_offset_s"),
-        piece_duration_s=pieces("piece_duration_s"),
-        arrival_segment=np.searchsorted(ordered, first * SLOTS + HOLD) - 1,
-        done_segment=np.searchsorted(ordered, (last + 1) * SLOTS) - 1,
-    )
-    return motion, _transients(segments, joined("step"), joined("pause_s"), responses)
-
-
-def _transients(
-    segments: SegmentColumns, step: FloatArray, pause_s: FloatArray, responses: Responses
-) -> Transients:
-    """Return the power windows of every climb, descent and brake, in the order of their start."""
+    motion, segments = join_parts(legs, parts)
+    # Windows of power begin with every climb, descent and brake.
     state = segments.state
-    climbing = (state == STATE_INDEX[FlightState.TAKEOFF]) | (
-        state == STATE_INDEX[FlightState.CLIMB]
-    )
+    climbing = np.isin(state, (STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.CLIMB]))
     braking = state == STATE_INDEX[FlightState.BRAKE]
     models = (responses.climb_power, responses.descent_power, responses.brake_power)
-    kind = np.select([climbing, braking], [_CLIMB_POWER, _BRAKE_POWER], _DESCENT_POWER)
-    begun = np.flatnonzero((step != 0.0) & np.array([m is not None for m in models])[kind])
-    peak_s = steepest(given(responses.altitude)).time_s
-    return Transients(
+    kind = np.select([climbing, braking], [0, 2], 1)
+    begun = np.flatnonzero((segments.step != 0.0) & np.array([m is not None for m in models])[kind])
+    return motion, Transients(
         responses=tuple(None if model is None else model.unit_step for model in models),
         window_s=tuple(0.0 if model is None else model.window_s for model in models),
         segment=begun,
         response=kind[begun],
-        amplitude=step[begun],
-        start_s=segments.end_s[begun] - segments.duration_s[begun],
-        pause_at_s=np.full(len(begun), peak_s),
-        pause_s=pause_s[begun],
+        amplitude=segments.step[begun],
+        start_s=(motion.segments.end_s - segments.duration_s)[begun],
+        pause_at_s=np.full(len(begun), _steepest(altitude).time_s),
+        pause_s=segments.pause_s[begun],
     )
