@@ -175,7 +175,7 @@ def _cubics(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray, FloatArra
     start_s = number * width_s
     done: list[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]] = []
     for round_number in range(_MOST_ROUNDS):
-        control_m = _hermite(motion, piece, start_s, width_s)
+        control_m = motion.control_m(piece, start_s, start_s + width_s)
         error_m = _errors(motion, piece, start_s, width_s, control_m, is_cubic=is_cubic)
         rough = error_m > CUBIC_TOLERANCE_M
         if round_number == _MOST_ROUNDS - 1:
@@ -198,25 +198,6 @@ def _cubics(motion: Motion) -> tuple[IntArray, FloatArray, FloatArray, FloatArra
     return piece[order], start_s, end_s, control_m[order], error_m[order]
 
 
-def _hermite(
-    motion: Motion, piece: IntArray, start_s: FloatArray, width_s: FloatArray
-) -> FloatArray:
-    """Return the cubics with the places and velocities of a motion at their ends. (n, 4, 3)"""
-    ends = motion.state_at(piece[:, None], np.column_stack((start_s, start_s + width_s)))
-    place = np.stack((ends.east_m, ends.north_m, ends.height_m), axis=-1)
-    velocity = np.stack((ends.east_m_s, ends.north_m_s, ends.climb_m_s), axis=-1)
-    third_s = width_s[:, None] / 3.0
-    return np.stack(
-        (
-            place[:, 0],
-            place[:, 0] + velocity[:, 0] * third_s,
-            place[:, 1] - velocity[:, 1] * third_s,
-            place[:, 1],
-        ),
-        axis=1,
-    )
-
-
 def _errors(
     motion: Motion,
     piece: IntArray,
@@ -231,11 +212,10 @@ def _errors(
     own = np.flatnonzero(~is_cubic[piece])
     for share in (0.25, 0.5, 0.75):
         state = motion.state_at(piece[own], start_s[own] + share * width_s[own])
-        place = np.stack((state.east_m, state.north_m, state.height_m), axis=-1)
         weights = np.array(
             [(1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3]
         )
-        gap = np.einsum("k,nkx->nx", weights, control_m[own]) - place
+        gap = np.einsum("k,nkx->nx", weights, control_m[own]) - state.place_m
         error_m[own] = np.maximum(error_m[own], np.sqrt(np.sum(gap**2, axis=1)))
     return error_m
 

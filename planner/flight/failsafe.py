@@ -206,7 +206,7 @@ def px4_safe_return_s(
     """
     segment = np.searchsorted(returns.start_s, time_s, side="right") - 1
     state = returns.flight.motion.state_at_time(time_s)
-    place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+    place_m = state.place_m
     stage = returns.segment_stage[segment]
     destination = returns.destinations.chosen(place_m, stage)
     targets = returns.destinations.targets(stage, destination, place_m)

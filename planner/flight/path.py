@@ -159,13 +159,7 @@ def _parts_and_jumps(
     motion: Motion, piece: IntArray, start_s: FloatArray, end_s: FloatArray, straight_m: float
 ) -> tuple[IntArray, BoolArray]:
     """Return into how many straight parts intervals must be divided, and where the next is elsewhere."""
-    both = motion.state_at(piece[:, None], np.column_stack((start_s, end_s)))
-    third_s = (end_s - start_s) / 3.0
-    place = np.stack((both.east_m, both.north_m), axis=-1)
-    velocity = np.stack((both.east_m_s, both.north_m_s), axis=-1)
-    first, last = place[:, 0], place[:, 1]
-    one = first + velocity[:, 0] * third_s[:, None]
-    two = last - velocity[:, 1] * third_s[:, None]
+    first, one, two, last = np.moveaxis(motion.control_m(piece, start_s, end_s)[..., :2], 1, 0)
     chord = last - first
     squared = np.maximum(np.sum(chord**2, axis=1), 1e-12)
     away = np.zeros(len(piece))

@@ -92,7 +92,7 @@ def flight_progress(
     begin_s, end_s = _window(returns, place.item, after_s)
     time_s = np.linspace(begin_s, end_s, _SAMPLES)
     state = flight.motion.state_at_time(time_s)
-    along_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+    along_m = state.place_m
     away_m = np.sqrt(np.square(along_m - place_m).sum(axis=1))
     fits_s = begin_s if before is None else before.time_s + elapsed_s
     at = int(np.argmin(np.square(away_m) + np.square(_CLOCK_M_S * (time_s - fits_s))))

@@ -1,8 +1,7 @@
 """Motion as pieces in closed form: where the vehicle is, how fast, at any time.
 
-A flight is a row of pieces, each following one law of motion over its own time.  Laws are kept as
-columns (one array per parameter), so that 10,000 pieces cost array arithmetic; they are evaluated at
-the nodes of a quadrature for energy, and sampled only for plots and traces.
+Each piece follows one law over its own time.  Laws are columns, an array per parameter, so that 10,000
+pieces cost array arithmetic; they are sampled only for plots and traces.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
-from planner.values import Value, field_names
+from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,18 +37,22 @@ class KinematicState(Value, eq=False):
         speed: FloatArray = np.sqrt(self.east_m_s**2 + self.north_m_s**2)
         return speed
 
+    @property
+    def place_m(self) -> FloatArray:
+        """East, north and height beside each other. (…, 3) [m]"""
+        return np.stack((self.east_m, self.north_m, self.height_m), axis=-1)
 
-_STATE_COLUMNS = ("east_m", "north_m", "height_m", "east_m_s", "north_m_s", "climb_m_s")
+    @property
+    def velocity_m_s(self) -> FloatArray:
+        """East, north and up beside each other. (…, 3) [m s⁻¹]"""
+        return np.stack((self.east_m_s, self.north_m_s, self.climb_m_s), axis=-1)
 
-
-def _spread(state: KinematicState, shape: tuple[int, ...]) -> KinematicState:
-    """Return a state with every column in one shape."""
-    columns = {name: getattr(state, name) for name in _STATE_COLUMNS}
-    if all(column.shape == shape for column in columns.values()):
-        return state
-    return KinematicState(
-        **{name: np.broadcast_to(column, shape) for name, column in columns.items()}
-    )
+    @classmethod
+    def of(
+        cls, place_m: Sequence[FloatArray], velocity_m_s: Sequence[FloatArray]
+    ) -> KinematicState:
+        """Return the state at east, north, height, moving east, north and up."""
+        return cls(**dict(zip(field_names(cls), (*place_m, *velocity_m_s), strict=True)))
 
 
 class MotionLaw(Protocol):
@@ -86,20 +89,16 @@ class Columns(Value, eq=False):
     @classmethod
     def joined(cls, several: Sequence[Self]) -> Self:
         """Return the rows of several as one."""
-        return cls(
-            **{
-                name: np.concatenate([getattr(columns, name) for columns in several])
-                for name in field_names(cls)
-            }
-        )
+        rows = {name: [getattr(one, name) for one in several] for name in field_names(cls)}
+        return cls(**{name: np.concatenate(columns) for name, columns in rows.items()})
 
 
-class SegmentColumns(Value, eq=False):
+class SegmentColumns(Columns, eq=False):
     """The segments of a flight as columns, all of length n, in flown order."""
 
     item: IntArray
     state: IntArray
-    """Positions in ``planner.flight.motion.kinematics.STATES``."""
+    """Positions in `STATES`."""
     duration_s: FloatArray
     distance_m: FloatArray
     climb_m: FloatArray
@@ -144,27 +143,33 @@ class Motion(Value, eq=False):
     def state_at(self, piece: IntArray, time_s: FloatArray) -> KinematicState:
         """Return the state at times counted from the beginning of each piece.
 
-        Parameters
-        ----------
-        piece : ndarray of int
-            Pieces, (n,) for a time each, or (n, 1) for a row of times each.
-        time_s : ndarray
-            Time since the beginning of the piece, (n,) or (n, k). [s]
+        Pieces are (n,) for a time each, (n,) [s], or (n, 1) for a row of times each, (n, k) [s].
         """
         law_of = self.piece_law[piece].reshape(len(piece))
         row, own_s = self.piece_row[piece], self.piece_offset_s[piece] + time_s
-        states = []
+        whole = KinematicState(
+            **{name: np.empty(time_s.shape) for name in field_names(KinematicState)}
+        )
         for index, law in enumerate(self.laws):
             chosen = np.flatnonzero(law_of == index)
             if len(chosen) == len(piece):  # most flights have no circles
-                return _spread(law.state_at(row, own_s), time_s.shape)
+                columns = field_values(law.state_at(row, own_s)).items()
+                return KinematicState(**{n: np.broadcast_to(c, time_s.shape) for n, c in columns})
             if len(chosen):
-                states.append((chosen, law.state_at(row[chosen], own_s[chosen])))
-        whole = {name: np.empty(time_s.shape) for name in _STATE_COLUMNS}
-        for chosen, state in states:
-            for name, column in whole.items():
-                column[chosen] = getattr(state, name)
-        return KinematicState(**whole)
+                for name, column in field_values(law.state_at(row[chosen], own_s[chosen])).items():
+                    getattr(whole, name)[chosen] = column
+        return whole
+
+    def control_m(self, piece: IntArray, start_s: FloatArray, end_s: FloatArray) -> FloatArray:
+        """Return the Bézier control points of cubics through spans of pieces. (n, 4, 3) [m]
+
+        They have the places and velocities of the motion at their ends.
+        """
+        ends = self.state_at(piece[:, None], np.column_stack((start_s, end_s)))
+        third = ends.velocity_m_s * ((end_s - start_s) / 3.0)[:, None, None]
+        place = ends.place_m
+        first, last = place[:, 0], place[:, 1]
+        return np.stack((first, first + third[:, 0], last - third[:, 1], last), axis=1)
 
     def piece_at(self, time_s: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the pieces at times since the start of the flight, and the time since each began.
@@ -205,14 +210,7 @@ class PolynomialLaw(Value, eq=False):
             slope += c1
             position.append(place.T)
             velocity.append(slope.T)
-        return KinematicState(
-            east_m=position[0],
-            north_m=position[1],
-            height_m=position[2],
-            east_m_s=velocity[0],
-            north_m_s=velocity[1],
-            climb_m_s=velocity[2],
-        )
+        return KinematicState.of(position, velocity)
 
 
 class CircleLaw(Value, eq=False):
@@ -232,13 +230,9 @@ class CircleLaw(Value, eq=False):
         east, north = start[..., 0] - centre[..., 0], start[..., 1] - centre[..., 1]
         away_east = east * np.cos(angle) - north * np.sin(angle)
         away_north = east * np.sin(angle) + north * np.cos(angle)
-        return KinematicState(
-            east_m=centre[..., 0] + away_east,
-            north_m=centre[..., 1] + away_north,
-            height_m=start[..., 2],
-            east_m_s=-rate * away_north,
-            north_m_s=rate * away_east,
-            climb_m_s=np.zeros(angle.shape),
+        return KinematicState.of(
+            (centre[..., 0] + away_east, centre[..., 1] + away_north, start[..., 2]),
+            (-rate * away_north, rate * away_east, np.zeros(angle.shape)),
         )
 
 
@@ -294,53 +288,37 @@ def make_manoeuvres(
     stopping_distance_m: FloatArray | None = None,
     grounded: tuple[int, ...] = (),
 ) -> Manoeuvres:
-    """Return manoeuvres through given places at given velocities and times.
+    """Return manoeuvres through places at velocities and times.
+
+    Each piece is the cubic with these ends (Hermite): constant acceleration is reproduced exactly.
 
     Parameters
     ----------
-    key : ndarray of int
-        Place in the order of the flight. (n,)
-    state : FlightState
-        What the vehicle does.
+    key, state, stopping_distance_m
+        As in `Manoeuvres`.
     position_m, velocity_m_s : ndarray
         East, north, height above home at the ends of the pieces. (n, k + 1, 3) [m, m s⁻¹]
     duration_s : ndarray
         Of the pieces; those of no duration are left out. (n, k) [s]
-    stopping_distance_m : ndarray, optional
-        Way to stand still; default none. (n,) [m]
     grounded : tuple of int
         Pieces that stand on the ground at no power.
-
-    Notes
-    -----
-    Each piece is the cubic with these ends (Hermite): constant acceleration is reproduced exactly.
     """
     start, end = position_m[:, :-1], position_m[:, 1:]
     leaving, arriving = velocity_m_s[:, :-1], velocity_m_s[:, 1:]
     per_s = np.divide(1.0, duration_s, out=np.zeros_like(duration_s), where=duration_s > 0.0)
     per_s = per_s[..., None]
     mean = (end - start) * per_s
-    coefficients = np.stack(
-        (
-            start,
-            leaving,
-            (3.0 * mean - 2.0 * leaving - arriving) * per_s,
-            (leaving + arriving - 2.0 * mean) * per_s**2,
-        ),
-        axis=-1,
-    )
-    is_grounded = np.zeros(duration_s.shape[1], np.bool_)
-    is_grounded[list(grounded)] = True
-    if stopping_distance_m is None:
-        stopping_distance_m = np.full(len(key), np.nan)
+    bend = (3.0 * mean - 2.0 * leaving - arriving) * per_s
+    jerk = (leaving + arriving - 2.0 * mean) * per_s**2
+    none = np.full(len(key), np.nan)
     return Manoeuvres(
         key=key,
         state=state,
         speed_m_s=np.sqrt((velocity_m_s**2).sum(axis=-1)).max(axis=1, initial=0.0),
-        stopping_distance_m=stopping_distance_m,
+        stopping_distance_m=none if stopping_distance_m is None else stopping_distance_m,
         duration_s=duration_s,
-        coefficients=coefficients,
-        is_grounded=is_grounded,
+        coefficients=np.stack((start, leaving, bend, jerk), axis=-1),
+        is_grounded=np.isin(np.arange(duration_s.shape[1]), grounded),
     )
 
 

@@ -54,16 +54,9 @@ class VerticalStepLaw(Value, eq=False):
         own = time_s - paused
         rate = self.step_m[row] * self.response.slope(own)
         zero = np.zeros(row.shape)
-        return KinematicState(
-            east_m=self.east_m[row],
-            north_m=self.north_m[row],
-            height_m=self.height_m[row]
-            + self.step_m[row] * self.response.value(own)
-            + self.step_m[row] * self.peak_rate * paused,
-            east_m_s=zero,
-            north_m_s=zero,
-            climb_m_s=rate,
-        )
+        risen = self.response.value(own) + self.peak_rate * paused
+        height = self.height_m[row] + self.step_m[row] * risen
+        return KinematicState.of((self.east_m[row], self.north_m[row], height), (zero, zero, rate))
 
 
 class SpeedPulseLaw(Value, eq=False):
@@ -88,17 +81,17 @@ class SpeedPulseLaw(Value, eq=False):
         speed = self.speed_m_s[row]
         rate = speed * (self.response.value(time_s) - self.response.value(after))
         way = speed * (self.response.integral(time_s) - self.response.integral(after))
-        return KinematicState(
-            east_m=self.east_m[row] + way * self.east[row],
-            north_m=self.north_m[row] + way * self.north[row],
-            height_m=self.height_m[row],
-            east_m_s=rate * self.east[row],
-            north_m_s=rate * self.north[row],
-            climb_m_s=np.zeros(row.shape),
+        east, north = self.east[row], self.north[row]
+        return KinematicState.of(
+            (self.east_m[row] + way * east, self.north_m[row] + way * north, self.height_m[row]),
+            (rate * east, rate * north, np.zeros(row.shape)),
         )
 
 
 _LANDINGS = frozenset({StageKind.LAND, StageKind.RETURN})
+_TAKEOFF, _CLIMB, _BRAKE, _DESCEND, _LAND = (
+    STATE_INDEX[FlightState(s)] for s in ("takeoff", "climb", "brake", "descend", "land")
+)
 
 
 class StepLegs(Value, eq=False):
@@ -127,34 +120,30 @@ class StepLegs(Value, eq=False):
 
         Setting down a load takes two rows: down to the level of home, and back up.
         """
-        flown = [s for s in stages for _ in range(1 + (s.kind is StageKind.SET_DOWN))]
+        count = [1 + (s.kind is StageKind.SET_DOWN) for s in stages]
+        flown = [s for s, times in zip(stages, count, strict=True) for _ in range(times)]
         end = np.array([(s.east_m, s.north_m, s.height_m) for s in flown])
-        last = np.cumsum([1 + (s.kind is StageKind.SET_DOWN) for s in stages]) - 1
+        last = np.cumsum(count) - 1
         first = np.concatenate(([0], last[:-1] + 1))
         end[first[last > first], 2] = 0.0
         centre = end[:, :2].copy()
-        circling = [row for row, s in enumerate(flown) if s.kind is StageKind.CIRCLE]
-        for row in circling:
-            end[row, :2] = _edge_m(end[row, :2], end[row - 1, :2], abs(flown[row].radius_m))
+        for row, s in enumerate(flown):
+            if s.kind is StageKind.CIRCLE:
+                end[row, :2] = _edge_m(end[row, :2], end[row - 1, :2], abs(s.radius_m))
+        speeds = [default_speed_m_s if s.speed_m_s is None else s.speed_m_s for s in flown]
         landing = np.array([s.kind in _LANDINGS for s in flown])
         takeoff = np.array([s.kind is StageKind.TAKEOFF for s in flown])
         return cls(
             item=np.array([s.item for s in flown]),
             start_m=np.vstack((np.zeros((1, 3)), end[:-1])),
             end_m=end,
-            speed_m_s=np.array(
-                [default_speed_m_s if s.speed_m_s is None else s.speed_m_s for s in flown]
-            ),
+            speed_m_s=np.array(speeds),
             hold_s=np.array([s.hold_s for s in flown]),
             centre_m=centre,
             circle_m=np.array([s.radius_m for s in flown]),
             turns=np.array([s.turns if s.radius_m else 0.0 for s in flown]),
-            climb_state=np.where(
-                takeoff, STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.CLIMB]
-            ),
-            descent_state=np.where(
-                landing, STATE_INDEX[FlightState.LAND], STATE_INDEX[FlightState.DESCEND]
-            ),
+            climb_state=np.where(takeoff, _TAKEOFF, _CLIMB),
+            descent_state=np.where(landing, _LAND, _DESCEND),
             rows=np.column_stack((first, last)),
         )
 
@@ -172,8 +161,8 @@ class StepLegs(Value, eq=False):
             centre_m=np.array(home_m[:, :2], np.float64),
             circle_m=np.zeros(count),
             turns=np.zeros(count),
-            climb_state=np.full(count, STATE_INDEX[FlightState.CLIMB]),
-            descent_state=np.full(count, STATE_INDEX[FlightState.LAND]),
+            climb_state=np.full(count, _CLIMB),
+            descent_state=np.full(count, _LAND),
             rows=np.column_stack((rows, rows)),
         )
 
@@ -197,17 +186,11 @@ START, CLIMB, WAIT, ACCELERATE, CRUISE, BRAKE, CIRCLE, DESCEND, STOP, HOLD, SLOT
 """What is flown for a stage, in this order."""
 
 
-class StepSegments(Columns, eq=False):
+class StepSegments(SegmentColumns, eq=False):
     """Segments of one kind, one per row."""
 
     order: IntArray
     """Stage times slots plus slot."""
-    state: IntArray
-    duration_s: FloatArray
-    distance_m: FloatArray
-    climb_m: FloatArray
-    speed_m_s: FloatArray
-    stopping_distance_m: FloatArray
     step: FloatArray
     """Input step of the segment's power response. [m or m s⁻¹]"""
     pause_s: FloatArray
@@ -248,7 +231,7 @@ def make_part(
     given = dict.fromkeys(others, zero) | {"stopping_distance_m": zero + np.nan} | columns
     return StepPart(
         law,
-        StepSegments(order=order, state=state, duration_s=duration_s, **given),
+        StepSegments(item=order, order=order, state=state, duration_s=duration_s, **given),
         pieces
         or StepPieces(
             segment=rows, row=rows, offset_s=zero, duration_s=duration_s, is_grounded=zero > 0.0
@@ -260,13 +243,13 @@ def join_parts(legs: StepLegs, parts: Sequence[StepPart]) -> tuple[Motion, StepS
     """Return parts in flown order, and their segments."""
     segments = StepSegments.joined([part.segments for part in parts])
     flown = np.argsort(segments.order, kind="stable")
-    place = np.argsort(flown)
     segments = segments.select(flown)
-    offsets = np.cumsum([0, *(len(part.segments.order) for part in parts)])
+    segments = replace(segments, item=legs.item[segments.order // SLOTS])
+    place = np.split(np.argsort(flown), np.cumsum([len(part.segments.order) for part in parts]))
     pieces = StepPieces.joined(
         [
-            replace(part.pieces, segment=place[part.pieces.segment + offset])
-            for part, offset in zip(parts, offsets[:-1], strict=True)
+            replace(part.pieces, segment=own[part.pieces.segment])
+            for part, own in zip(parts, place[:-1], strict=True)
         ]
     )
     law = np.repeat(np.arange(len(parts)), [len(part.pieces.row) for part in parts])
@@ -274,15 +257,7 @@ def join_parts(legs: StepLegs, parts: Sequence[StepPart]) -> tuple[Motion, StepS
     pieces = pieces.select(by_segment)
     first, last = legs.rows.T
     motion = Motion(
-        segments=SegmentColumns(
-            item=legs.item[segments.order // SLOTS],
-            state=segments.state,
-            duration_s=segments.duration_s,
-            distance_m=segments.distance_m,
-            climb_m=segments.climb_m,
-            speed_m_s=segments.speed_m_s,
-            stopping_distance_m=segments.stopping_distance_m,
-        ),
+        segments=segments,
         laws=tuple(part.law for part in parts),
         piece_segment=pieces.segment,
         piece_law=law[by_segment],
@@ -518,10 +493,8 @@ def fly_step_references(legs: StepLegs, responses: Responses) -> tuple[Motion, T
     motion, segments = join_parts(legs, parts)
     # Windows of power begin with every climb, descent and brake.
     state = segments.state
-    climbing = np.isin(state, (STATE_INDEX[FlightState.TAKEOFF], STATE_INDEX[FlightState.CLIMB]))
-    braking = state == STATE_INDEX[FlightState.BRAKE]
     models = (responses.climb_power, responses.descent_power, responses.brake_power)
-    kind = np.select([climbing, braking], [0, 2], 1)
+    kind = np.select([np.isin(state, (_TAKEOFF, _CLIMB)), state == _BRAKE], [0, 2], 1)
     begun = np.flatnonzero((segments.step != 0.0) & np.array([m is not None for m in models])[kind])
     return motion, Transients(
         responses=tuple(None if model is None else model.unit_step for model in models),

@@ -117,7 +117,7 @@ class Returns(Value, eq=False):
         )
         own_s = np.clip(time_s - self.piece_start_s[piece], 0.0, motion.piece_duration_s[piece])
         state = motion.state_at(piece, own_s)
-        place_m = np.column_stack((state.east_m, state.north_m, state.height_m))
+        place_m = state.place_m
         stop_m, stop_s, stop_wh = self._stops(state, place_m, segment, fraction)
         before, after = self.used_wh[segment], self.used_wh[segment + 1]
         return ReturnPoints(
