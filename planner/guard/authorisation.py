@@ -1,9 +1,9 @@
 """Arm authorisation: a vehicle asks before it arms, and gets an answer.
 
 PX4 asks with MAV_CMD_ARM_AUTHORIZATION_REQUEST and takes the COMMAND_ACK for the answer
-(``ArmAuthorization.cpp``): ``result_param2`` of an acceptance is the time it holds, in which PX4 does
-not ask again nor listen; of a denial ``progress`` is the reason and
-``result_param2`` what goes with it.  IN_PROGRESS does not lengthen its wait.
+(``ArmAuthorization.cpp``): ``result_param2`` of an acceptance is the time it holds, in which PX4
+neither asks again nor listens; of a denial ``progress`` is the reason and ``result_param2`` its item
+or code.  IN_PROGRESS does not lengthen its wait.
 """
 
 from __future__ import annotations
@@ -104,15 +104,7 @@ class ArmingSettings(Value):
 
 
 def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) -> ArmingSettings:
-    """Return how a vehicle is set to ask.
-
-    Parameters
-    ----------
-    parameters : mapping of str to float
-        All of the vehicle's parameters by their names.
-    authoriser : int
-        System id of this program on the line.
-    """
+    """Return how a vehicle's parameters, by name, make it ask this program's system id."""
     wanted = parameters.get("COM_ARM_AUTH_REQ")
     if wanted is None:
         return ArmingSettings(
@@ -172,13 +164,7 @@ class Judgement(Value):
 
 
 def go_judgement(*, margin_wh: float | None) -> Judgement:
-    """Return the judgement of a check without objection.
-
-    Parameters
-    ----------
-    margin_wh : float or None
-        Energy left above the reserve. [Wh]
-    """
+    """Return the judgement of a check without objection, which leaves this much above the reserve."""
     left = "" if margin_wh is None else f", {quantity.energy(margin_wh)} above the reserve"
     return Judgement(
         verdict=Verdict.GO, text=f"go{left}", headline=f"mavjoule: GO{left}"[:_MOST_CHARACTERS]
@@ -186,17 +172,8 @@ def go_judgement(*, margin_wh: float | None) -> Judgement:
 
 
 def no_go_judgement(findings: Sequence[Finding], *, fail_on: Severity) -> Judgement:
-    """Return the judgement of a check with objections.
+    """Return the judgement of findings, worst first, of which one is as bad as ``fail_on``.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-        Worst first, at least one as bad as ``fail_on``.
-    fail_on : Severity
-        From which severity on a finding is an objection.
-
-    Notes
-    -----
     Wind is bad weather; a fence without an item to blame is airspace; what an item holds makes it an
     invalid waypoint, numbered as reports count it; all else is generic.
     """
@@ -245,16 +222,6 @@ class MavsdkAuthoriser:
 
     MAVSDK gets every byte that the line brings, and what it sends goes out through the line's gate:
     there is one line, one system id and one list of what may be sent.
-
-    Parameters
-    ----------
-    connection : Connection
-        With a vehicle on it.
-
-    Raises
-    ------
-    UsageError
-        If mavsdk is not installed.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -296,13 +263,7 @@ class MavsdkAuthoriser:
         return tuple(found)
 
     def answer(self, answer: ArmAnswer) -> None:
-        """Answer a request.
-
-        Raises
-        ------
-        LinkError
-            If MAVSDK does not send it.
-        """
+        """Answer a request; `LinkError` where MAVSDK does not send it."""
         try:
             if answer.is_accepted:
                 self._server.accept_arm_authorization(answer.valid_for_s)

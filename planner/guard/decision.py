@@ -222,13 +222,7 @@ class _PartReading:
 
 
 class Readings:
-    """The parts, of which some are needed.
-
-    Parameters
-    ----------
-    settings : GuardSettings
-        Which, and how old they may be.
-    """
+    """What is known of the parts, of which some are needed."""
 
     def __init__(self, settings: GuardSettings) -> None:
         self._settings = settings
@@ -311,12 +305,7 @@ class Readings:
     def due(self, now_s: float, *, confirmed_since_s: float | None) -> tuple[VehiclePart, ...]:
         """Return the parts to ask for now; they then count as asked for.
 
-        Parameters
-        ----------
-        now_s : float
-            The time. [s]
-        confirmed_since_s : float or None
-            A request waits for every part to have been read from this time on. [s]
+        A request waits for every part to have been read since ``confirmed_since_s``. [s]
         """
         parts = tuple(
             part
@@ -368,15 +357,7 @@ class _Obstacle(Value):
 
 
 class Guard:
-    """The state of a guarded vehicle.
-
-    Parameters
-    ----------
-    settings : GuardSettings
-        How it decides.
-    now_s : float
-        Any clock that never goes back. [s]
-    """
+    """The state of a guarded vehicle, by any clock that never goes back."""
 
     def __init__(self, settings: GuardSettings, *, now_s: float) -> None:
         self._settings = settings
@@ -396,15 +377,7 @@ class Guard:
         self._announced_s = -math.inf
 
     def take(self, event: Event, now_s: float) -> tuple[Action, ...]:
-        """Return what is to be done about an event, in this order.
-
-        Parameters
-        ----------
-        event : Event
-            What has happened.
-        now_s : float
-            When, not before the event before. [s]
-        """
+        """Return what is to be done about an event, in this order."""
         actions: list[Action] = []
         match event:
             case MessageHeard():

@@ -68,22 +68,10 @@ def flight_progress(
 ) -> Progress:
     """Return where on a predicted flight a measured place is.
 
-    Parameters
-    ----------
-    returns : Returns
-        The predicted flight and its returns.
-    place : MeasuredPlace
-        As the vehicle reports it.
-    before : Progress, optional
-        The progress before: among places that are alike, as in a hover, the one that fits the time
-        since then is taken, else the earliest; a lap that is over does not come again.
-    elapsed_s : float
-        Time since then. [s]
-
-    Notes
-    -----
-    The nearest of points along what is flown for the item.  The way back onto the track costs as
-    much a metre as the whole flight does on the mean.
+    The nearest of points along what is flown for the item: among places that are alike, as in a hover,
+    the one that fits the time elapsed since the progress before, else the earliest; a lap that is over
+    does not come again.  The way back onto the track costs as much a metre as the whole flight does on
+    the mean.
     """
     route, flight = returns.route, returns.flight
     east, north = route.frame.east_north_m([place.latitude_deg], [place.longitude_deg])
@@ -173,21 +161,7 @@ class EnergyLeft(Value):
 
 
 class BatteryMeter:
-    """Turns readings into energies, from a charge at the start.
-
-    Parameters
-    ----------
-    battery : Battery
-        The one that flies.
-    charge : float
-        State of charge when the start was read. [-]
-    usable_wh : float
-        Energy in it then, as the check counts it. [Wh]
-    temperature_c : float
-        Of the battery. [°C]
-    start : BatteryReading
-        The counts then.
-    """
+    """Turns readings into energies, from what the prediction starts with at a first reading."""
 
     def __init__(
         self,
@@ -207,10 +181,8 @@ class BatteryMeter:
     def energy_left(self, reading: BatteryReading) -> EnergyLeft | None:
         """Return the energy left by a reading; ``None`` where it holds nothing.
 
-        Notes
-        -----
-        Counts of energy and of charge, and the vehicle's own percentage, are compared, and the least
-        is taken.  The voltage is imprecise on a flat curve: it is used only where there is no other.
+        Counts of energy and of charge, and the vehicle's own percentage, are compared, and the least is
+        taken.  The voltage is imprecise on a flat curve: it is used only where there is no other.
         """
         step_wh = self._usable_wh - self._at(self._charge - _STEP)
         found: list[tuple[str, float, float]] = []
@@ -364,19 +336,7 @@ class EnergyWarning(Value):
 
 
 class EnergyWatch:
-    """Follows one flight.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        The flight as the check predicted it.
-    start : BatteryReading
-        The battery at the start.
-    warn_before_s : float
-        How long before the point of no return to warn. [s]
-    is_joined : bool
-        Whether the start is somewhere in the air, and not on the ground.
-    """
+    """Follows one flight, from a reading on the ground or, where it is joined, in the air."""
 
     def __init__(
         self,
@@ -413,19 +373,7 @@ class EnergyWatch:
         *,
         is_on_mission: bool = True,
     ) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
-        """Return the state by a place and a reading, and the warnings that are new.
-
-        Parameters
-        ----------
-        place : MeasuredPlace
-            Where the vehicle is.
-        reading : BatteryReading
-            What it measures of its battery; with nothing in it there is no state.
-        now_s : float
-            Time by any clock. [s]
-        is_on_mission : bool
-            Whether it flies its mission, and not by hand or home.
-        """
+        """Return the state, unless nothing of the battery is measured, and the warnings that are new."""
         left = self._meter.energy_left(reading)
         before, before_s = self._before or (None, now_s)
         progress = flight_progress(self._returns, place, before=before, elapsed_s=now_s - before_s)
@@ -596,17 +544,7 @@ _PX4_MISSION, _ARDUPILOT_AUTO = (4 << 16) | (4 << 24), 3
 
 
 class FlightFollower:
-    """Follows a vehicle from its arming to its landing.
-
-    Parameters
-    ----------
-    telemetry : Telemetry
-        What the vehicle reports.
-    identity : VehicleIdentity
-        Who it is.
-    warn_before_s : float
-        How long before the point of no return to warn. [s]
-    """
+    """Follows a vehicle from its arming to its landing."""
 
     def __init__(
         self, telemetry: Telemetry, identity: VehicleIdentity, *, warn_before_s: float
@@ -637,13 +575,7 @@ class FlightFollower:
             self._begin()
 
     def look(self, now_s: float) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
-        """Return the energy in flight, and the warnings that are new; none on the ground.
-
-        Parameters
-        ----------
-        now_s : float
-            Time by any clock. [s]
-        """
+        """Return the energy in flight, and the warnings that are new; none on the ground."""
         state = self._telemetry.state()
         self.is_flying = _is_flying(state)
         self._was_on_ground |= state.is_armed is False

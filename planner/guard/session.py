@@ -84,15 +84,7 @@ _AWAY_M = 10.0
 
 
 class VehicleWatch:
-    """Turns the messages of one vehicle into events, and keeps what was read of it.
-
-    Parameters
-    ----------
-    identity : VehicleIdentity
-        Whose messages.
-    own_system : int
-        Of this program.
-    """
+    """Turns the messages of one vehicle into events, and keeps what was read of it."""
 
     def __init__(self, identity: VehicleIdentity, *, own_system: int) -> None:
         self._identity = identity
@@ -265,16 +257,7 @@ _CURRENT = ("MISSION_CURRENT", 42)
 class PartReader:
     """Reads from one vehicle, and remembers what shows that nothing has changed.
 
-    Parameters
-    ----------
-    link : VehicleLink
-        The vehicle.
-    watch : VehicleWatch
-        Given what is read.
-    settings : LinkSettings
-        How patient to be.
-    known : VehicleReading, optional
-        What was read of it just now: it is not read again at once.
+    What is known of it, because it was read just now, is not read again at once.
     """
 
     def __init__(
@@ -413,22 +396,8 @@ class GuardStatus(Value):
 class GuardSession:
     """A guard on one line.
 
-    Parameters
-    ----------
-    link : VehicleLink
-        Opened to guard, or to read for one that only observes.
-    settings : GuardSettings
-        How it decides.
-    judge : callable
-        Checks what was read.
-    on_decision, on_status : callable
-        Receive each decision as it is made, and the status every second.
-    authoriser : Authoriser, optional
-        Default this program's own messages.
-    executor : Executor, optional
-        Where checks run, so that the line is heard meanwhile; default here, in turn.
-    known : VehicleReading, optional
-        What was read of the vehicle just now, for one that only observes.
+    Requests are heard and answered by this program's own messages, or by an authoriser.  Checks run in
+    an executor, so that the line is heard meanwhile, or here, in turn.
     """
 
     def __init__(
@@ -466,13 +435,7 @@ class GuardSession:
         )
 
     def run(self) -> None:
-        """Guard until something stops it.
-
-        Raises
-        ------
-        LinkError
-            If the vehicle is lost, or the line breaks.
-        """
+        """Guard until something stops it: `LinkError` where the vehicle is lost, or the line breaks."""
         connection = self._connection
         connection.on_message = self._take_message
         connection.on_turn = self._take_turn

@@ -97,20 +97,7 @@ def is_address(text: str) -> bool:
 
 
 def read_address(text: str, *, baud: int | None = None) -> LinkAddress:
-    """Return the address that a text names.
-
-    Parameters
-    ----------
-    text : str
-        In the spelling of pymavlink, MAVProxy, MAVSDK or MAVROS.
-    baud : int, optional
-        Speed of a serial line, where the text names none. [Bd]
-
-    Raises
-    ------
-    UsageError
-        If it names none.
-    """
+    """Return the address that a text names; the speed [Bd] is that of one which names none."""
     given = text.strip()
     if device := _DEVICE.fullmatch(given):
         return _serial(given, device["device"], device["baud"], baud)

@@ -38,13 +38,7 @@ class HeardVehicle(Value):
 
 
 class HeartbeatWatch:
-    """Every autopilot heard, and signs that two of them share a number.
-
-    Parameters
-    ----------
-    system : int, optional
-        The only system id to listen to.
-    """
+    """Every autopilot heard, and signs that two of them share a number."""
 
     def __init__(self, system: int | None = None) -> None:
         self._system = system
@@ -65,10 +59,7 @@ class HeartbeatWatch:
     def take(self, received: Message, peer: Hashable, now_s: float) -> None:
         """Take a message of any kind.
 
-        Raises
-        ------
-        LinkError
-            If two vehicles answer to one system id: nothing that comes of them can be trusted.
+        `LinkError` where two vehicles answer to one system id: nothing that comes of them can be trusted.
         """
         if self._system is not None and received.system != self._system:
             if _is_vehicle(received) and len(self.others) < _MOST_HEARD:
@@ -84,13 +75,7 @@ class HeartbeatWatch:
             self._uids[received.system] = known or uid
 
     def chosen(self) -> HeardVehicle | None:
-        """Return the vehicle to speak to; ``None`` where none was heard.
-
-        Raises
-        ------
-        LinkError
-            If there are several.
-        """
+        """Return the vehicle to speak to, ``None`` where none was heard; `LinkError` of several."""
         if len(self.systems) > 1:
             ids = ", ".join(map(str, self.systems))
             msg = f"several vehicles are on the line (system ids {ids}): name one with --system-id"
@@ -228,13 +213,7 @@ _OPERATION_AT = 6
 
 
 class Gate:
-    """Lets frames out, or not.
-
-    Parameters
-    ----------
-    purpose : Purpose
-        What the line was opened for.
-    """
+    """Lets frames out, or not."""
 
     def __init__(self, purpose: Purpose) -> None:
         self.purpose = purpose
@@ -242,13 +221,7 @@ class Gate:
         """How often frames were held back, by reason."""
 
     def lets_out(self, frame: bytes) -> bool:
-        """Return whether a frame may go out; one that may not is counted.
-
-        Parameters
-        ----------
-        frame : bytes
-            One whole MAVLink frame of either version.
-        """
+        """Return whether a whole MAVLink frame of either version may go out; count one that may not."""
         why = self._objection(frame)
         if why:
             self.refused[why] += 1
@@ -289,23 +262,7 @@ _TO_TRY = (
 
 
 class Connection:
-    """The messages of one vehicle, over a line.
-
-    Parameters
-    ----------
-    line : Line
-        Open; closed with the connection.
-    name : str
-        The normalised address, for messages.
-    settings : LinkSettings
-        How patient to be.
-    purpose : Purpose
-        What may be sent.
-    system : int, optional
-        System id of the vehicle; default the only one on the line.
-    own_system : int
-        System id of this program.
-    """
+    """The messages of one vehicle, over an open line, which is closed with it."""
 
     def __init__(
         self,
@@ -341,13 +298,7 @@ class Connection:
 
     @property
     def vehicle(self) -> HeardVehicle:
-        """The vehicle that was heard.
-
-        Raises
-        ------
-        LinkError
-            If none was heard yet.
-        """
+        """The vehicle that was heard; `LinkError` before."""
         if self._vehicle is None:
             msg = f"no vehicle was heard on {self.name}"
             raise LinkError(msg)
@@ -365,15 +316,7 @@ class Connection:
     def wait_for_vehicle(self, on_wait: Callable[[], None] = lambda: None) -> HeardVehicle:
         """Return the vehicle on the line, once it was heard and no other one was.
 
-        Parameters
-        ----------
-        on_wait : callable
-            Called repeatedly while the vehicle is waited for.
-
-        Raises
-        ------
-        LinkError
-            If none is heard in time, or several are.
+        `LinkError` where none is heard in time, or several are.
         """
         began_s = self.now_s
         until_s = began_s + self._settings.heartbeat_timeout_s
@@ -422,19 +365,9 @@ class Connection:
         return self.telemetry.latest("HEARTBEAT") is not None
 
     def run(self, transfer: Transfer, on_progress: Callable[[], None] = lambda: None) -> None:
-        """Run a transfer to its end.
+        """Run a transfer to its end: `LinkError` where it stalls or the line breaks.
 
-        Parameters
-        ----------
-        transfer : Transfer
-            What is exchanged.
-        on_progress : callable
-            Called after each message of the vehicle, and about every second.
-
-        Raises
-        ------
-        LinkError
-            If the transfer stalls or the line breaks.
+        Progress is reported after each message of the vehicle, and about every second.
         """
         self._send_all(transfer.begin(self.now_s))
         while not transfer.is_done:
@@ -447,13 +380,7 @@ class Connection:
                 self._send_all(transfer.expire(self.now_s))
 
     def send(self, sent: Message) -> None:
-        """Send a message to the vehicle.
-
-        Raises
-        ------
-        ValueError
-            If it is none that may go out: a mistake in this program.
-        """
+        """Send a message to the vehicle; `ValueError` of one that may not go out, a mistake here."""
         target = (
             (0, 0) if self._vehicle is None else (self._vehicle.system, self._vehicle.component)
         )

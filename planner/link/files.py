@@ -25,17 +25,7 @@ _MOST_AHEAD = 1 << 20
 
 
 class ChunkStream:
-    """A file of known size, written from one end to the other.
-
-    Parameters
-    ----------
-    size : int
-        Of the whole file. [B]
-    start : int
-        How much of it is there already. [B]
-    write : callable
-        Given each piece in its order.
-    """
+    """A file of known size, written from where it is there already to its end. [B]"""
 
     def __init__(self, size: int, start: int, write: Callable[[bytes], None]) -> None:
         self.size = size
@@ -157,11 +147,6 @@ class FileNumbers:
 
     PX4 answers the number that it answered last by the same answer, whatever is asked and whoever
     asks (``MavlinkFTP::_process_request``): no two requests may have one.
-
-    Parameters
-    ----------
-    start : int
-        Any; best another one for each line.
     """
 
     def __init__(self, start: int) -> None:
@@ -198,19 +183,7 @@ class FileRefusedError(LinkError):
 
 
 class FolderListing(Transfer):
-    """The entries of one folder.
-
-    Parameters
-    ----------
-    path : str
-        The folder.
-    settings : LinkSettings
-        How patient to be.
-    numbers : FileNumbers
-        Those of the line.
-    retries : int, optional
-        How often to ask, where a vehicle may know no files at all.
-    """
+    """The entries of one folder."""
 
     def __init__(
         self, path: str, settings: LinkSettings, numbers: FileNumbers, *, retries: int | None = None
@@ -231,13 +204,7 @@ class FolderListing(Transfer):
         return self._entries, None
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        """Take a message of the vehicle.
-
-        Raises
-        ------
-        FileRefusedError
-            If there is no such folder.
-        """
+        """Take a message of the vehicle; `FileRefusedError` where there is no such folder."""
         packet = read_packet(received)
         if packet is None or packet.answered != Operation.LIST_DIRECTORY:
             return ()
@@ -290,21 +257,7 @@ class FolderListing(Transfer):
 
 
 class FileDownload(Transfer):
-    """One file by its path.
-
-    Parameters
-    ----------
-    path : str
-        On the vehicle.
-    start : int
-        How much of it is there already. [B]
-    write : callable
-        Given each piece in its order.
-    settings : LinkSettings
-        How patient to be.
-    numbers : FileNumbers
-        Those of the line.
-    """
+    """One file by its path, from where it is there already [B]; each piece is written in its order."""
 
     def __init__(
         self,
@@ -331,13 +284,7 @@ class FileDownload(Transfer):
         return (0, None) if self._stream is None else (self._stream.offset, self._stream.size)
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        """Take a message of the vehicle.
-
-        Raises
-        ------
-        FileRefusedError
-            If there is no such file, or it cannot be read.
-        """
+        """Take a message of the vehicle; `FileRefusedError` where the file cannot be read."""
         packet = read_packet(received)
         if self.is_done or packet is None:
             return ()
@@ -456,17 +403,7 @@ _PIECE = 1 << 20
 
 
 class FileChecksum(Transfer):
-    """The checksum of one file, which a vehicle may not have.
-
-    Parameters
-    ----------
-    path : str
-        On the vehicle.
-    settings : LinkSettings
-        How patient to be.
-    numbers : FileNumbers
-        Those of the line.
-    """
+    """The checksum of one file, which a vehicle may not have."""
 
     def __init__(self, path: str, settings: LinkSettings, numbers: FileNumbers) -> None:
         patient = replace(settings, reply_timeout_s=max(settings.reply_timeout_s, _LEAST_WAIT_S))
@@ -514,11 +451,6 @@ def crc32_of(path: Path) -> int:
 
     That is the CRC-32 of ISO 3309, reflected polynomial 0xEDB88320, begun at 0 and not inverted
     (PX4's ``crc32part``, ArduPilot's ``crc_crc32``); zlib's is begun at all ones and inverted.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
     """
     value = _ONES
     with path.open("rb") as file:

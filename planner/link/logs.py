@@ -50,13 +50,7 @@ class VehicleLog(Value):
 
 
 class LogListing(Transfer):
-    """The logs a vehicle is asked for.
-
-    Parameters
-    ----------
-    settings : LinkSettings
-        How patient to be.
-    """
+    """The logs a vehicle is asked for."""
 
     def __init__(self, settings: LinkSettings) -> None:
         super().__init__(settings)
@@ -97,17 +91,6 @@ class LogDownload(Transfer):
     """One log by its number, after the vehicle was asked for its list.
 
     LOG_REQUEST_END is not part of it: PX4 forgets its list by it, and sends no other log.
-
-    Parameters
-    ----------
-    log : VehicleLog
-        Which.
-    start : int
-        How much of it is there already. [B]
-    write : callable
-        Given each piece in its order.
-    settings : LinkSettings
-        How patient to be.
     """
 
     def __init__(
@@ -170,13 +153,7 @@ _SAFE = re.compile(r"[^A-Za-z0-9._-]")
 
 
 def fetch_log_list(link: VehicleLink) -> tuple[VehicleLog, ...]:
-    """Return the logs that a vehicle keeps, in its own order.
-
-    Raises
-    ------
-    LinkError
-        If it answers neither protocol.
-    """
+    """Return the logs that a vehicle keeps; `LinkError` where it answers neither protocol."""
     for folder in _FOLDERS.get(link.identity.autopilot or Autopilot.PX4, ()):
         try:
             return _files(link, folder)
@@ -208,26 +185,11 @@ class DownloadedLog(Value):
 def download_logs(
     link: VehicleLink, logs: Sequence[VehicleLog], folder: Path, *, is_replacing: bool = False
 ) -> tuple[DownloadedLog, ...]:
-    """Download logs of a list that was just fetched, going on where an earlier call ended.
+    """Download logs of a list that was just fetched, continuing where an earlier call ended.
 
-    No file is lost: a log whose name another file has gets a number.  What is there already counts
-    as the vehicle's where it has the checksum that the vehicle reports, or is the same byte by byte.
-
-    Parameters
-    ----------
-    link : VehicleLink
-        The vehicle.
-    logs : sequence of VehicleLog
-        Some of its list.
-    folder : Path
-        Where to keep them; what is not whole ends in ``.part``.
-    is_replacing : bool
-        Whether files of the same name are replaced.
-
-    Returns
-    -------
-    tuple of DownloadedLog
-        Where each is.
+    No file is lost: a log whose name another file has gets a number, unless it is replaced.  What is
+    there already counts as the vehicle's where it has the checksum that the vehicle reports, or is the
+    same byte by byte; what is not whole ends in ``.part``.
 
     Raises
     ------

@@ -117,15 +117,7 @@ class WireItem(Value):
 
 
 class MissionDownload(Transfer):
-    """A list of items that a vehicle is asked for.
-
-    Parameters
-    ----------
-    kind : MissionKind
-        Which list.
-    settings : LinkSettings
-        How patient to be.
-    """
+    """A list of items that a vehicle is asked for."""
 
     def __init__(self, kind: MissionKind, settings: LinkSettings) -> None:
         super().__init__(settings)
@@ -178,13 +170,7 @@ class MissionDownload(Transfer):
         return ()
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask again, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was asked often enough.
-        """
+        """Ask again, or give up."""
         if self._due_s is not None:
             self._due_s = None
             self._timer.sent(now_s)
@@ -296,17 +282,7 @@ class UploadOutcome(Enum):
 
 
 class MissionUpload(Transfer):
-    """A list of items that is sent to a vehicle.
-
-    Parameters
-    ----------
-    kind : MissionKind
-        Which list.
-    items : sequence of WireItem
-        All of them; none clears the list.
-    settings : LinkSettings
-        How patient to be.
-    """
+    """A list of items that is sent to a vehicle; none clears it."""
 
     def __init__(
         self, kind: MissionKind, items: Sequence[WireItem], settings: LinkSettings
@@ -340,13 +316,7 @@ class MissionUpload(Transfer):
         return ()
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Send the last thing again, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was sent often enough and the vehicle had not asked for everything.
-        """
+        """Send the last thing again; give up unless the vehicle asked for everything."""
         if self._has_sent_all:
             self._closing += 1
             if self._closing > _CLOSING_RETRIES or self._timer.is_used_up:
@@ -448,18 +418,9 @@ def mission_of_lists(
     home: Home | None,
     source: str,
 ) -> Mission:
-    """Return the mission that a vehicle's lists hold.
+    """Return the mission that a vehicle's lists hold; one that it does not know is ``None``.
 
-    Parameters
-    ----------
-    lists : mapping of MissionKind to tuple of WireItem or None
-        As they came; a list that the vehicle does not know is ``None``.
-    identity : VehicleIdentity
-        Whose they are.
-    home : Home or None
-        As the vehicle has it; where it is not known, ArduPilot's first item is.
-    source : str
-        What messages call the mission.
+    Where the vehicle reports no home, ArduPilot's first item is it.
     """
     rows = lists.get(MissionKind.MISSION) or ()
     if identity.has_home_slot and rows:
@@ -493,21 +454,10 @@ def mission_of_lists(
 def lists_of_mission(
     mission: Mission, identity: VehicleIdentity, *, home_slot: WireItem | None = None
 ) -> dict[MissionKind, tuple[WireItem, ...]]:
-    """Return the lists that a vehicle is sent for a mission.
+    """Return the lists that a vehicle is sent for a mission, its items numbered again.
 
-    Parameters
-    ----------
-    mission : Mission
-        Its items are numbered again.
-    identity : VehicleIdentity
-        Whose they will be.
-    home_slot : WireItem, optional
-        What ArduPilot has in its first place, which it puts its own home into whatever is sent.
-
-    Raises
-    ------
-    UsageError
-        If an item cannot be sent as it is.
+    ArduPilot puts its own home into the first place, whatever is sent: best what it has there.
+    `UsageError` where an item cannot be sent as it is.
     """
     rows = [
         wire_item(item, identity=identity, number=number)
@@ -531,17 +481,7 @@ def lists_of_mission(
 def read_item(
     row: WireItem, *, identity: VehicleIdentity, number: int | None = None
 ) -> MissionItem:
-    """Return a mission's item for one of the line.
-
-    Parameters
-    ----------
-    row : WireItem
-        As it came.
-    identity : VehicleIdentity
-        Whose it is: PX4 counts the targets of jumps from 0.
-    number : int, optional
-        Its number, from 1, where it is flown.
-    """
+    """Return a mission's item for one of the line; PX4 counts the targets of jumps from 0."""
     param1 = shortest(row.param1)
     if row.command == Command.DO_JUMP and param1 is not None and not identity.has_home_slot:
         param1 += 1.0
@@ -567,21 +507,10 @@ def read_item(
 def wire_item(
     item: MissionItem, *, identity: VehicleIdentity, number: int | None = None
 ) -> WireItem:
-    """Return an item as it goes over the line.
+    """Return an item, numbered in order, as it goes over the line.
 
-    Parameters
-    ----------
-    item : MissionItem
-        Numbered in order: a jump names the number of an item.
-    identity : VehicleIdentity
-        Whose it will be: ArduPilot takes 0 where a value is not specified.
-    number : int, optional
-        Its number, for messages.
-
-    Raises
-    ------
-    UsageError
-        If it has no place, or one that MISSION_ITEM_INT cannot hold.
+    ArduPilot takes 0 where a value is not specified.  `UsageError` where it has no place, or one that
+    MISSION_ITEM_INT cannot hold.
     """
     what = f"item {number} ({command_name(item.command)})" if number else "an area's item"
     is_ardupilot = identity.autopilot is Autopilot.ARDUPILOT
@@ -627,18 +556,7 @@ def single(value: float) -> float:
 
 
 def shortest(value: float) -> float | None:
-    """Return the number with the fewest digits that four bytes hold as this one: 2.1 for 2.0999999.
-
-    Parameters
-    ----------
-    value : float
-        Out of four bytes.
-
-    Returns
-    -------
-    float or None
-        ``None`` where it is no number.
-    """
+    """Return the shortest number that four bytes hold as this one, 2.1 for 2.0999999; ``None`` of NaN."""
     if not math.isfinite(value):
         return None
     for digits in range(6, 10):

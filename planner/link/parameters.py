@@ -45,11 +45,8 @@ class WireParameter(Value):
     def number(self, *, is_bytewise: bool) -> float:
         """Return the value.
 
-        Parameters
-        ----------
-        is_bytewise : bool
-            Whether whole numbers are in the four bytes as they are, as PX4 sends them, and not
-            as a float of the same value, as ArduPilot does.
+        Bytewise, whole numbers are in the four bytes as they are, as PX4 sends them, and not as a float of
+        the same value, as ArduPilot does.
         """
         layout = _LAYOUTS.get(self.kind)
         if not is_bytewise or layout is None:
@@ -64,13 +61,7 @@ class WireParameter(Value):
 
 
 class ParameterDownload(Transfer):
-    """Every parameter that a vehicle is asked for.
-
-    Parameters
-    ----------
-    settings : LinkSettings
-        How patient to be.
-    """
+    """Every parameter that a vehicle is asked for."""
 
     def __init__(self, settings: LinkSettings) -> None:
         super().__init__(settings)
@@ -91,13 +82,7 @@ class ParameterDownload(Transfer):
         return tuple(self._by_index[index] for index in sorted(self._by_index))
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        """Take a message of the vehicle; others than PARAM_VALUE are passed over.
-
-        Raises
-        ------
-        LinkError
-            If the number of parameters cannot be believed.
-        """
+        """Take a message; `LinkError` where the number of parameters cannot be believed."""
         if self.is_done or received.name != "PARAM_VALUE":
             return ()
         index, count = received["param_index"], received["param_count"]

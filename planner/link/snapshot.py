@@ -52,13 +52,7 @@ class VehicleSnapshot(Value):
 
 
 def read_vehicle(link: VehicleLink) -> VehicleReading:
-    """Return everything that a vehicle reports.
-
-    Raises
-    ------
-    LinkError
-        If a transfer stalls; the message names the place.
-    """
+    """Return everything that a vehicle reports; `LinkError` names where a transfer stalls."""
     return VehicleReading(
         state=link.fetch_state(),
         lists={kind: link.fetch_items(kind) for kind in MissionKind},
@@ -67,20 +61,7 @@ def read_vehicle(link: VehicleLink) -> VehicleReading:
 
 
 def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
-    """Return everything that a vehicle reports, put together.
-
-    Parameters
-    ----------
-    link : VehicleLink
-        The vehicle.
-    address : str
-        Its normalised address.
-
-    Raises
-    ------
-    LinkError
-        If a transfer stalls; the message names the place.
-    """
+    """Return everything that a vehicle reports, put together."""
     return make_snapshot(link.identity, read_vehicle(link), address=address)
 
 
@@ -116,22 +97,7 @@ PARAMETER_NAMELESS = Rule(
 def make_snapshot(
     identity: VehicleIdentity, reading: VehicleReading, *, address: str
 ) -> VehicleSnapshot:
-    """Return what was read of a vehicle, put together.
-
-    Parameters
-    ----------
-    identity : VehicleIdentity
-        Who it is.
-    reading : VehicleReading
-        What was read.
-    address : str
-        Its normalised address.
-
-    Raises
-    ------
-    MavjouleError
-        If the items make no mission.
-    """
+    """Return what was read of a vehicle, put together; `MavjouleError` where it is no mission."""
     state, lists, fetched = reading.state, reading.lists, reading.parameters
     parameters = tuple(one for one in fetched if _NAME.fullmatch(one.name))
     mission = mission_of_lists(lists, identity, home=state.home, source=address)

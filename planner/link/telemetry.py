@@ -252,17 +252,7 @@ class EventRecord:
 
 
 class EventRequest(Transfer):
-    """Asks for the events that are missing; one that cannot be had is done without.
-
-    Parameters
-    ----------
-    record : EventRecord
-        Takes every event elsewhere.
-    settings : LinkSettings
-        How patient to be.
-    retries : int
-        How often to ask again.
-    """
+    """Asks for the events that are missing in a record; one that cannot be had is done without."""
 
     def __init__(self, record: EventRecord, settings: LinkSettings, *, retries: int) -> None:
         super().__init__(settings, retries=retries)

@@ -90,13 +90,6 @@ class Transfer:
 
     Every method returns what is to be sent; `planner.errors.LinkError` is raised where the exchange
     cannot continue.
-
-    Parameters
-    ----------
-    settings : LinkSettings
-        How patient to be.
-    retries : int, optional
-        How often to ask again; default as the settings have it.
     """
 
     def __init__(self, settings: LinkSettings, *, retries: int | None = None) -> None:
@@ -124,13 +117,7 @@ class Transfer:
         return self._requests()
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
-        """Ask again, or give up.
-
-        Raises
-        ------
-        LinkError
-            If it was asked often enough, and what was asked for cannot be done without.
-        """
+        """Ask again; give up where that was done often enough."""
         if self._timer.is_used_up:
             self._give_up(now_s)
             return ()
@@ -158,17 +145,8 @@ _BY_NAME = -1
 class Question(Transfer):
     """One request, and the message that answers it: ``None`` where it does not come.
 
-    Parameters
-    ----------
-    request : Message
-        What to ask.
-    settings : LinkSettings
-        How patient to be.
-    retries : int
-        How often to ask again.
-    stray : int
-        Replies that may still come to an earlier question, repeated, by the same command: a
-        COMMAND_ACK does not name the question.
+    Stray replies may still come to an earlier question, repeated, by the same command: a COMMAND_ACK
+    does not name the question.
     """
 
     def __init__(
@@ -223,19 +201,7 @@ class Question(Transfer):
 
 
 class MessageRequest(Question):
-    """A message that the vehicle is asked to send once (MAV_CMD_REQUEST_MESSAGE).
-
-    Parameters
-    ----------
-    name : str
-        The message.
-    number : int
-        Its number.
-    settings : LinkSettings
-        How patient to be.
-    retries, stray : int
-        As of any question.
-    """
+    """A message that the vehicle is asked to send once (MAV_CMD_REQUEST_MESSAGE)."""
 
     def __init__(
         self, name: str, number: int, settings: LinkSettings, *, retries: int, stray: int = 0
@@ -249,15 +215,7 @@ class MessageRequest(Question):
 
 
 class ParameterHashRequest(Question):
-    """PX4's hash over the parameters.
-
-    Parameters
-    ----------
-    settings : LinkSettings
-        How patient to be.
-    retries : int
-        How often to ask again.
-    """
+    """PX4's hash over the parameters."""
 
     def __init__(self, settings: LinkSettings, *, retries: int) -> None:
         request = message("PARAM_REQUEST_READ", param_id=HASH_NAME, param_index=_BY_NAME)

@@ -37,13 +37,7 @@ _ADVICE = frozenset({"navigator_mis_correct_glide_slope"})
 
 
 def objections(texts: Sequence[StatusText], events: Sequence[VehicleEvent]) -> tuple[str, ...]:
-    """Return what a vehicle reports against a mission, each once; PX4 sends most of it as text and as event.
-
-    Parameters
-    ----------
-    texts, events : sequence of StatusText and of VehicleEvent
-        What the vehicle reported once it had the mission.
-    """
+    """Return what a vehicle reports against a mission, each once; PX4 sends most as text and as event."""
     reports = [one.text for one in texts if is_rejection(one)]
     if not reports:
         reports = [_event_text(one) for one in events if is_event_rejection(one)]
@@ -113,20 +107,8 @@ def upload_mission(
 ) -> UploadResult:
     """Put a mission, its fence and its rally points in place of those on a vehicle.
 
-    Parameters
-    ----------
-    link : VehicleLink
-        Opened for an upload.
-    mission : Mission
-        What to send.
-    listen_s : float
-        How long the vehicle is listened to afterwards. [s]
-    kept : collection of MissionKind
-        Lists that stay as the vehicle has them; the mission has the same.
-    has_home : bool
-        Whether the vehicle knows where it is: PX4 judges no mission before.
-    restore_timeout_s : float
-        How long to wait for the vehicle after the line broke. [s]
+    The vehicle is listened to for ``listen_s`` afterwards.  Lists that are kept stay as it has them, and
+    the mission has the same.  PX4 judges no mission before it has a home.
 
     Raises
     ------

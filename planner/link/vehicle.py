@@ -47,29 +47,9 @@ _OPTIONAL_RETRIES = 6
 
 
 class VehicleLink:
-    """The messages of a vehicle; a `planner.link.telemetry.VehicleLink`.
+    """The messages of a vehicle, over an open line, which is closed with it.
 
-    Parameters
-    ----------
-    line : Line
-        Open; closed with the link.
-    name : str
-        The normalised address.
-    settings : LinkSettings
-        How patient to be.
-    purpose : Purpose
-        What may be sent.
-    system : int, optional
-        System id of the vehicle; default the only one on the line.
-    own_system : int
-        System id of this program.
-    on_progress : callable
-        Receives what is being exchanged, how much of it is done, and of how much.
-
-    Raises
-    ------
-    LinkError
-        If no vehicle is heard, or several are.
+    Each transfer raises `LinkError` where it stalls, with its place and what the vehicle reports.
     """
 
     def __init__(
@@ -117,13 +97,7 @@ class VehicleLink:
         self.connection.close()
 
     def fetch_items(self, kind: MissionKind) -> tuple[WireItem, ...] | None:
-        """Return one list of items; ``None`` where the vehicle knows no such list.
-
-        Raises
-        ------
-        LinkError
-            If the transfer stalls; the message names the item.
-        """
+        """Return one list of items; ``None`` where the vehicle knows no such list."""
         download = MissionDownload(kind, self.settings)
         self.run(download, kind.label)
         return download.items if download.is_supported else None
@@ -131,31 +105,14 @@ class VehicleLink:
     def upload_items(
         self, kind: MissionKind, items: Sequence[WireItem]
     ) -> tuple[UploadOutcome, str]:
-        """Replace one list of items.
-
-        Returns
-        -------
-        tuple of UploadOutcome and str
-            The text is what the vehicle refused.
-
-        Raises
-        ------
-        LinkError
-            If the transfer stalls; the message names the item.
-        """
+        """Replace one list of items; return what became of it, and why the vehicle refused it."""
         upload = MissionUpload(kind, items, self.settings)
         self.run(upload, f"{kind.label}, to the vehicle")
         assert upload.outcome is not None  # a transfer that is done has one
         return upload.outcome, upload.rejection
 
     def fetch_parameters(self) -> tuple[WireParameter, ...]:
-        """Return every parameter, in the vehicle's order.
-
-        Raises
-        ------
-        LinkError
-            If the transfer stalls, or more are claimed than can be.
-        """
+        """Return every parameter, in the vehicle's order."""
         download = ParameterDownload(self.settings)
         self.run(download, "parameters")
         return download.parameters
@@ -163,10 +120,7 @@ class VehicleLink:
     def fetch_state(self) -> VehicleState:
         """Return what the vehicle reports of itself now; each part but its arming may be missing.
 
-        Raises
-        ------
-        LinkError
-            If no heartbeat comes, which alone reports whether it is armed.
+        `LinkError` where no heartbeat comes, which alone reports whether it is armed.
         """
         wind = _ARDUPILOT_WIND if self._identity.has_home_slot else _PX4_WIND
         self.connection.telemetry.forget("HEARTBEAT")
@@ -254,13 +208,7 @@ class VehicleLink:
         return question
 
     def run(self, transfer: Transfer, what: str) -> None:
-        """Run a transfer to its end, telling how far it is.
-
-        Raises
-        ------
-        LinkError
-            If it stalls or the line breaks.
-        """
+        """Run a transfer to its end, reporting its progress."""
         telemetry = self.connection.telemetry
         before = telemetry.text_count
         try:
@@ -285,12 +233,8 @@ def open_vehicle(
 ) -> VehicleLink:
     """Return the vehicle at an address, once it was heard.
 
-    Raises
-    ------
-    LinkError
-        If the line cannot be opened, no vehicle is heard in time, or several are.
-    UsageError
-        If a library is missing.
+    `LinkError` where the line cannot be opened, no vehicle is heard in time, or several are;
+    `UsageError` where a library is missing.
     """
     return VehicleLink(
         open_line(address),

@@ -101,15 +101,7 @@ class VehicleLine(Protocol):
 
 
 def open_line(address: LinkAddress) -> VehicleLine:
-    """Return the open line of an address.
-
-    Raises
-    ------
-    LinkError
-        If it cannot be opened.
-    UsageError
-        If a serial line is asked for and pyserial is not installed.
-    """
+    """Return the open line of an address: `LinkError` where it cannot be opened."""
     try:
         if address.kind is LinkKind.SERIAL:
             return SerialLine(address)
@@ -385,15 +377,7 @@ def frame_content(frame: bytes) -> bytes:
 
 
 def read_newer(frame: bytes, checksum: Checksum) -> tuple[str, dict[str, Any]] | None:
-    """Return name and fields of a frame; ``None`` where it is no such message, or damaged.
-
-    Parameters
-    ----------
-    frame : bytes
-        Whole, of a message that the dialect does not know.
-    checksum : callable
-        MAVLink's, over bytes.
-    """
+    """Return name and fields of a frame; ``None`` where it is no message of `LAYOUTS`, or damaged."""
     if frame[0] != 0xFD or len(frame) < _HEAD + frame[1] + 2:
         return None
     name = _NAMES.get(int.from_bytes(frame[7:10], "little"))
@@ -428,21 +412,7 @@ def newer_frame(
     sender: tuple[int, int],
     number: int,
 ) -> bytes:
-    """Return a message that a dialect may lack as a frame.
-
-    Parameters
-    ----------
-    name : str
-        Of the message.
-    fields : mapping
-        Those that it lacks are 0.
-    checksum : callable
-        MAVLink's, over bytes.
-    sender : tuple of int
-        System and component.
-    number : int
-        Of the frame.
-    """
+    """Return a message of `LAYOUTS` as a frame; fields that are missing are 0."""
     layout = LAYOUTS[name]
     content = layout.structure.pack(
         *(fields.get(field, b"" if "s" in form else 0) for field, form in layout.fields)
@@ -481,13 +451,7 @@ _MOST_PENDING = 1 << 16
 
 
 def load_dialect() -> ModuleType:
-    """Return pymavlink's dialect ardupilotmega, which holds common, in version 2.
-
-    Raises
-    ------
-    UsageError
-        If pymavlink is not installed.
-    """
+    """Return pymavlink's dialect ardupilotmega, which holds common, in version 2."""
     try:
         from pymavlink.dialects.v20 import ardupilotmega
     except ImportError as error:
@@ -497,13 +461,7 @@ def load_dialect() -> ModuleType:
 
 
 class Codec:
-    """Encodes for one sender, decodes one stream of bytes.
-
-    Parameters
-    ----------
-    system, component : int
-        Who sends what is encoded.
-    """
+    """Encodes for one sender, decodes one stream of bytes."""
 
     def __init__(self, system: int, component: int) -> None:
         self._dialect = load_dialect()
@@ -511,15 +469,7 @@ class Codec:
         self._decoder = self._new_decoder()
 
     def encode(self, sent: Message, *, target: tuple[int, int] = (0, 0)) -> bytes:
-        """Return a message in bytes.
-
-        Parameters
-        ----------
-        sent : Message
-            Fields that it lacks are 0.
-        target : tuple of int
-            System and component, for a message that has a target and does not name it.
-        """
+        """Return a message in bytes: its target is added where it names none, other fields are 0."""
         aimed = {"target_system": target[0], "target_component": target[1], **sent.fields}
         encoder = self._encoder
         number = encoder.seq

@@ -59,22 +59,7 @@ def guard_vehicle(
 ) -> None:
     """Guard a vehicle until something stops it.
 
-    Parameters
-    ----------
-    request : LinkRequest
-        Which vehicle.
-    check : Setup
-        What its mission is checked against; its own parameters, charge and home are used.
-    guard : GuardRequest
-        How to guard it.
-    on_decision : callable
-        Receives each decision.
-    on_status : callable
-        Receives every second what holds.
-    on_lost : callable
-        Receives why a vehicle was lost that is waited for.
-    on_progress : callable
-        Receives how far the reading is.
+    Each decision is reported, every second the status, and why a vehicle was lost that is waited for.
 
     Raises
     ------
@@ -140,17 +125,7 @@ def _guard_once(
 def judge_vehicle(
     snapshot: VehicleSnapshot, check: Setup, *, is_charge_given: bool = False
 ) -> tuple[Judgement, Prediction | None]:
-    """Return what the check of a vehicle comes to, and the flight that it predicts.
-
-    Parameters
-    ----------
-    snapshot : VehicleSnapshot
-        Everything read of the vehicle.
-    check : Setup
-        What it is checked against.
-    is_charge_given : bool
-        Whether the charge of the request was meant.
-    """
+    """Return what the check of a vehicle comes to, and the flight that it predicts."""
     try:
         result = check_vehicle(snapshot, check, is_charge_given=is_charge_given)
     except MavjouleError as error:
@@ -202,25 +177,9 @@ def watch_vehicle(
     watcher: Watcher,
     is_charge_given: bool = False,
 ) -> None:
-    """Watch a vehicle until it is enough; only requests for messages go out.
+    """Watch a vehicle until it is over; only requests for messages go out.
 
-    Parameters
-    ----------
-    request : LinkRequest
-        Which vehicle.
-    check : Setup
-        What its flight is predicted with.
-    is_over : threading.Event
-        Set when it is enough; looked at whenever something is reported.
-    watcher : Watcher
-        Receives what happens.
-    is_charge_given : bool
-        Whether the charge of the check was meant, and is not to be the vehicle's.
-
-    Raises
-    ------
-    UsageError
-        If a library is missing.
+    `UsageError` where a library is missing; a vehicle that is lost is waited for.
     """
     while not is_over.is_set():
         try:

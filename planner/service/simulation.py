@@ -54,14 +54,7 @@ class SimulationRequest(Value):
 
 
 def make_simulated_vehicle(mission: Mission, request: SimulationRequest) -> SimulatedVehicle:
-    """Return a vehicle onto which a mission was uploaded.
-
-    Parameters
-    ----------
-    mission : Mission
-        It flies this one, until another is uploaded.
-    request : SimulationRequest
-        What it is.
+    """Return a vehicle that flies a mission, until another is uploaded.
 
     Raises
     ------
@@ -117,12 +110,7 @@ def open_simulation(
 ) -> tuple[SimulationRunner, SimulatedWire]:
     """Return a vehicle on a real line, with its files.
 
-    Raises
-    ------
-    LinkError
-        If the line cannot be opened.
-    UsageError
-        If MAVSDK or pymavlink is not installed.
+    `LinkError` where the line cannot be opened, `UsageError` where MAVSDK or pymavlink is not installed.
     """
     from planner.simulator.servers import FileServer
 

@@ -72,22 +72,8 @@ def send_mission(
 ) -> Upload:
     """Check a mission with what a vehicle reports, and send it there if it may be.
 
-    Parameters
-    ----------
-    mission : Mission
-        What is to be on the vehicle, with its fence and rally points.
-    request : LinkRequest
-        The vehicle.
-    setup : Setup
-        What the mission is checked under; what it names counts more than what the vehicle reports.
-    may_send : callable
-        Asked once, with the verdict and what is lost; nothing is sent without its yes.
-    options : UploadOptions
-        How it is sent.
-    is_charge_given : bool
-        Whether the charge of the setup was given, and is not its default.
-    on_progress : callable
-        Receives how far each transfer is.
+    What the setup names counts more than what the vehicle reports.  ``may_send`` is asked once, with
+    the verdict and what is lost; nothing is sent without its yes.
 
     Raises
     ------

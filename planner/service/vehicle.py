@@ -53,15 +53,7 @@ def silent(what: str, done: int, count: int | None) -> None:
 def open_link(
     request: LinkRequest, *, purpose: Purpose = Purpose.READ, on_progress: OnProgress = silent
 ) -> closing[VehicleLink]:
-    """Return the vehicle of a request, to be closed.
-
-    Raises
-    ------
-    LinkError
-        If the line cannot be opened, no vehicle answers, or several do.
-    UsageError
-        If a library is missing.
-    """
+    """Return the vehicle of a request, to be closed; errors as of `open_vehicle`."""
     return closing(
         open_vehicle(
             request.address,
@@ -75,15 +67,7 @@ def open_link(
 
 
 def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = silent) -> VehicleSnapshot:
-    """Return everything that a vehicle reports of itself.
-
-    Raises
-    ------
-    LinkError
-        If no vehicle answers, or a transfer stalls.
-    UsageError
-        If a library is missing.
-    """
+    """Return everything that a vehicle reports of itself."""
     with open_link(request, on_progress=on_progress) as link:
         return fetch_snapshot(link, address=request.address.text)
 
@@ -97,19 +81,9 @@ def refuse_existing(*paths: Path) -> None:
 
 
 def write_snapshot(snapshot: VehicleSnapshot, plan: Path, parameters: Path) -> None:
-    """Write what was read from a vehicle: both files or none.
+    """Write what was read from a vehicle: plan and QGroundControl's parameter file, or neither.
 
-    Parameters
-    ----------
-    snapshot : VehicleSnapshot
-        As `fetch_vehicle` returns it.
-    plan, parameters : Path
-        A plan with mission, fence, rally points and home, and QGroundControl's parameter file.
-
-    Raises
-    ------
-    OutputError
-        If one cannot be written; the other is as it was before then.
+    `OutputError` where one cannot be written; the other is as it was before then.
     """
     if plan.resolve() == parameters.resolve():
         msg = f"{plan}: plan and parameters need a file each"
@@ -145,18 +119,9 @@ def check_vehicle(
     mission: Mission | None = None,
     is_charge_given: bool = False,
 ) -> CheckResult | UnreadableMission:
-    """Check a mission with a vehicle's own parameters, charge and home.
+    """Check a mission, by default the one on the vehicle, with the vehicle's parameters, charge and home.
 
-    Parameters
-    ----------
-    snapshot : VehicleSnapshot
-        As `fetch_vehicle` returns it.
-    setup : Setup
-        What it names counts more than what the vehicle reports.
-    mission : Mission, optional
-        Default the one on the vehicle.
-    is_charge_given : bool
-        Whether the charge of the setup was given, and is not its default.
+    What the setup names counts more; of its charge, only if that was given and is not its default.
     """
     identity, state = snapshot.identity, snapshot.state
     findings = list(snapshot.findings)
@@ -230,13 +195,7 @@ class MissionComparison(Value):
 def compare_with_vehicle(
     mission: Mission, request: LinkRequest, *, on_progress: OnProgress = silent
 ) -> MissionComparison:
-    """Return what differs between a mission and the one on a vehicle, home left out.
-
-    Raises
-    ------
-    LinkError
-        If no vehicle answers, or a transfer stalls.
-    """
+    """Return what differs between a mission and the one on a vehicle, home left out."""
     with open_link(request, on_progress=on_progress) as link:
         lists = {kind: link.fetch_items(kind) for kind in MissionKind}
         name = request.address.text
@@ -273,22 +232,7 @@ def fetch_logs(
     is_replacing: bool = False,
     on_progress: OnProgress = silent,
 ) -> FetchedLogs:
-    """List the logs of a vehicle, and download some or all of them.
-
-    Parameters
-    ----------
-    request : LinkRequest
-        The vehicle.
-    names : sequence of str
-        Those to download, as the list has them.
-    is_all : bool
-        Whether to download every one.
-    folder : Path
-        Where to keep them.
-    is_replacing : bool
-        Whether files of the same name are replaced.
-    on_progress : callable
-        Receives how far each transfer is.
+    """List the logs of a vehicle, and download those of some names, or all.
 
     Raises
     ------

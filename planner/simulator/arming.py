@@ -61,13 +61,7 @@ class ArmingState(Enum):
 
 
 class Arming:
-    """Asks whoever has to be asked, and honours the answer.
-
-    Parameters
-    ----------
-    setup : VehicleSetup
-        Whose parameters COM_ARM_AUTH_* set whether and whom to ask.
-    """
+    """Asks whom the parameters COM_ARM_AUTH_* name, and honours the answer."""
 
     def __init__(self, setup: VehicleSetup) -> None:
         values = parameter_values(setup.parameters)

@@ -63,15 +63,7 @@ class LineFaults(Value):
 
 
 class Direction:
-    """Frames on their way in one direction.
-
-    Parameters
-    ----------
-    faults : DirectionFaults
-        What happens to them.
-    seed : int
-        Of the chance by which it does.
-    """
+    """Frames on their way in one direction."""
 
     def __init__(self, faults: DirectionFaults, seed: int) -> None:
         self._faults = faults
@@ -119,21 +111,13 @@ class Faults(Value):
 
 
 def read_faults(text: str) -> Faults:
-    """Return the faults that a text names.
+    """Return the faults that a text names; `UsageError` where one is none.
 
-    Parameters
-    ----------
-    text : str
-        Between commas: a fraction (``loss``, ``duplication``, ``reordering``, ``garbage``,
-        ``truncation``) as ``20%`` or ``0.2``; ``delay`` in seconds; ``-in`` or ``-out`` after the
-        name for what goes to or comes from the vehicle alone; ``silence=K`` after K messages of
-        transfers, ``silence=K:S`` for S seconds; ``count=+2`` for wrong counts; ``twin``;
-        ``reject=TEXT`` sent after uploads, ``event=NAME`` reported after them; ``seed``.
-
-    Raises
-    ------
-    UsageError
-        If it names none.
+    Between commas: a fraction (``loss``, ``duplication``, ``reordering``, ``garbage``, ``truncation``) as
+    ``20%`` or ``0.2``; ``delay`` in seconds; ``-in`` or ``-out`` after the name for what goes to or comes
+    from the vehicle alone; ``silence=K`` after K messages of transfers, ``silence=K:S`` for S seconds;
+    ``count=+2`` for wrong counts; ``twin``; ``reject=TEXT`` sent after uploads, ``event=NAME`` reported
+    after them; ``seed``.
     """
     ways: dict[str, dict[str, float]] = {_IN: {}, _OUT: {}}
     line: dict[str, Any] = {}

@@ -64,13 +64,7 @@ class FlownMission(Value, eq=False):
         return self.flight.time_s
 
     def state_at(self, time_s: float) -> FlownState:
-        """Return the state at a time since the start; before it and after the end it is still.
-
-        Parameters
-        ----------
-        time_s : float
-            Time of the flight, not of the clock. [s]
-        """
+        """Return the state at a time of the flight [s]; before it and after the end it is still."""
         at = np.array([min(max(time_s, 0.0), self.duration_s)])
         state = self.flight.motion.state_at_time(at)
         latitude, longitude = self.route.frame.latitude_longitude_deg(state.east_m, state.north_m)
@@ -125,21 +119,7 @@ def fly_prediction(
     charge: float,
     temperature_c: float,
 ) -> FlownMission:
-    """Return a prediction as a flight that can be asked for any time.
-
-    Parameters
-    ----------
-    flight, route, trace : Flight, Route, Trace
-        Of one prediction.
-    battery : Battery, optional
-        What it is flown with.
-    discharge : Discharge, optional
-        What the flight takes out of it, where its curve is known; else the fraction of its energy.
-    charge : float
-        State of charge at the start. [-]
-    temperature_c : float
-        Of the battery. [°C]
-    """
+    """Return one prediction as a flight that can be asked for any time."""
     steps_s = np.diff(trace.time_s)
     mean_w = 0.5 * (trace.power_w[1:] + trace.power_w[:-1])
     used_wh = np.concatenate(([0.0], np.cumsum(steps_s * mean_w))) / _J_PER_WH

@@ -213,13 +213,7 @@ _LARGEST_INT = 2**31 - 1
 
 
 class MissionServer:
-    """The three lists of a vehicle, up and down.
-
-    Parameters
-    ----------
-    setup : VehicleSetup
-        Whose they are, and what is in them at first.
-    """
+    """The three lists of a vehicle, up and down."""
 
     def __init__(self, setup: VehicleSetup) -> None:
         self._setup = setup
@@ -330,8 +324,7 @@ class MissionServer:
     ) -> tuple[Message, ...] | None:
         """Return what PX4 sends instead of an item; ``None`` where it sends it.
 
-        It sends items in their order, each perhaps twice; asked without a list, or too late, it sends
-        nothing.
+        It sends items in order, each perhaps twice; asked without a list, or too late, it sends nothing.
         """
         if self._upload is not None:
             return (self._setup.text(2, "WPM: REJ. CMD: Busy\t"),)

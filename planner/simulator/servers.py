@@ -54,19 +54,9 @@ _BUSY_S = 2.0
 
 
 class FileServer:
-    """The files of a vehicle.
+    """The files of a vehicle, served by MAVSDK from a folder that goes when this is closed.
 
-    Parameters
-    ----------
-    system, component : int
-        Whose they are.
-    logs : sequence of VehicleLog
-        Written to a folder of their own, which goes when this is closed.
-
-    Raises
-    ------
-    UsageError
-        If MAVSDK is not installed.
+    `UsageError` where MAVSDK is not installed.
     """
 
     def __init__(self, system: int, component: int, logs: Sequence[StoredLog]) -> None:
@@ -142,13 +132,7 @@ _PAUSE_S = 0.02
 
 
 class LogServer:
-    """A vehicle's logs.
-
-    Parameters
-    ----------
-    setup : VehicleSetup
-        Whose they are.
-    """
+    """A vehicle's logs."""
 
     def __init__(self, setup: VehicleSetup) -> None:
         self._logs = setup.logs
@@ -224,13 +208,7 @@ _ERROR, _INFO = 3, 6
 
 
 class EventServer:
-    """The events of a vehicle.
-
-    Parameters
-    ----------
-    is_reporting : bool
-        Whether it reports events at all: ArduPilot does not.
-    """
+    """The events of a vehicle; ArduPilot reports none."""
 
     def __init__(self, *, is_reporting: bool) -> None:
         self._is_reporting = is_reporting
@@ -277,13 +255,7 @@ _HASH_NAME, _HASH_INDEX, _UINT32 = "_HASH_CHECK", 65_535, 5
 
 
 class ParameterServer:
-    """A vehicle's parameters.
-
-    Parameters
-    ----------
-    setup : VehicleSetup
-        Whose they are.
-    """
+    """A vehicle's parameters."""
 
     def __init__(self, setup: VehicleSetup) -> None:
         self._autopilot = setup.autopilot

@@ -149,25 +149,8 @@ def make_setup(
 ) -> VehicleSetup:
     """Return a vehicle onto which a mission was uploaded.
 
-    Parameters
-    ----------
-    mission : Mission
-        Its items, fence and rally points are what the vehicle holds.
-    autopilot : Autopilot
-        PX4 or ArduPilot.
-    home : Home, optional
-        Where the vehicle is; default the mission's own home, else its first place.
-    parameters : tuple of VehicleParameter
-        In the vehicle's order.
-    system : int
-        MAVLink's system id.
-    version : tuple of int, optional
-        Of the firmware; default 1.16.0 of PX4, 4.6.0 of Copter.
-
-    Raises
-    ------
-    UsageError
-        If an item cannot be sent as it is.
+    It is at its home: the one given, else the mission's own, else the mission's first place.
+    `UsageError` where an item cannot be sent as it is.
     """
     place = home or mission.home or _first_place(mission) or SIMULATED_PLACE
     if place.altitude_amsl_m is None:
@@ -250,20 +233,9 @@ def make_parameters(
 ) -> tuple[VehicleParameter, ...]:
     """Return an autopilot's parameters, sorted by name.
 
-    Parameters
-    ----------
-    autopilot : Autopilot
-        PX4 or ArduPilot.
-    version : tuple of int
-        Major and minor version of the firmware, by which names and units differ.
-    given : mapping of str to float, optional
-        Values that are not the defaults, and parameters beyond those of missions.
-    battery : Battery, optional
-        Whose capacity and cells its parameters have.
-    system : int
-        MAVLink's system id.
-    authoriser : int, optional
-        System id of who is asked before it arms; default nobody (PX4 alone).
+    Names and units differ by the version of the firmware.  What is given are values other than the
+    defaults, and parameters beyond those of missions.  The authoriser is the system id of who is asked
+    before it arms; default nobody (PX4 alone).
     """
     rows = parameter_table(PARAMETERS_OF[autopilot]).values()
     found = {

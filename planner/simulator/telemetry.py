@@ -344,15 +344,7 @@ _QUESTIONS = frozenset(
 
 
 class TelemetryServer:
-    """Sends what is due, and what is asked for.
-
-    Parameters
-    ----------
-    situation : callable
-        Returns the vehicle's situation at a time [s].
-    autopilot : Autopilot
-        Whose streams it has.
-    """
+    """Sends what is due, and what is asked for, by the situation at a time [s]."""
 
     def __init__(self, situation: Callable[[float], Situation], autopilot: Autopilot) -> None:
         self._situation = situation

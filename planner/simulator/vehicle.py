@@ -33,15 +33,8 @@ INTRODUCTION = "SIMULATED VEHICLE by mavjoule: nothing flies"
 class SimulatedVehicle:
     """A vehicle that answers as a real one, flies what is predicted, and has no line of its own.
 
-    Parameters
-    ----------
-    setup : VehicleSetup
-        What it is and holds.
-    predict : callable, optional
-        Returns the predicted flight of a mission with the vehicle's items and home, ``None`` where
-        there is none; default it never flies.
-    speed_up : float
-        Seconds of flight in a second of the clock. [-]
+    It flies what ``predict`` returns of a mission with its items and home, where that is not ``None``,
+    ``speed_up`` times as fast as the clock.
     """
 
     def __init__(
@@ -95,14 +88,9 @@ class SimulatedVehicle:
         )
 
     def arm_at(self, time_s: float, *, retry_s: float | None = None) -> None:
-        """Have it try to arm, and fly its mission if it may.
+        """Have it try to arm at a time by the clock, and fly its mission if it may.
 
-        Parameters
-        ----------
-        time_s : float
-            When, by the clock. [s]
-        retry_s : float, optional
-            After what time it tries again, as long as it did not arm; default never. [s]
+        It tries again after ``retry_s``, as long as it did not arm.
         """
         self._arm_at_s = time_s
         self._retry_s = retry_s

@@ -44,17 +44,7 @@ class PassedMessage(Value):
 
 
 class SimulatedWire:
-    """One vehicle, or two with one system id, at the end of a line with faults.
-
-    Parameters
-    ----------
-    vehicle : SimulatedVehicle
-        Who answers.
-    faults : LineFaults, optional
-        What goes wrong; default nothing.
-    predict : callable, optional
-        Of the vehicle's twin, where its set-up has one.
-    """
+    """One vehicle, or two with one system id, at the end of a line with faults."""
 
     def __init__(
         self,
@@ -182,13 +172,7 @@ _PATIENCE_S = 1.0
 
 
 class TcpServerLine:
-    """A port that any number of ground stations connect to; a `planner.link.wire.Line`.
-
-    Parameters
-    ----------
-    address : LinkAddress
-        Where to listen; the port 0 is any that is free.
-    """
+    """A port that any number of ground stations connect to; a `planner.link.wire.VehicleLine`."""
 
     def __init__(self, address: LinkAddress) -> None:
         family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
@@ -251,21 +235,9 @@ _FILES_WAIT_S = 0.003
 
 
 class SimulationRunner:
-    """Keeps a simulated vehicle speaking on a line.
+    """Keeps a simulated vehicle speaking on its end of a line; closes the file server with it.
 
-    Parameters
-    ----------
-    wire : SimulatedWire
-        The vehicle, and what goes wrong.
-    address : LinkAddress
-        The vehicle's end of the line.
-    file_server : FileServer, optional
-        The one that the wire has; closed with this.
-
-    Raises
-    ------
-    LinkError
-        If the line cannot be opened.
+    `LinkError` where the line cannot be opened.
     """
 
     def __init__(
@@ -304,10 +276,7 @@ class SimulationRunner:
     def run(self) -> None:
         """Speak until `close` is called, or the program is interrupted.
 
-        Raises
-        ------
-        LinkError
-            If the line breaks, other than by ground stations that come and go.
+        `LinkError` where the line breaks, other than by ground stations that come and go.
         """
         while not self._stop.is_set():
             self._turn()
