@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import difflib
 import gzip
 import math
 import re
@@ -17,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner import quantity
-from planner.errors import LogFileError
-from planner.logs.record import LOG_DAMAGED, Recording
-from planner.logs.series import Clock, Series, electrical_series, euler_angles_deg
+from planner.errors import LogFileError, nearest_hint
+from planner.logs.messages import electrical_series, modes_entered
+from planner.logs.record import ABSENCE_COSTS, LOG_DAMAGED, Recording
+from planner.logs.series import Clock, Series, euler_angles_deg, wind_north_east_m_s
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -51,16 +51,11 @@ _UNITS: Mapping[str, Mapping[str, float]] = {
 STATES = ("is_armed", "is_landed", "mission_item", "mode")
 """Quantities without a unit."""
 NUMBERS = (
-    *("time_s", "latitude_deg", "longitude_deg", "altitude_amsl_m"),
-    *("height_above_home_m", "local_north_m", "local_east_m", "local_height_m"),
-    *("velocity_north_m_s", "velocity_east_m_s", "velocity_forward_m_s"),
-    *("velocity_right_m_s", "climb_m_s", "ground_speed_m_s", "course_deg"),
-    *("airspeed_m_s", "wind_north_m_s", "wind_east_m_s", "wind_speed_m_s"),
-    *("wind_from_deg", "roll_deg", "pitch_deg", "yaw_deg", "reference_north_m"),
-    *("reference_east_m", "reference_height_m", "reference_latitude_deg"),
-    *("reference_longitude_deg", "reference_altitude_amsl_m"),
-    *("reference_velocity_north_m_s", "reference_velocity_east_m_s"),
-    *("reference_climb_m_s", "reference_speed_m_s", "voltage_v", "current_a", "power_w"),
+    *("time_s", *(name for name in ABSENCE_COSTS if name not in STATES)),
+    *("local_north_m", "local_east_m", "local_height_m"),
+    *("velocity_forward_m_s", "velocity_right_m_s", "course_deg"),
+    *("wind_speed_m_s", "wind_from_deg"),
+    *("reference_latitude_deg", "reference_longitude_deg", "reference_altitude_amsl_m"),
 )
 """Quantities with a unit, the one at the end of the name."""
 
@@ -118,20 +113,6 @@ class CsvMapping(Value):
         return frozenset((*(source.column for source in self.columns.values()), *turned))
 
 
-def column_source(name: str, column: str, unit: str | None = None, sign: int = 1) -> ColumnSource:
-    """Return where a quantity is.
-
-    Parameters
-    ----------
-    unit : str, optional
-        Unit of the column; the quantity's own by default.
-    sign : int, optional
-        −1 for a column that counts the other way.
-    """
-    factor = 1.0 if unit is None else units_of(name)[unit]
-    return ColumnSource(column=column.strip(), factor=sign * factor)
-
-
 def units_of(name: str) -> Mapping[str, float]:
     """Return the units a quantity may be given in, each with its factor to the quantity's own."""
     if name in STATES:
@@ -167,7 +148,8 @@ def read_csv_mapping(path: str | Path) -> CsvMapping:
         lacking = set(group) - entries.keys() - directions
         if lacking and not set(group[:2]).isdisjoint(entries):
             msg = f"also needs {' and '.join(sorted(lacking))}"
-            raise LogFileError(msg, source=source, key=f"columns.{_first_of(group, entries)}")
+            first = next(name for name in group if name in entries)
+            raise LogFileError(msg, source=source, key=f"columns.{first}")
     return CsvMapping(
         name=str(document.get("name", Path(path).stem)),
         vehicle=str(document.get("vehicle", "")),
@@ -176,38 +158,31 @@ def read_csv_mapping(path: str | Path) -> CsvMapping:
     )
 
 
-def _first_of(names: tuple[str, ...], entries: Mapping[str, object]) -> str:
-    return next(name for name in names if name in entries)
-
-
 def _source(name: str, entry: Any, source: str) -> ColumnSource:  # noqa: ANN401 - as TOML has it
     key = f"columns.{name}"
     if not isinstance(entry, dict) or not isinstance(entry.get("column"), str):
         msg = 'must be a table with the header: { column = "…" }'
         raise LogFileError(msg, source=source, key=key)
     _refuse_unknown(entry, ("column", "unit", "is_negated"), f"{key}.", source)
-    unit = entry.get("unit")
-    if unit is not None and unit not in units_of(name):
-        known = ", ".join(units_of(name)) or "none: leave it out"
-        msg = f"must be one of {known}, got {unit!r}"
+    unit, units = entry.get("unit"), units_of(name)
+    if unit is not None and unit not in units:
+        msg = f"must be one of {', '.join(units) or 'none: leave it out'}, got {unit!r}"
         raise LogFileError(msg, source=source, key=f"{key}.unit")
     sign = -1 if entry.get("is_negated", False) is True else 1
-    return column_source(name, entry["column"], unit, sign)
+    return ColumnSource(column=entry["column"].strip(), factor=sign * units.get(unit or "", 1.0))
 
 
 def _orientation(entry: Any, source: str) -> Orientation | None:  # noqa: ANN401 - as TOML has it
     if entry is None:
         return None
-    key = "orientation"
     columns = entry.get("columns") if isinstance(entry, dict) else None
     if (
         not isinstance(columns, list)
-        or len(columns) != 4
-        or not all(isinstance(column, str) for column in columns)
+        or [type(column) for column in columns] != [str] * 4
         or entry.get("axes") not in list(Axes)
     ):
         msg = f"must have columns, four headers w x y z, and axes, one of {', '.join(Axes)}"
-        raise LogFileError(msg, source=source, key=key)
+        raise LogFileError(msg, source=source, key="orientation")
     w, x, y, z = (column.strip() for column in columns)
     return Orientation(columns=(w, x, y, z), axes=Axes(entry["axes"]))
 
@@ -217,55 +192,55 @@ def _refuse_unknown(
 ) -> None:
     for key in entries:
         if key not in known:
-            near = difflib.get_close_matches(key, known, n=1)
-            hint = f"; is {near[0]} meant?" if near else ""
-            msg = f"is not known here{hint}"
+            msg = f"is not known here{nearest_hint(key, known)}"
             raise LogFileError(msg, source=source, key=f"{where}{key}")
+
+
+def _columns(*rows: tuple[str, str, str | None, int]) -> Mapping[str, ColumnSource]:
+    """Return columns by quantity, header, unit, and −1 for one that counts the other way."""
+    return {
+        name: ColumnSource(column=column, factor=sign * units_of(name).get(unit or "", 1.0))
+        for name, column, unit, sign in rows
+    }
 
 
 AIRDATA = CsvMapping(
     name="airdata",
     vehicle="",
-    columns={
-        name: column_source(name, column, unit, sign)
-        for name, column, unit, sign in (
-            ("time_s", "time(millisecond)", "ms", 1),
-            ("latitude_deg", "latitude", "deg", 1),
-            ("longitude_deg", "longitude", "deg", 1),
-            ("height_above_home_m", "height_above_takeoff(feet)", "ft", 1),
-            ("altitude_amsl_m", "altitude_above_seaLevel(feet)", "ft", 1),
-            ("velocity_north_m_s", "xSpeed(mph)", "mph", 1),
-            ("velocity_east_m_s", "ySpeed(mph)", "mph", 1),
-            ("climb_m_s", "zSpeed(mph)", "mph", -1),
-            ("ground_speed_m_s", "speed(mph)", "mph", 1),
-            ("yaw_deg", "compass_heading(degrees)", "deg", 1),
-            ("pitch_deg", "pitch(degrees)", "deg", 1),
-            ("roll_deg", "roll(degrees)", "deg", 1),
-            ("voltage_v", "voltage(v)", "V", 1),
-            ("current_a", "current(A)", "A", 1),
-            ("mode", "flycState", None, 1),
-        )
-    },
+    columns=_columns(
+        ("time_s", "time(millisecond)", "ms", 1),
+        ("latitude_deg", "latitude", "deg", 1),
+        ("longitude_deg", "longitude", "deg", 1),
+        ("height_above_home_m", "height_above_takeoff(feet)", "ft", 1),
+        ("altitude_amsl_m", "altitude_above_seaLevel(feet)", "ft", 1),
+        ("velocity_north_m_s", "xSpeed(mph)", "mph", 1),
+        ("velocity_east_m_s", "ySpeed(mph)", "mph", 1),
+        ("climb_m_s", "zSpeed(mph)", "mph", -1),
+        ("ground_speed_m_s", "speed(mph)", "mph", 1),
+        ("yaw_deg", "compass_heading(degrees)", "deg", 1),
+        ("pitch_deg", "pitch(degrees)", "deg", 1),
+        ("roll_deg", "roll(degrees)", "deg", 1),
+        ("voltage_v", "voltage(v)", "V", 1),
+        ("current_a", "current(A)", "A", 1),
+        ("mode", "flycState", None, 1),
+    ),
 )
 """DJI flights as AirData exports them in feet and miles: velocities north, east, down."""
 
 MATRICE_100 = CsvMapping(
     name="matrice-100",
     vehicle="DJI Matrice 100",
-    columns={
-        name: column_source(name, column, unit, sign)
-        for name, column, unit, sign in (
-            ("time_s", "time", "s", 1),
-            ("longitude_deg", "position_x", "deg", 1),
-            ("latitude_deg", "position_y", "deg", 1),
-            ("altitude_amsl_m", "position_z", "m", 1),
-            ("velocity_forward_m_s", "velocity_x", "m/s", 1),
-            ("velocity_right_m_s", "velocity_y", "m/s", -1),
-            ("airspeed_m_s", "wind_speed", "m/s", 1),
-            ("voltage_v", "battery_voltage", "V", 1),
-            ("current_a", "battery_current", "A", 1),
-        )
-    },
+    columns=_columns(
+        ("time_s", "time", "s", 1),
+        ("longitude_deg", "position_x", "deg", 1),
+        ("latitude_deg", "position_y", "deg", 1),
+        ("altitude_amsl_m", "position_z", "m", 1),
+        ("velocity_forward_m_s", "velocity_x", "m/s", 1),
+        ("velocity_right_m_s", "velocity_y", "m/s", -1),
+        ("airspeed_m_s", "wind_speed", "m/s", 1),
+        ("voltage_v", "battery_voltage", "V", 1),
+        ("current_a", "battery_current", "A", 1),
+    ),
     orientation=Orientation(
         columns=("orientation_w", "orientation_x", "orientation_y", "orientation_z"),
         axes=Axes.FLU_ENU,
@@ -355,7 +330,7 @@ class _Table:
             if name not in STATES
         }
         self._numbers |= {name: (headers.index(name), 1.0, array("d")) for name in turned}
-        self._texts: dict[str, tuple[int, list[str]]] = {
+        self.texts: dict[str, tuple[int, list[str]]] = {
             name: (headers.index(entry.column), [])
             for name, entry in mapping.columns.items()
             if name in STATES
@@ -370,17 +345,13 @@ class _Table:
             return
         for index, factor, values in self._numbers.values():
             values.append(_number(row[index]) * factor)
-        for index, texts in self._texts.values():
+        for index, texts in self.texts.values():
             texts.append(row[index].strip())
         self.count += 1
 
     def numbers(self) -> dict[str, FloatArray]:
         """Return the columns of numbers by the names of quantities, quaternions by header."""
         return {name: np.array(values) for name, (_, _, values) in self._numbers.items()}
-
-    def texts(self, name: str) -> list[str] | None:
-        """Return a column of text."""
-        return self._texts[name][1] if name in self._texts else None
 
     def findings(self) -> Iterator[Finding]:
         """Return what is wrong with the rows."""
@@ -464,37 +435,41 @@ def _recording(
     if mapping.orientation is not None:
         values |= _angles(mapping.orientation, values)
         headers |= dict.fromkeys(_ANGLES, ", ".join(mapping.orientation.columns))
-    for turned, components in (_by_yaw(values), _by_origin(values)):
-        if turned:
-            values |= turned
-            headers |= dict.fromkeys(turned, ", ".join(headers[name] for name in components))
+    _turn_north(values, headers)
+    electrical, remarks = _electrical(time_s, values, headers)
     series = {
         name: Series.of(time_s, column, headers[name], period=360.0 if name in _PERIODIC else None)
         for name, column in values.items()
         if name not in {"voltage_v", "current_a"}
     }
-    electrical, remarks = _electrical(time_s, values, headers)
-    series |= electrical
+    texts = {
+        name: [column[row] for row in chosen.tolist()] for name, (_, column) in table.texts.items()
+    }
+    states = {
+        name: Series.of(time_s, _state_values(name, cells), headers[name], is_event=True) or None
+        for name, cells in texts.items()
+        if name != "mode"
+    }
     return Recording(
         file=file,
         begin_s=float(time_s.min()),
         end_s=float(time_s.max()),
-        series={name: found for name, found in series.items() if len(found)},
-        is_armed=_state(table, "is_armed", time_s, chosen),
-        is_landed=_state(table, "is_landed", time_s, chosen),
-        modes=_modes(table, time_s, chosen),
+        series={name: found for name, found in (series | electrical).items() if len(found)},
+        is_armed=states.get("is_armed"),
+        is_landed=states.get("is_landed"),
+        mission_item=states.get("mission_item"),
+        modes=modes_entered(time_s, texts.get("mode", ())),
         modes_found_in=headers.get("mode", ""),
-        mission_item=_state(table, "mission_item", time_s, chosen),
-        homes=(),
-        missions=(),
-        parameters=(),
-        autopilot=None,
-        firmware="",
         vehicle=mapping.vehicle,
-        position_jumps=(),
         remarks=remarks,
         findings=findings,
     )
+
+
+def _state_values(name: str, cells: list[str]) -> list[float]:
+    if name == "mission_item":
+        return [_number(cell) for cell in cells]
+    return [float(cell.lower() in _TRUE) for cell in cells]
 
 
 def _angles(orientation: Orientation, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -507,30 +482,22 @@ def _angles(orientation: Orientation, values: dict[str, FloatArray]) -> dict[str
     return dict(zip(_ANGLES, (roll_deg, pitch_deg, yaw_deg), strict=True))
 
 
-def _by_yaw(values: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], tuple[str, str]]:
-    """Return the velocity by north and east where it is given along the body, and take that away."""
-    components = "velocity_forward_m_s", "velocity_right_m_s"
-    if not {*components, "yaw_deg"} <= values.keys():
-        return {}, components
-    forward, right = (values.pop(name) for name in components)
-    yaw = np.radians(values["yaw_deg"])
-    return {
-        "velocity_north_m_s": forward * np.cos(yaw) - right * np.sin(yaw),
-        "velocity_east_m_s": forward * np.sin(yaw) + right * np.cos(yaw),
-    }, components
-
-
-def _by_origin(values: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], tuple[str, str]]:
-    """Return the wind by north and east where speed and origin are given, and take those away."""
-    components = "wind_speed_m_s", "wind_from_deg"
-    if not set(components) <= values.keys():
-        return {}, components
-    speed, origin_deg = (values.pop(name) for name in components)
-    origin = np.radians(origin_deg)
-    return {
-        "wind_north_m_s": -speed * np.cos(origin),
-        "wind_east_m_s": -speed * np.sin(origin),
-    }, components
+def _turn_north(values: dict[str, FloatArray], headers: dict[str, str]) -> None:
+    """Replace velocity along the body, and wind by speed and origin, by those north and east."""
+    along = ("velocity_forward_m_s", "velocity_right_m_s")
+    if {*along, "yaw_deg"} <= values.keys():
+        forward, right = (values.pop(name) for name in along)
+        yaw = np.radians(values["yaw_deg"])
+        values["velocity_north_m_s"] = forward * np.cos(yaw) - right * np.sin(yaw)
+        values["velocity_east_m_s"] = forward * np.sin(yaw) + right * np.cos(yaw)
+        found_in = ", ".join(headers[name] for name in along)
+        headers |= dict.fromkeys(("velocity_north_m_s", "velocity_east_m_s"), found_in)
+    by_origin = ("wind_speed_m_s", "wind_from_deg")
+    if set(by_origin) <= values.keys():
+        north, east = wind_north_east_m_s(*(values.pop(name) for name in by_origin))
+        values |= {"wind_north_m_s": north, "wind_east_m_s": east}
+        found_in = ", ".join(headers[name] for name in by_origin)
+        headers |= dict.fromkeys(("wind_north_m_s", "wind_east_m_s"), found_in)
 
 
 def _electrical(
@@ -567,26 +534,3 @@ def _measured_rows(time_s: FloatArray, columns: list[FloatArray]) -> IntArray:
     repeats = np.floor(since_s / usual_s + 1e-6)
     is_new[1:] |= repeats[1:] > repeats[:-1]
     return rows[is_new]
-
-
-def _state(table: _Table, name: str, time_s: FloatArray, chosen: IntArray) -> Series | None:
-    texts = table.texts(name)
-    if texts is None:
-        return None
-    if name == "mission_item":
-        values = np.array([_number(texts[row]) for row in chosen.tolist()])
-    else:
-        values = np.array([float(texts[row].lower() in _TRUE) for row in chosen.tolist()])
-    series = Series.of(time_s, values, table.mapping.columns[name].column, is_event=True)
-    return series if len(series) else None
-
-
-def _modes(table: _Table, time_s: FloatArray, chosen: IntArray) -> tuple[tuple[float, str], ...]:
-    texts = table.texts("mode")
-    if texts is None:
-        return ()
-    modes: list[tuple[float, str]] = []
-    for row, at_s in zip(chosen.tolist(), time_s.tolist(), strict=True):
-        if texts[row] and (not modes or modes[-1][1] != texts[row]):
-            modes.append((at_s, texts[row]))
-    return tuple(modes)

@@ -11,23 +11,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.logs.record import (
-    AUTO,
-    BATTERIES_LEFT_OUT,
-    LoggedHome,
-    LoggedItem,
-    copter_mode,
+from planner.autopilot import Autopilot
+from planner.logs.messages import (
+    NO_CURRENT_A,
+    begin_and_end_s,
+    electrical_series,
+    logged_homes,
+    modes_entered,
+    quantity_series,
+    source_fields,
     sources,
 )
-from planner.logs.series import NO_CURRENT_A, Series, electrical_series
+from planner.logs.record import AUTO, BATTERIES_LEFT_OUT, LoggedItem, Recording, copter_mode
+from planner.logs.series import Series
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
-    from planner.logs.dataflash import DataflashTable
-    from planner.logs.record import Source
+    from planner.logs.messages import MessageTable, Source, Tables
+    from planner.logs.record import LogFile, LoggedHome
 
 
 _CM = 1e-2
@@ -78,6 +83,8 @@ _QUANTITIES: Mapping[str, tuple[Source, ...]] = {
     "course_deg": sources("GPS.GCrs"),
     "wind_north_m_s": sources("XKF2.VWN", "NKF2.VWN", "EKF2.VWN"),
     "wind_east_m_s": sources("XKF2.VWE", "NKF2.VWE", "EKF2.VWE"),
+    "latitude_deg": sources("POS.Lat", "GPS.Lat"),
+    "longitude_deg": sources("POS.Lng", "GPS.Lng"),
 }
 """Where each quantity is found, the best place first.
 
@@ -85,139 +92,114 @@ References are the path as it is shaped (D for desired), not with the correction
 error on top (T for target), which follows the vehicle as much as it leads it.
 """
 
-_PERIODS = {"yaw_deg": 360.0, "course_deg": 360.0, "longitude_deg": 360.0}
 _INSTANCES = ("I", "C", "Inst", "Instance")
 """Fields that number sensors and estimator cores."""
 _BATTERIES = ("BAT", "CURR")
 _MORE_BATTERIES = ("BAT2", "CUR2")
 _FIX_3D = 3
 
-
-def first_instance(table: DataflashTable) -> BoolArray:
-    """Return which messages are of the first sensor or estimator core."""
-    for field in _INSTANCES:
-        if field in table.numbers and len(table.places):
-            numbers = table.numbers[field]
-            is_first: BoolArray = numbers == numbers.min()
-            return is_first
-    return np.ones(table.places.shape, np.bool_)
-
-
-def quantity_series(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return every quantity in the messages, and what is wrong with some."""
-    valid = {name: first_instance(table) for name, table in tables.items()}
-    if "GPS" in tables and "Status" in tables["GPS"].numbers:
-        valid["GPS"] = valid["GPS"] & (tables["GPS"].numbers["Status"] >= _FIX_3D)
-    series: dict[str, Series] = {}
-    for name, places in _QUANTITIES.items():
-        for source in places:
-            found = _series(source, tables, times, valid, period=_PERIODS.get(name))
-            if found is not None:
-                series[name] = found
-                break
-    series |= _place(tables, times, valid)
-    electrical, remarks = _electrical(tables, times, valid)
-    return series | electrical, remarks
-
-
-def other_batteries(tables: Mapping[str, DataflashTable], source: str) -> Iterator[Finding]:
-    """Return a finding where batteries other than the first give current."""
-    others: dict[str, float] = {}
-    for name in _MORE_BATTERIES:
-        if name in tables and "Curr" in tables[name].numbers:
-            others[name] = _most(_current_a(tables[name]))
-    for name in _BATTERIES:
-        if name in tables and "Curr" in tables[name].numbers:
-            rest = ~first_instance(tables[name])
-            others[f"{name} of another instance"] = _most(_current_a(tables[name])[rest])
-    shown = {name: current for name, current in others.items() if current > NO_CURRENT_A}
-    if shown:
-        name, current_a = max(shown.items(), key=lambda item: item[1])
-        yield BATTERIES_LEFT_OUT.finding(
-            f"{source}: {name} shows up to {current_a:.1f} A; only the first battery is used"
+_COMMAND = "CTot CNum CId Frame Lat Lng Alt Prm1 Prm2 Prm3 Prm4"
+_FURTHER_FIELDS = {
+    "ARM": "ArmState",
+    "EV": "Id",
+    "STAT": "Armed",
+    "GPS": "T Status",
+    "CTUN": "DAlt",
+    "CMD": _COMMAND,
+    "MISE": _COMMAND,
+    "ORGN": "Type Lat Lng Alt",
+    "MODE": "Mode ModeNum",
+    "MSG": "Message",
+    "PARM": "Name Value",
+    **dict.fromkeys((*_BATTERIES, *_MORE_BATTERIES), "Volt Curr"),
+}
+_OF_QUANTITIES = source_fields(_QUANTITIES)
+WANTED: Mapping[str, frozenset[str]] = {
+    name: frozenset(
+        (
+            *("TimeUS", "TimeMS", *_INSTANCES),
+            *_OF_QUANTITIES.get(name, ()),
+            *_FURTHER_FIELDS.get(name, "").split(),
         )
-
-
-def _most(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.max(known, initial=0.0))
-
-
-def _series(
-    source: Source,
-    tables: Mapping[str, DataflashTable],
-    times: Mapping[str, FloatArray],
-    valid: Mapping[str, BoolArray],
-    *,
-    period: float | None,
-) -> Series | None:
-    table = tables.get(source.message)
-    if table is None or source.field not in table.numbers:
-        return None
-    if source.message == "CTUN" and "DAlt" not in table.numbers:
-        return None  # a plane's message of the same name
-    rows = valid[source.message]
-    series = Series.of(
-        times[source.message][rows],
-        table.numbers[source.field][rows] * source.unit,
-        f"{source.message}.{source.field}",
-        period=period,
     )
-    return series if len(series) else None
+    for name in {*_OF_QUANTITIES, *_FURTHER_FIELDS}
+}
+"""The fields used, by message; all names any firmware has had."""
 
 
-def _place(
-    tables: Mapping[str, DataflashTable],
-    times: Mapping[str, FloatArray],
-    valid: Mapping[str, BoolArray],
-) -> dict[str, Series]:
-    """Return latitude and longitude; zero and zero means no position."""
-    for name in ("POS", "GPS"):
-        table = tables.get(name)
-        if table is None or not {"Lat", "Lng"} <= table.numbers.keys():
-            continue
-        latitude, longitude = table.numbers["Lat"], table.numbers["Lng"]
-        rows = valid[name] & ((latitude != 0.0) | (longitude != 0.0))
-        if np.any(rows):
-            return {
-                column: Series.of(
-                    times[name][rows], values[rows], f"{name}.{field}", period=_PERIODS.get(column)
-                )
-                for column, values, field in (
-                    ("latitude_deg", latitude, "Lat"),
-                    ("longitude_deg", longitude, "Lng"),
-                )
-            }
-    return {}
+def dataflash_recording(tables: Tables, file: LogFile, findings: tuple[Finding, ...]) -> Recording:
+    """Return what one run of the clock holds."""
+    series, remarks = _series(tables)
+    firmware, frame = _firmware_and_frame(tables)
+    entered = _modes(tables.get("MODE"), firmware)
+    begin_s, end_s = begin_and_end_s(tables)
+    return Recording(
+        file=file,
+        begin_s=begin_s,
+        end_s=end_s,
+        series=series,
+        is_armed=_armed_events(tables),
+        is_landed=_two_events(tables.get("EV"), _LANDED, _NOT_LANDED),
+        modes=entered,
+        modes_found_in="MODE.Mode",
+        mission_item=_mission_item_events(tables, entered),
+        homes=_homes(tables),
+        missions=_missions(tables.get("CMD")),
+        parameters=_parameters(tables.get("PARM")),
+        autopilot=Autopilot.ARDUPILOT,
+        firmware=firmware,
+        vehicle=frame,
+        remarks=remarks,
+        findings=(*findings, *_other_batteries(tables, file.source)),
+    )
 
 
-def _current_a(table: DataflashTable) -> FloatArray:
-    return table.numbers["Curr"] * _electrical_unit(table, "Curr")
+def _is_first_instance(table: MessageTable) -> BoolArray:
+    """Return which messages are of the first sensor or estimator core."""
+    number = next((table.numbers[name] for name in _INSTANCES if name in table.numbers), None)
+    return np.ones(table.places.shape, np.bool_) if number is None else number == number.min()
 
 
-def _electrical_unit(table: DataflashTable, field: str) -> float:
-    """Return the unit of a field: Copter 3 wrote hundredths as plain integers."""
-    return _CM if table.letter(field) in "hH" else 1.0
-
-
-def _electrical(
-    tables: Mapping[str, DataflashTable],
-    times: Mapping[str, FloatArray],
-    valid: Mapping[str, BoolArray],
-) -> tuple[dict[str, Series], dict[str, str]]:
-    for name in _BATTERIES:
-        table = tables.get(name)
-        if table is None or "Volt" not in table.numbers:
-            continue
-        rows = valid[name]
-        voltage_v = table.numbers["Volt"] * _electrical_unit(table, "Volt")
-        current_a = _current_a(table)[rows] if "Curr" in table.numbers else None
-        return electrical_series(
-            times[name][rows], voltage_v[rows], current_a, message=name, fields=("Volt", "Curr")
+def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
+    """Return every quantity in the messages, and what is wrong with some."""
+    first = {name: table.rows(_is_first_instance(table)) for name, table in tables.items()}
+    if "GPS" in first and "Status" in first["GPS"].numbers:
+        first["GPS"] = first["GPS"].rows(first["GPS"].numbers["Status"] >= _FIX_3D)
+    if "CTUN" in first and "DAlt" not in first["CTUN"].numbers:
+        del first["CTUN"]  # a plane's message of the same name
+    for name in {"POS", "GPS"} & first.keys():
+        first[name] = first[name].without_null_places("Lat", "Lng")
+    electrical: dict[str, Series] = {}
+    remarks: dict[str, str] = {}
+    battery = next((first[n] for n in _BATTERIES if n in first and first[n].has("Volt")), None)
+    if battery is not None:
+        volt, curr = battery.numbers["Volt"], battery.numbers.get("Curr")
+        electrical, remarks = electrical_series(
+            battery.time_s, volt, curr, message=battery.name, fields=("Volt", "Curr")
         )
-    return {}, {}
+    return quantity_series(first, _QUANTITIES) | electrical, remarks
+
+
+def _other_batteries(tables: Tables, source: str) -> Iterator[Finding]:
+    """Return a finding where batteries other than the first give current."""
+    others: dict[str, FloatArray] = {}
+    for name in (*_MORE_BATTERIES, *_BATTERIES):
+        if name in tables and tables[name].has("Curr"):
+            current_a = tables[name].numbers["Curr"]
+            if name in _MORE_BATTERIES:
+                others[name] = current_a
+            else:
+                rest = ~_is_first_instance(tables[name])
+                others[f"{name} of another instance"] = current_a[rest]
+    most_a = {
+        name: float(np.max(current_a[np.isfinite(current_a)], initial=0.0))
+        for name, current_a in others.items()
+    }
+    name = max(most_a, key=most_a.__getitem__, default="")
+    if name and most_a[name] > NO_CURRENT_A:
+        yield BATTERIES_LEFT_OUT.finding(
+            f"{source}: {name} shows up to {most_a[name]:.1f} A; only the first battery is used"
+        )
 
 
 # Event numbers of EV: LogEvent in AP_Logger.h
@@ -229,37 +211,29 @@ _FIRMWARE = re.compile(r"\S*(Copter|Plane|Rover|Sub|Heli|Blimp|Tracker)\S* V\d\S
 _FRAME = "Frame: "
 
 
-def armed_events(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> Series | None:
+def _armed_events(tables: Tables) -> Series | None:
     """Return when the motors were armed and disarmed; ``None`` where that is not logged."""
     for name, field in (("ARM", "ArmState"), ("EV", "Id"), ("STAT", "Armed")):
         table = tables.get(name)
-        if table is None or field not in table.numbers:
+        if table is None or not table.has(field):
             continue
-        values = table.numbers[field]
-        found_in = f"{name}.{field}"
         if name == "EV":
-            events = _two_events(times[name], values, _ARMED, _DISARMED, found_in)
+            events = _two_events(table, _ARMED, _DISARMED)
         else:
-            events = Series.of(times[name], values != 0.0, found_in, is_event=True)
-        if len(events):
+            events = table.events(field, table.numbers[field] != 0.0)
+        if events is not None:
             return events
     return None
 
 
-def landed_events(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> Series | None:
-    """Return when the landing detector saw landing and take-off; ``None`` where it is not logged."""
-    table = tables.get("EV")
-    if table is None or "Id" not in table.numbers:
+def _two_events(table: MessageTable | None, one: int, zero: int) -> Series | None:
+    if table is None or not table.has("Id"):
         return None
-    events = _two_events(times["EV"], table.numbers["Id"], _LANDED, _NOT_LANDED, "EV.Id")
-    return events if len(events) else None
+    numbers = table.numbers["Id"]
+    return table.events("Id", numbers == one, (numbers == one) | (numbers == zero))
 
 
-def firmware_and_frame(tables: Mapping[str, DataflashTable]) -> tuple[str, str]:
+def _firmware_and_frame(tables: Tables) -> tuple[str, str]:
     """Return the firmware's name and version, and the frame, empty where they are not logged."""
     messages = tables["MSG"].texts.get("Message", ()) if "MSG" in tables else ()
     firmware = next((text for text in messages if _FIRMWARE.fullmatch(text)), "")
@@ -267,52 +241,40 @@ def firmware_and_frame(tables: Mapping[str, DataflashTable]) -> tuple[str, str]:
     return firmware, frame.removeprefix(_FRAME)
 
 
-def modes(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray], firmware: str
-) -> tuple[tuple[float, str], ...]:
+def _modes(table: MessageTable | None, firmware: str) -> tuple[tuple[float, str], ...]:
     """Return times and names of the modes; those of other vehicles than copters stay numbers."""
-    table = tables.get("MODE")
     if table is None:
         return ()
-    is_copter = not firmware or "Copter" in firmware
-    names: list[str] = []
-    if "Mode" in table.texts and "ModeNum" not in table.numbers:
-        names = [_mode_name(text, is_copter=is_copter) for text in table.texts["Mode"]]
+    if "Mode" in table.texts and not table.has("ModeNum"):
+        texts = list(table.texts["Mode"])
     else:
-        field = "ModeNum" if "ModeNum" in table.numbers else "Mode"
-        numbers = table.numbers.get(field, np.empty(0)).astype(np.int64).tolist()
-        names = [copter_mode(number) if is_copter else f"mode {number}" for number in numbers]
-    return tuple(zip(times["MODE"].tolist(), names, strict=False))
+        numbers = table.numbers.get("ModeNum", table.numbers.get("Mode", np.empty(0)))
+        texts = [str(number) for number in numbers.astype(np.int64).tolist()]
+    is_copter = not firmware or "Copter" in firmware
+    named = copter_mode if is_copter else "mode {}".format
+    names = [named(int(text)) if text.isdigit() else text for text in texts]
+    return modes_entered(table.time_s, names)
 
 
-def missions(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
+def _missions(table: MessageTable | None) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
     """Return the missions that were on board, each from when its list was logged."""
-    table = tables.get("CMD")
-    if table is None or "CNum" not in table.numbers:
+    if table is None or not table.has("CNum"):
         return ()
-    numbers = table.numbers["CNum"].astype(np.int64)
-    lists: list[tuple[float, tuple[LoggedItem, ...]]] = []
-    for begin, end in _lists(numbers):
-        items = tuple(_item(table, row) for row in range(begin + 1, end))
-        if items:
-            lists.append((float(times["CMD"][begin]), items))
-    return tuple(lists)
+    lists = (
+        (float(table.time_s[begin]), tuple(_item(table, row) for row in range(begin + 1, end)))
+        for begin, end in _lists(table.numbers["CNum"])
+    )
+    return tuple((time_s, items) for time_s, items in lists if items)
 
 
-def mission_item_events(
-    tables: Mapping[str, DataflashTable],
-    times: Mapping[str, FloatArray],
-    entered: tuple[tuple[float, str], ...],
-) -> Series | None:
+def _mission_item_events(tables: Tables, entered: tuple[tuple[float, str], ...]) -> Series | None:
     """Return when which item was begun; 0 where the vehicle leaves the mission for another mode.
 
     Firmware from 4.6 logs MISE for each item begun, older ones CMD; both may send
     ``Mission: 3 WP`` as text besides.  What is begun before the log begins is not logged: the
     item before the first one is assumed to have been flown until then.
     """
-    found_in, begun_s, items = _begun(tables, times)
+    found_in, begun_s, items = _begun(tables)
     if not len(items):
         return None
     mode_s = np.array([time_s for time_s, _ in entered])
@@ -328,115 +290,71 @@ def mission_item_events(
     )
 
 
-def homes(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> tuple[tuple[float, LoggedHome], ...]:
+def _homes(tables: Tables) -> tuple[tuple[float, LoggedHome], ...]:
     """Return the homes set: ORGN, else the row before the first of the mission."""
-    found: list[tuple[float, LoggedHome]] = []
+    found: tuple[tuple[float, LoggedHome], ...] = ()
     for name, field, number in (("ORGN", "Type", _AHRS_HOME), ("CMD", "CNum", 0)):
         table = tables.get(name)
-        if table is None or not {field, "Lat", "Lng", "Alt"} <= table.numbers.keys():
-            continue
-        for row in np.flatnonzero(table.numbers[field] == number).tolist():
-            latitude, longitude, altitude = (
-                float(table.numbers[column][row]) for column in ("Lat", "Lng", "Alt")
-            )
-            if not 0.0 < abs(latitude) <= 90.0:
-                continue
-            home = LoggedHome(
-                latitude_deg=latitude,
-                longitude_deg=longitude,
-                altitude_amsl_m=altitude or None,  # Copter before 3.3 wrote zero
-                found_in=name,
-            )
-            found.append((float(times[name][row]), home))
-        if found:
-            break
-    return tuple(found)
-
-
-def parameters(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> tuple[tuple[float, str, float], ...]:
-    """Return time, name and value of each parameter reported."""
-    table = tables.get("PARM")
-    if table is None or "Name" not in table.texts or "Value" not in table.numbers:
-        return ()
-    values = table.numbers["Value"].tolist()
-    return tuple(
-        row
-        for row in zip(times["PARM"].tolist(), table.texts["Name"], values, strict=True)
-        if np.isfinite(row[2])
-    )
-
-
-def _two_events(
-    time_s: FloatArray, numbers: FloatArray, one: int, zero: int, found_in: str
-) -> Series:
-    chosen = (numbers == one) | (numbers == zero)
-    return Series.of(time_s[chosen], numbers[chosen] == one, found_in, is_event=True)
-
-
-def _mode_name(text: str, *, is_copter: bool) -> str:
-    if not text.isdigit():
-        return text
-    return copter_mode(int(text)) if is_copter else f"mode {text}"
-
-
-def _lists(numbers: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[tuple[int, int]]:
-    """Return the rows of whole missions: each begins at 0, home, and counts on."""
-    found: list[tuple[int, int]] = []
-    row = 0
-    while row < len(numbers):
-        begin = row
-        row += 1
-        if numbers[begin] == 0:
-            while row < len(numbers) and numbers[row] == numbers[row - 1] + 1:
-                row += 1
-            found.append((begin, row))
+        if not found and table is not None and table.has(field, "Alt"):
+            altitude = table.numbers["Alt"]  # Copter before 3.3 wrote zero
+            known = {"Alt": np.where(altitude == 0.0, np.nan, altitude)}
+            table = replace(table, numbers={**table.numbers, **known})
+            rows = table.rows(table.numbers[field] == number)
+            found = logged_homes(rows, ("Lat", "Lng", "Alt"))
     return found
 
 
-def _begun(
-    tables: Mapping[str, DataflashTable], times: Mapping[str, FloatArray]
-) -> tuple[str, FloatArray, FloatArray]:
-    """Return the message found, times and numbers of the items begun."""
-    if "MISE" in tables and "CNum" in tables["MISE"].numbers:
-        return "MISE.CNum", times["MISE"], tables["MISE"].numbers["CNum"]
-    if "CMD" in tables and "CNum" in tables["CMD"].numbers:
-        numbers = tables["CMD"].numbers["CNum"]
-        is_begun = np.ones(numbers.shape, np.bool_)
-        for begin, end in _lists(numbers.astype(np.int64)):
-            is_begun[begin:end] = False
-        if np.any(is_begun):
-            return "CMD.CNum", times["CMD"][is_begun], numbers[is_begun]
-    begun: list[tuple[float, float]] = []
-    if "MSG" in tables:
-        for time_s, text in zip(
-            times["MSG"].tolist(), tables["MSG"].texts.get("Message", ()), strict=False
-        ):
-            if begun_item := re.match(r"Mission: (\d{1,5}) ", text):
-                begun.append((time_s, float(begun_item[1])))
-    return (
-        "MSG.Message",
-        np.array([time_s for time_s, _ in begun], np.float64),
-        np.array([item for _, item in begun], np.float64),
+def _parameters(table: MessageTable | None) -> tuple[tuple[float, str, float], ...]:
+    """Return time, name and value of each parameter reported."""
+    if table is None or "Name" not in table.texts or not table.has("Value"):
+        return ()
+    rows = zip(
+        table.time_s.tolist(), table.texts["Name"], table.numbers["Value"].tolist(), strict=True
+    )
+    return tuple(row for row in rows if np.isfinite(row[2]))
+
+
+def _lists(numbers: FloatArray) -> list[tuple[int, int]]:
+    """Return the rows of whole missions: each begins at 0, home, and counts on."""
+    ends = np.append(np.flatnonzero(np.diff(numbers) != 1.0) + 1, numbers.size)
+    begins = np.flatnonzero(numbers == 0.0)
+    return list(
+        zip(begins.tolist(), ends[np.searchsorted(ends, begins, "right")].tolist(), strict=True)
     )
 
 
-def _item(table: DataflashTable, row: int) -> LoggedItem:
-    def value(field: str) -> float | None:
-        values = table.numbers.get(field)
-        known = None if values is None else float(values[row])
-        return known if known is not None and np.isfinite(known) else None
+def _begun(tables: Tables) -> tuple[str, FloatArray, FloatArray]:
+    """Return the message found, times and numbers of the items begun."""
+    for name in ("MISE", "CMD"):
+        if name in tables and tables[name].has("CNum"):
+            table, numbers = tables[name], tables[name].numbers["CNum"]
+            is_begun = np.ones(numbers.shape, np.bool_)
+            for begin, end in _lists(numbers) if name == "CMD" else ():
+                is_begun[begin:end] = False
+            if name == "MISE" or np.any(is_begun):
+                return f"{name}.CNum", table.time_s[is_begun], numbers[is_begun]
+    rows: Iterator[tuple[float, str]] = iter(())
+    if "MSG" in tables:
+        messages = tables["MSG"]
+        rows = zip(messages.time_s.tolist(), messages.texts.get("Message", ()), strict=False)
+    begun = [
+        (time_s, float(item[1]))
+        for time_s, text in rows
+        if (item := re.match(r"Mission: (\d{1,5}) ", text))
+    ]
+    times, items = np.array(begun, np.float64).reshape(-1, 2).T
+    return "MSG.Message", times, items
 
-    frame = value("Frame")
+
+def _item(table: MessageTable, row: int) -> LoggedItem:
+    frame = table.value("Frame", row)
     return LoggedItem(
         int(table.numbers["CNum"][row]),
-        int(value("CId") or 0),
+        int(table.value("CId", row) or 0),
         None if frame is None else int(frame),
-        *(value("Prm1"), value("Prm2"), value("Prm3"), value("Prm4")),
-        latitude_deg=value("Lat"),
-        longitude_deg=value("Lng"),
-        altitude_m=value("Alt"),
+        *(table.value("Prm1", row), table.value("Prm2", row)),
+        *(table.value("Prm3", row), table.value("Prm4", row)),
+        latitude_deg=table.value("Lat", row),
+        longitude_deg=table.value("Lng", row),
+        altitude_m=table.value("Alt", row),
     )

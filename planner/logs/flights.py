@@ -23,11 +23,11 @@ from planner.units import SECONDS_PER_HOUR
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     from planner.arrays import BoolArray, FloatArray, IntArray, TextArray
     from planner.findings import Finding
-    from planner.logs.record import LoggedItem, Recording
+    from planner.logs.record import Recording
 
 
 LONGEST_SILENCE_S = 60.0
@@ -45,7 +45,7 @@ _LONGEST_FLIGHT_S = 43_200.0
 """Twelve hours: a longer run of a log without a silence is a broken clock. [s]"""
 
 
-class FlightSpan(Value):
+class FlightSpan(Value, kw_only=False):
     """One flight on the clock of its recording."""
 
     begin_s: float
@@ -71,24 +71,18 @@ def flight_spans(recording: Recording) -> tuple[tuple[FlightSpan, ...], tuple[Fi
     motors draw, else by the autopilot's landing detector, else by the height.
     """
     if recording.is_armed is not None:
-        spans = _spans_of(recording.is_armed, recording, Boundary.ARMING)
+        spans = _armed_spans(recording.is_armed, recording)
         pieces = [piece for span in spans for piece in _pieces(span, recording)]
     else:
-        whole = FlightSpan(
-            begin_s=recording.begin_s,
-            end_s=recording.end_s,
-            begins_with=Boundary.LOG,
-            ends_with=Boundary.LOG,
-        )
+        whole = FlightSpan(recording.begin_s, recording.end_s, Boundary.LOG, Boundary.LOG)
         pieces = [
             span for piece in _pieces(whole, recording) for span in _unarmed_spans(recording, piece)
         ]
     flights = tuple(piece for piece in pieces if is_airborne_in(recording, piece))
-    source = recording.file.source
     findings = tuple(
         FLIGHT_LEFT_OUT.finding(
-            f"{source}: armed for {piece.end_s - piece.begin_s:.1f} s at {piece.begin_s:.1f} s "
-            "without taking off: no flight"
+            f"{recording.file.source}: armed for {piece.end_s - piece.begin_s:.1f} s at "
+            f"{piece.begin_s:.1f} s without taking off: no flight"
         )
         for piece in pieces
         if piece not in flights and piece.begins_with is Boundary.ARMING
@@ -118,20 +112,10 @@ def height_series(recording: Recording) -> Series | None:
 
 
 def is_off_ground(height_m: FloatArray) -> BoolArray:
-    """Return whether heights are above the ground, from take-off to landing by the heights.
+    """Return whether heights of one flight are above the ground: from the first rise of 0.5 m to the last.
 
     The ground is where the heights begin.  They may end on lower ground, or in the air; landing
     on higher ground looks like ending in the air and is read as it.
-
-    Parameters
-    ----------
-    height_m : ndarray
-        Heights of one flight; NaN where they are not known. [m]
-
-    Returns
-    -------
-    ndarray of bool
-        True from the first rise of 0.5 m to the last.
     """
     off = np.zeros(height_m.shape, np.bool_)
     known = np.flatnonzero(np.isfinite(height_m))
@@ -146,13 +130,7 @@ def is_off_ground(height_m: FloatArray) -> BoolArray:
 
 
 def silences(recording: Recording, begin_s: float, end_s: float, least_s: float) -> FloatArray:
-    """Return beginnings and ends of the times when nothing at all was logged.
-
-    Returns
-    -------
-    ndarray
-        A row for each silence: from when to when, on the recording's clock, shape (n, 2). [s]
-    """
+    """Return from when to when nothing at all was logged, on the recording's clock, (n, 2). [s]"""
     ticks = [
         np.unique(np.floor(series.between(begin_s, end_s).time_s / STEP_S))
         for series in recording.series.values()
@@ -163,36 +141,20 @@ def silences(recording: Recording, begin_s: float, end_s: float, least_s: float)
     return np.column_stack((heard[pause] + 1.0, heard[pause + 1])) * STEP_S
 
 
-def _spans_of(events: Series, recording: Recording, boundary: Boundary) -> list[FlightSpan]:
-    """Return the times between an event that is not zero and the next that is."""
+def _armed_spans(events: Series, recording: Recording) -> list[FlightSpan]:
+    """Return the times from arming to disarming, or from or to an end of the log."""
     spans: list[FlightSpan] = []
-    begin_s: float | None = None
-    begins_with = boundary
-    for number, (time_s, value) in enumerate(zip(events.time_s, events.values, strict=True)):
-        if value and begin_s is None:
-            begin_s, begins_with = float(time_s), boundary
-        elif not value:
-            if begin_s is None and number == 0 and time_s > recording.begin_s:
-                begin_s, begins_with = recording.begin_s, Boundary.LOG
-            if begin_s is not None:
-                spans.append(
-                    FlightSpan(
-                        begin_s=begin_s,
-                        end_s=float(time_s),
-                        begins_with=begins_with,
-                        ends_with=boundary,
-                    )
-                )
-                begin_s = None
-    if begin_s is not None:
-        spans.append(
-            FlightSpan(
-                begin_s=begin_s,
-                end_s=recording.end_s,
-                begins_with=begins_with,
-                ends_with=Boundary.LOG,
-            )
-        )
+    begin: tuple[float, Boundary] | None = None
+    if len(events) and not events.values[0] and events.time_s[0] > recording.begin_s:
+        begin = recording.begin_s, Boundary.LOG
+    for time_s, is_armed in zip(events.time_s.tolist(), events.values.tolist(), strict=True):
+        if is_armed:
+            begin = begin or (time_s, Boundary.ARMING)
+        elif begin is not None:
+            spans.append(FlightSpan(begin[0], time_s, begin[1], Boundary.ARMING))
+            begin = None
+    if begin is not None:
+        spans.append(FlightSpan(begin[0], recording.end_s, begin[1], Boundary.LOG))
     return spans
 
 
@@ -207,12 +169,10 @@ def _unarmed_spans(recording: Recording, piece: FlightSpan) -> list[FlightSpan]:
             is_on = power_w > _IDLE_FRACTION * np.percentile(known, 90.0)
             return _runs(is_on, time_s, Boundary.POWER)
     if recording.is_landed is not None:
-        inverted = recording.is_landed.at(time_s)
-        return _runs(inverted == 0.0, time_s, Boundary.AIR)
+        return _runs(recording.is_landed.at(time_s) == 0.0, time_s, Boundary.AIR)
     height = height_series(recording)
-    if height is None:
-        return []
-    return _runs(is_off_ground(height.at(time_s)), time_s, Boundary.AIR)
+    is_off = np.zeros(0, np.bool_) if height is None else is_off_ground(height.at(time_s))
+    return _runs(is_off, time_s, Boundary.AIR)
 
 
 def _runs(is_on: BoolArray, time_s: FloatArray, boundary: Boundary) -> list[FlightSpan]:
@@ -225,40 +185,34 @@ def _runs(is_on: BoolArray, time_s: FloatArray, boundary: Boundary) -> list[Flig
     last = on[np.concatenate((pause, [len(on) - 1]))]
     return [
         FlightSpan(
-            begin_s=float(time_s[begin]),
-            end_s=float(time_s[end]),
-            begins_with=boundary if begin > 0 else Boundary.LOG,
-            ends_with=boundary if end < len(time_s) - 1 else Boundary.LOG,
+            float(time_s[begin]),
+            float(time_s[end]),
+            boundary if begin > 0 else Boundary.LOG,
+            boundary if end < len(time_s) - 1 else Boundary.LOG,
         )
         for begin, end in zip(first.tolist(), last.tolist(), strict=True)
         if end > begin
     ]
 
 
-def _pieces(span: FlightSpan, recording: Recording) -> Iterable[FlightSpan]:
+def _pieces(span: FlightSpan, recording: Recording) -> Iterator[FlightSpan]:
     """Yield a span cut where nothing was logged for too long."""
-    for piece in _between_silences(span, recording):
-        if piece.end_s - piece.begin_s > _LONGEST_FLIGHT_S:
-            hours = (piece.end_s - piece.begin_s) / SECONDS_PER_HOUR
+    quiet = silences(recording, span.begin_s, span.end_s, LONGEST_SILENCE_S).tolist()
+    ends = [
+        *((quiet_from_s, Boundary.LOG) for quiet_from_s, _ in quiet),
+        (span.end_s, span.ends_with),
+    ]
+    begins = [
+        (span.begin_s, span.begins_with),
+        *((quiet_to_s, Boundary.LOG) for _, quiet_to_s in quiet),
+    ]
+    for (begin_s, begins_with), (end_s, ends_with) in zip(begins, ends, strict=True):
+        if end_s - begin_s > _LONGEST_FLIGHT_S:
+            hours = (end_s - begin_s) / SECONDS_PER_HOUR
             msg = f"lasts {hours:.0f} h without a break: its clock is broken"
             raise LogFileError(msg, source=recording.file.source)
-        yield piece
-
-
-def _between_silences(span: FlightSpan, recording: Recording) -> Iterable[FlightSpan]:
-    begin_s, begins_with = span.begin_s, span.begins_with
-    for quiet_from_s, quiet_to_s in silences(
-        recording, span.begin_s, span.end_s, LONGEST_SILENCE_S
-    ).tolist():
-        if quiet_from_s > begin_s:
-            yield FlightSpan(
-                begin_s=begin_s, end_s=quiet_from_s, begins_with=begins_with, ends_with=Boundary.LOG
-            )
-        begin_s, begins_with = quiet_to_s, Boundary.LOG
-    if span.end_s > begin_s:
-        yield FlightSpan(
-            begin_s=begin_s, end_s=span.end_s, begins_with=begins_with, ends_with=span.ends_with
-        )
+        if end_s > begin_s:
+            yield FlightSpan(begin_s, end_s, begins_with, ends_with)
 
 
 _LIMITS: Mapping[str, float] = {
@@ -278,7 +232,6 @@ no heights are as far as half around the Earth."""
 
 
 _PLACE = ("latitude_deg", "longitude_deg")
-_NONE = np.zeros(0, np.bool_)
 
 
 VALUES_IMPOSSIBLE = Rule(
@@ -295,7 +248,9 @@ VALUES_IMPOSSIBLE = Rule(
 def plausible(recording: Recording) -> Recording:
     """Return a recording without impossible values, and with a finding where there were some."""
     possible = {
-        name: np.abs(series.values) <= _limit(name) for name, series in recording.series.items()
+        name: np.abs(series.values)
+        <= next(limit for end, limit in _LIMITS.items() if name.endswith(end))
+        for name, series in recording.series.items()
     }
     findings = []
     for name, series in recording.series.items():
@@ -309,7 +264,7 @@ def plausible(recording: Recording) -> Recording:
                 f"{worst:.6g}"
             )
         )
-    latitude, longitude = (possible.get(name, _NONE) for name in _PLACE)
+    latitude, longitude = (possible.get(name, np.zeros(0, np.bool_)) for name in _PLACE)
     if len(latitude) == len(longitude):  # half a place is none
         possible |= dict.fromkeys(_PLACE, latitude & longitude)
     kept = {
@@ -320,10 +275,6 @@ def plausible(recording: Recording) -> Recording:
         if np.any(possible[name])
     }
     return replace(recording, series=kept, findings=(*recording.findings, *findings))
-
-
-def _limit(name: str) -> float:
-    return next(limit for end, limit in _LIMITS.items() if name.endswith(end))
 
 
 _MEANS = ("voltage_v", "current_a", "power_w")
@@ -368,7 +319,9 @@ def flight_record(
         number=number,
         begins_in_log_s=span.begin_s,
         home=home,
-        mission_items=_mission_at(recording, span),
+        mission_items=next(
+            (m for at_s, m in reversed(recording.missions) if at_s <= span.end_s), ()
+        ),
         parameters={
             name: value for time_s, name, value in recording.parameters if time_s <= span.end_s
         },
@@ -416,12 +369,6 @@ def _mission_item(grid: Grid) -> tuple[IntArray, str | None]:
         return np.zeros(grid.time_s.shape, np.int64), None
     items = np.nan_to_num(series.at(grid.time_s), nan=0.0).astype(np.int64)
     return items, series.found_in if np.any(items) else None
-
-
-def _mission_at(recording: Recording, span: FlightSpan) -> tuple[LoggedItem, ...]:
-    """Return the mission that was on board at the end of a flight."""
-    held = [items for time_s, items in recording.missions if time_s <= span.end_s]
-    return held[-1] if held else ()
 
 
 MISSION_CHANGED = Rule(

@@ -90,26 +90,18 @@ _HOME_AFTER_S = 2.0
 
 
 def home_of(grid: Grid) -> LoggedHome:
-    """Return the home of a flight: as it is logged, completed by where the flight begins.
-
-    Returns
-    -------
-    LoggedHome
-        The home set last before the flight, or at its beginning; else the place it begins at.
-    """
-    set_before = [
-        home for time_s, home in grid.recording.homes if time_s <= grid.span.begin_s + _HOME_AFTER_S
-    ]
-    logged = set_before[-1] if set_before else None
+    """Return the home set last before a flight, or at its beginning; else the place it begins at."""
+    latest_s = grid.span.begin_s + _HOME_AFTER_S
+    logged = next((h for time_s, h in reversed(grid.recording.homes) if time_s <= latest_s), None)
     if logged is None:
         latitude_deg = _first(grid.column("latitude_deg"))
         longitude_deg = _first(grid.column("longitude_deg"))
         is_known = latitude_deg is not None and longitude_deg is not None
         logged = LoggedHome(
             latitude_deg=latitude_deg if is_known else None,
-            longitude_deg=None
-            if longitude_deg is None or not is_known
-            else _wrapped(longitude_deg),
+            longitude_deg=_wrapped(longitude_deg)
+            if is_known and longitude_deg is not None
+            else None,
             altitude_amsl_m=None,
             found_in="the beginning of the flight",
         )
@@ -205,9 +197,8 @@ def _local_columns(grid: Grid, known: GridColumn | None, axis: str) -> dict[str,
 
 
 def _global_reference(grid: Grid, frame: LocalFrame) -> dict[str, GridColumn]:
-    latitude, longitude = (
-        grid.column(f"reference_{axis}_deg") for axis in ("latitude", "longitude")
-    )
+    latitude = grid.column("reference_latitude_deg")
+    longitude = grid.column("reference_longitude_deg")
     if latitude is None or longitude is None:
         return {}
     east, north = _in_frame(frame, latitude, longitude)
@@ -250,15 +241,9 @@ def speed_columns(grid: Grid) -> dict[str, GridColumn]:
     is known; the airspeed is the velocity through the wind where it is not measured.
     """
     names = (
-        "velocity_north_m_s",
-        "velocity_east_m_s",
-        "climb_m_s",
-        "ground_speed_m_s",
-        "airspeed_m_s",
-        "reference_velocity_north_m_s",
-        "reference_velocity_east_m_s",
-        "reference_climb_m_s",
-        "reference_speed_m_s",
+        *("velocity_north_m_s", "velocity_east_m_s", "climb_m_s", "ground_speed_m_s"),
+        *("reference_velocity_north_m_s", "reference_velocity_east_m_s", "reference_climb_m_s"),
+        *("reference_speed_m_s", "airspeed_m_s"),
     )
     found = {name: grid.column(name) for name in names}
     columns = {name: column for name, column in found.items() if column is not None}
@@ -279,12 +264,8 @@ def _velocity_by_course(grid: Grid, columns: dict[str, GridColumn]) -> dict[str,
     direction = np.radians(course.values)
     found_in = f"{speed.found_in}, {course.found_in}"
     return {
-        "velocity_north_m_s": grid.together(
-            speed.values * np.cos(direction), found_in, speed, course
-        ),
-        "velocity_east_m_s": grid.together(
-            speed.values * np.sin(direction), found_in, speed, course
-        ),
+        f"velocity_{axis}_m_s": grid.together(speed.values * part, found_in, speed, course)
+        for axis, part in (("north", np.cos(direction)), ("east", np.sin(direction)))
     }
 
 
@@ -306,10 +287,8 @@ def _wind(grid: Grid) -> dict[str, GridColumn]:
     north, east = grid.column("wind_north_m_s"), grid.column("wind_east_m_s")
     if north is None or east is None:
         return {}
-    speeds = np.hypot(north.values, east.values)
-    if not np.any(speeds > _CALM_M_S):
-        return {}
-    return {"wind_north_m_s": north, "wind_east_m_s": east}
+    is_known = np.any(np.hypot(north.values, east.values) > _CALM_M_S)
+    return {"wind_north_m_s": north, "wind_east_m_s": east} if is_known else {}
 
 
 def _airspeed(grid: Grid, columns: dict[str, GridColumn]) -> dict[str, GridColumn]:

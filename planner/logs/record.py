@@ -286,26 +286,6 @@ ABSENCE_COSTS: Mapping[str, str] = {
 """Cost by the name of the column, in the order of the columns of a record."""
 
 
-class Source(Value):
-    """One field of one message."""
-
-    message: str
-    """Message or topic."""
-    field: str
-    unit: float
-    """The field times this is in the column's unit; negative where the log counts downwards."""
-    valid: str | None
-    """Field of the message that marks the samples that count."""
-
-
-def sources(*places: str, unit: float = 1.0, valid: str | None = None) -> tuple[Source, ...]:
-    """Return sources written as ``MESSAGE.field``, all in the same unit."""
-    return tuple(
-        Source(message=message, field=field, unit=unit, valid=valid)
-        for message, field in (place.split(".", 1) for place in places)
-    )
-
-
 class LogFile(Value):
     """Which file a recording comes from."""
 
@@ -334,26 +314,26 @@ class Recording(Value, eq=False):
     begin_s: float
     end_s: float
     series: Mapping[str, Series]
-    is_armed: Series | None
+    is_armed: Series | None = None
     """Events 1 and 0; ``None`` where arming is not logged."""
-    is_landed: Series | None
+    is_landed: Series | None = None
     """Events 1 and 0; ``None`` where the autopilot's landing detector is not logged."""
-    modes: tuple[tuple[float, str], ...]
+    modes: tuple[tuple[float, str], ...] = ()
     """Time and name of each mode entered, in the order of time."""
-    modes_found_in: str
+    modes_found_in: str = ""
     """Message and fields of the modes."""
-    mission_item: Series | None
+    mission_item: Series | None = None
     """Events: the item begun, from 1, home not counted; 0 where none is flown any longer."""
-    homes: tuple[tuple[float, LoggedHome], ...]
+    homes: tuple[tuple[float, LoggedHome], ...] = ()
     """Time of each home set, in the order of time."""
-    missions: tuple[tuple[float, tuple[LoggedItem, ...]], ...]
+    missions: tuple[tuple[float, tuple[LoggedItem, ...]], ...] = ()
     """Time from which each mission is the one on board."""
-    parameters: tuple[tuple[float, str, float], ...]
+    parameters: tuple[tuple[float, str, float], ...] = ()
     """Time, name and value of each parameter reported, in the order of the log."""
-    autopilot: Autopilot | None
-    firmware: str
+    autopilot: Autopilot | None = None
+    firmware: str = ""
     vehicle: str
-    position_jumps: tuple[tuple[float, float], ...]
+    position_jumps: tuple[tuple[float, float], ...] = ()
     """Time and size in metres of each reset of the position estimate, where they are logged."""
     remarks: Mapping[str, str]
     """What to report of a quantity that is not as it should be, by the column's name."""

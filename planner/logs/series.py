@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from array import array
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -14,7 +13,7 @@ from planner.logs.record import STEP_S
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator
 
     import numpy.typing as npt
 
@@ -135,45 +134,6 @@ class Series(Value, eq=False):
         return values
 
 
-class MessageTable(Value, eq=False):
-    """All messages of one kind, as columns of the fields used."""
-
-    places: IntArray
-    """Where in the log, rising: byte or line."""
-    numbers: Mapping[str, FloatArray]
-    """NaN where a message lacks the field."""
-    texts: Mapping[str, tuple[str, ...]]
-
-    def rows(self, chosen: BoolArray) -> Self:
-        """Return some of the messages."""
-        return replace(
-            self,
-            places=self.places[chosen],
-            numbers={name: values[chosen] for name, values in self.numbers.items()},
-            texts={
-                name: tuple(text for text, is_in in zip(texts, chosen, strict=True) if is_in)
-                for name, texts in self.texts.items()
-            },
-        )
-
-
-class MessageColumns:
-    """The messages of one kind read so far."""
-
-    def __init__(self, numbers: Iterable[str], texts: Iterable[str]) -> None:
-        self.places = array("q")
-        self.numbers = {name: array("d") for name in numbers}
-        self.texts: dict[str, list[str]] = {name: [] for name in texts}
-
-    def table(self) -> MessageTable:
-        """Return them as a table."""
-        return MessageTable(
-            places=np.array(self.places, np.int64),
-            numbers={name: np.array(values, np.float64) for name, values in self.numbers.items()},
-            texts={name: tuple(texts) for name, texts in self.texts.items()},
-        )
-
-
 _BACK_S = 1.0
 """Messages are written in the order of time but for less than this. [s]"""
 _MOST_STRAYS = 5
@@ -259,87 +219,6 @@ class Clock(Value, eq=False):
             )
 
 
-def items_flown(
-    reported_s: FloatArray,
-    items: FloatArray,
-    modes: tuple[tuple[float, str], ...],
-    mission_mode: str,
-    found_in: str,
-) -> Series:
-    """Return the items flown, from those current: an item stays current in other modes too.
-
-    Returns
-    -------
-    Series
-        Events; 0 outside the mission mode.
-    """
-    current = Series.of(reported_s, items, found_in, is_event=True)
-    entered_s = np.array([time_s for time_s, _ in modes])
-    is_mission = np.array([False, *(name == mission_mode for _, name in modes)])
-    times = np.union1d(reported_s, entered_s)
-    is_flown = is_mission[np.searchsorted(entered_s, times, side="right")]
-    flown = np.where(is_flown, np.nan_to_num(current.at(times), nan=0.0), 0.0)
-    return Series.of(times, flown, found_in, is_event=True)
-
-
-NO_CURRENT_A = 0.2
-"""No multirotor flies on less; a sensor that never shows more is none. [A]"""
-_NO_VOLTAGE_V = 0.5
-"""A monitor that never shows more is not connected. [V]"""
-
-
-def electrical_series(
-    time_s: FloatArray,
-    voltage_v: FloatArray | None,
-    current_a: FloatArray | None,
-    *,
-    message: str,
-    fields: tuple[str, str],
-) -> tuple[dict[str, Series], dict[str, str]]:
-    """Return voltage, current and power of one battery message, and what is wrong with them.
-
-    Parameters
-    ----------
-    voltage_v, current_a : ndarray, optional
-        Voltage and current of each, NaN where not known; ``None`` where the message has none.
-    message : str
-        Its name; empty for columns of a file.
-    fields : tuple of str
-        Names of its fields for voltage and current.
-
-    Returns
-    -------
-    series : dict
-        ``voltage_v``, ``current_a`` and ``power_w``, as far as a sensor is there.
-    remarks : dict
-        Sentences by the same names, where none is.
-    """
-    of_voltage, of_current = (f"{message}.{field}" if message else field for field in fields)
-    series: dict[str, Series] = {}
-    remarks: dict[str, str] = {}
-    if voltage_v is not None:
-        # A monitor that has measured nothing yet shows zero.
-        voltage_v = np.where(voltage_v > _NO_VOLTAGE_V, voltage_v, np.nan)
-        if np.isfinite(voltage_v).any():
-            series["voltage_v"] = Series.of(time_s, voltage_v, of_voltage)
-        else:
-            remarks["voltage_v"] = (
-                f"{of_voltage} never exceeds {_NO_VOLTAGE_V:g} V: no voltage sensor"
-            )
-    if current_a is not None:
-        if np.any(current_a > NO_CURRENT_A):
-            series["current_a"] = Series.of(time_s, current_a, of_current)
-        else:
-            remarks["current_a"] = (
-                f"{of_current} never exceeds {NO_CURRENT_A:g} A: no current sensor"
-            )
-    if voltage_v is not None and current_a is not None and len(series) == 2:
-        power = Series.of(time_s, voltage_v * current_a, f"{of_voltage} × {fields[1]}")
-        if len(power):
-            series["power_w"] = power
-    return series, remarks
-
-
 def euler_angles_deg(
     w: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -362,3 +241,11 @@ def euler_angles_deg(
     pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return np.degrees(roll), np.degrees(pitch), np.degrees(yaw)
+
+
+def wind_north_east_m_s(
+    speed_m_s: FloatArray, from_deg: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the velocity of air that comes from a direction, northward and eastward. [m/s]"""
+    origin = np.radians(from_deg)
+    return -speed_m_s * np.cos(origin), -speed_m_s * np.sin(origin)

@@ -3,42 +3,47 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
+from planner.logs.messages import (
+    Damage,
+    MessageColumns,
+    MessageTable,
+    Tables,
+    begin_and_end_s,
+    electrical_series,
+    items_flown,
+    logged_homes,
+    modes_entered,
+    quantity_series,
+    source_fields,
+    sources,
+    table_clock,
+    table_runs,
+)
 from planner.logs.record import (
     AUTO,
     AUTO_MISSION,
-    LOG_DAMAGED,
-    LoggedHome,
     LoggedItem,
     Recording,
     carried_over,
     copter_mode,
     px4_custom_mode,
-    sources,
 )
-from planner.logs.series import (
-    Clock,
-    MessageColumns,
-    MessageTable,
-    Series,
-    electrical_series,
-    items_flown,
-)
-from planner.values import Value
+from planner.logs.series import Series, wind_north_east_m_s
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from mmap import mmap
 
-    from planner.arrays import BoolArray, FloatArray
     from planner.findings import Finding
-    from planner.logs.record import LogFile, Source
+    from planner.logs.messages import Source
+    from planner.logs.record import LogFile
 
 
 _STAMP = 8
@@ -49,7 +54,7 @@ _EARLIEST_S, _LATEST_S = 946_684_800.0, 4_102_444_800.0
 """The years 2000 and 2100."""
 
 
-class TelemetryFrame(Value, kw_only=False):
+class TelemetryFrame(NamedTuple):
     """One frame: where it is, when it came, whose it is."""
 
     place: int
@@ -64,14 +69,6 @@ class TelemetryFrame(Value, kw_only=False):
     """The frame, from its marker to its checksum or signature."""
 
 
-@dataclass(slots=True)
-class Damage:
-    """What of a log is no frame."""
-
-    unreadable: int = 0
-    first_unreadable: int | None = None
-
-
 def is_tlog(data: mmap) -> bool:
     """Return whether a file begins with two frames after plausible times."""
     first = _frame_end(data, 0)
@@ -81,13 +78,7 @@ def is_tlog(data: mmap) -> bool:
 
 
 def frames(data: mmap, wanted: frozenset[int], damage: Damage) -> Iterator[TelemetryFrame]:
-    """Yield the frames of wanted messages, in the order of the log.
-
-    Parameters
-    ----------
-    damage : Damage
-        Filled with what is no frame.
-    """
+    """Yield the frames of wanted messages, in the order of the log, and note what is no frame."""
     at = 0
     while at < len(data):
         end = _frame_end(data, at)
@@ -95,9 +86,7 @@ def frames(data: mmap, wanted: frozenset[int], damage: Damage) -> Iterator[Telem
             if len(data) - at < _STAMP + 280:
                 return  # the last frame, cut off
             after = _next_frame(data, at + 1)
-            damage.unreadable += after - at
-            if damage.first_unreadable is None:
-                damage.first_unreadable = at
+            damage.add(at, after - at)
             at = after
             continue
         start = at + _STAMP
@@ -149,67 +138,118 @@ def _stamp_s(data: mmap, at: int) -> float:
     return int.from_bytes(data[at : at + _STAMP], "big") * 1e-6
 
 
-_ITEM = (
-    *("seq", "frame", "command", "param1", "param2", "param3", "param4", "x", "y", "z"),
-    *("target_system", "mission_type"),
-)
+_POSITION, _LOCAL = "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"
+_TARGET, _LOCAL_TARGET = "POSITION_TARGET_GLOBAL_INT", "POSITION_TARGET_LOCAL_NED"
+_E7, _MM, _CM = 1e-7, 1e-3, 1e-2
+_DEG = float(np.degrees(1.0))
 
-WANTED: Mapping[str, tuple[str, ...]] = {
-    "ATTITUDE": ("time_boot_ms", "roll", "pitch", "yaw"),
-    "AUTOPILOT_VERSION": ("flight_sw_version",),
-    "BATTERY_STATUS": ("id", "current_battery", "voltages"),
-    "EXTENDED_SYS_STATE": ("landed_state",),
-    "GLOBAL_POSITION_INT": (
-        *("time_boot_ms", "lat", "lon", "alt", "relative_alt"),
-        *("vx", "vy", "vz"),
+
+def _velocity_target(field: str, unit: float = 1.0) -> tuple[Source, ...]:
+    return sources(
+        f"{_LOCAL_TARGET}.{field}", f"{_TARGET}.{field}", unit=unit, valid="has_velocity"
+    )
+
+
+_QUANTITIES: Mapping[str, tuple[Source, ...]] = {
+    "altitude_amsl_m": sources(f"{_POSITION}.alt", unit=_MM),
+    "height_above_home_m": sources(f"{_POSITION}.relative_alt", unit=_MM),
+    "velocity_north_m_s": (*sources(f"{_POSITION}.vx", unit=_CM), *sources(f"{_LOCAL}.vx")),
+    "velocity_east_m_s": (*sources(f"{_POSITION}.vy", unit=_CM), *sources(f"{_LOCAL}.vy")),
+    "climb_m_s": (
+        *sources(f"{_POSITION}.vz", unit=-_CM),
+        *sources(f"{_LOCAL}.vz", unit=-1.0),
+        *sources("VFR_HUD.climb"),
     ),
-    "HEARTBEAT": ("type", "autopilot", "base_mode", "custom_mode", "system_status"),
-    "HOME_POSITION": ("latitude", "longitude", "altitude"),
-    "LOCAL_POSITION_NED": ("time_boot_ms", "x", "y", "z", "vx", "vy", "vz"),
-    "MISSION_COUNT": ("count", "target_system", "mission_type"),
-    "MISSION_CURRENT": ("seq",),
+    "ground_speed_m_s": sources("VFR_HUD.groundspeed"),
+    "local_north_m": sources(f"{_LOCAL}.x"),
+    "local_east_m": sources(f"{_LOCAL}.y"),
+    "local_height_m": sources(f"{_LOCAL}.z", unit=-1.0),
+    "roll_deg": sources("ATTITUDE.roll", unit=_DEG),
+    "pitch_deg": sources("ATTITUDE.pitch", unit=_DEG),
+    "yaw_deg": (*sources("ATTITUDE.yaw", unit=_DEG), *sources("VFR_HUD.heading")),
+    "latitude_deg": sources(f"{_POSITION}.lat", unit=_E7),
+    "longitude_deg": sources(f"{_POSITION}.lon", unit=_E7),
+    "wind_north_m_s": sources("WIND_COV.wind_x"),
+    "wind_east_m_s": sources("WIND_COV.wind_y"),
+    "reference_latitude_deg": sources(f"{_TARGET}.lat_int", unit=_E7, valid="has_place"),
+    "reference_longitude_deg": sources(f"{_TARGET}.lon_int", unit=_E7, valid="has_place"),
+    "reference_altitude_amsl_m": sources(f"{_TARGET}.alt", valid="is_amsl"),
+    "reference_north_m": sources(f"{_LOCAL_TARGET}.x", valid="is_local"),
+    "reference_east_m": sources(f"{_LOCAL_TARGET}.y", valid="is_local"),
+    "reference_height_m": (
+        *sources(f"{_LOCAL_TARGET}.z", unit=-1.0, valid="is_local"),
+        *sources(f"{_TARGET}.alt", valid="is_relative"),
+    ),
+    "reference_velocity_north_m_s": _velocity_target("vx"),
+    "reference_velocity_east_m_s": _velocity_target("vy"),
+    "reference_climb_m_s": _velocity_target("vz", unit=-1.0),
+}
+"""Where each quantity is found, the best place first.
+
+The airspeed of VFR_HUD is not used: without a sensor it is the ground speed under another name.
+"""
+
+_NO_POSITION, _NO_VELOCITY = 0b000_111, 0b111_000
+"""Bits of POSITION_TARGET_TYPEMASK: fields to be ignored."""
+_AMSL_FRAMES, _RELATIVE_FRAMES, _LOCAL_FRAMES = (0, 5), (3, 6), (1,)
+
+
+def _with_marks(target: MessageTable) -> MessageTable:
+    """Return the references of the controller with what each of them gives."""
+    ignored = target.numbers["type_mask"].astype(np.int64)
+    frame, has_place = target.numbers["coordinate_frame"], ignored & _NO_POSITION == 0
+    marks = {
+        "has_place": has_place,
+        "is_amsl": has_place & np.isin(frame, _AMSL_FRAMES),
+        "is_relative": has_place & np.isin(frame, _RELATIVE_FRAMES),
+        "is_local": has_place & np.isin(frame, _LOCAL_FRAMES),
+        "has_velocity": ignored & _NO_VELOCITY == 0,
+    }
+    numbers = {name: mark.astype(np.float64) for name, mark in marks.items()}
+    return replace(target, numbers={**target.numbers, **numbers})
+
+
+_ITEM = "seq frame command param1 param2 param3 param4 x y z target_system mission_type"
+_FURTHER_FIELDS = {
+    "ATTITUDE": "time_boot_ms",
+    "AUTOPILOT_VERSION": "flight_sw_version",
+    "BATTERY_STATUS": "id current_battery voltages",
+    "EXTENDED_SYS_STATE": "landed_state",
+    _POSITION: "time_boot_ms",
+    "HEARTBEAT": "type autopilot base_mode custom_mode system_status",
+    "HOME_POSITION": "latitude longitude altitude",
+    _LOCAL: "time_boot_ms",
+    "MISSION_COUNT": "count target_system mission_type",
+    "MISSION_CURRENT": "seq",
     "MISSION_ITEM": _ITEM,
     "MISSION_ITEM_INT": _ITEM,
-    "PARAM_VALUE": ("param_id", "param_value", "param_type"),
-    "POSITION_TARGET_GLOBAL_INT": (
-        *("time_boot_ms", "coordinate_frame", "type_mask", "lat_int", "lon_int", "alt"),
-        *("vx", "vy", "vz"),
-    ),
-    "POSITION_TARGET_LOCAL_NED": (
-        *("time_boot_ms", "coordinate_frame", "type_mask", "x", "y", "z"),
-        *("vx", "vy", "vz"),
-    ),
-    "STATUSTEXT": ("text",),
-    "SYS_STATUS": ("voltage_battery", "current_battery"),
-    "VFR_HUD": ("groundspeed", "heading", "climb"),
-    "WIND": ("direction", "speed"),
-    "WIND_COV": ("time_usec", "wind_x", "wind_y"),
+    "PARAM_VALUE": "param_value param_type",
+    _TARGET: "time_boot_ms coordinate_frame type_mask",
+    _LOCAL_TARGET: "time_boot_ms coordinate_frame type_mask",
+    "SYS_STATUS": "voltage_battery current_battery",
+    "WIND": "direction speed",
 }
-"""The fields used, by message."""
+_TEXTS = {"PARAM_VALUE": ("param_id",), "STATUSTEXT": ("text",)}
+_OF_QUANTITIES = source_fields(_QUANTITIES)
+WANTED: Mapping[str, tuple[str, ...]] = {
+    name: (*_OF_QUANTITIES.get(name, ()), *_FURTHER_FIELDS.get(name, "").split())
+    for name in {*_OF_QUANTITIES, *_FURTHER_FIELDS, *_TEXTS}
+}
+"""The numbers used, by message."""
 
 _UPLOADED = frozenset(("MISSION_COUNT", "MISSION_ITEM", "MISSION_ITEM_INT"))
-"""MessageTable about a vehicle that its ground station may have sent."""
-_TEXTS = frozenset(("text", "param_id"))
+"""Messages about a vehicle that its ground station may have sent."""
 _NO_VOLTAGE_MV = 65535
 _GROUND_STATION, _NO_AUTOPILOT = 6, 8
 """MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID."""
 _AUTOPILOT_COMPONENT = 1
 
 
-def messages_by_vehicle(
-    data: mmap, source: str, damage: Damage
-) -> dict[int, dict[str, MessageTable]]:
-    """Return the messages of each vehicle in a telemetry log, by its system id and their name.
+def messages_by_vehicle(data: mmap, source: str, damage: Damage) -> dict[int, Tables]:
+    """Return the messages of each vehicle in a telemetry log, by its system id, on its own clock.
 
-    Parameters
-    ----------
-    damage : Damage
-        Filled with what is no frame.
-
-    Returns
-    -------
-    dict of dict
-        Systems with a heartbeat of an autopilot; mission items sent to a vehicle are among its own.
+    Vehicles are systems with a heartbeat of an autopilot; mission items sent to one are among its
+    own messages.  What is no frame is noted as damage.
     """
     try:
         from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -225,83 +265,37 @@ def messages_by_vehicle(
         try:
             message = decoder.decode(bytearray(frame.content))
         except mavlink.MAVError:
-            damage.unreadable += len(frame.content)
-            if damage.first_unreadable is None:
-                damage.first_unreadable = frame.place
+            damage.add(frame.place, len(frame.content))
             continue
         name = names[frame.message]
-        if name == "HEARTBEAT" and _is_vehicle(message):
-            vehicles.add(frame.system)
-        if name in _UPLOADED and message.target_system and frame.component != _AUTOPILOT_COMPONENT:
-            _add(
-                found.setdefault(message.target_system, {}),
-                name,
-                frame.place,
-                frame.stamp_s,
-                message,
-            )
-        elif frame.component == _AUTOPILOT_COMPONENT:
-            _add(found.setdefault(frame.system, {}), name, frame.place, frame.stamp_s, message)
+        system, is_its_own = frame.system, frame.component == _AUTOPILOT_COMPONENT
+        if name == "HEARTBEAT":
+            is_vehicle = message.type != _GROUND_STATION and message.autopilot != _NO_AUTOPILOT
+            vehicles |= {system} if is_vehicle else set()
+        if name in _UPLOADED and message.target_system and not is_its_own:
+            system, is_its_own = message.target_system, True
+        if is_its_own:
+            _add(found.setdefault(system, {}), name, frame, message)
     return {
-        system: {name: rows.table() for name, rows in tables.items()}
-        for system, tables in found.items()
+        system: _on_boot_clock({name: rows.table(name) for name, rows in columns.items()})
+        for system, columns in found.items()
         if system in vehicles
     }
-
-
-def boot_time_s(tables: Iterable[MessageTable]) -> dict[int, FloatArray]:
-    """Return the times of messages on the vehicle's clock, by the identity of their table.
-
-    MessageTable that carry no time of their own came as much after the last one that does by the
-    ground station's clock.  Where none does, the ground station's clock is all there is.
-
-    Returns
-    -------
-    dict
-        Times of each table, by its ``id``. [s]
-    """
-    every = list(tables)
-    timed = [table for table in every if "time_boot_ms" in table.numbers]
-    if not timed:
-        return {id(table): table.numbers["stamp_s"] for table in every}
-    places = np.concatenate([table.places for table in timed])
-    order = np.argsort(places)
-    lag_s = np.concatenate(
-        [table.numbers["stamp_s"] - table.numbers["time_boot_ms"] * 1e-3 for table in timed]
-    )[order]
-    places = places[order]
-    times: dict[int, FloatArray] = {}
-    for table in every:
-        if "time_boot_ms" in table.numbers:
-            times[id(table)] = table.numbers["time_boot_ms"] * 1e-3
-        else:
-            before = np.searchsorted(places, table.places, side="right") - 1
-            times[id(table)] = table.numbers["stamp_s"] - lag_s[np.maximum(before, 0)]
-    return times
-
-
-def _is_vehicle(heartbeat: Any) -> bool:  # noqa: ANN401 - pymavlink has no types
-    return bool(heartbeat.type != _GROUND_STATION and heartbeat.autopilot != _NO_AUTOPILOT)
 
 
 def _add(
     tables: dict[str, MessageColumns],
     name: str,
-    place: int,
-    stamp_s: float,
+    frame: TelemetryFrame,
     message: Any,  # noqa: ANN401 - pymavlink has no types
 ) -> None:
     rows = tables.get(name)
     if rows is None:
-        fields = WANTED[name]
-        rows = tables[name] = MessageColumns(
-            ("stamp_s", *(field for field in fields if field not in _TEXTS)),
-            (field for field in fields if field in _TEXTS),
-        )
-    rows.places.append(place)
+        rows = tables[name] = MessageColumns(("stamp_s", *WANTED[name]), _TEXTS.get(name, ()))
+    rows.places.append(frame.place)
     for field_name, values in rows.numbers.items():
         if field_name == "stamp_s":  # by the ground station's clock
-            values.append(stamp_s)
+            values.append(frame.stamp_s)
         elif field_name == "voltages":
             values.append(_sum_mv(message.voltages))
         else:
@@ -314,6 +308,29 @@ def _sum_mv(cells: Iterable[int]) -> float:
     """Return the voltage of all cells; NaN where none is reported."""
     known = [cell for cell in cells if cell != _NO_VOLTAGE_MV]
     return float(sum(known)) if known else np.nan
+
+
+def _on_boot_clock(tables: Tables) -> Tables:
+    """Return tables with the times of the vehicle's clock.
+
+    Messages that carry no time of their own came as much after the last one that does by the
+    ground station's clock.  Where none does, the ground station's clock is all there is.
+    """
+    timed = [table for table in tables.values() if "time_boot_ms" in table.numbers]
+    places = np.concatenate([np.empty(0), *(table.places for table in timed)])
+    lags = (t.numbers["stamp_s"] - t.numbers["time_boot_ms"] * 1e-3 for t in timed)
+    order = np.argsort(places)
+    places, lag_s = places[order], np.concatenate([np.empty(0), *lags])[order]
+    found: Tables = {}
+    for name, table in tables.items():
+        if "time_boot_ms" in table.numbers:
+            time_s = table.numbers["time_boot_ms"] * 1e-3
+        else:
+            before = np.searchsorted(places, table.places, side="right") - 1
+            time_s = table.numbers["stamp_s"]
+            time_s = time_s - lag_s[np.maximum(before, 0)] if timed else time_s
+        found[name] = replace(table, time_s=time_s)
+    return found
 
 
 _AUTOPILOTS = {3: Autopilot.ARDUPILOT, 12: Autopilot.PX4}
@@ -337,6 +354,7 @@ _STANDBY = 3
 """MAV_STATE_STANDBY: ArduPilot's while it has landed."""
 _INT32 = 6
 """MAV_PARAM_TYPE_INT32, which PX4 sends as the bytes of a float."""
+_UNKNOWN_CA = -1
 
 
 def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
@@ -346,76 +364,57 @@ def tlog_recordings(data: mmap, file: LogFile) -> tuple[Recording, ...]:
     if not vehicles:
         msg = "no autopilot is heard in it: no heartbeat of a vehicle"
         raise LogFileError(msg, source=file.source)
-    findings: list[Finding] = []
-    if damage.unreadable:
-        findings.append(
-            LOG_DAMAGED.finding(
-                f"{file.source}: {damage.unreadable} of {len(data)} bytes, the first at "
-                f"{damage.first_unreadable}, are not messages: left out"
-            )
-        )
-    several = len(vehicles) > 1
     recordings: list[Recording] = []
     for system, tables in vehicles.items():
-        mark = f", system {system}" if several else ""
-        recordings += carried_over(_runs(tables, file, tuple(findings), mark))
+        mark = f", system {system}" if len(vehicles) > 1 else ""
+        clock = table_clock(tables.values())
+        findings = (*damage.findings(file.source, len(data), "bytes"), *clock.findings(file.source))
+        runs = table_runs(tables, clock)
+        recordings += carried_over(_recording(run, file, findings, mark) for run in runs)
     return tuple(recordings)
 
 
-def _runs(
-    tables: Mapping[str, MessageTable], file: LogFile, findings: tuple[Finding, ...], mark: str
-) -> Iterator[Recording]:
-    """Yield a recording for each time the vehicle's clock started."""
-    by_table = boot_time_s(tables.values())
-    times = {name: by_table[id(table)] for name, table in tables.items()}
-    clock = Clock.of(
-        np.concatenate([table.places for table in tables.values()]),
-        np.concatenate([times[name] for name in tables]),
-    )
-    findings = (*findings, *clock.findings(file.source))
-    for begin, end in clock.runs():
-        chosen = {
-            name: (table.places >= begin) & (table.places < end) & clock.is_in_time(table.places)
-            for name, table in tables.items()
-        }
-        yield _recording(
-            {name: tables[name].rows(rows) for name, rows in chosen.items() if np.any(rows)},
-            {name: times[name][rows] for name, rows in chosen.items() if np.any(rows)},
-            file,
-            findings,
-            mark,
-        )
-
-
 def _recording(
-    tables: Mapping[str, MessageTable],
-    times: Mapping[str, FloatArray],
-    file: LogFile,
-    findings: tuple[Finding, ...],
-    mark: str,
+    tables: Tables, file: LogFile, findings: tuple[Finding, ...], mark: str
 ) -> Recording:
-    series, remarks = quantity_series(tables, times)
-    every = np.concatenate([np.empty(0), *times.values()])
-    autopilot, vehicle = _identity(tables.get("HEARTBEAT"))
-    first_item = 0 if autopilot is Autopilot.ARDUPILOT else 1
-    modes = _modes(tables, times, autopilot)
+    heartbeats = tables.get("HEARTBEAT")
+    autopilot, vehicle = _identity(heartbeats)
+    is_px4 = autopilot is Autopilot.PX4
+    first_item = 0 if autopilot is Autopilot.ARDUPILOT else 1  # ArduPilot's 0 is home
+    modes: tuple[tuple[float, str], ...] = ()
+    is_armed: Series | None = None
+    if heartbeats is not None:
+        numbers = heartbeats.numbers["custom_mode"].astype(np.int64).tolist()
+        names = [_mode_name(number, autopilot) for number in numbers]
+        modes = modes_entered(heartbeats.time_s, names)
+        base_modes = heartbeats.numbers["base_mode"].astype(np.int64)
+        is_armed = heartbeats.events("base_mode", base_modes & _ARMED != 0)
+    series, remarks = _series(tables)
+    begin_s, end_s = begin_and_end_s(tables)
     return Recording(
         file=file,
-        begin_s=float(np.min(every, initial=np.inf)),
-        end_s=float(np.max(every, initial=-np.inf)),
+        begin_s=begin_s,
+        end_s=end_s,
         series=series,
-        is_armed=_armed(tables, times),
-        is_landed=_landed(tables, times, autopilot),
+        is_armed=is_armed,
+        is_landed=_landed(tables, autopilot),
         modes=modes,
         modes_found_in="HEARTBEAT.custom_mode",
-        mission_item=_mission_item(tables, times, modes, autopilot, first_item),
-        homes=_homes(tables, times),
-        missions=_missions(tables, times, first_item),
-        parameters=_parameters(tables, times, autopilot),
+        mission_item=items_flown(
+            tables.get("MISSION_CURRENT"),
+            "seq",
+            first_item,
+            modes,
+            AUTO_MISSION if is_px4 else AUTO,
+        ),
+        homes=logged_homes(
+            tables.get("HOME_POSITION"), ("latitude", "longitude", "altitude"), (_E7, _MM)
+        ),
+        missions=_missions(tables, first_item),
+        parameters=_parameters(tables.get("PARAM_VALUE"), is_px4=is_px4),
         autopilot=autopilot,
         firmware=_firmware(tables),
         vehicle=vehicle + mark,
-        position_jumps=(),
         remarks=remarks,
         findings=findings,
     )
@@ -429,7 +428,7 @@ def _identity(heartbeats: MessageTable | None) -> tuple[Autopilot | None, str]:
     return autopilot, _VEHICLES.get(kind, f"MAV_TYPE {kind}")
 
 
-def _firmware(tables: Mapping[str, MessageTable]) -> str:
+def _firmware(tables: Tables) -> str:
     """Return the firmware from ArduPilot's texts or the version message."""
     texts = tables["STATUSTEXT"].texts["text"] if "STATUSTEXT" in tables else ()
     named = next((text for text in texts if "Copter V" in text or "Copter-" in text), "")
@@ -439,42 +438,15 @@ def _firmware(tables: Mapping[str, MessageTable]) -> str:
     return f"{version >> 24 & 255}.{version >> 16 & 255}.{version >> 8 & 255}"
 
 
-def _armed(tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]) -> Series | None:
-    if "HEARTBEAT" not in tables:
-        return None
-    modes = tables["HEARTBEAT"].numbers["base_mode"].astype(np.int64)
-    return Series.of(times["HEARTBEAT"], modes & _ARMED != 0, "HEARTBEAT.base_mode", is_event=True)
-
-
-def _landed(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], autopilot: Autopilot | None
-) -> Series | None:
-    for name, column, landed, is_reported in (
+def _landed(tables: Tables, autopilot: Autopilot | None) -> Series | None:
+    for name, field, landed, is_reported in (
         ("EXTENDED_SYS_STATE", "landed_state", _ON_GROUND, True),
         ("HEARTBEAT", "system_status", _STANDBY, autopilot is Autopilot.ARDUPILOT),
     ):
         if is_reported and name in tables:
-            states = tables[name].numbers[column]
-            known = states > 0.0
-            return Series.of(
-                times[name][known], states[known] == landed, f"{name}.{column}", is_event=True
-            )
+            states = tables[name].numbers[field]
+            return tables[name].events(field, states == landed, states > 0.0)
     return None
-
-
-def _modes(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], autopilot: Autopilot | None
-) -> tuple[tuple[float, str], ...]:
-    if "HEARTBEAT" not in tables:
-        return ()
-    numbers = tables["HEARTBEAT"].numbers["custom_mode"].astype(np.int64)
-    entered = np.append([True], numbers[1:] != numbers[:-1])
-    return tuple(
-        (time_s, _mode_name(number, autopilot))
-        for time_s, number in zip(
-            times["HEARTBEAT"][entered].tolist(), numbers[entered].tolist(), strict=True
-        )
-    )
 
 
 def _mode_name(number: int, autopilot: Autopilot | None) -> str:
@@ -483,281 +455,93 @@ def _mode_name(number: int, autopilot: Autopilot | None) -> str:
     return copter_mode(number) if autopilot is Autopilot.ARDUPILOT else f"mode {number}"
 
 
-def _mission_item(
-    tables: Mapping[str, MessageTable],
-    times: Mapping[str, FloatArray],
-    modes: tuple[tuple[float, str], ...],
-    autopilot: Autopilot | None,
-    first_item: int,
-) -> Series | None:
-    """Return the item flown; ArduPilot's 0 is home, PX4's the first."""
-    if "MISSION_CURRENT" not in tables:
-        return None
-    mode = AUTO_MISSION if autopilot is Autopilot.PX4 else AUTO
-    items = tables["MISSION_CURRENT"].numbers["seq"] + first_item
-    return items_flown(times["MISSION_CURRENT"], items, modes, mode, "MISSION_CURRENT.seq")
-
-
-def _homes(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
-) -> tuple[tuple[float, LoggedHome], ...]:
-    table = tables.get("HOME_POSITION")
-    if table is None:
-        return ()
-    fields = ("latitude", "longitude", "altitude")
-    rows = zip(
-        times["HOME_POSITION"].tolist(),
-        *(table.numbers[field].tolist() for field in fields),
-        strict=True,
-    )
-    return tuple(
-        (
-            time_s,
-            LoggedHome(
-                latitude_deg=latitude * _E7,
-                longitude_deg=longitude * _E7,
-                altitude_amsl_m=altitude * 1e-3,
-                found_in="HOME_POSITION",
-            ),
-        )
-        for time_s, latitude, longitude, altitude in rows
-        if latitude or longitude
-    )
-
-
-def _missions(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], first_item: int
-) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
+def _missions(tables: Tables, first_item: int) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
     """Return the missions sent either way; each begins with a count, and is whole or left out."""
-    events: list[tuple[float, int, LoggedItem | int]] = []
-    for name, unit in (("MISSION_ITEM", 1.0), ("MISSION_ITEM_INT", _E7)):
+    events: list[tuple[int, float, LoggedItem | int]] = []
+    for name, unit in (("MISSION_ITEM", 1.0), ("MISSION_ITEM_INT", _E7), ("MISSION_COUNT", 1.0)):
         table = tables.get(name)
-        for row in range(0 if table is None else len(table.places)):
-            if table is not None and _is_mission(table, row):
-                item = _item(table, row, unit, first_item)
-                events.append((float(times[name][row]), int(table.places[row]), item))
-    counts = tables.get("MISSION_COUNT")
-    for row in range(0 if counts is None else len(counts.places)):
-        if counts is not None and _is_mission(counts, row):
-            count = int(counts.numbers["count"][row])
-            events.append((float(times["MISSION_COUNT"][row]), int(counts.places[row]), count))
+        for row, time_s in enumerate(() if table is None else table.time_s.tolist()):
+            assert table is not None
+            if table.value("mission_type", row):
+                continue  # fence or rally points
+            event = (
+                int(table.numbers["count"][row])
+                if name == "MISSION_COUNT"
+                else _item(table, row, unit, first_item)
+            )
+            events.append((int(table.places[row]), time_s, event))
     missions: list[tuple[float, tuple[LoggedItem, ...]]] = []
     expected: int | None = None
     held: dict[int, LoggedItem] = {}
-    for time_s, _, event in sorted(events, key=lambda event: event[1]):
+    for _, time_s, event in sorted(events, key=lambda event: event[0]):
         if isinstance(event, int):
             expected, held = event, {}
             continue
         held[event.item] = event
-        if expected is not None and len(held) == expected:
+        if len(held) == expected:
             # ArduPilot's first is home.
-            flown = tuple(held[number] for number in sorted(held) if number > 0)
-            missions.append((time_s, flown))
+            missions.append((time_s, tuple(held[n] for n in sorted(held) if n > 0)))
     return tuple(missions)
 
 
-def _is_mission(table: MessageTable, row: int) -> bool:
-    """Return whether a message is about the mission, not about fence or rally points."""
-    kind = table.numbers["mission_type"][row]
-    return bool(kind == 0.0 or np.isnan(kind))
-
-
 def _item(table: MessageTable, row: int, unit: float, first_item: int) -> LoggedItem:
-    def value(field: str, scale: float = 1.0) -> float | None:
-        number = float(table.numbers[field][row])
-        return number * scale if np.isfinite(number) else None
-
     return LoggedItem(
         int(table.numbers["seq"][row]) + first_item,
         int(table.numbers["command"][row]),
         int(table.numbers["frame"][row]),
-        *(value("param1"), value("param2"), value("param3"), value("param4")),
-        latitude_deg=value("x", unit),
-        longitude_deg=value("y", unit),
-        altitude_m=value("z"),
+        *(table.value("param1", row), table.value("param2", row)),
+        *(table.value("param3", row), table.value("param4", row)),
+        latitude_deg=table.value("x", row, unit),
+        longitude_deg=table.value("y", row, unit),
+        altitude_m=table.value("z", row),
     )
 
 
 def _parameters(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray], autopilot: Autopilot | None
+    table: MessageTable | None, *, is_px4: bool
 ) -> tuple[tuple[float, str, float], ...]:
-    table = tables.get("PARAM_VALUE")
     if table is None:
         return ()
     parameters: list[tuple[float, str, float]] = []
-    for row, time_s in enumerate(times["PARAM_VALUE"].tolist()):
+    for row, time_s in enumerate(table.time_s.tolist()):
         value = float(table.numbers["param_value"][row])
-        if autopilot is Autopilot.PX4 and table.numbers["param_type"][row] == _INT32:
+        if is_px4 and table.numbers["param_type"][row] == _INT32:
             value = float(struct.unpack("<i", struct.pack("<f", value))[0])
         if np.isfinite(value):
             parameters.append((time_s, table.texts["param_id"][row], value))
     return tuple(parameters)
 
 
-_E7, _MM, _CM = 1e-7, 1e-3, 1e-2
-_DEG = float(np.degrees(1.0))
-_UNKNOWN_CA = -1
-_NO_POSITION, _NO_VELOCITY = 0b000_111, 0b111_000
-"""Bits of POSITION_TARGET_TYPEMASK: fields to be ignored."""
-_AMSL_FRAMES, _RELATIVE_FRAMES, _LOCAL_FRAME = (0, 5), (3, 6), 1
-
-
-_POSITION, _LOCAL = "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"
-_QUANTITIES: Mapping[str, tuple[Source, ...]] = {
-    "altitude_amsl_m": sources(f"{_POSITION}.alt", unit=_MM),
-    "height_above_home_m": sources(f"{_POSITION}.relative_alt", unit=_MM),
-    "velocity_north_m_s": (*sources(f"{_POSITION}.vx", unit=_CM), *sources(f"{_LOCAL}.vx")),
-    "velocity_east_m_s": (*sources(f"{_POSITION}.vy", unit=_CM), *sources(f"{_LOCAL}.vy")),
-    "climb_m_s": (
-        *sources(f"{_POSITION}.vz", unit=-_CM),
-        *sources(f"{_LOCAL}.vz", unit=-1.0),
-        *sources("VFR_HUD.climb"),
-    ),
-    "ground_speed_m_s": sources("VFR_HUD.groundspeed"),
-    "local_north_m": sources(f"{_LOCAL}.x"),
-    "local_east_m": sources(f"{_LOCAL}.y"),
-    "local_height_m": sources(f"{_LOCAL}.z", unit=-1.0),
-    "roll_deg": sources("ATTITUDE.roll", unit=_DEG),
-    "pitch_deg": sources("ATTITUDE.pitch", unit=_DEG),
-    "yaw_deg": (*sources("ATTITUDE.yaw", unit=_DEG), *sources("VFR_HUD.heading")),
-    "wind_north_m_s": sources("WIND_COV.wind_x"),
-    "wind_east_m_s": sources("WIND_COV.wind_y"),
-}
-"""Where each quantity is found, the best place first.
-
-The airspeed of VFR_HUD is not used: without a sensor it is the ground speed under another name.
-"""
-
-
-def quantity_series(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
-) -> tuple[dict[str, Series], dict[str, str]]:
+def _series(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
     """Return every quantity in the messages, and what is wrong with some."""
-    series: dict[str, Series] = {}
-    for name, places in _QUANTITIES.items():
-        for source in places:
-            table = tables.get(source.message)
-            if table is not None and name not in series:
-                series[name] = Series.of(
-                    times[source.message],
-                    table.numbers[source.field] * source.unit,
-                    f"{source.message}.{source.field}",
-                    period=360.0 if name == "yaw_deg" else None,
-                )
-    series |= _place(tables, times) | _wind(tables, times) | _references(tables, times)
-    electrical, remarks = _electrical(tables, times)
-    series |= electrical
-    return {name: found for name, found in series.items() if len(found)}, remarks
-
-
-def _place(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
-) -> dict[str, Series]:
-    """Return latitude and longitude; zero and zero means no position."""
-    table = tables.get(_POSITION)
-    if table is None:
-        return {}
-    latitude, longitude = table.numbers["lat"], table.numbers["lon"]
-    known = (latitude != 0.0) | (longitude != 0.0)
-    time_s = times[_POSITION][known]
-    return {
-        "latitude_deg": Series.of(time_s, latitude[known] * _E7, f"{_POSITION}.lat"),
-        "longitude_deg": Series.of(
-            time_s, longitude[known] * _E7, f"{_POSITION}.lon", period=360.0
-        ),
+    marked = {
+        name: _with_marks(table) if name in {_TARGET, _LOCAL_TARGET} else table
+        for name, table in tables.items()
     }
+    if _POSITION in marked:
+        marked[_POSITION] = marked[_POSITION].without_null_places("lat", "lon")
+    series = quantity_series(marked, _QUANTITIES)
+    if "WIND" in tables:
+        wind = tables["WIND"]
+        north, east = wind_north_east_m_s(wind.numbers["speed"], wind.numbers["direction"])
+        for name, values in (("wind_north_m_s", north), ("wind_east_m_s", east)):
+            series[name] = Series.of(wind.time_s, values, "WIND.speed, direction")
+    electrical, remarks = _electrical(tables)
+    return series | electrical, remarks
 
 
-def _wind(tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]) -> dict[str, Series]:
-    """Return ArduPilot's wind, from speed and the direction it comes from."""
-    table = tables.get("WIND")
-    if table is None:
-        return {}
-    speed, origin = table.numbers["speed"], np.radians(table.numbers["direction"])
-    found_in = "WIND.speed, direction"
-    return {
-        "wind_north_m_s": Series.of(times["WIND"], -speed * np.cos(origin), found_in),
-        "wind_east_m_s": Series.of(times["WIND"], -speed * np.sin(origin), found_in),
-    }
-
-
-def _references(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
-) -> dict[str, Series]:
-    """Return the references of the controller, from the local form if it is there, else the global."""
-    series: dict[str, Series] = {}
-    name = "POSITION_TARGET_GLOBAL_INT"
-    if name in tables:
-        numbers = tables[name].numbers
-        frame, is_reported = numbers["coordinate_frame"], _is_reported(tables[name], _NO_POSITION)
-        for column, field, unit, rows in (
-            ("reference_latitude_deg", "lat_int", _E7, is_reported),
-            ("reference_longitude_deg", "lon_int", _E7, is_reported),
-            ("reference_altitude_amsl_m", "alt", 1.0, is_reported & np.isin(frame, _AMSL_FRAMES)),
-            ("reference_height_m", "alt", 1.0, is_reported & np.isin(frame, _RELATIVE_FRAMES)),
-        ):
-            series[column] = Series.of(
-                times[name][rows], numbers[field][rows] * unit, f"{name}.{field}"
-            )
-        series |= _reference_velocity(name, tables, times)
-    name = "POSITION_TARGET_LOCAL_NED"
-    if name in tables:
-        numbers = tables[name].numbers
-        rows = _is_reported(tables[name], _NO_POSITION) & (
-            numbers["coordinate_frame"] == _LOCAL_FRAME
-        )
-        for column, field, unit in (
-            ("reference_north_m", "x", 1.0),
-            ("reference_east_m", "y", 1.0),
-            ("reference_height_m", "z", -1.0),
-        ):
-            series[column] = Series.of(
-                times[name][rows], numbers[field][rows] * unit, f"{name}.{field}"
-            )
-        series |= _reference_velocity(name, tables, times)
-    return series
-
-
-def _reference_velocity(
-    name: str, tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
-) -> dict[str, Series]:
-    rows = _is_reported(tables[name], _NO_VELOCITY)
-    if not np.any(rows):
-        return {}
-    return {
-        column: Series.of(
-            times[name][rows], tables[name].numbers[field][rows] * unit, f"{name}.{field}"
-        )
-        for column, field, unit in (
-            ("reference_velocity_north_m_s", "vx", 1.0),
-            ("reference_velocity_east_m_s", "vy", 1.0),
-            ("reference_climb_m_s", "vz", -1.0),
-        )
-    }
-
-
-def _is_reported(table: MessageTable, ignored: int) -> BoolArray:
-    is_reported: BoolArray = table.numbers["type_mask"].astype(np.int64) & ignored == 0
-    return is_reported
-
-
-def _electrical(
-    tables: Mapping[str, MessageTable], times: Mapping[str, FloatArray]
-) -> tuple[dict[str, Series], dict[str, str]]:
-    name, voltage_field = "SYS_STATUS", "voltage_battery"
-    table = tables.get(name)
-    if table is None or np.all(table.numbers[voltage_field] == _NO_VOLTAGE_MV):
-        name, voltage_field = "BATTERY_STATUS", "voltages"
-        table = tables.get(name)
+def _electrical(tables: Tables) -> tuple[dict[str, Series], dict[str, str]]:
+    table, field = tables.get("SYS_STATUS"), "voltage_battery"
+    if table is None or np.all(table.numbers[field] == _NO_VOLTAGE_MV):
+        table, field = tables.get("BATTERY_STATUS"), "voltages"
         if table is None:
             return {}, {}
-    numbers = table.numbers
-    rows = numbers["id"] == np.min(numbers["id"]) if "id" in numbers else slice(None)
-    voltage_mv, current_ca = numbers[voltage_field][rows], numbers["current_battery"][rows]
+        table = table.rows(table.numbers["id"] == np.min(table.numbers["id"]))
+    voltage_mv, current_ca = table.numbers[field], table.numbers["current_battery"]
     return electrical_series(
-        times[name][rows],
-        np.where(voltage_mv == _NO_VOLTAGE_MV, np.nan, voltage_mv * 1e-3),
+        table.time_s,
+        np.where(voltage_mv == _NO_VOLTAGE_MV, np.nan, voltage_mv * _MM),
         np.where(current_ca == _UNKNOWN_CA, np.nan, current_ca * _CM),
-        message=name,
-        fields=(voltage_field, "current_battery"),
+        message=table.name,
+        fields=(field, "current_battery"),
     )

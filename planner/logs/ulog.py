@@ -12,31 +12,34 @@ import numpy as np
 from planner.autopilot import Autopilot
 from planner.errors import LogFileError
 from planner.geo.geodesy import LocalFrame
+from planner.logs.messages import (
+    NO_CURRENT_A,
+    MessageTable,
+    begin_and_end_s,
+    electrical_series,
+    items_flown,
+    logged_homes,
+    modes_entered,
+    quantity_series,
+    sources,
+)
 from planner.logs.record import (
     AUTO_MISSION,
     BATTERIES_LEFT_OUT,
     LOG_DAMAGED,
-    LoggedHome,
     LoggedItem,
     Recording,
     px4_mode,
-    sources,
 )
-from planner.logs.series import (
-    NO_CURRENT_A,
-    Series,
-    electrical_series,
-    euler_angles_deg,
-    items_flown,
-)
-from planner.values import Value
+from planner.logs.series import Series, euler_angles_deg
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.logs.record import LogFile, Source
+    from planner.logs.messages import Source, Tables
+    from planner.logs.record import LogFile
 
 
 _RELATIVE_FRAME, _AMSL_FRAME, _MISSION_FRAME = 3, 0, 2
@@ -48,58 +51,42 @@ _SETTLED_S = 0.5
 
 
 def missions_flown(
-    items: Topic | None, setpoints: Topic | None
+    items: MessageTable | None, setpoints: MessageTable | None
 ) -> tuple[tuple[float, tuple[LoggedItem, ...]], ...]:
-    """Return the mission as far as it was flown.
+    """Return the mission as far as it was flown, with its time; empty where none is logged.
 
     PX4 logs an item with a place when it begins it, and the speed it then flies by: a number left
     out before an item from which on another speed is flown was a change of speed.
-
-    Returns
-    -------
-    tuple
-        Time and items of the only mission; empty where none is logged.
     """
     needed = ("sequence_current", "nav_cmd", "latitude", "longitude", "altitude")
-    if items is None or not set(needed) <= items.fields.keys():
+    if items is None or not items.has(*needed):
         return ()
     found: dict[int, LoggedItem] = {}
     begun_s: dict[int, float] = {}
     for row, time_s in enumerate(items.time_s.tolist()):
-        sequence = int(items.fields["sequence_current"][row])
+        sequence = int(items.numbers["sequence_current"][row])
         begun_s.setdefault(sequence, time_s)
         found.setdefault(sequence, _item(items, row, sequence))
-    if setpoints is not None and _SPEED in setpoints.fields:
+    if setpoints is not None and setpoints.has(_SPEED):
         found |= _speed_changes(begun_s, setpoints)
     return ((float(items.time_s[0]), tuple(found[number] for number in sorted(found))),)
 
 
-def _item(items: Topic, row: int, sequence: int) -> LoggedItem:
-    latitude, longitude, altitude = (
-        value if np.isfinite(value) else None
-        for value in (
-            float(items.fields[name][row]) for name in ("latitude", "longitude", "altitude")
-        )
-    )
-    is_relative = items.fields.get("altitude_is_relative", np.zeros(row + 1))[row] != 0.0
-    hold_s = float(items.fields.get("time_inside", np.full(row + 1, np.nan))[row])
+def _item(items: MessageTable, row: int, sequence: int) -> LoggedItem:
+    is_relative = bool(items.value("altitude_is_relative", row))
     return LoggedItem(
         sequence + 1,
-        int(items.fields["nav_cmd"][row]),
+        int(items.numbers["nav_cmd"][row]),
         _RELATIVE_FRAME if is_relative else _AMSL_FRAME,
-        hold_s if np.isfinite(hold_s) else None,
-        None,
-        None,
-        None,
-        latitude,
-        longitude,
-        altitude,
+        *(items.value("time_inside", row), None, None, None),
+        *(items.value("latitude", row), items.value("longitude", row)),
+        items.value("altitude", row),
     )
 
 
-def _speed_changes(begun_s: dict[int, float], setpoints: Topic) -> dict[int, LoggedItem]:
+def _speed_changes(begun_s: dict[int, float], setpoints: MessageTable) -> dict[int, LoggedItem]:
     """Return a change of speed for each number left out after which another speed is flown."""
-    speeds = setpoints.fields[_SPEED]
+    speeds = setpoints.numbers[_SPEED]
     changes: dict[int, LoggedItem] = {}
     flown: float | None = None
     for sequence in sorted(begun_s):
@@ -125,26 +112,23 @@ _REFERENCES = (
 _AXES = ("north_m", "east_m", "height_m")
 
 
-def local_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
+def local_series(topics: Tables) -> dict[str, Series]:
     """Return positions and references in the frame of the first origin.
 
-    Returns
-    -------
-    dict
-        ``local_…`` and ``reference_…`` series north, east and up; latitude, longitude and
-        altitude by the frame, under ``latitude_deg`` and so on, where it has an origin.
+    ``local_…`` and ``reference_…`` series are north, east and up; latitude, longitude and altitude
+    are there by the frame where it has an origin.
     """
     topic = topics.get(_POSITIONS)
-    if topic is None or not {"x", "y", "z"} <= topic.fields.keys():
+    if topic is None or not topic.has("x", "y", "z"):
         return {}
     frame, offsets = _origins(topic)
     series: dict[str, Series] = {}
     for axis, field, valid in zip(
         _AXES, ("x", "y", "z"), ("xy_valid", "xy_valid", "z_valid"), strict=True
     ):
-        values = _upwards(topic.fields[field], axis) + offsets[axis]
-        if valid in topic.fields:
-            values = np.where(topic.fields[valid] != 0.0, values, np.nan)
+        values = _upwards(topic.numbers[field], axis) + offsets[axis]
+        if valid in topic.numbers:
+            values = np.where(topic.numbers[valid] != 0.0, values, np.nan)
         series[f"local_{axis}"] = Series.of(topic.time_s, values, f"{_POSITIONS}.{field}")
     origin = {axis: Series.of(topic.time_s, offsets[axis], "", is_event=True) for axis in _AXES}
     series |= _references(topics, origin)
@@ -153,33 +137,31 @@ def local_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
     return {name: found for name, found in series.items() if len(found)}
 
 
-def position_jumps(topics: Mapping[str, Topic]) -> tuple[tuple[float, float], ...]:
+def position_jumps(topic: MessageTable | None) -> tuple[tuple[float, float], ...]:
     """Return time and size in metres of each reset of the estimate."""
-    topic = topics.get(_POSITIONS)
     jumps: list[tuple[float, float]] = []
     for counter, deltas in (
         ("xy_reset_counter", ("delta_xy[0]", "delta_xy[1]")),
         ("z_reset_counter", ("delta_z",)),
     ):
-        if topic is None or not {counter, *deltas} <= topic.fields.keys():
-            continue
-        resets = np.flatnonzero(np.diff(topic.fields[counter])) + 1
-        squares = [topic.fields[delta][resets] ** 2 for delta in deltas]
-        sizes_m = np.sqrt(np.sum(squares, axis=0))
-        jumps += zip(topic.time_s[resets].tolist(), sizes_m.tolist(), strict=True)
+        if topic is not None and topic.has(counter, *deltas):
+            resets = np.flatnonzero(np.diff(topic.numbers[counter])) + 1
+            squares = [topic.numbers[delta][resets] ** 2 for delta in deltas]
+            sizes_m = np.sqrt(np.sum(squares, axis=0))
+            jumps += zip(topic.time_s[resets].tolist(), sizes_m.tolist(), strict=True)
     return tuple(sorted(jumps))
 
 
-def _origins(topic: Topic) -> tuple[LocalFrame | None, dict[str, FloatArray]]:
+def _origins(topic: MessageTable) -> tuple[LocalFrame | None, dict[str, FloatArray]]:
     """Return the frame about the first origin, and where each sample's origin lies in it."""
     offsets = {axis: np.zeros(topic.time_s.shape) for axis in _AXES}
-    if not set(_ORIGIN) <= topic.fields.keys():
+    if not topic.has(*_ORIGIN):
         return None, offsets
-    latitude, longitude, altitude = (topic.fields[field] for field in _ORIGIN)
+    latitude, longitude, altitude = (topic.numbers[field] for field in _ORIGIN)
     known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(altitude)
     known &= (np.abs(latitude) <= 90.0) & ((latitude != 0.0) | (longitude != 0.0))
-    if "xy_global" in topic.fields:
-        known &= topic.fields["xy_global"] != 0.0
+    if "xy_global" in topic.numbers:
+        known &= topic.numbers["xy_global"] != 0.0
     if not np.any(known):
         return None, offsets
     first = int(np.argmax(known))
@@ -192,28 +174,30 @@ def _origins(topic: Topic) -> tuple[LocalFrame | None, dict[str, FloatArray]]:
     return frame, offsets
 
 
-def _references(topics: Mapping[str, Topic], origin: Mapping[str, Series]) -> dict[str, Series]:
+def _references(topics: Tables, origin: Mapping[str, Series]) -> dict[str, Series]:
     for name, fields in _REFERENCES:
         topic = topics.get(name)
-        if topic is None or not set(fields) <= topic.fields.keys():
+        if topic is None or not topic.has(*fields):
             continue
         series = {}
         for axis, field in zip(_AXES, fields, strict=True):
             offset = np.nan_to_num(origin[axis].at(topic.time_s), nan=0.0)
-            values = _upwards(topic.fields[field], axis) + offset
+            values = _upwards(topic.numbers[field], axis) + offset
             series[f"reference_{axis}"] = Series.of(topic.time_s, values, f"{name}.{field}")
         if any(len(found) for found in series.values()):
             return series
     return {}
 
 
-def _global(topic: Topic, frame: LocalFrame, local: Mapping[str, Series]) -> dict[str, Series]:
+def _global(
+    topic: MessageTable, frame: LocalFrame, local: Mapping[str, Series]
+) -> dict[str, Series]:
     """Return global positions from local ones; used where PX4 logs no global position."""
     north, east = local["local_north_m"], local["local_east_m"]
     if len(north) != len(east):
         return {}
     latitude_deg, longitude_deg = frame.latitude_longitude_deg(east.values, north.values)
-    altitude = topic.fields["ref_alt"]
+    altitude = topic.numbers["ref_alt"]
     height = local["local_height_m"]
     first_amsl_m = altitude[np.argmax(np.isfinite(altitude))]
     found_in = f"{_POSITIONS}.x, y, ref"
@@ -240,40 +224,6 @@ TOPICS = (
     *("vehicle_local_position_setpoint", "vehicle_status", "wind", "wind_estimate"),
 )
 """What is read of a log; the rest stays on the disk."""
-
-
-class Topic(Value, eq=False):
-    """The samples of one instance of a topic."""
-
-    name: str
-    instance: int
-    time_s: FloatArray
-    """Since boot. [s]"""
-    fields: Mapping[str, FloatArray]
-
-    def series(
-        self,
-        field: str,
-        *,
-        unit: float = 1.0,
-        period: float | None = None,
-        valid: str | None = None,
-    ) -> Series | None:
-        """Return a field as a series; ``None`` where it is missing or never known.
-
-        Parameters
-        ----------
-        valid : str, optional
-            Field that marks valid samples, where the topic has it.
-        """
-        values = self.fields.get(field)
-        if values is None:
-            return None
-        values = values * unit
-        if valid is not None and valid in self.fields:
-            values = np.where(self.fields[valid] != 0.0, values, np.nan)
-        series = Series.of(self.time_s, values, f"{self.name}.{field}", period=period)
-        return series if len(series) else None
 
 
 _DEG_E7 = 1e-7
@@ -340,35 +290,18 @@ References are the path as it is shaped (trajectory_setpoint); the local setpoin
 correction of the position error on top, and is taken only where the other is not logged.
 """
 
-_PERIODS = {"longitude_deg": 360.0}
 
-
-def quantity_series(topics: Mapping[str, Topic]) -> dict[str, Series]:
-    """Return the quantities that topics hold directly."""
-    series: dict[str, Series] = {}
-    for name, places in _QUANTITIES.items():
-        for source in places:
-            topic = topics.get(source.message)
-            found = topic and topic.series(
-                source.field, unit=source.unit, period=_PERIODS.get(name), valid=source.valid
-            )
-            if found:
-                series[name] = found
-                break
-    return series | _attitude(topics.get("vehicle_attitude"))
-
-
-def _attitude(topic: Topic | None) -> dict[str, Series]:
+def _attitude(topic: MessageTable | None) -> dict[str, Series]:
     """Return roll, pitch and yaw of a quaternion from body to north-east-down."""
     names = [f"q[{index}]" for index in range(4)]
-    if topic is None or not set(names) <= topic.fields.keys():
+    if topic is None or not topic.has(*names):
         return {}
-    roll_deg, pitch_deg, yaw_deg = euler_angles_deg(*(topic.fields[name] for name in names))
-    found_in = f"{topic.name}.q"
+    angles_deg = euler_angles_deg(*(topic.numbers[name] for name in names))
     return {
-        "roll_deg": Series.of(topic.time_s, roll_deg, found_in, period=360.0),
-        "pitch_deg": Series.of(topic.time_s, pitch_deg, found_in),
-        "yaw_deg": Series.of(topic.time_s, yaw_deg, found_in, period=360.0),
+        name: Series.of(topic.time_s, values, f"{topic.name}.q", period=period)
+        for name, values, period in zip(
+            ("roll_deg", "pitch_deg", "yaw_deg"), angles_deg, (360.0, None, 360.0), strict=True
+        )
     }
 
 
@@ -381,17 +314,11 @@ _BACK_S = 1.0
 
 
 def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
-    """Return what a ULog holds.
-
-    Returns
-    -------
-    tuple of Recording
-        Exactly one: PX4 begins a new log when it restarts.
-    """
+    """Return the one recording that a ULog holds: PX4 begins a new log when it restarts."""
     log = _parsed(file.source)
     instances = list(_topics(log))
-    topics: dict[str, Topic] = {}
-    for topic in sorted(instances, key=lambda topic: topic.instance):
+    topics: Tables = {}
+    for _, topic in sorted(instances, key=lambda row: row[0]):
         topics.setdefault(topic.name, topic)
     if not topics:
         program = log.msg_info_dict.get("sys_name") or log.msg_info_dict.get("Application")
@@ -402,20 +329,39 @@ def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
         if np.any(np.diff(topic.time_s) < -_BACK_S):
             msg = f"the clock of {topic.name} goes backwards: no log of one flight of PX4"
             raise LogFileError(msg, source=file.source)
-    electrical, remarks = _electrical(topics.get("battery_status"))
-    modes = _modes(topics.get("vehicle_status"))
+    series = local_series(topics) | quantity_series(topics, _QUANTITIES)
+    series |= _attitude(topics.get("vehicle_attitude"))
+    electrical: dict[str, Series] = {}
+    remarks: dict[str, str] = {}
+    battery = topics.get("battery_status")
+    if battery is not None:
+        electrical, remarks = electrical_series(
+            battery.time_s,
+            battery.numbers.get("voltage_v"),
+            battery.numbers.get("current_a"),
+            message=battery.name,
+            fields=("voltage_v", "current_a"),
+        )
+    modes: tuple[tuple[float, str], ...] = ()
+    status = topics.get("vehicle_status")
+    if status is not None and status.has("nav_state"):
+        names = [px4_mode(int(state)) for state in status.numbers["nav_state"].tolist()]
+        modes = modes_entered(status.time_s, names)
+    begin_s, end_s = begin_and_end_s(topics)
     return (
         Recording(
             file=file,
-            begin_s=min(float(topic.time_s[0]) for topic in topics.values()),
-            end_s=max(float(topic.time_s[-1]) for topic in topics.values()),
-            series=local_series(topics) | quantity_series(topics) | electrical,
+            begin_s=begin_s,
+            end_s=end_s,
+            series=series | electrical,
             is_armed=_armed(topics),
             is_landed=_state(topics.get("vehicle_land_detected"), "landed"),
             modes=modes,
             modes_found_in="vehicle_status.nav_state",
-            mission_item=_mission_item(topics.get("mission_result"), modes),
-            homes=_homes(topics.get("home_position")),
+            mission_item=items_flown(
+                topics.get("mission_result"), "seq_current", 1, modes, AUTO_MISSION
+            ),
+            homes=logged_homes(topics.get("home_position"), ("lat", "lon", "alt")),
             missions=missions_flown(
                 topics.get("navigator_mission_item"), topics.get("position_setpoint_triplet")
             ),
@@ -423,7 +369,7 @@ def ulog_recordings(file: LogFile) -> tuple[Recording, ...]:
             autopilot=Autopilot.PX4,
             firmware=_firmware(log),
             vehicle=_vehicle(log),
-            position_jumps=position_jumps(topics),
+            position_jumps=position_jumps(topics.get(_POSITIONS)),
             remarks=remarks,
             findings=tuple(_findings(log, instances, file.source)),
         ),
@@ -445,93 +391,44 @@ def _parsed(source: str) -> Any:  # noqa: ANN401 - pyulog has no types
         raise LogFileError(msg, source=source) from error
 
 
-def _topics(log: Any) -> Iterator[Topic]:  # noqa: ANN401 - pyulog has no types
+def _topics(log: Any) -> Iterator[tuple[int, MessageTable]]:  # noqa: ANN401 - as above
+    """Yield each instance of a topic with its number."""
     for data in log.data_list:
         columns = {
-            name: values
+            name: values.astype(np.float64)
             for name, values in data.data.items()
             if isinstance(values, np.ndarray) and values.dtype.kind in "iufb"
         }
-        if data.name in TOPICS and "timestamp" in columns and len(columns["timestamp"]):
-            yield Topic(
-                name=data.name,
-                instance=int(data.multi_id),
-                time_s=columns["timestamp"] * 1e-6,
-                fields={
-                    name: values.astype(np.float64)
-                    for name, values in columns.items()
-                    if name != "timestamp"
-                },
+        time_us = columns.pop("timestamp", np.empty(0))
+        if data.name in TOPICS and time_us.size:
+            yield (
+                int(data.multi_id),
+                MessageTable(
+                    name=data.name,
+                    places=np.arange(time_us.size),
+                    time_s=time_us * 1e-6,
+                    numbers=columns,
+                ),
             )
 
 
-def _electrical(topic: Topic | None) -> tuple[dict[str, Series], dict[str, str]]:
-    if topic is None:
-        return {}, {}
-    return electrical_series(
-        topic.time_s,
-        topic.fields.get("voltage_v"),
-        topic.fields.get("current_a"),
-        message=topic.name,
-        fields=("voltage_v", "current_a"),
-    )
-
-
-def _state(topic: Topic | None, field: str) -> Series | None:
-    if topic is None or field not in topic.fields:
+def _state(topic: MessageTable | None, field: str) -> Series | None:
+    if topic is None or not topic.has(field):
         return None
-    states = topic.fields[field] != 0.0
-    return Series.of(topic.time_s, states, f"{topic.name}.{field}", is_event=True)
+    return topic.events(field, topic.numbers[field] != 0.0)
 
 
-def _armed(topics: Mapping[str, Topic]) -> Series | None:
+def _armed(topics: Tables) -> Series | None:
     """Return arming and disarming; the status comes seldom but has the time of arming."""
     status = topics.get("vehicle_status")
-    if status is None or "arming_state" not in status.fields:
+    if status is None or not status.has("arming_state"):
         return _state(topics.get("actuator_armed"), "armed")
-    is_armed = status.fields["arming_state"] == _ARMED
-    since_s = status.fields.get("armed_time", np.zeros(status.time_s.shape)) * 1e-6
+    is_armed = status.numbers["arming_state"] == _ARMED
+    since_s = status.numbers.get("armed_time", np.zeros(status.time_s.shape)) * 1e-6
     is_reported = is_armed & (since_s > 0.0) & (since_s <= status.time_s)
     begins = np.append([True], is_armed[1:] & ~is_armed[:-1])
     times = np.where(is_reported & begins, since_s, status.time_s)
     return Series.of(times, is_armed, "vehicle_status.arming_state", is_event=True)
-
-
-def _modes(topic: Topic | None) -> tuple[tuple[float, str], ...]:
-    if topic is None or "nav_state" not in topic.fields:
-        return ()
-    states = topic.fields["nav_state"]
-    entered = np.append([True], states[1:] != states[:-1])
-    names = [px4_mode(int(state)) for state in states[entered].tolist()]
-    return tuple(zip(topic.time_s[entered].tolist(), names, strict=True))
-
-
-def _mission_item(topic: Topic | None, modes: tuple[tuple[float, str], ...]) -> Series | None:
-    """Return the item flown; PX4 counts from 0."""
-    if topic is None or "seq_current" not in topic.fields:
-        return None
-    items = topic.fields["seq_current"] + 1.0
-    found_in = "mission_result.seq_current"
-    return items_flown(topic.time_s, items, modes, AUTO_MISSION, found_in)
-
-
-def _homes(topic: Topic | None) -> tuple[tuple[float, LoggedHome], ...]:
-    if topic is None or not {"lat", "lon", "alt"} <= topic.fields.keys():
-        return ()
-    homes: list[tuple[float, LoggedHome]] = []
-    for row, time_s in enumerate(topic.time_s.tolist()):
-        latitude, longitude, altitude = (
-            float(topic.fields[field][row]) for field in ("lat", "lon", "alt")
-        )
-        if 0.0 < abs(latitude) <= 90.0 and np.isfinite(longitude):
-            home = LoggedHome(
-                latitude_deg=latitude,
-                longitude_deg=longitude,
-                altitude_amsl_m=altitude if np.isfinite(altitude) else None,
-                found_in=topic.name,
-            )
-            homes.append((time_s, home))
-    return tuple(homes)
 
 
 def _parameters(log: Any) -> tuple[tuple[float, str, float], ...]:  # noqa: ANN401 - as above
@@ -563,19 +460,25 @@ def _vehicle(log: Any) -> str:  # noqa: ANN401 - as above
     return ", ".join(part for part in parts if part)
 
 
-def _findings(log: Any, topics: list[Topic], source: str) -> Iterator[Finding]:  # noqa: ANN401
+def _findings(
+    log: Any,  # noqa: ANN401 - as above
+    topics: list[tuple[int, MessageTable]],
+    source: str,
+) -> Iterator[Finding]:
     if log.file_corruption:
         yield LOG_DAMAGED.finding(
             f"{source}: parts of the log are not messages of a ULog: left out"
         )
-    batteries = [
-        topic for topic in topics if topic.name == "battery_status" and "current_a" in topic.fields
-    ]
-    first = min((topic.instance for topic in batteries), default=0)
-    for topic in batteries:
-        most_a = float(np.nanmax(topic.fields["current_a"], initial=0.0))
-        if topic.instance != first and most_a > NO_CURRENT_A:
+    currents_a = {
+        instance: topic.numbers["current_a"]
+        for instance, topic in topics
+        if topic.name == "battery_status" and topic.has("current_a")
+    }
+    first = min(currents_a, default=0)
+    for instance, current_a in currents_a.items():
+        most_a = float(np.nanmax(current_a, initial=0.0))
+        if instance != first and most_a > NO_CURRENT_A:
             yield BATTERIES_LEFT_OUT.finding(
-                f"{source}: battery_status of instance {topic.instance} shows up to {most_a:.1f} A; "
+                f"{source}: battery_status of instance {instance} shows up to {most_a:.1f} A; "
                 f"only instance {first} is used"
             )

@@ -224,7 +224,7 @@ def test_something_else_zipped_is_refused(tmp_path: Path) -> None:
         ("schema = 1", "schema = 2", "schema: must be 1"),
         ('"ms"', '"h"', "columns.time_s.unit: must be one of s, ms"),
         ("time_s", "times_s", "columns: must be a table with time_s"),
-        ("climb_m_s", "climb_ms", "columns.climb_ms: is not known here; is climb_m_s meant?"),
+        ("climb_m_s", "climb_ms", "columns.climb_ms: is not known here; did you mean climb_m_s?"),
         ('wind_from_deg = { column = "wd" }\n', "", "columns.wind_speed_m_s: also needs wind_from"),
         ('{ column = "I" }', '"I"', "columns.current_a: must be a table"),
         ('{ column = "mode" }', '{ column = "mode", unit = "V" }', "none: leave it out"),
