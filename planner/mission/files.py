@@ -12,15 +12,17 @@ from planner.files import write_output_file
 from planner.findings import Rule, Severity
 from planner.mission.formats.exchange import describe_text, describe_xml, read_bytes, read_text
 from planner.mission.formats.json_document import parse_json
-from planner.mission.formats.legacy import (
+from planner.mission.formats.plan import read_plan
+from planner.mission.formats.wpl import (
+    has_wpl_header,
     is_fence_line,
     is_rally_line,
+    is_row,
     read_fence_list,
-    read_legacy,
+    read_lines,
     read_rally_list,
+    read_wpl,
 )
-from planner.mission.formats.plan import is_legacy, read_plan
-from planner.mission.formats.wpl import has_wpl_header, is_row, read_lines, read_wpl
 from planner.mission.items import MissionFormat
 from planner.values import replace
 
@@ -68,25 +70,7 @@ def read_mission(path: str | Path) -> Mission:
 
 
 def read_mission_bytes(data: bytes, *, source: str) -> Mission:
-    """Return the mission in the bytes of a file.
-
-    Parameters
-    ----------
-    data : bytes
-        The whole file.
-    source : str
-        Its name, for messages; ``-`` for standard input.
-
-    Returns
-    -------
-    Mission
-        With what reading it brought to light as findings.
-
-    Raises
-    ------
-    MissionFileError
-        If it is no mission or is broken.
-    """
+    """Return the mission in the bytes of a file; see `read_mission`."""
     content = read_text(data, source=source)
     with _collection_paused():
         mission = _read_content(content.text, source=source)
@@ -144,13 +128,22 @@ def _collection_paused() -> Iterator[None]:
 
 
 def _read_content(text: str, *, source: str) -> Mission:
-    """Return the mission in a text by its first telling line."""
+    """Return the mission in a text by what it begins with."""
     if text.lstrip().startswith(("{", "[")):
-        document = parse_json(text, source=source)
-        return (read_legacy if is_legacy(document) else read_plan)(document, source)
+        return read_plan(parse_json(text, source=source), source)
     if text.lstrip().startswith("<"):
         raise MissionFileError(describe_xml(text), source=source)
-    return read_mission_text(text, source=source)
+    for _, line in read_lines(text, source=source):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        if has_wpl_header(line) or is_row(line):
+            return read_wpl(text, source=source)
+        if is_rally_line(line):
+            return read_rally_list(text, source=source)
+        if is_fence_line(line):
+            return read_fence_list(text, source=source)
+        break
+    raise MissionFileError(describe_text(text), source=source)
 
 
 FILE_SUFFIX = Rule(
@@ -166,26 +159,7 @@ FILE_SUFFIX = Rule(
 def _check_suffix(mission: Mission, name: str) -> list[Finding]:
     """Return the finding about a suffix that belongs to another format."""
     suffix = PurePath(name).suffix.lower()
-    wrong = any(
-        suffix in suffixes and file_format != mission.file_format
-        for file_format, suffixes in _SUFFIXES.items()
-    )
-    if not wrong:
+    if not any(suffix in _SUFFIXES[other] for other in _SUFFIXES if other != mission.file_format):
         return []
     what = "JSON" if mission.file_format is MissionFormat.PLAN else "QGC WPL text"
     return [FILE_SUFFIX.finding(f"{what} in a file named {suffix}: QGroundControl refuses it")]
-
-
-def read_mission_text(text: str, *, source: str) -> Mission:
-    """Return the mission in ``QGC WPL`` text, or in a list of fence or rally points."""
-    for _, line in read_lines(text, source=source):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        if has_wpl_header(line) or is_row(line):
-            return read_wpl(text, source=source)
-        if is_rally_line(line):
-            return read_rally_list(text, source=source)
-        if is_fence_line(line):
-            return read_fence_list(text, source=source)
-        break
-    raise MissionFileError(describe_text(text), source=source)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.autopilot import Autopilot
-    from planner.findings import Finding, Place
+    from planner.findings import Finding, Place, Remarks, Rule, Severity
     from planner.geo.fence import Fence, RallyPoint
 
 
@@ -81,6 +81,12 @@ class MissionItem(Value, kw_only=False):
     """The height above ground of an item without an altitude: QGroundControl computes that one
     from its terrain, and has not done so yet. [m]"""
 
+    @property
+    def parameters(self) -> tuple[float | None, ...]:
+        """All seven."""
+        places = (self.latitude_deg, self.longitude_deg, self.altitude_m)
+        return (self.param1, self.param2, self.param3, self.param4, *places)
+
 
 def bare_command(command: int) -> MissionItem:
     """Return a command with all its parameters 0: what switches off, or takes none."""
@@ -135,7 +141,13 @@ class ItemSequence:
     first_number: int
     """Number of the first item in flown order, which is its jump id too, as ground stations do."""
     place: Place
+    remarks: Remarks
     items: list[MissionItem] = field(default_factory=list)
+
+    def remark(self, rule: Rule, message: str, *, severity: Severity | None = None) -> None:
+        """Report something about the complex item."""
+        item, place = self.first_number, self.place
+        self.remarks.add(rule, message, item=item, place=place, severity=severity)
 
     def add(
         self,
@@ -144,14 +156,9 @@ class ItemSequence:
         frame: int = Frame.MISSION,
         position: tuple[float, float, float | None] | None = None,
     ) -> None:
-        """Add an item.
+        """Add an item from its parameters; those not given are 0.
 
-        Parameters
-        ----------
-        *parameters : float or None
-            All seven, or the first four where there is a position; the rest is 0.
-        position : tuple of float, optional
-            Latitude [°], longitude [°] and altitude [m] of the frame.
+        A position is latitude [°], longitude [°] and altitude [m] of the frame.
         """
         values = [*parameters, *(0.0,) * (7 - len(parameters))]
         if position is not None:
@@ -168,16 +175,9 @@ class ItemSequence:
         )
 
     def add_waypoint(
-        self,
-        latitude_deg: float,
-        longitude_deg: float,
-        altitude_m: float,
-        *,
-        frame: int,
-        hold_s: float = 0.0,
+        self, position: tuple[float, float, float | None], *, frame: int, hold_s: float = 0.0
     ) -> None:
         """Add a waypoint with free yaw."""
-        position = (latitude_deg, longitude_deg, altitude_m)
         self.add(Command.NAV_WAYPOINT, hold_s, 0.0, 0.0, None, frame=frame, position=position)
 
 

@@ -16,7 +16,6 @@ from planner.errors import MissionFileError
 from planner.findings import Severity
 from planner.geo.geodesy import distance_m
 from planner.mission.expand.survey import (
-    EntryCorner,
     begun_nearest,
     in_alternation,
     make_transects_m,
@@ -399,7 +398,7 @@ SQUARE_M = np.array([[0.0, 0.0], [0.0, 100.0], [100.0, 100.0], [100.0, 0.0]])
 
 
 def test_lines_are_counted_from_the_left_at_the_spacing_from_far_outside() -> None:
-    lines = make_transects_m(SQUARE_M, angle_deg=0.0, spacing_m=40.0, entry=EntryCorner.TOP_LEFT)
+    lines = make_transects_m(SQUARE_M, angle_deg=0.0, spacing_m=40.0, entry=0)
     # The first line lies at 50 − (50 + 1000) = −1000 m; further ones every 40 m: 0, 40, 80.
     assert lines[:, 0, 0].tolist() == [0.0, 40.0, 80.0]
     assert np.abs(lines[:, 1] - lines[:, 0]).tolist() == [[0.0, 100.0]] * 3
@@ -408,19 +407,17 @@ def test_lines_are_counted_from_the_left_at_the_spacing_from_far_outside() -> No
 def test_the_entry_corner_turns_the_order_and_the_direction_of_lines() -> None:
     lines = {
         entry: make_transects_m(SQUARE_M, angle_deg=0.0, spacing_m=40.0, entry=entry)
-        for entry in EntryCorner
+        for entry in range(4)
     }
-    begin = lines[EntryCorner.TOP_LEFT]
-    assert lines[EntryCorner.TOP_RIGHT].tolist() == begin[::-1].tolist()
-    assert lines[EntryCorner.BOTTOM_LEFT].tolist() == begin[:, ::-1].tolist()
-    assert lines[EntryCorner.BOTTOM_RIGHT].tolist() == begin[::-1, ::-1].tolist()
+    begin = lines[0]
+    assert lines[1].tolist() == begin[::-1].tolist()
+    assert lines[2].tolist() == begin[:, ::-1].tolist()
+    assert lines[3].tolist() == begin[::-1, ::-1].tolist()
 
 
 @pytest.mark.parametrize("spacing_m", [0.0, -3.0, 5000.0])
 def test_a_spacing_that_gives_no_two_lines_gives_one_through_the_middle(spacing_m: float) -> None:
-    lines = make_transects_m(
-        SQUARE_M, angle_deg=90.0, spacing_m=spacing_m, entry=EntryCorner.TOP_LEFT
-    )
+    lines = make_transects_m(SQUARE_M, angle_deg=90.0, spacing_m=spacing_m, entry=0)
     assert sorted(lines[0].round(9).tolist()) == [[0.0, 50.0], [100.0, 50.0]]
 
 
@@ -443,9 +440,7 @@ def test_lines_of_a_rectangle_cover_its_area(
     angle_deg: float, spacing_m: float, width_m: float, height_m: float
 ) -> None:
     outline = np.array([[0.0, 0.0], [width_m, 0.0], [width_m, height_m], [0.0, height_m]])
-    lines = make_transects_m(
-        outline, angle_deg=angle_deg, spacing_m=spacing_m, entry=EntryCorner.TOP_LEFT
-    )
+    lines = make_transects_m(outline, angle_deg=angle_deg, spacing_m=spacing_m, entry=0)
     lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
     # The sum of lengths times the spacing is the midpoint rule for the area: off by no more than
     # one spacing times the longest line at each of its two sides.

@@ -12,8 +12,8 @@ from planner.errors import MissionFileError
 from planner.findings import Place
 from planner.geo.fence import FencePolygon, RallyPoint
 from planner.mission.formats.json_document import parse_json
-from planner.mission.formats.legacy import read_fence_list, read_legacy, read_rally_list
-from planner.mission.formats.plan import is_legacy
+from planner.mission.formats.plan import is_legacy, read_plan
+from planner.mission.formats.wpl import read_fence_list, read_rally_list
 from planner.mission.items import Home, Mission
 
 
@@ -63,7 +63,7 @@ VERSION_2 = {
 def read(value: dict[str, Any]) -> Mission:
     document = parse_json(json.dumps(value), source="a.mission")
     assert is_legacy(document)
-    return read_legacy(document, "a.mission")
+    return read_plan(document, "a.mission")
 
 
 def test_version_one_has_parameters_by_name_and_an_item_for_home() -> None:

@@ -13,9 +13,7 @@ from hypothesis import strategies as st
 from plan_text import LANDING, PLAN, STRUCTURE_SCAN
 
 from planner.errors import MissionFileError
-from planner.mission.formats.json_document import parse_json
-from planner.mission.formats.legacy import read_legacy
-from planner.mission.formats.plan import is_legacy, read_plan
+from planner.mission.formats.plan import read_plan_text
 
 if TYPE_CHECKING:
     from planner.mission.items import Mission
@@ -95,10 +93,7 @@ def paths(value: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int,
 
 def read_or_refuse(text: str) -> Mission | None:
     try:
-        document = parse_json(text, source="a.plan")
-        if is_legacy(document):
-            return read_legacy(document, "a.plan")
-        return read_plan(document, "a.plan")
+        return read_plan_text(text, source="a.plan")
     except MissionFileError:
         return None
 
@@ -192,7 +187,7 @@ def test_every_key_may_be_missing_or_stand_twice(start: dict[str, Any]) -> None:
             target["\ue000"] = target[path[-1]]
             twice = json.dumps(plan, ensure_ascii=False).replace('"\ue000"', key)
             with pytest.raises(MissionFileError, match="appears twice"):
-                parse_json(twice, source="a.plan")
+                read_plan_text(twice, source="a.plan")
             del target["\ue000"]
         del target[path[-1]]
         check(read_or_refuse(json.dumps(plan)))

@@ -1,4 +1,4 @@
-"""Complex items of a plan, expanded to mission items."""
+"""Complex items of a plan, expanded to mission items as QGroundControl does on upload."""
 
 from __future__ import annotations
 
@@ -6,35 +6,30 @@ from typing import TYPE_CHECKING, Any
 
 from planner import quantity
 from planner.findings import Rule, Severity
+from planner.mission.commands import Command, Frame
 from planner.mission.expand import structure_scan
-from planner.mission.expand.landing import LAND_COMMANDS, expand_landing_pattern
-from planner.mission.expand.survey import (
-    CLOSEST_SPACING_M,
-    make_survey_items,
-    read_frame,
-    read_older_survey,
-    read_survey,
-)
-from planner.mission.formats.json_document import JsonFields, describe
+from planner.mission.expand.survey import CLOSEST_SPACING_M, add_survey, read_frame, read_survey
+from planner.mission.formats.json_document import JsonDocument, JsonFields, describe
 from planner.mission.formats.simple_item import COMPLEX_ITEM_UNKNOWN, PLAN_VALUE
-from planner.mission.items import MOST_ITEMS, ItemSequence, make_items
-from planner.values import Value
+from planner.mission.items import MOST_ITEMS, make_items
 
 if TYPE_CHECKING:
-    from planner.findings import Place, Remarks
     from planner.mission.formats.simple_item import SimpleItemReader
-    from planner.mission.items import MissionItem
+    from planner.mission.items import ItemSequence
 
 
-VERSIONS = {
+_LAND_COMMANDS = {"fwLandingPattern": Command.NAV_LAND, "vtolLandingPattern": Command.NAV_VTOL_LAND}
+_VERSIONS = {
     "survey": (2, 3, 4, 5),
     "CorridorScan": (2,),
-    "StructureScan": (structure_scan.VERSION,),
+    "StructureScan": (3,),
     "fwLandingPattern": (1, 2),
     "vtolLandingPattern": (1,),
 }
 """What QGroundControl accepts."""
 _TRANSECT_VERSIONS = (1, 2)
+_IMAGE_STOP_CAPTURE = 2001
+_VIDEO_STOP_CAPTURE = 2501
 
 
 COMPLEX_ITEM_VERSION = Rule(
@@ -59,138 +54,176 @@ SURVEY_REBUILT = Rule(
 )
 
 
-class ComplexItemReader(Value):
-    """Expands the complex items of one document; what is odd goes to its remarks."""
-
-    simple_items: SimpleItemReader
-    remarks: Remarks
-
-    def read(self, raw: JsonFields, place: Place, *, first_number: int) -> list[MissionItem]:
-        """Return the mission items of a complex item.
-
-        Returns
-        -------
-        list of MissionItem
-            Empty where it cannot be expanded, which is a finding of severity error.
-        """
-        kind = raw.value.get("complexItemType", raw.value.get("type"))
-        version = raw.value.get("version")
-        item = JsonFields(
-            document=raw.document,
-            value=raw.value,
-            title=f"item {first_number} ({kind[:30] if isinstance(kind, str) else describe(kind)})",
-        )
-        kind = kind if isinstance(kind, str) else ""
-        is_known = version in VERSIONS.get(kind, ())
-        if raw.value.get("type") != "ComplexItem":
-            found = describe(raw.value.get("type"))
-            self._report_refused(
-                item, f"'type' is {found}, read as ComplexItem", first_number, place
-            )
-        transects = raw.value.get("TransectStyleComplexItem")
-        if isinstance(transects, dict) and "Items" in transects:
-            if not is_known:
-                message = (
-                    f"{item.title} is of version {describe(version)}: its embedded items are used, "
-                    "QGroundControl refuses the file"
-                )
-                self.remarks.add(COMPLEX_ITEM_VERSION, message, item=first_number, place=place)
-            version = transects.get("version")
-            if version not in _TRANSECT_VERSIONS:
-                what = f"'TransectStyleComplexItem' is of version {describe(version)}"
-                self._report_refused(item, what, first_number, place)
-            return self._embedded(item, first_number)
+def expand(
+    document: JsonDocument,
+    raw: dict[str, Any],
+    simple_items: SimpleItemReader,
+    sequence: ItemSequence,
+) -> None:
+    """Add the mission items of a complex item; none where it cannot be expanded, which is an error."""
+    named, version = raw.get("complexItemType", raw.get("type")), raw.get("version")
+    kind: str = named if isinstance(named, str) else ""
+    title = f"item {sequence.first_number} ({kind[:30] if kind == named else describe(named)})"
+    item = JsonFields(document=document, value=raw, title=title)
+    is_known = version in _VERSIONS.get(kind, ())
+    if raw.get("type") != "ComplexItem":
+        found = describe(raw.get("type"))
+        _report_refused(f"{title}: 'type' is {found}, read as ComplexItem", sequence)
+    transects = raw.get("TransectStyleComplexItem")
+    if isinstance(transects, dict) and "Items" in transects:
         if not is_known:
-            return self._refused(item, f"version {describe(version)} is not known", place)
-        if kind == "StructureScan":
-            return structure_scan.expand_structure_scan(
-                item, place, first_number=first_number, remarks=self.remarks
-            )
-        if kind in LAND_COMMANDS:
-            return expand_landing_pattern(
-                item, kind, place, first_number=first_number, remarks=self.remarks
-            )
-        return self._without_items(item, kind, place, first_number)
-
-    def _report_refused(self, item: JsonFields, what: str, number: int, place: Place) -> None:
-        """Report that QGroundControl does not open a file with this."""
-        message = f"{item.title}: {what}: QGroundControl refuses the file"
-        self.remarks.add(PLAN_VALUE, message, item=number, place=place)
-
-    def _refused(self, item: JsonFields, why: str, place: Place) -> list[MissionItem]:
-        """Report that nothing of a complex item is in the prediction."""
-        message = f"{item.title} cannot be expanded, {why}: missing from this prediction"
-        self.remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=place)
-        return []
-
-    def _embedded(self, item: JsonFields, first_number: int) -> list[MissionItem]:
-        """Return the items that the file holds, as they are."""
-        transects = item.fields("TransectStyleComplexItem", item.title)
-        raws: list[Any] = transects.listed("Items")
-        if first_number - 1 + len(raws) > MOST_ITEMS:
-            transects.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "Items")
-        for index, raw in enumerate(raws):
-            if type(raw) is not dict:
-                transects.refuse(
-                    f"element {index + 1} of 'Items' is {describe(raw)}", "Items", index
-                )
-        places = item.document.places(raws)
-        return make_items(
-            [
-                self.simple_items.read(raw, first_number + n, place)
-                for n, (raw, place) in enumerate(zip(raws, places, strict=True))
-            ]
-        )
-
-    def _without_items(
-        self, item: JsonFields, kind: str, place: Place, first_number: int
-    ) -> list[MissionItem]:
-        """Return the items of a survey or corridor that the file does not hold."""
-        drawn = self._drawn_path(item, place, first_number)
-        if drawn:
             message = (
-                f"{item.title} holds no items: flown along the path it is drawn with, "
-                f"{quantity.count(len(drawn), 'point')}; QGroundControl and MAVSDK refuse the file"
+                f"{title} is of version {describe(version)}: its embedded items are used, "
+                "QGroundControl refuses the file"
             )
-            self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
-            return drawn
-        is_older = item.value.get("version") in (2, 3)
-        plan = None
-        if kind == "survey":
-            plan = read_older_survey(item) if is_older else read_survey(item)
-        if plan is None:
-            return self._refused(item, "it holds neither items nor a path", place)
-        try:
-            items, lines = make_survey_items(plan, place, first_number=first_number)
-        except ValueError as error:
-            item.refuse(f"it would have {error}")
-        if not items:
-            return self._refused(item, "no line crosses its area", place)
-        flown = f"{quantity.count(lines, 'line')} {plan.spacing_m:g} m apart"
-        if plan.spacing_m < CLOSEST_SPACING_M:
-            flown = (
-                f"a single line: its spacing is {plan.spacing_m:g} m, and QGroundControl flies one line "
-                f"below {CLOSEST_SPACING_M:g} m"
-            )
-        computed = quantity.count(len(items), "item")
-        message = f"{item.title} holds no items: {computed} computed from its area, {flown}"
-        self.remarks.add(SURVEY_REBUILT, message, item=first_number, place=place)
-        return items
+            sequence.remark(COMPLEX_ITEM_VERSION, message)
+        version = transects.get("version")
+        if version not in _TRANSECT_VERSIONS:
+            found = f"'TransectStyleComplexItem' is of version {describe(version)}"
+            _report_refused(f"{title}: {found}", sequence)
+        _add_embedded(item, simple_items, sequence)
+    elif not is_known:
+        _report_missing(title, f"version {describe(version)} is not known", sequence)
+    elif kind == "StructureScan":
+        structure_scan.add_structure_scan(item, sequence)
+    elif kind in _LAND_COMMANDS:
+        _add_landing_pattern(item, _LAND_COMMANDS[kind], sequence)
+    elif not _add_drawn_path(item, sequence):
+        _add_computed(item, kind, sequence)
 
-    def _drawn_path(self, item: JsonFields, place: Place, first_number: int) -> list[MissionItem]:
-        """Return waypoints along the path a survey or corridor is drawn with, if it is saved."""
-        if not isinstance(item.value.get("TransectStyleComplexItem"), dict):
-            return []
-        transects = item.fields("TransectStyleComplexItem", item.title)
-        if not isinstance(transects.value.get("CameraCalc"), dict):
-            return []
-        # Hovering at pictures is no part of the drawing.
-        if transects.value.get("HoverAndCapture") or "VisualTransectPoints" not in transects.value:
-            return []
-        camera = transects.fields("CameraCalc", item.title)
-        frame, altitude_m = read_frame(transects, camera), camera.length("DistanceToSurface")
-        sequence = ItemSequence(first_number=first_number, place=place)
-        for index in range(len(transects.listed("VisualTransectPoints"))):
-            latitude_deg, longitude_deg = transects.position("VisualTransectPoints", index)
-            sequence.add_waypoint(latitude_deg, longitude_deg, altitude_m, frame=frame)
-        return sequence.items
+
+def _report_refused(what: str, sequence: ItemSequence) -> None:
+    """Report that QGroundControl does not open a file with this."""
+    sequence.remark(PLAN_VALUE, f"{what}: QGroundControl refuses the file")
+
+
+def _report_missing(title: str, why: str, sequence: ItemSequence) -> None:
+    """Report that nothing of a complex item is in the prediction."""
+    message = f"{title} cannot be expanded, {why}: missing from this prediction"
+    sequence.remarks.add(COMPLEX_ITEM_UNKNOWN, message, place=sequence.place)
+
+
+def _add_embedded(item: JsonFields, simple_items: SimpleItemReader, sequence: ItemSequence) -> None:
+    """Add the items that the file holds, as they are."""
+    transects = item.fields("TransectStyleComplexItem", item.title)
+    first_number = sequence.first_number
+    if first_number - 1 + len(transects.listed("Items")) > MOST_ITEMS:
+        transects.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "Items")
+    sequence.items += make_items(
+        [
+            simple_items.read(raw, number, place)
+            for number, (raw, place) in enumerate(
+                zip(*transects.objects("Items"), strict=True), start=first_number
+            )
+        ]
+    )
+
+
+def _add_drawn_path(item: JsonFields, sequence: ItemSequence) -> bool:
+    """Add waypoints along the path a survey or corridor is drawn with; return whether it is saved."""
+    if not isinstance(item.value.get("TransectStyleComplexItem"), dict):
+        return False
+    transects = item.fields("TransectStyleComplexItem", item.title)
+    if (
+        not isinstance(transects.value.get("CameraCalc"), dict)
+        or transects.value.get("HoverAndCapture")  # hovering at pictures is no part of the drawing
+        or "VisualTransectPoints" not in transects.value
+    ):
+        return False
+    camera = transects.fields("CameraCalc", item.title)
+    frame, altitude_m = read_frame(transects, camera), camera.length("DistanceToSurface")
+    for index in range(len(transects.listed("VisualTransectPoints"))):
+        place_deg = transects.position("VisualTransectPoints", index)
+        sequence.add_waypoint((*place_deg, altitude_m), frame=frame)
+    if not sequence.items:
+        return False
+    message = (
+        f"{item.title} holds no items: flown along the path it is drawn with, "
+        f"{quantity.count(len(sequence.items), 'point')}; QGroundControl and MAVSDK refuse the file"
+    )
+    sequence.remark(SURVEY_REBUILT, message)
+    return True
+
+
+def _add_computed(item: JsonFields, kind: str, sequence: ItemSequence) -> None:
+    """Add the items of a survey that the file holds neither items nor a path of."""
+    survey = read_survey(item) if kind == "survey" else None
+    if survey is None:
+        _report_missing(item.title, "it holds neither items nor a path", sequence)
+        return
+    try:
+        lines = add_survey(survey, sequence)
+    except ValueError as error:
+        item.refuse(f"it would have {error}")
+    if not lines:
+        _report_missing(item.title, "no line crosses its area", sequence)
+        return
+    flown = f"{quantity.count(lines, 'line')} {survey.spacing_m:g} m apart"
+    if survey.spacing_m < CLOSEST_SPACING_M:
+        flown = (
+            f"a single line: its spacing is {survey.spacing_m:g} m, and QGroundControl flies one line "
+            f"below {CLOSEST_SPACING_M:g} m"
+        )
+    computed = quantity.count(len(sequence.items), "item")
+    message = f"{item.title} holds no items: {computed} computed from its area, {flown}"
+    sequence.remark(SURVEY_REBUILT, message)
+
+
+LANDING_PATTERN_EXPANDED = Rule(
+    "L116 landing-pattern-expanded",
+    Severity.INFO,
+    summary="A landing pattern is expanded as QGroundControl does on upload.",
+    why="The file holds where to approach and land, not the items; MAVSDK refuses the file.",
+    how="DO_LAND_START, what stops the camera, the approach and the landing.  A warning where one of "
+    "its altitudes counts from home and the other does not.",
+    fix="check the landing in QGroundControl before the upload",
+)
+
+
+def _add_landing_pattern(pattern: JsonFields, command: Command, sequence: ItemSequence) -> None:
+    """Add the items of a landing pattern: what stops the camera, the approach, the landing."""
+    frame = Frame.GLOBAL_RELATIVE_ALT if _is_relative(pattern, sequence) else Frame.GLOBAL
+    is_newer = "landingApproachCoordinate" in pattern.value
+    approach = _position(pattern, "landingApproachCoordinate" if is_newer else "loiterCoordinate")
+    land = _position(pattern, "landCoordinate")
+    sequence.add(Command.DO_LAND_START)
+    if pattern.truth("useDoChangeSpeed", default=False):
+        sequence.add(Command.DO_CHANGE_SPEED, 0.0, pattern.number("finalApproachSpeed"), -1.0)
+    if pattern.truth("stopTakingPhotos", default=False):
+        sequence.add(Command.DO_SET_CAM_TRIGG_DIST)
+        sequence.add(_IMAGE_STOP_CAPTURE, 0.0, None, None, None, None, None, None)
+    if pattern.truth("stopVideoPhotos", default=False):
+        sequence.add(_VIDEO_STOP_CAPTURE)
+    if pattern.truth("useLoiterToAlt", default=True):
+        radius_m = pattern.length("loiterRadius")
+        if not pattern.truth("loiterClockwise"):
+            radius_m = -radius_m
+        sequence.add(
+            Command.NAV_LOITER_TO_ALT, 1.0, radius_m, 0.0, 1.0, frame=frame, position=approach
+        )
+    else:
+        sequence.add_waypoint(approach, frame=frame)
+    sequence.add(command, frame=frame, position=land)
+    message = f"{pattern.title}: {len(sequence.items)} items computed, the file holds none of them"
+    sequence.remark(LANDING_PATTERN_EXPANDED, message)
+
+
+def _is_relative(pattern: JsonFields, sequence: ItemSequence) -> bool:
+    """Return whether the pattern's altitudes count from home."""
+    if "altitudesAreRelative" in pattern.value:
+        return pattern.truth("altitudesAreRelative")
+    loiter, land = pattern.truth("loiterAltitudeRelative"), pattern.truth("landAltitudeRelative")
+    if loiter != land:
+        message = (
+            f"{pattern.title}: only one of its altitudes is relative to home; both are read as "
+            "such, as QGroundControl does"
+        )
+        sequence.remark(LANDING_PATTERN_EXPANDED, message, severity=Severity.WARNING)
+    return loiter or land
+
+
+def _position(pattern: JsonFields, key: str) -> tuple[float, float, float | None]:
+    values = pattern.listed(key)
+    if len(values) != 3 or values[2] is None:
+        pattern.refuse(f"'{key}' must be [latitude, longitude, altitude]", key)
+    return (*pattern.position(key), pattern.altitude(key, 2))

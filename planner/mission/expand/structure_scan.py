@@ -9,19 +9,17 @@ import numpy as np
 
 from planner import quantity
 from planner.findings import Rule, Severity
-from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, Frame
+from planner.mission.expand.survey import outline_frame, read_outline
 from planner.mission.formats.json_document import LARGEST_LENGTH_M
-from planner.mission.items import MOST_ITEMS, ItemSequence
+from planner.mission.items import MOST_ITEMS
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
-    from planner.findings import Place, Remarks
     from planner.mission.formats.json_document import JsonFields
-    from planner.mission.items import MissionItem
+    from planner.mission.items import ItemSequence
 
 
-VERSION = 3
 _LEAST_LAYER_M = 0.01
 MOST_LAYERS = 10_000
 _FARTHEST_VERTEX_M = 1e6
@@ -44,47 +42,41 @@ STRUCTURE_SCAN_EXPANDED = Rule(
 )
 
 
-def expand_structure_scan(
-    scan: JsonFields, place: Place, *, first_number: int, remarks: Remarks
-) -> list[MissionItem]:
-    """Return the items of a structure scan: 4 + layers (n + 3) for an outline of n vertices."""
+def add_structure_scan(scan: JsonFields, sequence: ItemSequence) -> None:
+    """Add the items of a structure scan: 4 + layers (n + 3) for an outline of n vertices."""
     camera = scan.fields("CameraCalc", f"{scan.title}, camera")
     layers = scan.whole("Layers", least=1, most=MOST_LAYERS)
     layer_m = camera.length("AdjustedFootprintFrontal")
     top_m, bottom_m = scan.length("StructureHeight"), scan.length("ScanBottomAlt")
     from_top = scan.truth("StartFromTop")
-    outline = [scan.position("polygon", n) for n in range(len(scan.listed("polygon")))]
-    if len(outline) < 3:
-        scan.refuse(
-            f"its polygon has {quantity.count(len(outline), 'vertex', 'vertices')}", "polygon"
-        )
+    outline = read_outline(scan)
     if 4 + layers * (len(outline) + 3) > MOST_ITEMS:
         scan.refuse(f"more than {MOST_ITEMS:,} items: MAVLink can send no more", "Layers")
     if layers * abs(layer_m) > LARGEST_LENGTH_M:
-        scan.refuse(
-            f"{quantity.count(layers, 'layer')} of {layer_m:g} m: higher than anybody flies",
-            "Layers",
-        )
+        height = f"{quantity.count(layers, 'layer')} of {layer_m:g} m"
+        scan.refuse(f"{height}: higher than anybody flies", "Layers")
     path, is_moved = _flown_outline(np.array(outline), camera.length("DistanceToSurface"))
 
-    relative = Frame.GLOBAL_RELATIVE_ALT
+    def go_to(vertex: tuple[float, float], height_m: float) -> None:
+        sequence.add_waypoint((*vertex, height_m), frame=Frame.GLOBAL_RELATIVE_ALT)
+
     entrance_m = scan.length("EntranceAltitude")
-    sequence = ItemSequence(first_number=first_number, place=place)
-    sequence.add_waypoint(*path[0], entrance_m, frame=relative)
-    gimbal_deg = scan.number("GimbalPitch")
-    sequence.add(_DO_SET_ROI_WPNEXT_OFFSET, 0.0, 0.0, 0.0, 0.0, gimbal_deg, 0.0, 90.0)
+    go_to(path[0], entrance_m)
+    sequence.add(
+        _DO_SET_ROI_WPNEXT_OFFSET, 0.0, 0.0, 0.0, 0.0, scan.number("GimbalPitch"), 0.0, 90.0
+    )
     step_m = -layer_m if from_top else layer_m
     altitude_m = (top_m if from_top else bottom_m) + step_m / 2.0
     trigger_m = camera.length("AdjustedFootprintSide")
     for _ in range(layers):
-        sequence.add_waypoint(*path[0], altitude_m, frame=relative)
+        go_to(path[0], altitude_m)
         sequence.add(Command.DO_SET_CAM_TRIGG_DIST, trigger_m, 0.0, 1.0)
         for vertex in (*path[1:], path[0]):
-            sequence.add_waypoint(*vertex, altitude_m, frame=relative)
+            go_to(vertex, altitude_m)
         sequence.add(Command.DO_SET_CAM_TRIGG_DIST)
         altitude_m += step_m
     sequence.add(_DO_SET_ROI_NONE)
-    sequence.add_waypoint(*path[0], entrance_m, frame=relative)
+    go_to(path[0], entrance_m)
 
     message = (
         f"{scan.title}: {len(sequence.items)} items computed, {quantity.count(layers, 'lap')} of "
@@ -105,25 +97,18 @@ def expand_structure_scan(
             "; two of its edges are in line, so that QGroundControl fails to move the outline "
             "outward and flies along the structure itself"
         )
-    remarks.add(STRUCTURE_SCAN_EXPANDED, message, item=first_number, place=place, severity=severity)
-    return sequence.items
+    sequence.remark(STRUCTURE_SCAN_EXPANDED, message, severity=severity)
 
 
 def _flown_outline(
     vertices_deg: FloatArray, distance_m: float
 ) -> tuple[list[tuple[float, float]], bool]:
-    """Return the outline moved outward, and whether it could be moved.
+    """Return the outline moved outward, clockwise [°], and whether it could be moved.
 
-    Returns
-    -------
-    tuple
-        Latitude and longitude of each vertex, clockwise [°]; ``False`` if two neighbouring edges
-        are exactly in line, where the offset edges have no one point in common.
+    It cannot where two neighbouring edges are exactly in line: the offset edges have no one point
+    in common.
     """
-    frame = LocalFrame(
-        latitude_deg=float(vertices_deg[0, 0]), longitude_deg=float(vertices_deg[0, 1])
-    )
-    points_m = np.column_stack(frame.east_north_m(vertices_deg[:, 0], vertices_deg[:, 1]))
+    frame, points_m = outline_frame(vertices_deg)
     following_m = np.roll(points_m, -1, axis=0)
     # Shoelace formula, positive anticlockwise.
     if np.sum(points_m[:, 0] * following_m[:, 1] - following_m[:, 0] * points_m[:, 1]) > 0.0:
@@ -134,7 +119,7 @@ def _flown_outline(
     before = np.roll(along, 1, axis=0)
     crossing = before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]
     if np.any(lengths == 0.0) or np.any(crossing == 0.0):
-        return [(float(lat), float(lon)) for lat, lon in vertices_deg], False
+        return list(map(tuple, vertices_deg.tolist())), False
     # Clockwise, the outside is to the left: the direction (e, n) turned to (−n, e).
     starts = points_m + distance_m * np.column_stack((-along[:, 1], along[:, 0])) / lengths[:, None]
     earlier = np.roll(starts, 1, axis=0)
@@ -144,6 +129,6 @@ def _flown_outline(
         t = (gap[:, 0] * along[:, 1] - gap[:, 1] * along[:, 0]) / crossing
         moved = earlier + t[:, None] * before
     if not np.all(np.abs(moved) < _FARTHEST_VERTEX_M):  # also catches NaN
-        return [(float(lat), float(lon)) for lat, lon in vertices_deg], False
+        return list(map(tuple, vertices_deg.tolist())), False
     latitudes, longitudes = frame.latitude_longitude_deg(moved[:, 0], moved[:, 1])
     return list(zip(latitudes.tolist(), longitudes.tolist(), strict=True)), True

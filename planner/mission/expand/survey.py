@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum, IntEnum, auto
+from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,14 +10,13 @@ import numpy as np
 from planner import quantity
 from planner.geo.geodesy import LocalFrame
 from planner.mission.commands import Command, Frame
-from planner.mission.items import MOST_ITEMS, ItemSequence
+from planner.mission.items import MOST_ITEMS
 from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import FloatArray
-    from planner.findings import Place
     from planner.mission.formats.json_document import JsonFields
-    from planner.mission.items import MissionItem
+    from planner.mission.items import ItemSequence
 
 
 CLOSEST_SPACING_M = 0.5
@@ -30,34 +29,15 @@ _MARGIN_M = 1000.0
 """The first line lies this far outside half the area's greater extent. [m]"""
 
 
-class EntryCorner(IntEnum):
-    """QGroundControl's numbers for where a survey begins, "top" being where its first line does."""
-
-    TOP_LEFT = 0
-    TOP_RIGHT = 1
-    BOTTOM_LEFT = 2
-    BOTTOM_RIGHT = 3
-
-
 def make_transects_m(
-    outline_m: FloatArray, *, angle_deg: float, spacing_m: float, entry: EntryCorner
+    outline_m: FloatArray, *, angle_deg: float, spacing_m: float, entry: int
 ) -> FloatArray:
-    """Return the lines of a survey in the order of flight, all in one direction.
+    """Return the lines of a survey in the order of flight, all in one direction. [k × 2 × 2, m].
 
-    Lines lie ``spacing_m`` apart, turned clockwise by ``angle_deg`` from north, and are counted
-    from the left; each reaches from the first to the last crossing with the outline.  Their
-    direction is that in which the outline's edges come along the first line.
-
-    Parameters
-    ----------
-    spacing_m : float
-        Distance between lines; below ``CLOSEST_SPACING_M`` there is one line. [m]
-
-    Returns
-    -------
-    ndarray
-        East and north of the ends of each line, empty where no line crosses the area.
-        [k × 2 × 2, m]
+    Lines lie ``spacing_m`` apart (one line below ``CLOSEST_SPACING_M``), turned clockwise by
+    ``angle_deg`` from north, and are counted from the left; each reaches from the first to the last
+    crossing with the outline, in the direction in which the outline's edges come along the first
+    line.  ``entry`` is QGroundControl's number: 1 begins at the right, 2 at the bottom, 3 at both.
 
     Raises
     ------
@@ -86,23 +66,17 @@ def make_transects_m(
     if len(ends) < 2:  # one line through the middle
         ends = _line_ends(vertices, np.zeros(1))
     transects: FloatArray = centre + ends[..., :1] * across + ends[..., 1:] * along
-    if entry in {EntryCorner.BOTTOM_LEFT, EntryCorner.BOTTOM_RIGHT}:
-        transects = transects[:, ::-1]
-    if entry in {EntryCorner.TOP_RIGHT, EntryCorner.BOTTOM_RIGHT}:
-        transects = transects[::-1]
-    return transects
+    return transects[:: -1 if entry & 1 else 1, :: -1 if entry & 2 else 1]
 
 
 def _line_ends(vertices: FloatArray, offsets: FloatArray) -> FloatArray:
     """Return (across, along) of the two ends of each line that crosses the outline. [k × 2 × 2]."""
     following = np.roll(vertices, -1, axis=0)
     run = (following[:, 0] - vertices[:, 0])[:, None]
-    with np.errstate(
-        divide="ignore", invalid="ignore", over="ignore"
-    ):  # edges along the lines cross none
-        share = (offsets - vertices[:, :1]) / run
-        crossings = vertices[:, 1:] + share * (following[:, 1:] - vertices[:, 1:])
-    is_crossed = (share >= 0.0) & (share <= 1.0) & (run != 0.0)
+    with np.errstate(all="ignore"):  # edges along the lines cross none
+        fraction = (offsets - vertices[:, :1]) / run
+        crossings = vertices[:, 1:] + fraction * (following[:, 1:] - vertices[:, 1:])
+    is_crossed = (fraction >= 0.0) & (fraction <= 1.0) & (run != 0.0)
     lowest = np.where(is_crossed, crossings, np.inf)
     highest = np.where(is_crossed, crossings, -np.inf)
     low, high = lowest.min(axis=0), highest.max(axis=0)
@@ -112,10 +86,8 @@ def _line_ends(vertices: FloatArray, offsets: FloatArray) -> FloatArray:
     # QGroundControl takes the crossing with the earlier edge as a line's beginning, and turns all
     # further lines the way of the first.
     index = int(np.argmax(crossed))
-    if np.argmin(lowest[:, index]) < np.argmax(highest[:, index]):
-        ends = np.column_stack((low, high))
-    else:
-        ends = np.column_stack((high, low))
+    is_rising = np.argmin(lowest[:, index]) < np.argmax(highest[:, index])
+    ends = np.column_stack((low, high) if is_rising else (high, low))
     both = np.stack((np.broadcast_to(offsets[:, None], ends.shape), ends), axis=-1)
     chosen: FloatArray = both[crossed]
     return chosen
@@ -172,7 +144,7 @@ class SurveyPlan(Value):
     """Distance between pictures, 0 for none. [m]"""
     turn_distance_m: float
     """How far each line is lengthened to turn around. [m]"""
-    entry: EntryCorner
+    entry: int
     altitude_m: float
     """Altitude flown at, in the reference of ``frame``. [m]"""
     frame: int
@@ -183,7 +155,24 @@ class SurveyPlan(Value):
 
 
 def read_survey(survey: JsonFields) -> SurveyPlan | None:
-    """Return what a survey of version 4 or 5 is computed from, ``None`` if it does not say."""
+    """Return what a survey is computed from, ``None`` if it does not say."""
+    if survey.value.get("version") in (2, 3):
+        grid = survey.fields("grid", f"{survey.title}, grid")
+        is_relative = grid.truth("relativeAltitude")
+        return SurveyPlan(
+            outline_deg=read_outline(survey),
+            angle_deg=grid.number("angle"),
+            spacing_m=grid.length("spacing"),
+            trigger_distance_m=survey.length("cameraTriggerDistance"),
+            turn_distance_m=grid.length("turnAroundDistance"),
+            entry=grid.whole("entryLocation", most=3, default=1),
+            altitude_m=grid.length("altitude"),
+            frame=Frame.GLOBAL_RELATIVE_ALT if is_relative else Frame.GLOBAL,
+            hovers_for_pictures=survey.truth("hoverAndCapture", default=False),
+            triggers_in_turns=survey.truth("cameraTriggerInTurnaround", default=True),
+            refly_at_90_deg=survey.truth("refly90Degrees", default=False),
+            flies_alternately=False,
+        )
     if not isinstance(survey.value.get("TransectStyleComplexItem"), dict):
         return None
     transects = survey.fields("TransectStyleComplexItem", f"{survey.title}, transects")
@@ -191,39 +180,18 @@ def read_survey(survey: JsonFields) -> SurveyPlan | None:
         return None
     camera = transects.fields("CameraCalc", f"{survey.title}, camera")
     return SurveyPlan(
-        outline_deg=_read_outline(survey),
+        outline_deg=read_outline(survey),
         angle_deg=survey.number("angle"),
         spacing_m=camera.length("AdjustedFootprintSide"),
         trigger_distance_m=camera.length("AdjustedFootprintFrontal"),
         turn_distance_m=transects.length("TurnAroundDistance"),
-        entry=EntryCorner(survey.whole("entryLocation", most=3, default=0)),
+        entry=survey.whole("entryLocation", most=3, default=0),
         altitude_m=camera.length("DistanceToSurface"),
         frame=read_frame(transects, camera),
         hovers_for_pictures=transects.truth("HoverAndCapture", default=False),
         triggers_in_turns=transects.truth("CameraTriggerInTurnAround", default=True),
         refly_at_90_deg=transects.truth("Refly90Degrees", default=False),
         flies_alternately=survey.truth("flyAlternateTransects", default=False),
-    )
-
-
-def read_older_survey(survey: JsonFields) -> SurveyPlan:
-    """Return what a survey of version 2 or 3 is computed from."""
-    grid = survey.fields("grid", f"{survey.title}, grid")
-    is_relative = grid.truth("relativeAltitude")
-    entry = grid.whole("entryLocation", most=3, default=int(EntryCorner.TOP_RIGHT))
-    return SurveyPlan(
-        outline_deg=_read_outline(survey),
-        angle_deg=grid.number("angle"),
-        spacing_m=grid.length("spacing"),
-        trigger_distance_m=survey.length("cameraTriggerDistance"),
-        turn_distance_m=grid.length("turnAroundDistance"),
-        entry=EntryCorner(entry),
-        altitude_m=grid.length("altitude"),
-        frame=Frame.GLOBAL_RELATIVE_ALT if is_relative else Frame.GLOBAL,
-        hovers_for_pictures=survey.truth("hoverAndCapture", default=False),
-        triggers_in_turns=survey.truth("cameraTriggerInTurnaround", default=True),
-        refly_at_90_deg=survey.truth("refly90Degrees", default=False),
-        flies_alternately=False,
     )
 
 
@@ -243,28 +211,31 @@ def read_frame(transects: JsonFields, camera: JsonFields) -> int:
     return Frame.GLOBAL_RELATIVE_ALT if is_relative else Frame.GLOBAL
 
 
-def _read_outline(survey: JsonFields) -> tuple[tuple[float, float], ...]:
+def read_outline(survey: JsonFields) -> tuple[tuple[float, float], ...]:
+    """Return the vertices of the polygon that an item is drawn around, three or more. [°]"""
     outline = tuple(survey.position("polygon", n) for n in range(len(survey.listed("polygon"))))
     if len(outline) < 3:
-        survey.refuse(
-            f"its polygon has {quantity.count(len(outline), 'vertex', 'vertices')}", "polygon"
-        )
+        corners = quantity.count(len(outline), "vertex", "vertices")
+        survey.refuse(f"its polygon has {corners}", "polygon")
     return outline
 
 
-def make_survey_items(
-    plan: SurveyPlan, place: Place, *, first_number: int
-) -> tuple[list[MissionItem], int]:
-    """Return the items of a survey and its number of lines.
+def outline_frame(vertices_deg: FloatArray) -> tuple[LocalFrame, FloatArray]:
+    """Return the local frame at the first of some vertices, and all of them in it. [n × 2, m]."""
+    latitude_deg, longitude_deg = vertices_deg[0].tolist()
+    frame = LocalFrame(latitude_deg=latitude_deg, longitude_deg=longitude_deg)
+    return frame, np.column_stack(frame.east_north_m(*vertices_deg.T))
+
+
+def add_survey(plan: SurveyPlan, sequence: ItemSequence) -> int:
+    """Add the items of a survey and return its number of lines.
 
     Raises
     ------
     ValueError
         If the area or the number of lines is beyond what anybody flies.
     """
-    outline = np.array(plan.outline_deg)
-    frame = LocalFrame(latitude_deg=float(outline[0, 0]), longitude_deg=float(outline[0, 1]))
-    outline_m = np.column_stack(frame.east_north_m(outline[:, 0], outline[:, 1]))
+    frame, outline_m = outline_frame(np.array(plan.outline_deg))
     if np.abs(outline_m).max() > _WIDEST_AREA_M:
         msg = f"an area wider than {_WIDEST_AREA_M / 1000.0:g} km"
         raise ValueError(msg)
@@ -272,79 +243,65 @@ def make_survey_items(
     angle_deg = plan.angle_deg
     if abs(angle_deg) > 90.0:
         angle_deg -= float(np.copysign(180.0, angle_deg))
-    points: list[tuple[float, float]] = []
-    kinds: list[PointKind] = []
+    points: list[tuple[FloatArray, PointKind]] = []
     lines = 0
     for extra_deg in (0.0, 90.0) if plan.refly_at_90_deg else (0.0,):
         transects = make_transects_m(
             outline_m, angle_deg=angle_deg + extra_deg, spacing_m=plan.spacing_m, entry=plan.entry
         )
-        if extra_deg and points and len(transects):
-            transects = begun_nearest(transects, np.array(points[-1]))
+        if points and len(transects):
+            transects = begun_nearest(transects, points[-1][0])
         if plan.flies_alternately:
             transects = in_alternation(transects)
         lines += len(transects)
         for begin, end in to_and_fro(transects):
-            line = _line(begin, end, plan)
-            if len(points) + len(line) > MOST_ITEMS:
+            points += _line(begin, end, plan)
+            if len(points) > MOST_ITEMS:
                 msg = f"more than {MOST_ITEMS:,} points"
                 raise ValueError(msg)
-            points += [point for point, _ in line]
-            kinds += [kind for _, kind in line]
-    if not points:
-        return [], 0
-    latitudes, longitudes = frame.latitude_longitude_deg(*np.array(points).T)
-    positions = zip(latitudes.tolist(), longitudes.tolist(), strict=True)
-    return _items(plan, list(positions), kinds, place, first_number), lines
+    if points:
+        places_deg = frame.latitude_longitude_deg(*np.array([point for point, _ in points]).T)
+        _add_items(plan, np.stack(places_deg).T.tolist(), [kind for _, kind in points], sequence)
+    return lines
 
 
 def _line(
     begin: FloatArray, end: FloatArray, plan: SurveyPlan
-) -> list[tuple[tuple[float, float], PointKind]]:
+) -> list[tuple[FloatArray, PointKind]]:
     """Return the points of one line with what they are for. [m]."""
     length_m = float(np.hypot(*(end - begin)))
     direction = (end - begin) / length_m
-
-    def point(distance_m: float) -> tuple[float, float]:
-        east_m, north_m = begin + distance_m * direction
-        return float(east_m), float(north_m)
-
-    line = [(point(0.0), PointKind.ENTRY)]
+    places = [(0.0, PointKind.ENTRY)]
     step_m = plan.trigger_distance_m
     if plan.hovers_for_pictures and 0.0 < step_m < length_m:
         pictures = int(length_m / step_m)
         if pictures > MOST_ITEMS:
             msg = f"more than {MOST_ITEMS:,} points"
             raise ValueError(msg)
-        line += [(point(step_m * n), PointKind.PICTURE) for n in range(1, pictures + 1)]
-    line.append((point(length_m), PointKind.EXIT))
+        places += [(step_m * n, PointKind.PICTURE) for n in range(1, pictures + 1)]
+    places.append((length_m, PointKind.EXIT))
     if plan.turn_distance_m > 0.0:
-        line.insert(0, (point(-plan.turn_distance_m), PointKind.TURN))
-        line.append((point(length_m + plan.turn_distance_m), PointKind.TURN))
-    return line
+        places.insert(0, (-plan.turn_distance_m, PointKind.TURN))
+        places.append((length_m + plan.turn_distance_m, PointKind.TURN))
+    return [(begin + distance_m * direction, kind) for distance_m, kind in places]
 
 
-def _items(
+def _add_items(
     plan: SurveyPlan,
-    positions: list[tuple[float, float]],
+    places_deg: list[tuple[float, float]],
     kinds: list[PointKind],
-    place: Place,
-    first_number: int,
-) -> list[MissionItem]:
-    """Return waypoints and camera commands in the order in which QGroundControl writes them."""
+    sequence: ItemSequence,
+) -> None:
+    """Add waypoints and camera commands in the order in which QGroundControl writes them."""
     takes_pictures = plan.trigger_distance_m > 0.0
     hovers = takes_pictures and plan.hovers_for_pictures
     stays_on = takes_pictures and not hovers and plan.triggers_in_turns
-    sequence = ItemSequence(first_number=first_number, place=place)
-    last = len(positions) - 1
-    for index, (position, kind) in enumerate(zip(positions, kinds, strict=True)):
+    last = len(kinds) - 1
+    for index, (place_deg, kind) in enumerate(zip(places_deg, kinds, strict=True)):
         is_picture = hovers and kind is not PointKind.TURN
-        sequence.add_waypoint(
-            *position,
-            plan.altitude_m,
-            frame=plan.frame,
-            hold_s=HOVER_AND_CAPTURE_S if is_picture else 0.0,
-        )
+        hold_s = HOVER_AND_CAPTURE_S if is_picture else 0.0
+        position = (*place_deg, plan.altitude_m)
+        sequence.add_waypoint(position, frame=plan.frame, hold_s=hold_s)
         if is_picture:
             sequence.add(_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, None, None, None, None)
         elif takes_pictures and not hovers:
@@ -353,4 +310,3 @@ def _items(
             if is_on or is_off:
                 distance_m = plan.trigger_distance_m if is_on else 0.0
                 sequence.add(Command.DO_SET_CAM_TRIGG_DIST, distance_m, 0.0, 1.0)
-    return sequence.items

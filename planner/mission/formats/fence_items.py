@@ -14,7 +14,7 @@ from planner.mission.items import MissionItem
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.findings import Finding
+    from planner.findings import Finding, Place
 
 
 _POLYGONS = {
@@ -37,43 +37,58 @@ FENCE_INCOMPLETE = Rule(
 )
 
 
+def encloses_area(
+    what: str, vertices: Sequence[object], remarks: Remarks, place: Place | None
+) -> bool:
+    """Return whether vertices enclose an area; report where they are too few."""
+    if len(vertices) >= 3:
+        return True
+    corners = quantity.count(len(vertices), "vertex", "vertices")
+    remarks.add(
+        FENCE_INCOMPLETE, f"{what} has {corners} and encloses nothing: left out", place=place
+    )
+    return False
+
+
 def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Finding, ...]]:
-    """Return the fence that fence items describe, and what is wrong with it.
+    """Return the fence that fence items describe, ``None`` if there are none, and what is wrong with it.
 
-    Parameters
-    ----------
-    items : sequence of MissionItem
-        Items in their order; those that are no fence items are passed over, but end a polygon.
-
-    Returns
-    -------
-    tuple of Fence or None, and of Finding
-        ``None`` if no item is a fence item.
+    Items that are no fence items are passed over, but end a polygon.
     """
+    if not any(item.command in FENCE_COMMANDS for item in items):
+        return None, ()
     polygons: list[FencePolygon] = []
     circles: list[FenceCircle] = []
     remarks = Remarks()
     breach_return: tuple[float, float, float | None] | None = None
-    for command, group in groupby(items, key=lambda item: item.command):
+    # A vertex that declares another count begins another polygon, whatever was announced.
+    for (command, _), group in groupby(items, key=lambda item: (item.command, item.param1)):
         if command in _POLYGONS:
             inclusion = _POLYGONS[Command(command)]
             polygons += _make_polygons(tuple(group), remarks, inclusion=inclusion)
         elif command in _CIRCLES:
             for item in group:
-                circle = _make_circle(item, inclusion=_CIRCLES[Command(command)])
-                if circle is None:
+                latitude_deg, longitude_deg = item.latitude_deg, item.longitude_deg
+                radius_m = item.param1 or 0.0
+                if latitude_deg is None or longitude_deg is None or radius_m <= 0.0:
                     message = (
                         f"the fence circle {_where(item)} has no centre or no radius: left out"
                     )
                     remarks.add(FENCE_INCOMPLETE, message, place=item.place)
-                else:
-                    circles.append(circle)
+                    continue
+                circles.append(
+                    FenceCircle(
+                        inclusion=_CIRCLES[Command(command)],
+                        latitude_deg=latitude_deg,
+                        longitude_deg=longitude_deg,
+                        radius_m=radius_m,
+                        place=item.place,
+                    )
+                )
         elif command == Command.NAV_FENCE_RETURN_POINT:
             for item in group:
                 if item.latitude_deg is not None and item.longitude_deg is not None:
                     breach_return = (item.latitude_deg, item.longitude_deg, item.altitude_m)
-    if not any(item.command in FENCE_COMMANDS for item in items):
-        return None, ()
     fence = Fence(
         polygons=tuple(polygons), circles=tuple(circles), breach_return_deg_m=breach_return
     )
@@ -83,50 +98,30 @@ def make_fence(items: Sequence[MissionItem]) -> tuple[Fence | None, tuple[Findin
 def _make_polygons(
     items: tuple[MissionItem, ...], remarks: Remarks, *, inclusion: bool
 ) -> list[FencePolygon]:
-    """Cut a run of vertices into polygons by the vertex count each vertex carries."""
+    """Cut a run of vertices that declare the same count into polygons of so many."""
     polygons: list[FencePolygon] = []
-    start = 0
-    while start < len(items):
+    count = items[0].param1
+    declared = int(count) if count is not None and count >= 1.0 else None
+    size = declared or len(items)
+    for start in range(0, len(items), size):
         first = items[start]
-        declared = int(first.param1) if first.param1 is not None and first.param1 >= 1.0 else None
-        most = len(items) if declared is None else min(start + declared, len(items))
-        # A vertex with another count begins another polygon, whatever was announced.
-        others = (n for n in range(start, most) if items[n].param1 != first.param1)
-        end = next(others, most)
         vertices = tuple(
             (item.latitude_deg, item.longitude_deg)
-            for item in items[start:end]
+            for item in items[start : start + size]
             if item.latitude_deg is not None and item.longitude_deg is not None
         )
-        has = f"the fence polygon {_where(first)} has {quantity.count(len(vertices), 'vertex', 'vertices')}"
-        if len(vertices) < 3:
-            remarks.add(FENCE_INCOMPLETE, f"{has}: left out", place=first.place)
-        else:
+        what = f"the fence polygon {_where(first)}"
+        if encloses_area(what, vertices, remarks, first.place):
             polygons.append(
                 FencePolygon(inclusion=inclusion, vertices_deg=vertices, place=first.place)
             )
             if len(vertices) != declared:
+                corners = quantity.count(len(vertices), "vertex", "vertices")
                 wrong = "declares no number" if declared is None else f"declares {declared}"
-                remarks.add(FENCE_INCOMPLETE, f"{has} and {wrong}", place=first.place)
-        start = end
+                remarks.add(
+                    FENCE_INCOMPLETE, f"{what} has {corners} and {wrong}", place=first.place
+                )
     return polygons
-
-
-def _make_circle(item: MissionItem, *, inclusion: bool) -> FenceCircle | None:
-    if (
-        item.latitude_deg is None
-        or item.longitude_deg is None
-        or item.param1 is None
-        or item.param1 <= 0.0
-    ):
-        return None
-    return FenceCircle(
-        inclusion=inclusion,
-        latitude_deg=item.latitude_deg,
-        longitude_deg=item.longitude_deg,
-        radius_m=item.param1,
-        place=item.place,
-    )
 
 
 FENCE_ITEM_BROKEN = Rule(
@@ -154,12 +149,7 @@ def make_rally_points(
 ) -> tuple[tuple[RallyPoint, ...], tuple[Finding, ...]]:
     """Return the rally points among items, and what had to be assumed about their altitude.
 
-    Parameters
-    ----------
-    items : sequence of MissionItem
-        Items that are no rally points are passed over.
-    home_altitude_amsl_m : float or None
-        Altitude of home, by which AMSL altitudes are reduced. [m AMSL]
+    AMSL altitudes are reduced by that of home. [m AMSL]
     """
     points: list[RallyPoint] = []
     remarks = Remarks()
@@ -194,10 +184,7 @@ def make_rally_points(
 def fence_items(fence: Fence) -> tuple[MissionItem, ...]:
     """Return a fence as the items that autopilots keep; `make_fence` reads them back.
 
-    Parameters
-    ----------
-    fence : Fence
-        Its return point comes first, then its polygons, then its circles.
+    Its return point comes first, then its polygons, then its circles.
     """
     items: list[MissionItem] = []
     if fence.breach_return_deg_m is not None:

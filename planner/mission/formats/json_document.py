@@ -20,9 +20,10 @@ from planner.mission.formats.exchange import FILE_ENCODING
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from planner.findings import Finding
+
 Codes = npt.NDArray[np.uint8] | npt.NDArray[np.uint32]
 Offsets = npt.NDArray[np.intp]
 
@@ -85,15 +86,9 @@ class JsonDocument(Value, eq=False):
     """Offset of the opening brace of each object, by the object's ``id``."""
 
     def place(self, container: dict[str, Any], *path: str | int) -> Place:
-        """Return where an object of this document, or a value inside it, begins.
+        """Return where an object of this document (not an equal one), or a value inside it, begins.
 
-        Parameters
-        ----------
-        container : dict
-            An object of this document: the very one, not an equal one.
-        *path : str or int
-            Keys and indexes that lead from it to the value.  Where the path breaks off, the place
-            of the last value there is.
+        Where the path of keys and indexes breaks off, the place of the last value there is.
         """
         return self.origin.place(self._offset(container, *path))
 
@@ -137,13 +132,7 @@ def describe(value: object) -> str:
 
 
 def parse_json(text: str, *, source: str) -> JsonDocument:
-    """Parse a JSON text, keeping the place of every object.
-
-    Parameters
-    ----------
-    text : str
-        The whole text; a byte order mark before it gives a finding.
-    """
+    """Parse a JSON text, keeping the place of every object; a byte order mark gives a finding."""
     findings: tuple[Finding, ...] = ()
     if text.startswith("\ufeff"):
         text = text.removeprefix("\ufeff")
@@ -192,22 +181,20 @@ def _load(
     except json.JSONDecodeError as error:
         origin.refuse(_explain(error), error.pos)
     except _NotFiniteError as error:
-        message = f"{error.token[:40]} is no finite number: write null where a value is not known"
-        origin.refuse(message, _number_offset(origin.text, error.token))
+        token = error.args[0]
+        message = f"{token[:40]} is not a finite number: write null where a value is not known"
+        origin.refuse(message, _number_offset(origin.text, lambda number: number == token))
     except RecursionError:
         origin.refuse("brackets nest too deep: no mission does", 0)
     except ValueError:  # an integer of more digits than Python converts
         message = f"a number of more than {LONGEST_INTEGER} digits"
-        origin.refuse(message, _long_integer_offset(origin.text))
+        offset = _number_offset(origin.text, lambda number: len(number) > LONGEST_INTEGER)
+        origin.refuse(message, offset)
     return root, closed, repeating
 
 
 class _NotFiniteError(Exception):
-    """A number that is not finite."""
-
-    def __init__(self, token: str) -> None:
-        super().__init__(token)
-        self.token = token
+    """A number that is not finite, as it is written."""
 
 
 def _finite(token: str) -> float:
@@ -247,9 +234,8 @@ def _object_starts(codes: Codes, offsets: Offsets) -> list[int]:
     is_opening = codes[braces] == ord("{")
     depths = np.cumsum(np.where(is_opening, 1, -1))
     openings = braces[is_opening][np.argsort(depths[is_opening], kind="stable")]
-    closing_order = np.argsort(depths[~is_opening], kind="stable")
     starts = np.empty_like(openings)
-    starts[closing_order] = openings
+    starts[np.argsort(depths[~is_opening], kind="stable")] = openings
     found: list[int] = starts.tolist()
     return found
 
@@ -302,17 +288,10 @@ def _repeated_key(text: str, offset: int) -> tuple[int, str]:
     return offset, ""
 
 
-def _number_offset(text: str, token: str) -> int:
-    """Return where a number token first appears outside strings."""
-    return next(match.start() for match in _NUMBER.finditer(text) if match.group(1) == token)
-
-
-def _long_integer_offset(text: str) -> int:
-    return next(
-        match.start()
-        for match in _NUMBER.finditer(text)
-        if match.group(1) and len(match.group(1)) > LONGEST_INTEGER
-    )
+def _number_offset(text: str, is_meant: Callable[[str], bool]) -> int:
+    """Return where the first such number begins outside strings."""
+    matches = _NUMBER.finditer(text)
+    return next(match.start() for match in matches if match.group(1) and is_meant(match.group(1)))
 
 
 def _explain(error: json.JSONDecodeError) -> str:
@@ -351,6 +330,10 @@ class JsonFields(Value):
         """Raise the error about this object or a value inside it."""
         self.document.refuse(f"{self.title}: {message}", self.value, *path)
 
+    def place(self, *path: str | int) -> Place:
+        """Return where this object or a value inside it begins."""
+        return self.document.place(self.value, *path)
+
     def _refuse_value(self, expected: str, *path: str | int) -> NoReturn:
         value = self._at(path)
         name = " element ".join(f"'{s}'" if isinstance(s, str) else str(s + 1) for s in path)
@@ -382,18 +365,26 @@ class JsonFields(Value):
             self._refuse_value("a list", key)
         return value
 
+    def objects(self, key: str) -> tuple[list[dict[str, Any]], tuple[Place, ...]]:
+        """Return a list of objects, and where each begins."""
+        values = self.listed(key)
+        for index, value in enumerate(values):
+            if type(value) is not dict:
+                message = f"element {index + 1} of '{key}' is {describe(value)}"
+                self.refuse(message, key, index)
+        return values, self.document.places(values)
+
     def number(self, key: str, default: float | None = None) -> float:
         """Return a number; with a default it need not be there."""
         if default is not None and key not in self.value:
             return default
-        return self.real(self.required(key), key)
+        self.required(key)
+        return self._within(LARGEST_NUMBER, "a number", key)
 
     def length(self, key: str) -> float:
         """Return a length no longer than anybody flies; it may be negative. [m]."""
-        length_m = self.number(key)
-        if abs(length_m) > LARGEST_LENGTH_M:
-            self._refuse_value("a length in metres", key)
-        return length_m
+        self.required(key)
+        return self._within(LARGEST_LENGTH_M, "a length in metres", key)
 
     def whole(self, key: str, *, least: int = 0, most: int, default: int | None = None) -> int:
         """Return a whole number of a range; with a default it need not be there."""
@@ -411,34 +402,30 @@ class JsonFields(Value):
             self._refuse_value("true or false", key)
         return value
 
-    def real(self, value: object, *path: str | int) -> float:
-        """Return a value found at a path as a number."""
-        if type(value) not in _NUMBER_TYPES or not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:  # type: ignore[operator]  # the set holds int and float only
-            self._refuse_value("a number", *path)
-        return float(value)  # type: ignore[arg-type]  # as above
-
     def position(self, *path: str | int) -> tuple[float, float]:
         """Return (latitude, longitude) [°] of a list that begins with them."""
         value = self._at(path)
         if not isinstance(value, list) or len(value) < 2:
             self._refuse_value("[latitude, longitude]", *path)
-        return self.degrees(90.0, *path, 0), self.degrees(180.0, *path, 1)
-
-    def degrees(self, most: float, *path: str | int) -> float:
-        """Return an angle of at most so many degrees. [°]."""
-        value = self._at(path)
-        angle = self.real(value, *path)
-        if abs(angle) > most:
-            hint = " (this looks like degrees × 10⁷)" if abs(angle) > 1e5 else ""
-            self._refuse_value(f"degrees from −{most:g} to {most:g}{hint}", *path)
-        return angle
+        latitude_deg, longitude_deg = (
+            self._within(most, f"degrees from −{most:g} to {most:g}", *path, index)
+            for index, most in enumerate((90.0, 180.0))
+        )
+        return latitude_deg, longitude_deg
 
     def altitude(self, *path: str | int) -> float | None:
         """Return an altitude, ``None`` for null. [m]."""
-        value = self._at(path)
-        if value is None:
+        if self._at(path) is None:
             return None
-        altitude = self.real(value, *path)
-        if abs(altitude) > LARGEST_LENGTH_M:
-            self._refuse_value("an altitude in metres", *path)
-        return altitude
+        return self._within(LARGEST_LENGTH_M, "an altitude in metres", *path)
+
+    def _within(self, most: float, expected: str, *path: str | int) -> float:
+        """Return a number of at most some size."""
+        value = self._at(path)
+        if type(value) not in _NUMBER_TYPES or abs(value) > LARGEST_NUMBER:
+            self._refuse_value("a number", *path)
+        if abs(value) > most:
+            is_scaled = most <= 180.0 and abs(value) > 1e5
+            hint = " (this looks like degrees × 10⁷)" if is_scaled else ""
+            self._refuse_value(expected + hint, *path)
+        return float(value)

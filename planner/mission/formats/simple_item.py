@@ -16,6 +16,8 @@ from planner.mission.formats.json_document import (
 if TYPE_CHECKING:
     from planner.findings import Place, Remarks
     from planner.mission.formats.json_document import JsonDocument
+
+
 COMPLEX_ITEM_UNKNOWN = Rule(
     "L112 complex-item-unknown",
     Severity.ERROR,
@@ -32,6 +34,12 @@ ALTITUDE_KEYS = ("AMSLAltAboveTerrain", "Altitude", "AltitudeMode")
 _NUMBER_TYPES = frozenset({int, float})
 _COPY_TYPES = _NUMBER_TYPES | {type(None)}
 _PARAMETERS = (*(f"parameter {n}" for n in range(1, 5)), "latitude", "longitude", "altitude")
+_LIMITS = (
+    (90.0, "from −90 to 90°"),
+    (180.0, "from −180 to 180°"),
+    (LARGEST_LENGTH_M, f"within {LARGEST_LENGTH_M / 1000.0:g} km"),
+)
+"""Of the last three of them."""
 _COPY_TOLERANCE_M = 0.01
 """Ground stations show altitudes to the centimetre. [m]"""
 
@@ -141,18 +149,14 @@ PLAN_VALUE = Rule(
 class SimpleItemReader:
     """Reads the items of one document; what is odd about them goes to its remarks.
 
-    Parameters
-    ----------
-    is_legacy : bool
-        Whether the file is from before plans: its jump ids have another key, and items in an
-        older form are no finding.
+    In a file from before plans jump ids have another key, and items in an older form are no finding.
     """
 
     def __init__(
         self, document: JsonDocument, remarks: Remarks, *, is_legacy: bool = False
     ) -> None:
         self._document = document
-        self._remarks = remarks
+        self.remarks = remarks
         self._is_legacy = is_legacy
         self._jump_key = "id" if is_legacy else "doJumpId"
         self._located = frozenset(
@@ -162,13 +166,7 @@ class SimpleItemReader:
         )
 
     def read(self, raw: dict[str, Any], number: int, place: Place) -> tuple[Any, ...]:
-        """Return the values of the mission item that a JSON object is, for `make_items`.
-
-        Parameters
-        ----------
-        raw : dict
-            An object of the document.
-        """
+        """Return the values of the mission item that an object is, for `make_items`."""
         command = raw.get("command")
         if type(command) is not int or not 0 <= command <= 65_535:
             command = self._fields(raw, number).whole("command", most=65_535)
@@ -195,7 +193,7 @@ class SimpleItemReader:
                 f"item {number} needs a number in 'Altitude' and 'AltitudeMode', and one or null in "
                 "'AMSLAltAboveTerrain': QGroundControl refuses the file"
             )
-            self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+            self.remarks.add(PLAN_VALUE, message, item=number, place=place)
         autocontinue = raw.get("autoContinue")
         if autocontinue is not True and autocontinue is not False:
             autocontinue = self._autocontinue(raw, number, place)
@@ -215,16 +213,14 @@ class SimpleItemReader:
                 "expected a SimpleItem or a ComplexItem"
             )
         if kind == "missionItem":
-            if not self._is_legacy:
-                message = f"item {number} is of the type 'missionItem', from before plans"
-                self._remarks.add(OLDER_ITEM, message, item=number, place=place)
+            self._report_older(number, place, "is of the type 'missionItem', from before plans")
         else:
             what = describe(kind) if "type" in raw else "missing"
             message = (
                 f"'type' of item {number} is {what}, read as SimpleItem: "
                 "QGroundControl refuses the file"
             )
-            self._remarks.add(ITEM_TYPE, message, item=number, place=place)
+            self.remarks.add(ITEM_TYPE, message, item=number, place=place)
         return True
 
     def _fields(self, raw: dict[str, Any], number: int) -> JsonFields:
@@ -245,21 +241,15 @@ class SimpleItemReader:
             elif type(value) in _NUMBER_TYPES and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
                 values.append(float(value))
             else:
-                self._refuse_parameter(
-                    raw, number, len(values), value, "a number of at most 32 bits or null"
-                )
+                expected = "a number of at most 32 bits or null"
+                self._refuse_parameter(raw, number, len(values), value, expected)
         return values
 
     def _refuse_position(
         self, raw: dict[str, Any], number: int, values: list[float | None]
     ) -> NoReturn:
         """Raise the error about a place that is not on the Earth or nobody flies to."""
-        limits = (
-            (90.0, "from −90 to 90°"),
-            (180.0, "from −180 to 180°"),
-            (LARGEST_LENGTH_M, f"within {LARGEST_LENGTH_M / 1000.0:g} km"),
-        )
-        for index, (limit, expected) in enumerate(limits, start=4):
+        for index, (limit, expected) in enumerate(_LIMITS, start=4):
             value = abs(values[index] or 0.0)
             if value > limit:
                 hint = " (this looks like degrees × 10⁷)" if index < 6 and value > 1e5 else ""
@@ -290,9 +280,7 @@ class SimpleItemReader:
         if len(coordinate) != 3:
             fields.refuse("'coordinate' must be [latitude, longitude, altitude]", "coordinate")
         if len(params) != 7:
-            if not self._is_legacy:
-                message = f"item {number} has its place in 'coordinate', as before plans"
-                self._remarks.add(OLDER_ITEM, message, item=number, place=place)
+            self._report_older(number, place, "has its place in 'coordinate', as before plans")
             return [*params, *coordinate]
         if params[4:] != coordinate and any(params[4:]):
             fields.refuse("'params' and 'coordinate' give two different places", "coordinate")
@@ -300,8 +288,12 @@ class SimpleItemReader:
             f"item {number} has 7 params and a coordinate: its place is taken from 'coordinate', "
             "QGroundControl refuses the file"
         )
-        self._remarks.add(COORDINATE_KEY, message, item=number, place=place)
+        self.remarks.add(COORDINATE_KEY, message, item=number, place=place)
         return [*params[:4], *coordinate]
+
+    def _report_older(self, number: int, place: Place, what: str) -> None:
+        if not self._is_legacy:
+            self.remarks.add(OLDER_ITEM, f"item {number} {what}", item=number, place=place)
 
     def _jump_id(self, raw: dict[str, Any], number: int, place: Place) -> int | None:
         """Return the id for jumps where it is no plain integer."""
@@ -310,7 +302,7 @@ class SimpleItemReader:
             return None
         if raw[key] is None:
             message = f"'{key}' of item {number} is null: QGroundControl refuses the file"
-            self._remarks.add(PLAN_VALUE, message, item=number, place=place)
+            self.remarks.add(PLAN_VALUE, message, item=number, place=place)
             return None
         return self._fields(raw, number).whole(key, least=-1, most=2**31 - 1)
 
@@ -323,7 +315,7 @@ class SimpleItemReader:
             f"'autoContinue' of item {number} is {what}, read as {describe(bool(value))}: "
             "QGroundControl refuses the file"
         )
-        self._remarks.add(AUTOCONTINUE_TYPE, message, item=number, place=place)
+        self.remarks.add(AUTOCONTINUE_TYPE, message, item=number, place=place)
         return bool(value)
 
     def _compare_copies(
@@ -344,7 +336,7 @@ class SimpleItemReader:
             # A whole number of JSON may be larger than any float.
             text = describe(shown) if abs(shown) > LARGEST_LENGTH_M else f"{shown:.10g}"
             message = f"item {number} is shown at {text} m and flown at {altitude:.10g} m"
-            self._remarks.add(ALTITUDE_COPY, message, item=number, place=place)
+            self.remarks.add(ALTITUDE_COPY, message, item=number, place=place)
         flown = ALTITUDE_MODE_OF_FRAME[frame]
         if type(mode) is not int or not 0 <= mode < len(_MODE_NAMES):
             return None
@@ -354,7 +346,7 @@ class SimpleItemReader:
                 f"{_MODE_NAMES[flown]} (frame {frame})"
             )
             harmless = (mode, flown) == (_MIXED, _RELATIVE)  # as QGroundControl wrote it in 2018
-            self._remarks.add(
+            self.remarks.add(
                 ALTITUDE_MODE,
                 message,
                 item=number,

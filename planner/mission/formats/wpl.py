@@ -1,7 +1,8 @@
-"""The text format with a ``QGC WPL`` header, in every dialect real files are written in.
+"""Mission text: rows after a ``QGC WPL`` header in every dialect real files are written in, and older lists.
 
 Version 110 begins with a home row that is not flown, version 120 has none.  Rows are numbered by
-their order, as every loader does; DO_JUMP refers to those numbers.
+their order, as every loader does; DO_JUMP refers to those numbers.  ArduPilot's older lists have a
+line "latitude longitude" for each point of a fence, "RALLY …" for each rally point.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from typing import TYPE_CHECKING, NoReturn
 
 from planner import quantity
 from planner.errors import MissionFileError
-from planner.findings import Place, Rule, Severity
+from planner.findings import Place, Remarks, Rule, Severity
+from planner.geo.fence import Fence, FencePolygon, RallyPoint
 from planner.mission.commands import (
     AMSL_FRAMES,
     GLOBAL_FRAMES,
@@ -26,41 +28,42 @@ from planner.mission.commands import (
     has_location,
     load_command_table,
 )
-from planner.mission.formats.fence_items import FENCE_COMMANDS, make_fence, make_rally_points
-from planner.mission.items import Home, Mission, MissionFormat, MissionItem
+from planner.mission.formats.fence_items import (
+    FENCE_COMMANDS,
+    FENCE_ITEM_BROKEN,
+    encloses_area,
+    make_fence,
+    make_rally_points,
+)
+from planner.mission.items import MOST_ITEMS, Home, Mission, MissionFormat, MissionItem
 from planner.mission.vehicle_kind import vehicle_evidence
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from planner.findings import Finding
 
 
 FIELDS = (
-    "sequence number",
-    "current",
-    "frame",
-    "command",
-    "parameter 1",
-    "parameter 2",
-    "parameter 3",
-    "parameter 4",
-    "latitude",
-    "longitude",
-    "altitude",
-    "autocontinue",
+    *("sequence number", "current", "frame", "command"),
+    *("parameter 1", "parameter 2", "parameter 3", "parameter 4"),
+    *("latitude", "longitude", "altitude", "autocontinue"),
 )
-MOST_ROWS = 65_535
-"""MISSION_COUNT is a 16-bit number."""
 MOST_LINES = 1_000_000
 LONGEST_LINE = 10_000
-HIGHEST_M = 100_000.0
-"""Beyond it an altitude is a mistake. [m]"""
 UNSET = frozenset({"nan", "+nan", "-nan", "null", "none", "undefined"})
 
-_LARGEST_FLOAT32 = 3.4e38
+_EXPECTED = f"expected 12 ({', '.join(FIELDS)})"
+_DEGREES = "degrees from −{0:g} to {0:g}"
+_PARAMETER = (3.4e38, "a number")
 """MAVLink sends parameters as 32-bit numbers."""
+_LIMITS = (_PARAMETER,) * 7
+_LIMITS_OF_A_PLACE = (
+    *(_PARAMETER,) * 4,
+    *((90.0, _DEGREES), (180.0, _DEGREES), (100_000.0, "an altitude within 100 km")),
+)
+"""Beyond these a latitude [°], longitude [°] or altitude [m] is a mistake."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _TOKEN = re.compile(r"[^\s,]+")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
@@ -70,24 +73,14 @@ class WplRow(Value):
     """One row, converted."""
 
     sequence: int
-    frame: int
-    command: int
-    values: tuple[float | None, ...]
-    """The seven parameters."""
-    autocontinue: bool
+    item: MissionItem
+    """Still without its number."""
     place: Place
     extra_fields: int
     """How many fields follow the twelfth."""
+    has_unset: bool
     is_tabbed: bool
     """Whether the row is 12 fields between tabs, as QGroundControl wants it."""
-
-
-class RowText(Value):
-    """Every row of a text, and what else there was."""
-
-    rows: tuple[WplRow, ...]
-    comment_lines: int
-    blank_lines: int
 
 
 def read_lines(text: str, *, source: str) -> Iterator[tuple[int, str]]:
@@ -111,150 +104,119 @@ def is_row(line: str) -> bool:
     )
 
 
-def read_rows(lines: Iterator[tuple[int, str]], *, source: str) -> RowText:
-    """Return the rows of the lines that follow the header."""
+def _read_rows(
+    lines: Iterator[tuple[int, str]], *, source: str
+) -> tuple[list[WplRow], dict[str, int]]:
+    """Return the rows of the lines that follow the header, and how many other lines there are."""
     rows: list[WplRow] = []
-    comments = blanks = 0
+    others = {"comment": 0, "blank line": 0}
     for number, line in lines:
         stripped = line.strip()
         if not stripped:
-            blanks += 1
-        elif stripped.startswith(("#", "//")):
-            comments += 1
-        else:
-            row, has_comment = _read_row(number, line, source=source)
-            comments += has_comment
-            rows.append(row)
-            if len(rows) > MOST_ROWS:
-                msg = f"more than {MOST_ROWS:,} rows: MAVLink can send no more than that"
-                raise MissionFileError(msg, source=source, place=row.place)
-    return RowText(rows=tuple(rows), comment_lines=comments, blank_lines=blanks)
+            others["blank line"] += 1
+            continue
+        if not stripped.startswith(("#", "//")):
+            content, mark, _ = line.partition("#")
+            rows.append(_read_row(number, content, is_whole_line=not mark, source=source))
+            if len(rows) > MOST_ITEMS:
+                msg = f"more than {MOST_ITEMS:,} rows: MAVLink can send no more than that"
+                raise MissionFileError(msg, source=source, place=rows[-1].place)
+            if not mark:
+                continue
+        others["comment"] += 1
+    return rows, others
 
 
 class _Fields(Value):
-    """The fields of one line, each with its column."""
+    """The fields of one line without its comment."""
 
-    texts: tuple[str, ...]
-    columns: tuple[int, ...]
+    content: str
+    texts: list[str]
     line: int
     source: str
 
-    @classmethod
-    def cut(cls, content: str, *, line: int, source: str) -> _Fields:
-        """Return the fields of a line without its comment."""
-        matches = list(_TOKEN.finditer(content))
-        return cls(
-            texts=tuple(match.group() for match in matches),
-            columns=tuple(match.start() + 1 for match in matches),
-            line=line,
-            source=source,
-        )
+    def refuse(self, message: str, index: int = 0) -> NoReturn:
+        """Raise the error about a field, or the whole line."""
+        columns = [match.start() + 1 for match in _TOKEN.finditer(self.content)] or [1]
+        place = Place(self.line, columns[index])
+        raise MissionFileError(message, source=self.source, place=place)
 
-    def place(self, index: int) -> Place:
-        """Return the place of a field."""
-        return Place(self.line, self.columns[index])
-
-    def refuse(self, index: int, expected: str) -> NoReturn:
-        """Raise the error about a field."""
-        msg = f"the {FIELDS[index]} is '{self.texts[index][:40]}': expected {expected}"
-        raise MissionFileError(msg, source=self.source, place=self.place(index))
+    def _refuse_value(self, index: int, expected: str) -> NoReturn:
+        found = self.texts[index][:40]
+        self.refuse(f"the {FIELDS[index]} is '{found}': expected {expected}", index)
 
     def whole(self, index: int, most: int) -> int:
         """Return a field as a whole number; some programs write it as ``3.0``."""
         text = self.texts[index]
         value = float(text) if _NUMBER.fullmatch(text) else math.nan
-        # Also refuses NaN.
-        if not (0.0 <= value <= most and value.is_integer()):
-            self.refuse(index, f"a whole number from 0 to {most}")
+        if not (0.0 <= value <= most and value.is_integer()):  # also refuses NaN
+            self._refuse_value(index, f"a whole number from 0 to {most}")
         return int(value)
 
-    def real(self, index: int) -> float | None:
-        """Return a field as a number, ``None`` where it is unset."""
+    def real(self, index: int, most: float, expected: str) -> float | None:
+        """Return a field as a number of at most some size, ``None`` where it is unset."""
         text = self.texts[index]
-        if text.lower() in UNSET:
+        if not _NUMBER.fullmatch(text):
+            if text.lower() not in UNSET:
+                self._refuse_value(index, "a number")
             return None
-        value = float(text) if _NUMBER.fullmatch(text) else math.nan
-        if not abs(value) <= _LARGEST_FLOAT32:
-            self.refuse(index, "a number")
+        value = float(text)
+        if abs(value) > most:
+            is_scaled = expected is _DEGREES and abs(value) > 1e5
+            hint = " (this looks like degrees × 10⁷)" if is_scaled else ""
+            self._refuse_value(index, expected.format(most) + hint)
         return value
 
-    def degrees(self, index: int, most: float) -> None:
-        """Refuse a field that is no angle of at most so many degrees."""
-        value = self.real(index)
-        if value is not None and abs(value) > most:
-            hint = " (this looks like degrees × 10⁷)" if abs(value) > 1e5 else ""
-            self.refuse(index, f"degrees from −{most:g} to {most:g}{hint}")
 
-    def metres(self, index: int) -> None:
-        """Refuse a field that is no altitude anybody flies at."""
-        value = self.real(index)
-        if value is not None and abs(value) > HIGHEST_M:
-            self.refuse(index, f"an altitude within {HIGHEST_M / 1000.0:g} km")
-
-
-def _read_row(number: int, line: str, *, source: str) -> tuple[WplRow, bool]:
-    """Return the row of one line, and whether a comment follows it."""
-    content, mark, _ = line.partition("#")
+def _read_row(line: int, content: str, *, is_whole_line: bool, source: str) -> WplRow:
+    """Return the row that a line without its comment is."""
     tabbed = [field.strip() for field in content.split("\t")]
-    _refuse_decimal_comma(tabbed, content, line=number, source=source)
-    fields = _Fields.cut(content, line=number, source=source)
-    if len(fields.texts) < len(FIELDS):
-        _refuse_short_row(fields)
+    fields = _Fields(content=content, texts=_TOKEN.findall(content), line=line, source=source)
+    texts = fields.texts
+    if len(tabbed) == len(FIELDS) and "," in content:
+        _refuse_decimal_comma(tabbed, fields)
+    if len(texts) < len(FIELDS):
+        what = f"the row has {len(texts)} values, {_EXPECTED}"
+        if len(texts) == 1:
+            what = f"'{texts[0][:40]}' is not a mission row: expected 12 values"
+        fields.refuse(what)
     fields.whole(1, 2**31 - 1)
-    row = WplRow(
-        sequence=fields.whole(0, 2**31 - 1),
-        frame=fields.whole(2, 255),
-        command=fields.whole(3, 65_535),
-        values=tuple(fields.real(index) for index in range(4, 11)),
-        autocontinue=fields.whole(11, 255) != 0,
-        place=fields.place(0),
-        extra_fields=len(fields.texts) - len(FIELDS),
-        is_tabbed=not mark and len(tabbed) == len(FIELDS) and all(tabbed),
+    sequence, frame, command = (
+        fields.whole(0, 2**31 - 1),
+        fields.whole(2, 255),
+        fields.whole(3, 65_535),
     )
-    if row.extra_fields:
-        _refuse_shifted_row(row, fields)
-    if row.frame in GLOBAL_FRAMES and (has_location(row.command) or row.command == 0):
-        fields.degrees(8, 90.0)
-        fields.degrees(9, 180.0)
-        fields.metres(10)
-    return row, bool(mark)
+    autocontinue = fields.whole(11, 255) != 0
+    if len(texts) > len(FIELDS) and (  # with extra fields the columns may be shifted
+        command not in load_command_table().commands
+        or frame_name(frame).startswith(("RESERVED", "MAV_FRAME"))
+        or texts[11] not in {"0", "1"}
+    ):
+        fields.refuse(
+            f"the row has {len(texts)} values, {_EXPECTED}, and its first 12 make no sense"
+        )
+    is_place = frame in GLOBAL_FRAMES and (has_location(command) or command == 0)
+    limits = _LIMITS_OF_A_PLACE if is_place else _LIMITS
+    values = [fields.real(index, *limit) for index, limit in enumerate(limits, start=4)]
+    p1, p2, p3, p4, p5, p6, p7 = values
+    place = Place(line, content.index(texts[0]) + 1)
+    return WplRow(
+        sequence=sequence,
+        item=MissionItem(command, frame, p1, p2, p3, p4, p5, p6, p7, autocontinue, place=place),
+        place=place,
+        extra_fields=len(texts) - len(FIELDS),
+        has_unset=None in values,
+        is_tabbed=is_whole_line and len(tabbed) == len(FIELDS) and all(tabbed),
+    )
 
 
-def _refuse_decimal_comma(tabbed: Sequence[str], content: str, *, line: int, source: str) -> None:
+def _refuse_decimal_comma(tabbed: Sequence[str], fields: _Fields) -> None:
     """Refuse a row between whose tabs a number is written with a comma."""
-    if len(tabbed) != len(FIELDS):
-        return
-    for field, name in zip(tabbed, FIELDS, strict=True):
+    for name, field in zip(FIELDS, tabbed, strict=True):
         if _DECIMAL_COMMA.fullmatch(field):
             msg = f"the {name} is '{field}': write a decimal point, not a comma"
-            raise MissionFileError(msg, source=source, place=Place(line, content.index(field) + 1))
-
-
-def _refuse_short_row(fields: _Fields) -> NoReturn:
-    if len(fields.texts) == 1:
-        msg = f"'{fields.texts[0][:40]}' is not a mission row: expected 12 values"
-    else:
-        msg = f"the row has {len(fields.texts)} values, expected 12: {', '.join(FIELDS)}"
-    raise MissionFileError(
-        msg,
-        source=fields.source,
-        place=fields.place(0) if fields.columns else Place(fields.line, 1),
-    )
-
-
-def _refuse_shifted_row(row: WplRow, fields: _Fields) -> None:
-    """Refuse a row with extra fields whose first twelve make no sense: columns are shifted."""
-    sane_frame = not frame_name(row.frame).startswith(("RESERVED", "MAV_FRAME"))
-    if not (
-        row.command in load_command_table().commands
-        and sane_frame
-        and fields.texts[11] in {"0", "1"}
-    ):
-        msg = (
-            f"the row has {len(fields.texts)} values, expected 12 ({', '.join(FIELDS)}), "
-            "and its first 12 make no sense"
-        )
-        raise MissionFileError(msg, source=fields.source, place=row.place)
+            place = Place(fields.line, fields.content.index(field) + 1)
+            raise MissionFileError(msg, source=fields.source, place=place)
 
 
 HEADER = "QGC WPL 110"
@@ -270,56 +232,44 @@ def has_wpl_header(line: str) -> bool:
 
 
 def read_wpl(text: str, *, source: str) -> Mission:
-    """Return the mission that a ``QGC WPL`` text holds.
+    """Return the mission that a ``QGC WPL`` text without a byte order mark holds.
 
-    Parameters
-    ----------
-    text : str
-        The whole file, without a byte order mark.
-
-    Returns
-    -------
-    Mission
-        Fence and rally rows become its fence and rally points, not items.
+    Fence and rally rows become its fence and rally points, not items.
     """
     lines = read_lines(text, source=source)
-    version, first_row, findings = _read_header(lines, source=source)
-    content = read_rows(chain(first_row, lines), source=source)
-    rows = content.rows
-
+    remarks = Remarks()
+    version, first_row = _read_header(lines, remarks, source=source)
+    rows, others = _read_rows(chain(first_row, lines), source=source)
     home: Home | None = None
     first_item = 0
-    if version != "120" and rows and rows[0].command not in _AREA_COMMANDS:
+    if version != "120" and rows and rows[0].item.command not in _AREA_COMMANDS:
         if _is_home(rows):
-            home = _make_home(rows[0])
+            home = _make_home(rows[0].item)
             first_item = 1
         else:
-            findings.append(_missing_home(rows[0]))
-
+            _report_missing_home(rows[0], remarks)
     # A first row numbered 1 or more has its home row left out, as Mission Planner sees it.
     base = 1 if rows and rows[0].sequence > 0 and version != "120" else 0
-    listed = [_make_item(row, jump_id=base + index) for index, row in enumerate(rows)][first_item:]
+    listed = [replace(row.item, jump_id=n) for n, row in enumerate(rows, start=base)][first_item:]
     items = tuple(item for item in listed if item.command not in _AREA_COMMANDS)
-    fence, fence_findings = make_fence(listed)
     home_altitude_amsl_m = None if home is None else home.altitude_amsl_m
-    rally, rally_findings = make_rally_points(listed, home_altitude_amsl_m=home_altitude_amsl_m)
-    vehicle = vehicle_evidence(items, home_altitude_amsl_m=home_altitude_amsl_m)
-    findings += _check_dialect(content, has_header=version is not None)
-    findings += _check_rows(rows, base=base)
-    findings += [*fence_findings, *rally_findings]
-    if len(items) < len(listed):
-        areas = tuple(item for item in listed if item.command in _AREA_COMMANDS)
-        findings.append(_mixed_areas(areas, has_items=bool(items)))
+    if version is not None:
+        _check_dialect(rows, others, remarks)
+    _check_rows(rows, base, remarks)
+    fence, about_fence = make_fence(listed)
+    rally, about_rally = make_rally_points(listed, home_altitude_amsl_m=home_altitude_amsl_m)
+    areas = [item for item in listed if item.command in _AREA_COMMANDS]
+    about_areas = [_mixed_areas(areas, has_items=bool(items))] if areas else []
     return Mission(
         source=source,
         file_format=MissionFormat.WPL,
         items=items,
         home=home,
         autopilot=None,
-        vehicle=vehicle,
+        vehicle=vehicle_evidence(items, home_altitude_amsl_m=home_altitude_amsl_m),
         fence=fence,
         rally=rally,
-        findings=tuple(findings),
+        findings=(*remarks.findings(), *about_fence, *about_rally, *about_areas),
         document=text,
     )
 
@@ -336,12 +286,9 @@ TEXT_HEADER = Rule(
 
 
 def _read_header(
-    lines: Iterator[tuple[int, str]], *, source: str
-) -> tuple[str | None, list[tuple[int, str]], list[Finding]]:
-    """Read up to the header, or to the first row of a file that has none.
-
-    Returns the version or ``None``, that first row if there is no header, and what is odd.
-    """
+    lines: Iterator[tuple[int, str]], remarks: Remarks, *, source: str
+) -> tuple[str | None, list[tuple[int, str]]]:
+    """Return the version of the header, or ``None`` and the first row of a text that has none."""
     for number, line in lines:
         stripped = line.strip()
         if not stripped or stripped.startswith("#"):
@@ -353,7 +300,8 @@ def _read_header(
                 msg = f"expected the header '{HEADER}', found '{stripped[:40]}'"
                 raise MissionFileError(msg, source=source, place=place)
             message = f"there is no header: read as {HEADER}, other loaders refuse the file"
-            return None, [(number, line)], [TEXT_HEADER.finding(message, place=place)]
+            remarks.add(TEXT_HEADER, message, place=place)
+            return None, [(number, line)]
         version = _VERSION.fullmatch(match["version"])
         if version is None:
             _refuse_version(match["version"], source=source, place=place)
@@ -366,8 +314,9 @@ def _read_header(
         elif number > 1:
             message = f"the header is in line {number}: other loaders want it in the first"
         else:
-            return version[1], [], []
-        return version[1], [], [TEXT_HEADER.finding(message, place=place)]
+            return version[1], []
+        remarks.add(TEXT_HEADER, message, place=place)
+        return version[1], []
     msg = "the file holds no mission rows"
     raise MissionFileError(msg, source=source)
 
@@ -385,23 +334,24 @@ def _refuse_version(version: str, *, source: str, place: Place) -> NoReturn:
 
 def _is_home(rows: Sequence[WplRow]) -> bool:
     """Return whether the first row of a version 110 file is home; the rule L152 explains it."""
-    first = rows[0]
-    if first.sequence != 0 or first.command not in {0, Command.NAV_WAYPOINT}:
+    first = rows[0].item
+    if rows[0].sequence != 0 or first.command not in {0, Command.NAV_WAYPOINT}:
         return False
-    if first.command == 0 or first.frame in AMSL_FRAMES or not first.values[6]:
+    if first.command == 0 or first.frame in AMSL_FRAMES or not first.altitude_m:
         return True
-    return len(rows) > 1 and rows[1].command in _TAKEOFFS
+    return len(rows) > 1 and rows[1].item.command in _TAKEOFFS
 
 
-def _make_home(row: WplRow) -> Home | None:
+def _make_home(row: MissionItem) -> Home | None:
     """Return the home of a home row; 0, 0 is how Mission Planner writes that it knows none."""
-    *_, latitude_deg, longitude_deg, altitude_m = row.values
-    if latitude_deg is None or longitude_deg is None or (latitude_deg == longitude_deg == 0.0):
+    if row.latitude_deg is None or row.longitude_deg is None:
+        return None
+    if row.latitude_deg == row.longitude_deg == 0.0:
         return None
     return Home(
-        latitude_deg=latitude_deg,
-        longitude_deg=longitude_deg,
-        altitude_amsl_m=altitude_m if row.frame in AMSL_FRAMES else None,
+        latitude_deg=row.latitude_deg,
+        longitude_deg=row.longitude_deg,
+        altitude_amsl_m=row.altitude_m if row.frame in AMSL_FRAMES else None,
     )
 
 
@@ -418,32 +368,17 @@ TEXT_NO_HOME_ROW = Rule(
 )
 
 
-def _missing_home(row: WplRow) -> Finding:
-    name = command_name(row.command)
-    if row.command == Command.NAV_WAYPOINT and row.sequence == 0:
-        name += f" {row.values[6]:g} m above home" if row.frame in RELATIVE_FRAMES else ""
-    swallowed = (
-        "QGroundControl takes it as home and drops it, ArduPilot overwrites it with its own home"
-    )
-    if row.sequence > 0:
-        swallowed += ", Mission Planner puts a blank home before it"
+def _report_missing_home(row: WplRow, remarks: Remarks) -> None:
+    item = row.item
+    name = command_name(item.command)
+    if item.command == Command.NAV_WAYPOINT and row.sequence == 0 and item.frame in RELATIVE_FRAMES:
+        name += f" {item.altitude_m:g} m above home"
+    planner = ", Mission Planner puts a blank home before it" if row.sequence > 0 else ""
     message = (
         f"the first row is {name}, sequence {row.sequence}, and not home: flown here as item 1; "
-        + swallowed
+        "QGroundControl takes it as home and drops it, ArduPilot overwrites it with its own home"
     )
-    return TEXT_NO_HOME_ROW.finding(message, item=1, place=row.place)
-
-
-def _make_item(row: WplRow, *, jump_id: int) -> MissionItem:
-    p1, p2, p3, p4, p5, p6, p7 = row.values
-    return MissionItem(
-        row.command,
-        row.frame,
-        *(p1, p2, p3, p4, p5, p6, p7),
-        autocontinue=row.autocontinue,
-        jump_id=jump_id,
-        place=row.place,
-    )
+    remarks.add(TEXT_NO_HOME_ROW, message + planner, item=1, place=row.place)
 
 
 TEXT_DIALECT = Rule(
@@ -457,23 +392,17 @@ TEXT_DIALECT = Rule(
 )
 
 
-def _check_dialect(content: RowText, *, has_header: bool) -> list[Finding]:
-    """Return what QGroundControl would refuse about the way the rows are written."""
-    untabbed = [row for row in content.rows if not row.is_tabbed and not row.extra_fields]
+def _check_dialect(rows: Sequence[WplRow], others: dict[str, int], remarks: Remarks) -> None:
+    """Report what QGroundControl would refuse about the way the rows are written."""
+    untabbed = [row.place for row in rows if not row.is_tabbed and not row.extra_fields]
     reasons = []
     if untabbed:
-        first = untabbed[0].place.line
-        reasons.append(
-            f"not 12 fields between tabs in {quantity.count(len(untabbed), 'row')} (first in line {first})"
-        )
-    if content.comment_lines:
-        reasons.append(f"{quantity.count(content.comment_lines, 'comment')}")
-    if content.blank_lines:
-        reasons.append(f"{quantity.count(content.blank_lines, 'blank line')}")
-    if not reasons or not has_header:
-        return []
-    message = f"QGroundControl refuses this file: {', '.join(reasons)}"
-    return [TEXT_DIALECT.finding(message, place=untabbed[0].place if untabbed else None)]
+        count, first = quantity.count(len(untabbed), "row"), untabbed[0].line
+        reasons.append(f"not 12 fields between tabs in {count} (first in line {first})")
+    reasons += [quantity.count(count, what) for what, count in others.items() if count]
+    if reasons:
+        message = f"QGroundControl refuses this file: {', '.join(reasons)}"
+        remarks.add(TEXT_DIALECT, message, place=untabbed[0] if untabbed else None)
 
 
 TEXT_SEQUENCE = Rule(
@@ -517,49 +446,41 @@ TEXT_TERRAIN_ROWS = Rule(
 )
 
 
-def _check_rows(rows: Sequence[WplRow], *, base: int) -> list[Finding]:
-    """Return what loaders misread about the content of the rows, one finding per trap."""
-    findings: list[Finding] = []
-
-    def report(rule: Rule, affected: Sequence[WplRow], message: str) -> None:
-        if affected:
-            where = f" (first in line {affected[0].place.line})"
-            findings.append(
-                rule.finding(
-                    f"{quantity.count(len(affected), 'row')} {message}{where}",
-                    place=affected[0].place,
-                )
-            )
-
-    report(
-        TEXT_UNSET_VALUE,
-        [row for row in rows if None in row.values],
-        "with 'nan' or 'null': read as not specified",
-    )
-    report(
+_TRAPS: tuple[tuple[Rule, Callable[[WplRow], bool], str], ...] = (
+    (TEXT_UNSET_VALUE, lambda row: row.has_unset, "with 'nan' or 'null': read as not specified"),
+    (
         TEXT_EXTRA_COLUMNS,
-        [row for row in rows if row.extra_fields],
+        lambda row: row.extra_fields > 0,
         "with more than 12 fields: the rest is left out",
-    )
-    report(
+    ),
+    (
         TEXT_TERRAIN_ROWS,
-        [row for row in rows if row.frame in TERRAIN_FRAMES],
+        lambda row: row.item.frame in TERRAIN_FRAMES,
         "above terrain: QGroundControl imports them as AMSL",
-    )
-    misnumbered = [
-        (row, number) for number, row in enumerate(rows, start=base) if row.sequence != number
-    ]
+    ),
+)
+"""Rows whose content loaders misread: by which rule, which they are, and what is reported."""
+
+
+def _check_rows(rows: Sequence[WplRow], base: int, remarks: Remarks) -> None:
+    """Report what loaders misread about the rows, one finding per trap."""
+    for rule, is_affected, what in _TRAPS:
+        affected = [row.place for row in rows if is_affected(row)]
+        if affected:
+            where = f"(first in line {affected[0].line})"
+            message = f"{quantity.count(len(affected), 'row')} {what} {where}"
+            remarks.add(rule, message, place=affected[0])
+    misnumbered = [(row, n) for n, row in enumerate(rows, start=base) if row.sequence != n]
     if misnumbered:
         row, expected = misnumbered[0]
-        jumps = any(other.command == Command.DO_JUMP for other in rows)
+        jumps = any(other.item.command == Command.DO_JUMP for other in rows)
         message = (
             f"{quantity.count(len(misnumbered), 'row')} out of sequence, first {row.sequence} where "
             f"{expected} is due: rows are numbered by their order"
             + (", and DO_JUMP goes by that order" if jumps else "")
         )
         severity = Severity.WARNING if jumps else Severity.INFO
-        findings.append(TEXT_SEQUENCE.finding(message, place=row.place, severity=severity))
-    return findings
+        remarks.add(TEXT_SEQUENCE, message, place=row.place, severity=severity)
 
 
 TEXT_FENCE_ROWS = Rule(
@@ -585,13 +506,139 @@ TEXT_NO_MISSION = Rule(
 def _mixed_areas(areas: Sequence[MissionItem], *, has_items: bool) -> Finding:
     """Return the finding about fence and rally rows, alone or inside a mission."""
     rally = sum(item.command == Command.NAV_RALLY_POINT for item in areas)
-    parts = [f"{quantity.count(len(areas) - rally, 'fence row')}"] if len(areas) > rally else []
-    if rally:
-        parts.append(f"{quantity.count(rally, 'rally row')}")
-    what = " and ".join(parts)
+    counts = {"fence row": len(areas) - rally, "rally row": rally}
+    what = " and ".join(quantity.count(count, row) for row, count in counts.items() if count)
     if not has_items:
         return TEXT_NO_MISSION.finding(
             f"the file holds {what} and no mission", place=areas[0].place
         )
     message = f"{what} inside the mission: checked as fence and rally, refused as mission items"
     return TEXT_FENCE_ROWS.finding(message, place=areas[0].place)
+
+
+_FENCE_LINE = re.compile(r"[+-]?\d+\.?\d*[\s,]+[+-]?\d+\.?\d*")
+_RALLY_LINE = re.compile(r"RALLY\s", re.IGNORECASE)
+
+
+def is_fence_line(line: str) -> bool:
+    """Return whether a line is one point of an old fence list."""
+    return _FENCE_LINE.fullmatch(line.strip()) is not None
+
+
+def is_rally_line(line: str) -> bool:
+    """Return whether a line is one point of an old rally list."""
+    return _RALLY_LINE.match(line.strip()) is not None
+
+
+def read_fence_list(text: str, *, source: str) -> Mission:
+    """Return a mission without items whose fence is the listed one.
+
+    The first point is where to return to after a breach, the others are the vertices of one
+    inclusion polygon, whose last point repeats the first (pymavlink's ``MAVFenceLoader``).
+    """
+    points: list[tuple[float, float]] = []
+    places: list[Place] = []
+    for place, fields in _read_fields(text, source=source):
+        if len(fields) != 2:
+            values = quantity.count(len(fields), "value")
+            msg = f"the line has {values}, expected a latitude and a longitude"
+            raise MissionFileError(msg, source=source, place=place)
+        points.append(_read_position(fields, source=source, place=place))
+        places.append(place)
+    remarks = Remarks()
+    vertices = points[1:]
+    if len(vertices) >= 2 and vertices[0] == vertices[-1]:
+        vertices.pop()
+    else:
+        message = "the fence is not closed: its last point does not repeat the second line"
+        remarks.add(FENCE_ITEM_BROKEN, message, place=places[-1])
+    polygons: tuple[FencePolygon, ...] = ()
+    if encloses_area("the fence", vertices, remarks, places[0]):
+        polygon = FencePolygon(inclusion=True, vertices_deg=tuple(vertices), place=places[1])
+        polygons = (polygon,)
+    what = f"a fence of {quantity.count(len(vertices), 'vertex', 'vertices')}"
+    fence = Fence(polygons=polygons, breach_return_deg_m=(*points[0], None))
+    return _without_items(text, what, remarks, fence=fence, source=source)
+
+
+def read_rally_list(text: str, *, source: str) -> Mission:
+    """Return a mission without items with the listed rally points.
+
+    A line is ``RALLY latitude longitude altitude break-altitude land-direction flags``, the
+    altitude in metres above home.
+    """
+    points: list[RallyPoint] = []
+    for place, fields in _read_fields(text, source=source):
+        if not is_rally_line(" ".join(fields) + " ") or len(fields) != 7:
+            msg = "expected 'RALLY latitude longitude altitude break-altitude direction flags'"
+            raise MissionFileError(msg, source=source, place=place)
+        latitude_deg, longitude_deg = _read_position(fields[1:3], source=source, place=place)
+        points.append(
+            RallyPoint(
+                latitude_deg=latitude_deg,
+                longitude_deg=longitude_deg,
+                height_above_home_m=_read_number(fields[3], source=source, place=place),
+                place=place,
+            )
+        )
+    what = quantity.count(len(points), "rally point")
+    return _without_items(text, what, Remarks(), rally=tuple(points), source=source)
+
+
+def _read_fields(text: str, *, source: str) -> list[tuple[Place, list[str]]]:
+    """Return the fields of every line that is not blank and no comment."""
+    fields = []
+    for number, line in read_lines(text, source=source):
+        content = line.strip()
+        if content and not content.startswith("#"):
+            place = Place(number, len(line) - len(line.lstrip()) + 1)
+            fields.append((place, re.split(r"[\s,]+", content)))
+            if len(fields) > MOST_ITEMS:
+                msg = f"more than {MOST_ITEMS:,} points: MAVLink can send no more than that"
+                raise MissionFileError(msg, source=source, place=place)
+    return fields
+
+
+def _read_position(fields: list[str], *, source: str, place: Place) -> tuple[float, float]:
+    latitude_deg, longitude_deg = (
+        _read_number(field, source=source, place=place) for field in fields
+    )
+    if abs(latitude_deg) > 90.0 or abs(longitude_deg) > 180.0:
+        msg = f"{latitude_deg:g}, {longitude_deg:g} is not a latitude and longitude"
+        raise MissionFileError(msg, source=source, place=place)
+    return latitude_deg, longitude_deg
+
+
+def _read_number(field: str, *, source: str, place: Place) -> float:
+    try:
+        value = float(field)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        msg = f"expected a number, found '{field[:40]}'"
+        raise MissionFileError(msg, source=source, place=place)
+    return value
+
+
+def _without_items(
+    text: str,
+    what: str,
+    remarks: Remarks,
+    *,
+    source: str,
+    fence: Fence | None = None,
+    rally: tuple[RallyPoint, ...] = (),
+) -> Mission:
+    remarks.add(TEXT_NO_MISSION, f"the file holds {what} and no mission")
+    return Mission(
+        source=source,
+        file_format=MissionFormat.WPL,
+        items=(),
+        home=None,
+        autopilot=None,
+        vehicle=None,
+        fence=fence,
+        rally=rally,
+        findings=remarks.findings(),
+        document=text,
+    )

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from planner.autopilot import Autopilot
 from planner.mission.commands import UNSET_YAW, Command, Frame, has_location, load_command_table
 from planner.mission.formats.fence_items import fence_items, rally_items
-from planner.mission.formats.legacy import read_legacy
 from planner.mission.formats.plan import (
     AREA_VERSION,
     AUTOPILOTS,
@@ -33,14 +32,14 @@ from planner.mission.formats.simple_item import (
     is_complex,
 )
 from planner.mission.formats.wpl import HEADER
-from planner.mission.items import Mission, VehicleKind, numbered_in_order
+from planner.mission.items import Mission, MissionItem, VehicleKind, numbered_in_order
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.geo.fence import Fence, RallyPoint
-    from planner.mission.items import Home, MissionItem
+    from planner.mission.items import Home
 
 
 _OLDER_KEYS = ("coordinate", "id", "param1", "param2", "param3", "param4")
@@ -48,19 +47,12 @@ _LARGEST_EXACT = 2**53
 """Whole numbers up to here are the same in a double."""
 
 
-def write_elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[dict[str, Any]]:
+def _elements(items: tuple[MissionItem, ...], *, before: Mission) -> list[dict[str, Any]]:
     """Return the elements of a plan's ``items``.
 
-    An item from the place of an element of the file is written on top of it, so that
-    keys nobody knows are kept.  A complex item stays while all of its items are as they were, and
-    one without items keeps its place in the list.
-
-    Parameters
-    ----------
-    items : tuple of MissionItem
-        In flown order; they are numbered again unless they are those of ``before``.
-    before : Mission
-        The mission as it was read; its document is not changed.
+    An item from the place of an element of the file is written on top of it, so that keys nobody
+    knows are kept.  A complex item stays while all of its items are as they were, and one without
+    items keeps its place in the list.  The items are numbered again unless they are those read.
     """
     document = before.document if isinstance(before.document, PlanDocument) else None
     elements = [] if document is None else document.elements
@@ -146,11 +138,7 @@ def _simple_element(item: MissionItem, raw: dict[str, Any]) -> dict[str, Any]:
     else:
         put(element, "doJumpId", item.jump_id)
     put(element, "frame", item.frame)
-    values = (
-        *(item.param1, item.param2, item.param3, item.param4),
-        *(item.latitude_deg, item.longitude_deg, item.altitude_m),
-    )
-    put(element, "params", [_number(value) for value in values])
+    put(element, "params", [_number(value) for value in item.parameters])
     put(element, "type", "SimpleItem")
     return element
 
@@ -160,13 +148,12 @@ def _altitude_copies(item: MissionItem) -> dict[str, Any]:
 
     It leaves them out of items without a place, and refuses them without a number.
     """
-    mode = ALTITUDE_MODE_OF_FRAME.get(item.frame)
+    altitude_m, mode = item.altitude_m, ALTITUDE_MODE_OF_FRAME.get(item.frame)
     if item.unresolved_agl_m is not None:
-        values = (None, _number(item.unresolved_agl_m), CALCULATED_MODE)
-        return dict(zip(ALTITUDE_KEYS, values, strict=True))
-    if item.altitude_m is None or mode is None or not has_location(item.command):
+        altitude_m, mode = item.unresolved_agl_m, CALCULATED_MODE
+    elif altitude_m is None or mode is None or not has_location(item.command):
         return {}
-    return dict(zip(ALTITUDE_KEYS, (None, _number(item.altitude_m), mode), strict=True))
+    return dict(zip(ALTITUDE_KEYS, (None, _number(altitude_m), mode), strict=True))
 
 
 def _number(value: float | None) -> float | None:
@@ -198,12 +185,12 @@ _SURROGATE = re.compile("[\ud800-\udfff]")
 class _Basis(Value):
     """What a mission is written on top of: the content it was read from, if any."""
 
-    head: Mapping[str, Any]
-    """The file's top."""
-    section: Mapping[str, Any]
-    """Its mission section."""
     before: Mission
     """The mission as it was read."""
+    head: Mapping[str, Any] = {}
+    """The file's top."""
+    section: Mapping[str, Any] = {}
+    """Its mission section."""
     text: str | None = None
     """The file itself."""
 
@@ -211,15 +198,8 @@ class _Basis(Value):
 def plan_text(mission: Mission) -> str:
     """Return a mission as the text of a plan.
 
-    Parameters
-    ----------
-    mission : Mission
-        One read from a plan or an older JSON mission keeps all that its file held.
-
-    Returns
-    -------
-    str
-        The file itself where there is nothing to change.
+    One read from a plan or an older JSON mission keeps all that its file held: where there is nothing
+    to change, it is the file itself.
     """
     basis = _basis(mission)
     plan = dict(basis.head)
@@ -239,26 +219,16 @@ def plan_text(mission: Mission) -> str:
 def _basis(mission: Mission) -> _Basis:
     document = mission.document
     if not isinstance(document, PlanDocument):
-        unknown = Mission(
-            source=mission.source,
-            file_format=mission.file_format,
-            items=(),
-            home=None,
-            autopilot=None,
-            vehicle=None,
-        )
-        return _Basis(head={}, section={}, before=unknown)
+        nothing = replace(mission, items=(), home=None, autopilot=None, vehicle=None)
+        return _Basis(before=replace(nothing, fence=None, rally=(), document=None))
     content = document.json
+    before = read_plan(content, mission.source)
     if not is_legacy(content):
-        return _Basis(
-            head=content.root,
-            section=document.section,
-            before=read_plan(content, mission.source),
-            text=content.origin.text,
-        )
+        text = content.origin.text
+        return _Basis(before=before, head=content.root, section=document.section, text=text)
     head = {key: content.root[key] for key in ("groundStation",) if key in content.root}
     section = {key: value for key, value in document.section.items() if key not in _LEGACY_KEYS}
-    return _Basis(head=head, section=section, before=read_legacy(content, mission.source))
+    return _Basis(before=before, head=head, section=section)
 
 
 def _mission_section(mission: Mission, basis: _Basis) -> dict[str, Any]:
@@ -271,20 +241,18 @@ def _mission_section(mission: Mission, basis: _Basis) -> dict[str, Any]:
             section[key] = speed_m_s
     if "firmwareType" not in section or mission.autopilot is not before.autopilot:
         section["firmwareType"] = _FIRMWARE_TYPES.get(mission.autopilot, _GENERIC_FIRMWARE)
-    section["items"] = write_elements(mission.items, before=before)
-    home = section.get("plannedHomePosition")
-    if mission.home != before.home or not isinstance(home, list):
-        section["plannedHomePosition"] = _home_list(mission.home)
+    section["items"] = _elements(mission.items, before=before)
+    if mission.home != before.home or not isinstance(section.get("plannedHomePosition"), list):
+        home = mission.home
+        section["plannedHomePosition"] = (
+            [None, None, None]
+            if home is None
+            else [home.latitude_deg, home.longitude_deg, home.altitude_amsl_m]
+        )
     if mission.vehicle_kind in _VEHICLE_TYPES and mission.vehicle_kind is not before.vehicle_kind:
         section["vehicleType"] = _VEHICLE_TYPES[mission.vehicle_kind]
     put(section, "version", SECTION_VERSION)
     return section
-
-
-def _home_list(home: Home | None) -> list[float | None]:
-    if home is None:
-        return [None, None, None]
-    return [home.latitude_deg, home.longitude_deg, home.altitude_amsl_m]
 
 
 def _fence_section(fence: Fence | None, basis: _Basis) -> dict[str, Any]:
@@ -300,14 +268,11 @@ def _fence_section(fence: Fence | None, basis: _Basis) -> dict[str, Any]:
         written["breachReturn"] = list(fence.breach_return_deg_m)
     written["circles"] = [
         {
-            "circle": {
-                "center": [circle.latitude_deg, circle.longitude_deg],
-                "radius": circle.radius_m,
-            },
-            "inclusion": circle.inclusion,
+            "circle": {"center": [area.latitude_deg, area.longitude_deg], "radius": area.radius_m},
+            "inclusion": area.inclusion,
             "version": AREA_VERSION,
         }
-        for circle in fence.circles
+        for area in fence.circles
     ]
     written["polygons"] = [
         {
@@ -341,16 +306,14 @@ def _completed(section: Mapping[str, Any], lists: Mapping[str, Any]) -> dict[str
         completed = dict(section) | {key: lists[key] for key in lists if key not in section}
         for key in ("circles", "polygons"):
             if key in completed:
-                completed[key] = [_versioned(area) for area in completed[key]]
+                completed[key] = [
+                    area if "version" in area else area | {"version": AREA_VERSION}
+                    for area in completed[key]
+                ]
         return completed
     if content:
         return {"version": 1} | dict(section)
     return dict(lists) | {"version": SECTION_VERSION}
-
-
-def _versioned(area: dict[str, Any]) -> dict[str, Any]:
-    """Return a fence area with its version, which QGroundControl requires."""
-    return area if "version" in area else area | {"version": AREA_VERSION}
 
 
 def _json_text(value: Mapping[str, Any]) -> str:
@@ -359,32 +322,24 @@ def _json_text(value: Mapping[str, Any]) -> str:
     return _SURROGATE.sub(lambda match: f"\\u{ord(match.group()):04x}", text)
 
 
-_Values = tuple[float | None, float | None, float | None]
-
-
 def wpl_text(mission: Mission) -> str:
-    """Return a mission as the text of a ``QGC WPL 110`` file.
+    """Return a mission as the text of a ``QGC WPL 110`` file, its items numbered again.
 
-    Parameters
-    ----------
-    mission : Mission
-        Its items are numbered again.  Where it has none, its fence is written, and where it has no
-        fence either, its rally points; with items neither is.
-
-    Returns
-    -------
-    str
-        Twelve fields between tabs in each row, numbers in the fewest digits that read back the
-        same, ``nan`` where a value is not specified, but see `written_items`.
+    Where it has none, its fence is written, and where it has no fence either, its rally points; with
+    items neither is.  Twelve fields between tabs in each row, numbers in the fewest digits that read
+    back the same, ``nan`` where a value is not specified, but see `written_items`.
     """
     if mission.items or not (mission.fence or mission.rally):
-        rows = [_home_row(mission.home), *map(_item_row, written_items(mission))]
+        rows = [_home_row(mission.home), *written_items(mission)]
     else:
         rows = [] if mission.home is None else [_home_row(mission.home)]
-        areas = fence_items(mission.fence) if mission.fence else rally_items(mission.rally)
-        rows += map(_item_row, areas)
-    numbered = [f"{number}\t{int(number == 0)}\t{row}\n" for number, row in enumerate(rows)]
-    return "".join([f"{HEADER}\n", *numbered])
+        rows += fence_items(mission.fence) if mission.fence else rally_items(mission.rally)
+    lines = [HEADER]
+    for number, item in enumerate(rows):
+        values = map(_wpl_number, item.parameters)
+        fields = (number, int(number == 0), int(item.frame), int(item.command), *values)
+        lines.append("\t".join(map(str, (*fields, int(item.autocontinue)))))
+    return "\n".join([*lines, ""])
 
 
 def with_unused_position_zero(item: MissionItem) -> MissionItem:
@@ -396,14 +351,10 @@ def with_unused_position_zero(item: MissionItem) -> MissionItem:
     definition = load_command_table().commands.get(item.command)
     if definition is None or definition.has_location:
         return item
-    values = (item.latitude_deg, item.longitude_deg, item.altitude_m)
-    latitude_deg, longitude_deg, altitude_m = (
-        0.0 if value is None and not name else value
-        for value, name in zip(values, definition.parameters[4:], strict=True)
-    )
-    return replace(
-        item, latitude_deg=latitude_deg, longitude_deg=longitude_deg, altitude_m=altitude_m
-    )
+    fields = ("latitude_deg", "longitude_deg", "altitude_m")
+    unused = zip(fields, definition.parameters[4:], strict=True)
+    unset = [field for field, name in unused if not name and getattr(item, field) is None]
+    return replace(item, **dict.fromkeys(unset, 0.0)) if unset else item
 
 
 def written_items(mission: Mission) -> tuple[MissionItem, ...]:
@@ -421,40 +372,16 @@ def written_items(mission: Mission) -> tuple[MissionItem, ...]:
     )
 
 
-def _home_row(home: Home | None) -> str:
+def _home_row(home: Home | None) -> MissionItem:
     """Return the row of home; 0, 0 is how ground stations write that they know none."""
-    if home is None:
-        return _row(Command.NAV_WAYPOINT, Frame.GLOBAL, position=(0.0, 0.0, 0.0))
-    place = (home.latitude_deg, home.longitude_deg)
-    if home.altitude_amsl_m is None:
-        return _row(Command.NAV_WAYPOINT, Frame.GLOBAL_RELATIVE_ALT, position=(*place, 0.0))
-    return _row(Command.NAV_WAYPOINT, Frame.GLOBAL, position=(*place, home.altitude_amsl_m))
-
-
-def _item_row(item: MissionItem) -> str:
-    return _row(
-        item.command,
-        item.frame,
-        item.param1,
-        item.param2,
-        item.param3,
-        item.param4,
-        position=(item.latitude_deg, item.longitude_deg, item.altitude_m),
-        autocontinue=item.autocontinue,
-    )
-
-
-def _row(
-    command: int,
-    frame: int,
-    *parameters: float | None,
-    position: _Values,
-    autocontinue: bool = True,
-) -> str:
-    """Return a row after its first two fields; parameters that are not given are 0."""
-    values = (*parameters, *(0.0,) * (4 - len(parameters)), *position)
-    fields = [str(int(frame)), str(int(command)), *map(_wpl_number, values), str(int(autocontinue))]
-    return "\t".join(fields)
+    frame, place, altitude_m = Frame.GLOBAL, (0.0, 0.0), 0.0
+    if home is not None:
+        place = (home.latitude_deg, home.longitude_deg)
+        if home.altitude_amsl_m is None:
+            frame = Frame.GLOBAL_RELATIVE_ALT
+        else:
+            altitude_m = home.altitude_amsl_m
+    return MissionItem(Command.NAV_WAYPOINT, frame, 0.0, 0.0, 0.0, 0.0, *place, altitude_m)
 
 
 def _wpl_number(value: float | None) -> str:
