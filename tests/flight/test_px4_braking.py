@@ -98,11 +98,11 @@ def test_speeding_up_to_12_m_s_takes_4_75_seconds_and_28_5_m() -> None:
 
 @given(st.floats(0.01, 20.0), st.floats(0.0, 1.0))
 def test_a_ramp_has_gained_a_fraction_when_it_says(change_m_s: float, fraction: float) -> None:
-    limits = {"acceleration_m_s2": np.array([3.0]), "jerk_m_s3": np.array([4.0])}
-    ramp = Px4Ramps.of(np.array([change_m_s]), **limits)
+    change, limits = np.array([change_m_s]), (np.array([3.0]), np.array([4.0]))
+    ramp = Px4Ramps.of(change, *limits)
     _, gained, _ = ramp.gained(ramp.time_at_s(np.array([fraction])))
     assert gained == pytest.approx(fraction * change_m_s, abs=1e-6)
-    assert ramp.duration_s == pytest.approx(ramp_time_s(np.array([change_m_s]), **limits))
+    assert ramp.duration_s == pytest.approx(ramp_time_s(change, *limits))
 
 
 @pytest.mark.parametrize(

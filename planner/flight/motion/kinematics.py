@@ -14,10 +14,32 @@ import numpy as np
 from planner.values import Value, field_names, field_values
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from planner.arrays import BoolArray, FloatArray, IntArray
     from planner.findings import Finding
+
+
+def horizontal(vectors: FloatArray) -> FloatArray:
+    """Return the horizontal lengths of vectors that begin with east and north. (…,)"""
+    return np.asarray(np.hypot(vectors[..., 0], vectors[..., 1]))
+
+
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of vectors. (…,)"""
+    return np.asarray(np.sqrt((vectors**2).sum(axis=-1)))
+
+
+def quotient(
+    numerator: FloatArray | float,
+    denominator: FloatArray,
+    otherwise: FloatArray | float = 0.0,
+    *,
+    above: float = 0.0,
+) -> FloatArray:
+    """Return quotients where the denominator is ``above`` a number, another value elsewhere."""
+    out = np.array(np.broadcast_to(otherwise, np.broadcast(numerator, denominator).shape))
+    return np.asarray(np.divide(numerator, denominator, out=out, where=denominator > above))
 
 
 class KinematicState(Value, eq=False):
@@ -49,7 +71,7 @@ class KinematicState(Value, eq=False):
 
     @classmethod
     def of(
-        cls, place_m: Sequence[FloatArray], velocity_m_s: Sequence[FloatArray]
+        cls, place_m: Iterable[FloatArray], velocity_m_s: Iterable[FloatArray]
     ) -> KinematicState:
         """Return the state at east, north, height, moving east, north and up."""
         return cls(**dict(zip(field_names(cls), (*place_m, *velocity_m_s), strict=True)))
@@ -77,7 +99,7 @@ class Columns(Value, eq=False):
             chosen[name] = value.select(rows) if isinstance(value, Columns) else value[rows]
         return type(self)(**chosen)
 
-    def put(self, rows: IntArray, values: Self) -> None:
+    def put(self, rows: IntArray | BoolArray, values: Self) -> None:
         """Overwrite some of the rows, in place."""
         for name in field_names(self):
             mine, given = getattr(self, name), getattr(values, name)
@@ -185,7 +207,7 @@ class Motion(Value, eq=False):
         return self.state_at(*self.piece_at(time_s))
 
 
-class PolynomialLaw(Value, eq=False):
+class PolynomialLaw(Columns, eq=False):
     """Position as a cubic of time on each axis: holding, constant speed, or constant jerk."""
 
     coefficients: FloatArray
@@ -213,7 +235,7 @@ class PolynomialLaw(Value, eq=False):
         return KinematicState.of(position, velocity)
 
 
-class CircleLaw(Value, eq=False):
+class CircleLaw(Columns, eq=False):
     """Level flight about a centre at a steady rate."""
 
     start_m: FloatArray
@@ -272,11 +294,6 @@ class Manoeuvres(Value, eq=False):
     is_grounded: BoolArray
     """Whether a piece stands on the ground at no power. (k,)"""
 
-    @property
-    def state_index(self) -> IntArray:
-        """The state as a position in ``STATES``. (n,)"""
-        return np.full(len(self.key), STATE_INDEX[self.state])
-
 
 def make_manoeuvres(
     key: IntArray,
@@ -305,8 +322,7 @@ def make_manoeuvres(
     """
     start, end = position_m[:, :-1], position_m[:, 1:]
     leaving, arriving = velocity_m_s[:, :-1], velocity_m_s[:, 1:]
-    per_s = np.divide(1.0, duration_s, out=np.zeros_like(duration_s), where=duration_s > 0.0)
-    per_s = per_s[..., None]
+    per_s = quotient(1.0, duration_s)[..., None]
     mean = (end - start) * per_s
     bend = (3.0 * mean - 2.0 * leaving - arriving) * per_s
     jerk = (leaving + arriving - 2.0 * mean) * per_s**2
@@ -314,7 +330,7 @@ def make_manoeuvres(
     return Manoeuvres(
         key=key,
         state=state,
-        speed_m_s=np.sqrt((velocity_m_s**2).sum(axis=-1)).max(axis=1, initial=0.0),
+        speed_m_s=lengths(velocity_m_s).max(axis=1, initial=0.0),
         stopping_distance_m=none if stopping_distance_m is None else stopping_distance_m,
         duration_s=duration_s,
         coefficients=np.stack((start, leaving, bend, jerk), axis=-1),

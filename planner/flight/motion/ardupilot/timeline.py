@@ -312,7 +312,7 @@ def _manoeuvre_segments(
     return FlownSegments(
         start_s=start_s,
         stage=manoeuvres.key // SLOTS,
-        state=manoeuvres.state_index,
+        state=np.full(len(lasting), STATE_INDEX[manoeuvres.state]),
         speed_m_s=manoeuvres.speed_m_s,
         stopping_distance_m=stopping,
     ).select(lasting)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
-from planner.flight.motion.px4.pieces import RAMP, Curves, Lines, Places, SettlingLaw, wright_omega
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
+from planner.flight.motion.px4.pieces import RAMP, Curves, Places, SettlingLaw, lines, wright_omega
 from planner.flight.motion.px4.speeds import (
     STILL_M,
     Px4Ramps,
@@ -21,20 +21,18 @@ from planner.values import Value
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.legs import FlownMoves, PlannedLegs
-    from planner.flight.motion.px4.moves import Moves
+    from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
-    from planner.flight.motion.px4.straights import Limits, Straights
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
 LANDED_AFTER_S = 3.6
 """From touch-down to the landed flag: three times 1 s, and 0.6 s until the thrust has gone (measured;
-``MulticopterLandDetector``).  That is with a range sensor, which cannot see the ground it stands on; no
-parameter tells whether there is one, and without it is 2 s sooner. [s]"""
+``MulticopterLandDetector``).  That is with a range sensor, which cannot see the ground below its feet; no
+parameter states whether there is one, and without it is 2 s sooner. [s]"""
 
-_STANDS_M = 1e-5
-"""Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory stands. [m]"""
+_RESTS_M = 1e-5
+"""Way left that has no direction any more (``matrix::Vector::unit_or_zero``): the trajectory rests. [m]"""
 _BEYOND_M_S = 1e-9
 """Velocity that is none. [m s⁻¹]"""
 _FINE_M = 2.0
@@ -91,12 +89,7 @@ class DescentProfile(Value):
 
 
 def add_landings(
-    pieces: Px4Pieces,
-    moves: Moves,
-    flown: FlownMoves,
-    parameters: Px4Parameters,
-    *,
-    time_scale: TimeScale,
+    pieces: Px4Pieces, legs: Px4Legs, parameters: Px4Parameters, *, time_scale: TimeScale
 ) -> None:
     """Add the pieces of landings.
 
@@ -108,17 +101,17 @@ def add_landings(
     behind all of the time: ``PositionSmoothing::_generateTrajectory`` lets time pass freely only where the
     error points backward.  Recorded: so in all of two landings from standing; from 12 s on in one.
     """
-    move = np.flatnonzero(moves.is_landing)
+    move = np.flatnonzero(legs.planned.is_landing)
     if not len(move):
         return
-    velocity = flown.legs.velocity_m_s[move]
-    descents = _Descents.over(flown.legs.place_m[move], velocity, moves.target_m[move], parameters)
-    descents.fall(DescentProfile.of(parameters), -velocity[:, 2], parameters)
+    landing = legs.select(move)
+    descents = _Descents.over(landing, parameters)
+    descents.fall(DescentProfile.of(parameters), -landing.velocity_m_s[:, 2], parameters)
     descents.add_to(pieces, move, time_scale)
-    disarmed = np.where(moves.is_return[move], max(parameters.disarm_delay_s, 0.0), 0.0)
-    pieces.add_lines(
-        Places.of(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarmed),
-        Lines.at_rest(descents.touched_m()),
+    disarm_s = np.where(landing.planned.is_return, max(parameters.disarm_delay_s, 0.0), 0.0)
+    pieces.add_cubics(
+        Places(move, len(descents.parts), RAMP, LANDED_AFTER_S + disarm_s),
+        lines(descents.touched_m()),
         is_grounded=True,
     )
 
@@ -139,32 +132,26 @@ class _Descents:
     """Start, duration, cubic of the height, amplitude and rate of its exponential."""
 
     @classmethod
-    def over(
-        cls,
-        place_m: FloatArray,
-        velocity_m_s: FloatArray,
-        ground_m: FloatArray,
-        parameters: Px4Parameters,
-    ) -> _Descents:
+    def over(cls, legs: Px4Legs, parameters: Px4Parameters) -> _Descents:
         """Return landings about to begin.
 
         The offset from the place landed on dies away at the rate r of the speed allowed at its beginning.
         What the velocity has beyond that, Δ, does so besides at s = r + a/|Δ|, which asks for the
         acceleration a about: −Δ/(s − r) e^(−s t), taken from the amplitude of the other.
         """
-        offset = (place_m - ground_m)[:, :2]
-        off = np.hypot(offset[:, 0], offset[:, 1])
+        ground = legs.planned.target_m
+        offset = (legs.place_m - ground)[:, :2]
+        off = horizontal(offset)
         allowed = allowed_speed_m_s(off, 0.0, parameters.acceleration_m_s2, parameters.jerk_m_s3)
-        rate = np.divide(allowed, off, out=np.ones_like(off), where=off > 0.0)
-        beyond = velocity_m_s[:, :2] + rate[:, None] * offset
-        faster = np.maximum(np.hypot(beyond[:, 0], beyond[:, 1]), _BEYOND_M_S)
-        faster = parameters.acceleration_m_s2 / faster
+        rate = quotient(allowed, off, 1.0)
+        beyond = legs.velocity_m_s[:, :2] + rate[:, None] * offset
+        faster = parameters.acceleration_m_s2 / np.maximum(horizontal(beyond), _BEYOND_M_S)
         passing = -beyond / faster[:, None]
         return cls(
-            ground_m=ground_m,
+            ground_m=ground,
             settling_m=np.stack((offset - passing, passing), axis=-1),
             settling_per_s=np.column_stack((rate, rate + faster)),
-            height_m=np.maximum(place_m[:, 2] - ground_m[:, 2], 0.0),
+            height_m=np.maximum((legs.place_m - ground)[:, 2], 0.0),
             elapsed_s=np.zeros_like(off),
             parts=[],
         )
@@ -172,43 +159,39 @@ class _Descents:
     def fall(
         self, profile: DescentProfile, begun_m_s: FloatArray, parameters: Px4Parameters
     ) -> None:
-        """Go down to the ground from speeds downwards."""
+        """Descend from speeds downwards to the ground."""
         a = np.full_like(self.height_m, parameters.acceleration_down_m_s2)
         j = np.full_like(self.height_m, parameters.jerk_m_s3)
         first = profile.speed_m_s(self.height_m)
         change = first - begun_m_s
-        ramp = Px4Ramps.of(np.abs(change), a, j)
+        ramp_s = Px4Ramps.of(np.abs(change), a, j).duration_s
         # A landing from lower than its ramp is taken at its speed throughout.
-        fits = 0.5 * (first + begun_m_s) * ramp.duration_s <= self.height_m
-        ramp = Px4Ramps.of(np.where(fits, np.abs(change), 0.0), a, j)
-        self._ramp(ramp, begun_m_s, np.sign(change))
+        fits = 0.5 * (first + begun_m_s) * ramp_s <= self.height_m
+        ramps = Px4Ramps.of(np.where(fits, np.abs(change), 0.0), a, j)
+        self._ramp(ramps, begun_m_s, np.sign(change))
         self._steadily(profile.fast_m_s, down_to_m=profile.high_m)
         self._slow_down(profile)
-        self._steadily(profile.slow_m_s, down_to_m=profile.crawl_height_m)
-        change = np.full_like(first, profile.slow_m_s - profile.crawl_m_s)
-        ramp = Px4Ramps.of(np.where(self.height_m > 0.0, np.maximum(change, 0.0), 0.0), a, j)
-        braked = 0.5 * (profile.slow_m_s + profile.crawl_m_s) * ramp.duration_s
+        slow, crawl = profile.slow_m_s, profile.crawl_m_s
+        self._steadily(slow, down_to_m=profile.crawl_height_m)
+        change = np.where(self.height_m > 0.0, max(slow - crawl, 0.0), 0.0)
+        braked = 0.5 * (slow + crawl) * Px4Ramps.of(change, a, j).duration_s
         fits = (braked <= self.height_m) & (profile.crawl_height_m > 0.0)
-        ramp = Px4Ramps.of(np.where(fits, np.maximum(change, 0.0), 0.0), a, j)
-        self._ramp(ramp, np.full_like(first, profile.slow_m_s), -1.0)
-        self._steadily(profile.crawl_m_s, down_to_m=0.0)
+        ramps = Px4Ramps.of(np.where(fits, max(slow - crawl, 0.0), 0.0), a, j)
+        self._ramp(ramps, np.full_like(first, slow), -1.0)
+        self._steadily(crawl, down_to_m=0.0)
 
     def touched_m(self) -> FloatArray:
         """Return where landings touch the ground. (k, 3) [m]"""
         place = self.ground_m.copy()
-        place[:, :2] += self._offset_m(self.elapsed_s)
+        fading = np.exp(-self.settling_per_s * self.elapsed_s[:, None])
+        place[:, :2] += (self.settling_m * fading[:, None, :]).sum(axis=-1)
         return place
 
-    def standing_from_s(self) -> FloatArray:
-        """Return from when trajectories stand still over the place landed on. (k,) [s]"""
-        off = np.hypot(self.settling_m[:, 0, 0], self.settling_m[:, 1, 0])
-        moves = off > _STANDS_M
-        creeping_s = np.divide(
-            np.log(np.maximum(off / _STANDS_M, 1.0)),
-            self.settling_per_s[:, 0],
-            out=np.zeros_like(off),
-            where=moves,
-        )
+    def resting_from_s(self) -> FloatArray:
+        """Return from when trajectories rest over the place landed on. (k,) [s]"""
+        off = horizontal(self.settling_m[:, :, 0])
+        left = np.log(np.maximum(off / _RESTS_M, 1.0))
+        creeping_s = np.divide(left, self.settling_per_s[:, 0], out=0.0 * off, where=left > 0.0)
         fine = np.abs(self.ground_m[:, :2]).max(axis=1) <= _FINE_M
         return np.where(fine, creeping_s, np.inf)
 
@@ -216,63 +199,50 @@ class _Descents:
         """Add the parts as pieces, each at its mean time scale."""
         count = len(self.parts)
         rows = np.tile(np.arange(len(move)), count)
-        begun = np.concatenate([part[0] for part in self.parts])
+        begun, duration, height, amplitude = (
+            np.concatenate(column) for column in list(zip(*self.parts, strict=True))[:4]
+        )
         coefficients = np.zeros((len(rows), 3, 4))
         coefficients[:, :, 0] = self.ground_m[rows]
-        coefficients[:, 2] += np.concatenate([part[2] for part in self.parts])
-        across = self.settling_per_s[rows][:, None, :]
-        duration = np.concatenate([part[1] for part in self.parts])
-        creeping = np.clip(np.tile(self.standing_from_s(), count) - begun, 0.0, duration)
+        coefficients[:, 2] += height
+        creeping = np.clip(np.tile(self.resting_from_s(), count) - begun, 0.0, duration)
         flown_s = creeping / time_scale.upright + (duration - creeping) / time_scale.standing
-        lasts = duration > 0.0
-        fading = np.repeat([part[4] for part in self.parts], len(move))
-        amplitude, rate = np.zeros((len(rows), 3, 2)), np.zeros((len(rows), 3, 2))
-        amplitude[:, :2] = self.settling_m[rows] * np.exp(-across * begun[:, None, None])
-        amplitude[:, 2, 0] = np.concatenate([part[3] for part in self.parts])
-        rate[:, :2], rate[:, 2, 0] = across, fading
+        across = self.settling_per_s[rows][:, None, :]
+        amplitudes, rates = np.zeros((len(rows), 3, 2)), np.zeros((len(rows), 3, 2))
+        amplitudes[:, :2] = self.settling_m[rows] * np.exp(-across * begun[:, None, None])
+        amplitudes[:, 2, 0] = amplitude
+        rates[:, :2] = across
+        rates[:, 2, 0] = np.repeat([part[4] for part in self.parts], len(move))
+        order = np.repeat(np.arange(count), len(move))
         pieces.add_settlings(
-            Places.of(
-                move[rows],
-                np.repeat(np.arange(count), len(move)),
-                RAMP,
-                duration,
-                np.divide(duration, flown_s, out=np.ones_like(duration), where=lasts),
-            ),
-            SettlingLaw(coefficients=coefficients, amplitude_m=amplitude, rate_per_s=rate),
+            Places(move[rows], order, RAMP, duration, quotient(duration, flown_s, 1.0)),
+            SettlingLaw(coefficients=coefficients, amplitude_m=amplitudes, rate_per_s=rates),
         )
-
-    def _offset_m(self, time_s: FloatArray) -> FloatArray:
-        fading = np.exp(-self.settling_per_s * time_s[:, None])
-        offset: FloatArray = (self.settling_m * fading[:, None, :]).sum(axis=-1)
-        return offset
 
     def _ramp(self, ramps: Px4Ramps, from_m_s: FloatArray, sign: FloatArray | float) -> None:
         """Change the speed downwards."""
         speed, acceleration = from_m_s, np.zeros_like(from_m_s)
-        for duration, jerk in (
-            (ramps.jerk_s, sign * ramps.jerk_m_s3),
-            (ramps.steady_s, np.zeros_like(from_m_s)),
-            (ramps.back_s, -sign * ramps.jerk_m_s3),
-        ):
-            self._go_on(duration, speed, acceleration, jerk)
-            speed = speed + duration * (acceleration + 0.5 * jerk * duration)
-            acceleration = acceleration + jerk * duration
+        jerk = sign * ramps.jerk_m_s3
+        for duration, j in ((ramps.jerk_s, jerk), (ramps.steady_s, 0.0), (ramps.back_s, -jerk)):
+            self._go_on(duration, speed, acceleration, j)
+            speed = speed + duration * (acceleration + 0.5 * j * duration)
+            acceleration = acceleration + j * duration
 
     def _steadily(self, speed_m_s: float, *, down_to_m: float) -> None:
-        duration = np.maximum(self.height_m - down_to_m, 0.0) / speed_m_s
-        zero = np.zeros_like(duration)
-        self._go_on(duration, np.full_like(duration, speed_m_s), zero, zero)
+        self._go_on(np.maximum(self.height_m - down_to_m, 0.0) / speed_m_s, speed_m_s)
 
     def _go_on(
         self,
         duration_s: FloatArray,
-        speed_m_s: FloatArray,
-        acceleration_m_s2: FloatArray,
-        jerk_m_s3: FloatArray,
+        speed_m_s: FloatArray | float,
+        acceleration_m_s2: FloatArray | float = 0.0,
+        jerk_m_s3: FloatArray | float = 0.0,
     ) -> None:
-        cubic = np.column_stack(
-            (self.height_m, -speed_m_s, -0.5 * acceleration_m_s2, -jerk_m_s3 / 6.0)
-        )
+        """Add a part at constant jerk."""
+        cubic = np.empty((len(duration_s), 4))
+        powers = (self.height_m, -speed_m_s, -0.5 * acceleration_m_s2, -jerk_m_s3 / 6.0)
+        for power, column in enumerate(powers):
+            cubic[:, power] = column
         self.parts.append((self.elapsed_s, duration_s, cubic, np.zeros_like(duration_s), 0.0))
         t = duration_s
         way = t * (speed_m_s + t * (0.5 * acceleration_m_s2 + jerk_m_s3 * t / 6.0))
@@ -294,127 +264,95 @@ class _Descents:
         self.elapsed_s = self.elapsed_s + duration
 
 
-_LEAST_SHARE = 0.5
+_LEAST_PART = 0.5
 """Of b, that of a braking law which leads to a stop: below it the vehicle is too fast. [-]"""
 _ASTRAY_M = 0.1
 """Distance from its target at which a straight may pass and yet lead to it. [m]"""
 
 
-def creeps(planned: PlannedLegs, limits: Limits, straights: Straights) -> BoolArray:
+def arrivals(legs: Px4Legs) -> tuple[FloatArray, FloatArray]:
+    """Return where straights end, and the velocities there. (n, 3) each [m], [m s⁻¹]"""
+    limits, speed = legs.limits, legs.straights.end_m_s
+    moving = (limits.length_m > STILL_M)[:, None]
+    place = legs.straight_m + limits.direction * limits.length_m[:, None]
+    return place, np.where(moving, limits.direction * speed[:, None], legs.velocity_m_s)
+
+
+def creeps(legs: Px4Legs) -> tuple[BoolArray, FloatArray]:
     """Return which moves end in a hold that goes on braking to a stop at the target. (n,)
 
-    They arrive at the speed the braking law has there.
+    And b'/2 of the braking laws that lead there from where the legs end, at the speeds they end with.
     """
-    return planned.is_leg & (planned.hold_s > 0.0) & _leads_to_target(planned, limits, straights)
+    part, limits, speed = legs.planned, legs.limits, legs.straights.end_m_s
+    rows, near = np.arange(len(speed)), legs.straights.near
+    law = limits.law(near)
+    half_b = law.acceleration_m_s2 * limits.tail_m / np.maximum(speed, 1e-9) - 0.5 * speed
+    fraction = half_b / law.half_b_m_s
+    astray_m = lengths(limits.direction - part.direction) * part.tail_m
+    creeping = part.is_leg & (part.hold_s > 0.0) & limits.binds[rows, near]
+    creeping &= (law.final_m_s == 0.0) & (limits.length_m > STILL_M) & (speed > 0.0)
+    creeping &= (fraction > _LEAST_PART) & (fraction < 1.0 + STILL_M) & (astray_m < _ASTRAY_M)
+    return creeping, half_b
 
 
-def creeping_half_b_m_s(limits: Limits, straights: Straights) -> FloatArray:
-    """Return b'/2 of the braking laws that lead from where legs end to a stop at the target. (n,)"""
-    rows = np.arange(len(limits.tail_m))
-    a, speed = limits.brake_m_s2[rows, straights.near], straights.end_m_s
-    half_b: FloatArray = 0.5 * (2.0 * a * limits.tail_m / np.maximum(speed, 1e-9) - speed)
-    return half_b
-
-
-def _leads_to_target(planned: PlannedLegs, limits: Limits, straights: Straights) -> BoolArray:
-    """Return which straights go on to their targets by a braking law that stops there. (n,)"""
-    rows = np.arange(len(limits.tail_m))
-    near = straights.near
-    share = creeping_half_b_m_s(limits, straights) / half_b_m_s(
-        limits.brake_m_s2[rows, near], limits.brake_m_s3[rows, near]
-    )
-    stops = (limits.final_m_s[rows, near] == 0.0) & limits.binds[rows, near]
-    creeping: BoolArray = (
-        stops
-        & (limits.length_m > STILL_M)
-        & (straights.end_m_s > 0.0)
-        & (share > _LEAST_SHARE)
-        & (share < 1.0 + STILL_M)
-        & (
-            np.sqrt(((limits.direction - planned.direction) ** 2).sum(axis=1)) * planned.tail_m
-            < _ASTRAY_M
-        )
-    )
-    return creeping
-
-
-def settlings(
-    begin_m: FloatArray, velocity_m_s: FloatArray, target_m: FloatArray, parameters: Px4Parameters
-) -> Curves:
-    """Return how vehicles in motion settle on places near by.
+def settlings(legs: Px4Legs, parameters: Px4Parameters) -> Curves:
+    """Return how vehicles in motion settle on the targets near by.
 
     They take the time to stop and turn back, and for twice the way at the speed allowed at its
-    beginning.  (n rows)
+    beginning.
     """
-    way = np.sqrt(((target_m - begin_m) ** 2).sum(axis=1))
-    speed = np.sqrt((velocity_m_s**2).sum(axis=1))
+    (begin, velocity), target = arrivals(legs), legs.planned.target_m
+    way = lengths(target - begin)
     a, j = parameters.acceleration_m_s2, parameters.jerk_m_s3
     allowed = allowed_speed_m_s(way, 0.0, a, j)
-    back = np.divide(2.0 * way, allowed, out=np.zeros_like(way), where=allowed > 0.0)
-    duration = back + 2.0 * (speed / a + a / j)
-    rises = target_m[:, 2] > begin_m[:, 2]
+    vertical_m_s, _ = vertical_limits(target[:, 2] > begin[:, 2], parameters)
     return Curves.between(
-        begin_m,
-        velocity_m_s,
-        target_m,
-        np.zeros_like(begin_m),
-        duration_s=duration,
+        begin,
+        velocity,
+        target,
+        np.zeros_like(begin),
+        duration_s=quotient(2.0 * way, allowed) + 2.0 * (lengths(velocity) / a + a / j),
         level_m_s=allowed,
-        upright_m_s=np.minimum(allowed, vertical_limits(rises, parameters)[0]),
+        upright_m_s=np.minimum(allowed, vertical_m_s),
     )
 
 
-def ends_of_moves(
-    part: PlannedLegs,
-    place_m: FloatArray,
-    velocity_m_s: FloatArray,
-    limits: Limits,
-    straights: Straights,
-    *,
-    parameters: Px4Parameters,
-) -> tuple[FloatArray, FloatArray]:
-    """Return where and how fast moves end, holds included."""
-    rows = np.arange(len(place_m))
-    speed = straights.end_m_s
-    begin = place_m + limits.direction * limits.length_m[:, None]
-    moving = limits.length_m > STILL_M
-    velocity = np.where(moving[:, None], limits.direction * speed[:, None], velocity_m_s)
-    end = begin.copy()
-    holds = part.hold_s > 0.0
-    creeping = part.is_leg & holds & _leads_to_target(part, limits, straights)
-    settling = np.flatnonzero(holds & ~creeping & (part.is_leg | part.stands))
-    if creeping.any():
-        near = straights.near
-        half_b = np.where(creeping, creeping_half_b_m_s(limits, straights), 1.0)
-        a = limits.brake_m_s2[rows, near]
-        begun = np.where(creeping, speed / half_b, 1.0)
-        left = half_b * wright_omega(begun + np.log(begun) - part.hold_s * a / half_b)
-        way = left * (left + 2.0 * half_b) / (2.0 * a)
-        aim = begin + limits.direction * (part.tail_m - way)[:, None]
-        end = np.where(creeping[:, None], aim, end)
-        velocity = np.where(creeping[:, None], limits.direction * left[:, None], velocity)
-    if len(settling):
-        target = part.target_m[settling]
-        curves = settlings(begin[settling], velocity[settling], target, parameters)
+def ends_of_moves(legs: Px4Legs, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
+    """Return where and how fast moves end, holds included. (n, 3) each [m], [m s⁻¹]"""
+    part, limits = legs.planned, legs.limits
+    end, velocity = arrivals(legs)
+    creeping, half_b = creeps(legs)
+    rows = np.flatnonzero(creeping)
+    if len(rows):
+        b, direction = half_b[rows], limits.direction[rows]
+        a = limits.law(legs.straights.near).acceleration_m_s2[rows]
+        begun = legs.straights.end_m_s[rows] / b
+        left = b * wright_omega(begun + np.log(begun) - part.hold_s[rows] * a / b)
+        way = left * (left + 2.0 * b) / (2.0 * a)
+        end[rows] += direction * (part.tail_m[rows] - way)[:, None]
+        velocity[rows] = direction * left[:, None]
+    rows = np.flatnonzero((part.hold_s > 0.0) & ~creeping & (part.is_leg | part.is_wait))
+    if len(rows):
+        curves, hold = settlings(legs.select(rows), parameters), part.hold_s[rows]
         settle_s = curves.duration_s.sum(axis=1)
-        over = (part.hold_s[settling] >= settle_s)[:, None]
-        place, left_m_s = curves.state_at(np.minimum(part.hold_s[settling], settle_s))
-        end[settling] = np.where(over, target, place)
-        velocity[settling] = np.where(over, 0.0, left_m_s)
-    landed = ~part.is_leg & ~part.stands
-    end = np.where(landed[:, None], part.target_m, end)
-    return end, np.where(landed[:, None], 0.0, velocity)
+        over = (hold >= settle_s)[:, None]
+        place, left_m_s = curves.state_at(np.minimum(hold, settle_s))
+        end[rows] = np.where(over, part.target_m[rows], place)
+        velocity[rows] = np.where(over, 0.0, left_m_s)
+    landed = ~part.is_leg & ~part.is_wait
+    end[landed], velocity[landed] = part.target_m[landed], 0.0
+    return end, velocity
 
 
 LIFT_OFF_AFTER_S = 0.2
 """From the end of the thrust ramp to lift-off: 4.2 s after arming with 1 s of spool-up and 3 s of ramp
 (measured). [s]"""
-CLIMB_BEHIND_S = 0.83
-"""Time the climb is behind one at full speed from lift-off on: 10 m at 1.5 m/s are reached 11.7 s after
+CLIMB_LATE_S = 0.83
+"""Time the climb is late against one at full speed from lift-off on: 10 m at 1.5 m/s are reached 11.7 s after
 arming, not 10.9 s (measured).  PX4 only begins to raise the speed while the thrust ramps up. [s]"""
 
-IDLE_SHARE = 0.5
-"""Share of the thrust ramp that counts as standing with idle motors: thrust grows evenly to that of the
+IDLE_FRACTION = 0.5
+"""Part of the thrust ramp that counts as waiting with idle motors: thrust grows evenly to that of the
 hover. [-]"""
 
 
@@ -450,66 +388,53 @@ def make_takeoffs(
     """
     height = np.maximum(target_m[:, 2] - ground_m[:, 2], 0.0)
     a, j = parameters.acceleration_up_m_s2, parameters.jerk_m_s3
-    half = half_b_m_s(a, j) + a * CLIMB_BEHIND_S
+    half = half_b_m_s(a, j) + a * CLIMB_LATE_S
     # The highest speed v with v · 0.83 s for the rise and its braking distance within the height.
     fitting = np.sqrt(half**2 + 2.0 * a * height) - half
     speed = np.minimum(parameters.takeoff_speed_m_s, fitting)
-    risen = speed * CLIMB_BEHIND_S
+    risen = speed * CLIMB_LATE_S
     kept = braking_distance_m(speed, 0.0, a, j)
-    is_free = height - kept > np.maximum(parameters.land_slow_height_m, risen)
-    upper = np.where(
-        is_free, np.maximum(parameters.land_slow_height_m, risen), np.maximum(height - kept, risen)
-    )
+    slow = np.maximum(parameters.land_slow_height_m, risen)
+    is_free = height - kept > slow
+    upper = np.where(is_free, slow, np.maximum(height - kept, risen))
     place = ground_m.copy()
     place[:, 2] += upper
-    flies = speed > 0.0
+    grounded_s = parameters.spool_up_s + parameters.takeoff_ramp_s + LIFT_OFF_AFTER_S
     return Takeoffs(
         ground_m=ground_m,
-        grounded_s=np.full_like(
-            height, parameters.spool_up_s + parameters.takeoff_ramp_s + LIFT_OFF_AFTER_S
-        ),
+        grounded_s=np.full_like(height, grounded_s),
         speed_m_s=speed,
-        rise_s=np.where(flies, 2.0 * CLIMB_BEHIND_S, 0.0),
-        steady_s=np.divide(upper - risen, speed, out=np.zeros_like(speed), where=flies),
+        rise_s=np.where(speed > 0.0, 2.0 * CLIMB_LATE_S, 0.0),
+        steady_s=quotient(upper - risen, speed),
         place_m=place,
         is_free=is_free,
     )
 
 
-def add_takeoffs(
-    pieces: Px4Pieces, move: IntArray, takeoffs: Takeoffs, parameters: Px4Parameters
-) -> None:
-    """Add the pieces of take-offs, which are these moves.
+def add_takeoffs(pieces: Px4Pieces, legs: Px4Legs, parameters: Px4Parameters) -> None:
+    """Add the pieces of take-offs.
 
     Noise does not slow them: the height of the trajectory is kept at the vehicle's, which climbs at the
     speed ordered however far the trajectory's time has come (``_updateTrajConstraints``,
     ``forceSetPosition``).
     """
+    move = np.flatnonzero(legs.planned.is_takeoff)
     if not len(move):
         return
-    count, zero = len(move), np.zeros(len(move))
-    idle = np.full(count, parameters.spool_up_s + IDLE_SHARE * parameters.takeoff_ramp_s)
-    speed = takeoffs.speed_m_s
-    risen = 0.5 * speed * takeoffs.rise_s
-    rising = np.divide(speed, takeoffs.rise_s, out=zero.copy(), where=takeoffs.rise_s > 0.0)
+    takeoffs = legs.planned.takeoffs.select(move)
+    idle_s = parameters.spool_up_s + IDLE_FRACTION * parameters.takeoff_ramp_s
+    speed, zero = takeoffs.speed_m_s, np.zeros(len(move))
     for order, (duration, height, v, a) in enumerate(
         (
-            (idle, zero, zero, zero),
-            (takeoffs.grounded_s - idle, zero, zero, zero),
-            (takeoffs.rise_s, zero, zero, rising),
-            (takeoffs.steady_s, risen, speed, zero),
+            (zero + idle_s, zero, zero, zero),
+            (takeoffs.grounded_s - idle_s, zero, zero, zero),
+            (takeoffs.rise_s, zero, zero, quotient(speed, takeoffs.rise_s)),
+            (takeoffs.steady_s, 0.5 * speed * takeoffs.rise_s, speed, zero),
         )
     ):
-        place = takeoffs.ground_m.copy()
-        place[:, 2] += height
-        pieces.add_lines(
-            Places.of(move, order, RAMP, duration),
-            Lines(
-                place_m=place,
-                direction=np.broadcast_to(np.array([0.0, 0.0, 1.0]), (count, 3)),
-                speed_m_s=v,
-                acceleration_m_s2=a,
-                jerk_m_s3=zero,
-            ),
+        up = np.array([0.0, 0.0, 1.0])
+        pieces.add_cubics(
+            Places(move, order, RAMP, duration),
+            lines(takeoffs.ground_m + height[:, None] * up, up, v, a),
             is_grounded=order == 0,
         )

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.px4.landing import creeping_half_b_m_s, creeps, settlings
+from planner.flight.motion.kinematics import horizontal
+from planner.flight.motion.px4.landing import creeps, settlings
 from planner.flight.motion.px4.pieces import (
     BRAKE,
     CRUISE,
@@ -15,15 +16,14 @@ from planner.flight.motion.px4.pieces import (
     RAMP,
     BrakeLaw,
     Curves,
-    Lines,
     Places,
+    lines,
 )
 from planner.flight.motion.px4.speeds import STILL_M, braking_time_s, ramp_time_s, vertical_limits
-from planner.values import replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.legs import FlownMoves, Px4Legs
+    from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.pieces import Px4Pieces, TimeScale
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -37,19 +37,19 @@ _FAR, _HELD, _NEAR, _FINAL, _HOLD, _REST = range(12, 18)
 def steep_moves(legs: Px4Legs) -> BoolArray:
     """Return which moves climb or descend more than they advance. (n,)"""
     direction = legs.limits.direction
-    return np.abs(direction[:, 2]) > np.hypot(direction[:, 0], direction[:, 1])
+    return np.abs(direction[:, 2]) > horizontal(direction)
 
 
 def add_legs(
-    pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters, *, time_scale: TimeScale
+    pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters, *, time_scale: TimeScale
 ) -> None:
     """Add the pieces of all legs; those of steep ones are one segment."""
     move = np.flatnonzero(flown.planned.is_leg)
     if not len(move):
         return
-    legs = flown.legs.select(move)
+    legs = flown.select(move)
     steep = steep_moves(legs)
-    _add_turns(pieces, move, flown, parameters, time_scale=time_scale)
+    _add_turns(pieces, move, legs, parameters, time_scale=time_scale)
     cruise_from = _add_changes(pieces, move, legs, steep=steep, time_scale=time_scale)
     _add_steady_parts(pieces, move, legs, cruise_from, steep=steep, time_scale=time_scale)
     _add_brakes(pieces, move, legs, steep=steep, time_scale=time_scale)
@@ -58,22 +58,21 @@ def add_legs(
 def _add_turns(
     pieces: Px4Pieces,
     move: IntArray,
-    flown: FlownMoves,
+    legs: Px4Legs,
     parameters: Px4Parameters,
     *,
     time_scale: TimeScale,
 ) -> None:
     """Add turns, and the braking and waiting for a heading."""
-    turning = (flown.legs.turn_s[move] > 0.0) & ~flown.planned.is_takeoff[move]
-    move = move[turning]
-    if not len(move):
+    turning = (legs.turn_s > 0.0) & ~legs.planned.is_takeoff
+    if not turning.any():
         return
-    planned, legs = flown.planned.select(move), flown.legs.select(move)
+    move, legs = move[turning], legs.select(turning)
+    planned, straights = legs.planned, legs.straights
     pausing = planned.pause_s > 0.0
-    speed = np.hypot(legs.velocity_m_s[:, 0], legs.velocity_m_s[:, 1])
+    speed = horizontal(legs.velocity_m_s)
     braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
     turn_s = np.where(pausing, np.minimum(braking_s, legs.turn_s), legs.turn_s)
-    straights = legs.straights
     leaving = straights.ramp_from_m_s + 0.5 * legs.limits.ramp_m_s3 * straights.ramp_begun_s**2
     after = legs.limits.direction * leaving[:, None]
     # A turn that fills its leg hands on the velocity it is begun with (``ends_of_moves``).
@@ -89,13 +88,11 @@ def _add_turns(
         level_m_s=planned.speed_m_s,
         upright_m_s=vertical_limits(rises, parameters)[0],
     )
-    turning_scale = time_scale.lagging(turn_s, speed, np.hypot(after[:, 0], after[:, 1]))
+    turning_scale = time_scale.lagging(turn_s, speed, horizontal(after))
+    slot = np.where(pausing, PAUSE, RAMP)
     for duration, coefficients in curves.parts(turn_s):
-        slot = np.where(pausing, PAUSE, RAMP)
-        pieces.add_cubics(Places.of(move, _TURN, slot, duration, turning_scale), coefficients)
-    pieces.add_lines(
-        Places.of(move, _PAUSE, PAUSE, legs.turn_s - turn_s), Lines.at_rest(legs.straight_m)
-    )
+        pieces.add_cubics(Places(move, _TURN, slot, duration, turning_scale), coefficients)
+    pieces.add_cubics(Places(move, _PAUSE, PAUSE, legs.turn_s - turn_s), lines(legs.straight_m))
 
 
 def _add_changes(
@@ -137,7 +134,7 @@ def _add_changes(
     before = np.where(straights.cruise_m > 0.0, CRUISE, BRAKE)
     slot = np.empty(duration.shape, dtype=np.intp)
     slot[:3], slot[3], slot[4:] = RAMP, before, BRAKE
-    level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
+    level = horizontal(limits.direction)
     after = speed + duration * (acceleration + 0.5 * jerks * duration)
     time_scales = time_scale.between(level * speed, level * after)
     lagging = time_scale.lagging(duration[:3], level * speed[:3], level * after[:3])
@@ -149,24 +146,23 @@ def _add_changes(
     order = np.array([_RAMP, _RAMP + 1, _RAMP + 2, _ONSET, _ONSET + 1, _ONSET + 2])
     part, row = np.nonzero(duration > 0.0)
     direction = limits.direction[row]
-    pieces.add_lines(
-        Places.of(
+    pieces.add_cubics(
+        Places(
             move[row],
             order[part],
             np.where(steep, RAMP, slot)[part, row],
             duration[part, row],
             time_scales[part, row],
         ),
-        Lines(
-            place_m=legs.straight_m[row] + direction * way[part, row, None],
-            direction=direction,
-            speed_m_s=speed[part, row],
-            acceleration_m_s2=acceleration[part, row],
-            jerk_m_s3=jerks[part, row],
+        lines(
+            legs.straight_m[row] + direction * way[part, row, None],
+            direction,
+            speed[part, row],
+            acceleration[part, row],
+            jerks[part, row],
         ),
     )
-    cruise_from: FloatArray = moved[:3].sum(axis=0)
-    return cruise_from
+    return np.asarray(moved[:3].sum(axis=0))
 
 
 def _add_steady_parts(
@@ -178,11 +174,10 @@ def _add_steady_parts(
     steep: BoolArray,
     time_scale: TimeScale,
 ) -> None:
-    """Add what is flown at constant speed: cruises, and between and behind braking."""
+    """Add what is flown at constant speed: cruises, and between and after braking."""
     limits, straights = legs.limits, legs.straights
-    near_m = straights.near_way_m(limits, straights.crossing_m_s)
-    level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
-    held_from_m = limits.length_m + limits.tail_m - near_m - straights.held_m
+    level = horizontal(limits.direction)
+    held_from_m = limits.length_m + limits.tail_m - straights.near_way_m(limits) - straights.held_m
     final_from_m = limits.length_m - straights.final_m
     for order, slot, speed, way, begins in (
         (_CRUISE, CRUISE, straights.peak_m_s, straights.cruise_m, cruise_from_m),
@@ -190,41 +185,36 @@ def _add_steady_parts(
         (_FINAL, BRAKE, straights.end_m_s, straights.final_m, final_from_m),
     ):
         row = np.flatnonzero((way > 0.0) & (speed > 0.0))
-        if not len(row):
-            continue
-        zero, direction = np.zeros(len(row)), limits.direction[row]
-        time_scales = time_scale.between(level * speed, level * speed)
-        pieces.add_lines(
-            Places.of(
+        v, direction = speed[row], limits.direction[row]
+        time_scales = time_scale.between(level[row] * v, level[row] * v)
+        pieces.add_cubics(
+            Places(
                 move[row],
                 order,
                 np.where(steep[row], RAMP, slot),
-                way[row] / speed[row],
-                np.where(steep[row] | (slot == CRUISE), time_scales[row], 1.0),
+                way[row] / v,
+                np.where(steep[row] | (slot == CRUISE), time_scales, 1.0),
             ),
-            Lines(
-                place_m=legs.straight_m[row] + direction * begins[row, None],
-                direction=direction,
-                speed_m_s=speed[row],
-                acceleration_m_s2=zero,
-                jerk_m_s3=zero,
-            ),
+            lines(legs.straight_m[row] + direction * begins[row, None], direction, v),
         )
 
 
 def _brake_law(
-    legs: Px4Legs, law: IntArray, half_b_m_s: FloatArray, beyond_m: FloatArray
+    legs: Px4Legs,
+    law: IntArray,
+    start_m_s: FloatArray,
+    half_b_m_s: FloatArray,
+    beyond_m: FloatArray | float = 0.0,
 ) -> BrakeLaw:
-    """Return the braking of legs by one of their laws, from their end speeds on."""
-    limits = legs.limits
-    rows = np.arange(len(law))
+    """Return the braking of legs by one of their laws, from speeds on."""
+    limits, chosen = legs.limits, legs.limits.law(law)
     way = limits.length_m + limits.tail_m + beyond_m
     return BrakeLaw(
         aim_m=legs.straight_m + limits.direction * way[:, None],
         direction=limits.direction,
-        start_m_s=legs.straights.end_m_s,
-        final_m_s=limits.final_m_s[rows, law],
-        acceleration_m_s2=limits.brake_m_s2[rows, law],
+        start_m_s=start_m_s,
+        final_m_s=chosen.final_m_s,
+        acceleration_m_s2=chosen.acceleration_m_s2,
         half_b_m_s=half_b_m_s,
         rate=np.ones(len(law)),
     )
@@ -235,68 +225,49 @@ def _add_brakes(
 ) -> None:
     """Add the braking of legs by their laws."""
     straights = legs.straights
-    far_half_b, near_half_b = straights.half_b_m_s.T
     crossing = straights.crossing_m_s
     for order, law, half_b, start, end in (
-        (_FAR, straights.far, far_half_b, straights.joined_m_s, crossing),
-        (_NEAR, straights.near, near_half_b, crossing, straights.end_m_s),
+        (_FAR, straights.far, straights.half_b_m_s[:, 0], straights.joined_m_s, crossing),
+        (_NEAR, straights.near, straights.half_b_m_s[:, 1], crossing, straights.end_m_s),
     ):
         rows = np.flatnonzero((start > end) & (end > 0.0))
-        if not len(rows):
-            continue
-        brake = replace(
-            _brake_law(legs.select(rows), law[rows], half_b[rows], straights.beyond_m[rows]),
-            start_m_s=start[rows],
-        )
-        a, first, last = brake.acceleration_m_s2, start[rows], end[rows]
-        level = np.hypot(brake.direction[:, 0], brake.direction[:, 1])
-        time = braking_time_s(first, last, a, brake.half_b_m_s)
+        first, last, b = start[rows], end[rows], half_b[rows]
+        brake = _brake_law(legs.select(rows), law[rows], first, b, straights.beyond_m[rows])
+        a, level = brake.acceleration_m_s2, horizontal(brake.direction)
         pieces.add_brakes(
-            Places.of(
+            Places(
                 move[rows],
                 order,
                 np.where(steep[rows], RAMP, BRAKE),
-                time,
+                braking_time_s(first, last, a, b),
                 np.where(steep[rows], time_scale.between(level * first, level * last), 1.0),
             ),
             brake,
-            (first - last) * (first + last + 2.0 * brake.half_b_m_s) / (2.0 * a),
+            (first - last) * (first + last + 2.0 * b) / (2.0 * a),
         )
 
 
-def add_holds(pieces: Px4Pieces, flown: FlownMoves, parameters: Px4Parameters) -> None:
+def add_holds(pieces: Px4Pieces, flown: Px4Legs, parameters: Px4Parameters) -> None:
     """Add holds: going on to brake to the target, or settling on it."""
     planned = flown.planned
-    holding = (planned.hold_s > 0.0) & (planned.is_leg | planned.stands)
-    creeping = creeps(planned, flown.legs.limits, flown.legs.straights)
+    holding = (planned.hold_s > 0.0) & (planned.is_leg | planned.is_wait)
+    creeping, half_b = creeps(flown)
     move = np.flatnonzero(creeping)
     if len(move):
-        legs = flown.legs.select(move)
-        begin = legs.straight_m + legs.limits.direction * legs.limits.length_m[:, None]
+        legs = flown.select(move)
+        direction, near = legs.limits.direction, legs.straights.near
+        begin = legs.straight_m + direction * legs.limits.length_m[:, None]
         pieces.add_brakes(
-            Places.of(move, _HOLD, HOLD, planned.hold_s[move]),
-            _brake_law(
-                legs,
-                legs.straights.near,
-                creeping_half_b_m_s(legs.limits, legs.straights),
-                np.zeros(len(move)),
-            ),
-            ((legs.end_m - begin) * legs.limits.direction).sum(axis=1),
+            Places(move, _HOLD, HOLD, planned.hold_s[move]),
+            _brake_law(legs, near, legs.straights.end_m_s, half_b[move]),
+            ((legs.end_m - begin) * direction).sum(axis=1),
         )
     move = np.flatnonzero(holding & ~creeping)
     if not len(move):
         return
-    legs, hold_s, target = flown.legs.select(move), planned.hold_s[move], planned.target_m[move]
-    length = legs.limits.length_m[:, None]
-    leaving = legs.limits.direction * legs.straights.end_m_s[:, None]
-    curves = settlings(
-        legs.straight_m + legs.limits.direction * length,
-        np.where(length > 0.0, leaving, legs.velocity_m_s),
-        target,
-        parameters,
-    )
+    hold_s, target = planned.hold_s[move], planned.target_m[move]
+    curves = settlings(flown.select(move), parameters)
     for duration, coefficients in curves.parts(hold_s):
-        pieces.add_cubics(Places.of(move, _HOLD, HOLD, duration), coefficients)
-    pieces.add_lines(
-        Places.of(move, _REST, HOLD, hold_s - curves.duration_s.sum(axis=1)), Lines.at_rest(target)
-    )
+        pieces.add_cubics(Places(move, _HOLD, HOLD, duration), coefficients)
+    rest_s = hold_s - curves.duration_s.sum(axis=1)
+    pieces.add_cubics(Places(move, _REST, HOLD, rest_s), lines(target))

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.flight.motion.px4.landing import Takeoffs, ends_of_moves, make_takeoffs
-from planner.flight.motion.px4.moves import directions
+from planner.flight.motion.px4.moves import Moves, directions
 from planner.flight.motion.px4.speeds import (
     STILL_M,
     allowed_speed_m_s,
@@ -19,11 +19,10 @@ from planner.flight.motion.px4.speeds import (
 )
 from planner.flight.motion.px4.straights import Limits, Straights, fly_straights, limits_along
 from planner.flight.motion.px4.turns import cut_short, joined_turns, leg_entries, slowed_turns
-from planner.values import Value
+from planner.values import field_values, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray, IntArray
-    from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.turns import Turns
     from planner.vehicle.parameters.px4 import Px4Parameters
 
@@ -33,26 +32,22 @@ _TO_HOME, _FROM_HOME, _TURNS_FIRST, _FIXED = 1, 2, 4, 5
 
 
 def headings_rad(moves: Moves, direction: FloatArray, yaw_mode: int) -> FloatArray:
-    """Return the heading before each move and behind the last; NaN where not known. (n + 1,) [rad]
+    """Return the heading before each move and after the last; NaN where not known. (n + 1,) [rad]
 
     Along the legs, or to home or away from it as MPC_YAW_MODE has it, unless a waypoint wants its own;
     within the acceptance radius of what is looked at the heading is kept
     (``FlightTaskAuto::_set_heading_from_mode``).
     """
-    level = np.hypot(direction[:, 0], direction[:, 1])
-    looks, kept = direction[:, :2], level == 0.0
+    looks, kept = direction[:, :2], horizontal(direction) == 0.0
     if yaw_mode in {_TO_HOME, _FROM_HOME}:
         place = moves.target_m[:, :2]
         looks = place if yaw_mode == _FROM_HOME else -place
-        kept = np.hypot(place[:, 0], place[:, 1]) <= moves.radius_m
-    elif yaw_mode == _FIXED:
-        kept = np.ones(len(level), dtype=np.bool_)
-    turned = ~kept & ~moves.is_landing
+        kept = horizontal(place) <= moves.radius_m
+    turned = ~kept & ~moves.is_landing & (yaw_mode != _FIXED)
     along = np.where(turned, np.arctan2(looks[:, 0], looks[:, 1]), np.nan)
     own = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
     held = np.maximum.accumulate(np.where(np.isnan(own), -1, np.arange(len(own))))
-    after = np.where(held >= 0, own[held], np.nan)
-    return np.concatenate(([np.nan], after))
+    return np.concatenate(([np.nan], np.where(held >= 0, own[held], np.nan)))
 
 
 def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatArray:
@@ -63,33 +58,28 @@ def heading_changes_rad(before_rad: FloatArray, after_rad: FloatArray) -> FloatA
 
 def pauses_s(moves: Moves, direction: FloatArray, parameters: Px4Parameters) -> FloatArray:
     """Return the waits before moves for the heading: MPC_YAW_MODE 4 turns first. (n,) [s]"""
-    pauses = np.zeros(len(moves))
     if parameters.yaw_mode != _TURNS_FIRST:
-        return pauses
-    flies = (np.hypot(direction[:, 0], direction[:, 1]) > 0.0) & ~moves.is_landing
+        return np.zeros(len(direction))
     before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
     along = np.arctan2(direction[:, 0], direction[:, 1])
     wanted = np.where(np.isnan(moves.yaw_rad), along, moves.yaw_rad)
-    return np.where(flies, yaw_time_s(heading_changes_rad(before, wanted), parameters), pauses)
+    flies = (horizontal(direction) > 0.0) & ~moves.is_landing
+    return np.where(flies, yaw_time_s(heading_changes_rad(before, wanted), parameters), 0.0)
 
 
-def yaw_waits_s(
-    moves: Moves, direction: FloatArray, flight_s: FloatArray, parameters: Px4Parameters
-) -> FloatArray:
+def yaw_waits_s(legs: Px4Legs, parameters: Px4Parameters) -> FloatArray:
     """Return how long after their arrival waypoints still wait for their heading. (n,) [s]
-
-    ``flight_s`` is the time from the beginning of each move to its arrival. [s]
 
     The heading turns while the vehicle flies there, and is waited for unless MIS_YAW_TMT is above zero
     (``MissionBlock::is_mission_item_reached``).
     """
-    waits = np.zeros(len(moves))
+    moves = legs.planned
     asked = ~np.isnan(moves.yaw_rad) & ~moves.is_landing
     if not asked.any() or parameters.yaw_timeout_s > 0.0:
-        return waits
-    before = headings_rad(moves, direction, parameters.yaw_mode)[:-1]
+        return np.zeros(len(asked))
+    before = headings_rad(moves, moves.direction, parameters.yaw_mode)[:-1]
     needed = yaw_time_s(heading_changes_rad(before, moves.yaw_rad), parameters)
-    return np.where(asked, np.maximum(needed - flight_s, 0.0), waits)
+    return np.where(asked, np.maximum(needed - flight_times_s(legs), 0.0), 0.0)
 
 
 _SAME_PLACE_M = 0.001
@@ -106,7 +96,7 @@ def final_speeds_m_s(
     (``computeXYSpeedFromWaypoints``).  Vertically the same with NAV_MC_ALT_RAD and the angle between
     the legs in the plane of height and distance from the origin, as ``_getMaxZSpeed`` has it.
     """
-    count = len(moves)
+    count = len(moves.item)
     following = np.where(moves.is_delay | moves.is_return | moves.is_first, count, np.arange(count))
     nearest = np.minimum.accumulate(np.where(moves.is_delay, count, np.arange(count))[::-1])[::-1]
     after = np.concatenate((nearest[1:], [count]))
@@ -117,14 +107,9 @@ def final_speeds_m_s(
     target, following_m = moves.target_m, moves.target_m[after].copy()
     following_m[:, 2] = moves.seen_height_m[after]
     way = following_m[:, :2] - target[:, :2]
-    length = np.hypot(way[:, 0], way[:, 1])
-    come = np.hypot(direction[:, 0], direction[:, 1])
-    scale = length * come
-    cosine = np.divide(
-        (direction[:, :2] * way).sum(axis=1), scale, out=np.zeros(count), where=scale > 0.0
-    )
+    length = horizontal(way)
     corner = corner_speed_m_s(
-        cosine,
+        _cosine(direction[:, :2], way),
         moves.radius_m,
         gain_per_s=parameters.trajectory_gain_per_s,
         acceleration_m_s2=parameters.acceleration_m_s2,
@@ -137,119 +122,104 @@ def final_speeds_m_s(
     )
 
 
+def _cosine(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the cosines of angles between vectors, zero where one has no length. (n,)"""
+    return quotient((one * other).sum(axis=1), lengths(one) * lengths(other))
+
+
 def _vertical_corner_speeds_m_s(
     direction: FloatArray, target_m: FloatArray, following_m: FloatArray, parameters: Px4Parameters
 ) -> FloatArray:
     """Return the vertical speeds at which targets are to be passed. (n,) [m s⁻¹]"""
-    distance = np.hypot(target_m[:, 0], target_m[:, 1])
-    outward = np.divide(
+    distance, upward = horizontal(target_m), direction[:, 2]
+    outward = quotient(
         (direction[:, :2] * target_m[:, :2]).sum(axis=1),
         distance,
-        out=-np.hypot(direction[:, 0], direction[:, 1]),
-        where=distance > STILL_M,
+        -horizontal(direction),
+        above=STILL_M,
     )
-    come = np.column_stack((outward, direction[:, 2]))
-    leave = np.column_stack(
-        (
-            np.hypot(following_m[:, 0], following_m[:, 1]) - distance,
-            following_m[:, 2] - target_m[:, 2],
-        )
+    rise = following_m[:, 2] - target_m[:, 2]
+    cosine = _cosine(
+        np.column_stack((outward, upward)),
+        np.column_stack((horizontal(following_m) - distance, rise)),
     )
-    scale = np.hypot(come[:, 0], come[:, 1]) * np.hypot(leave[:, 0], leave[:, 1])
-    cosine = np.divide(
-        (come * leave).sum(axis=1), scale, out=np.zeros(len(scale)), where=scale > 0.0
-    )
-    limit, acceleration = vertical_limits(direction[:, 2] > 0.0, parameters)
+    limit, acceleration = vertical_limits(upward > 0.0, parameters)
     speed = corner_speed_m_s(
         np.clip(cosine, -1.0, 1.0),
         acceleration * parameters.altitude_acceptance_m,
         gain_per_s=1.0,
         acceleration_m_s2=1.0,
     )
-    differs = np.abs(leave[:, 1]) > _SAME_PLACE_M
-    return np.where(differs, np.minimum(speed, limit), 0.0)
+    return np.where(np.abs(rise) > _SAME_PLACE_M, np.minimum(speed, limit), 0.0)
 
 
 _ON_THE_EDGE_M = 1e-6
 """Rounding by which a place on the edge of an acceptance radius may be outside. [m]"""
 
 
-class PlannedLegs(Columns, eq=False):
+class PlannedLegs(Moves, eq=False):
     """Moves planned between their waypoints, before anything is known of speeds handed on."""
 
     begins_m: FloatArray
     """Waypoint before. (n, 3) [m]"""
-    target_m: FloatArray
     direction: FloatArray
     """From the waypoint before to the target; zero where they are one place. (n, 3)"""
     ends_m: FloatArray
     """Where the target counts as reached. (n, 3) [m]"""
     tail_m: FloatArray
     """From there on to the target. (n,) [m]"""
-    radius_m: FloatArray
-    speed_m_s: FloatArray
     final_level_m_s: FloatArray
     final_upright_m_s: FloatArray
-    hold_s: FloatArray
     pause_s: FloatArray
     """Wait before the move begins, for the heading. (n,) [s]"""
     before: IntArray
     """Move flown before; −1 where a flight begins. (n,)"""
     is_leg: BoolArray
     """Flown from place to place: no landing, and not reached as soon as it begins."""
-    stands: BoolArray
+    is_wait: BoolArray
     """Nothing but a wait."""
-    is_takeoff: BoolArray
+    takeoffs: Takeoffs
+    """Of the moves that are take-offs; of no meaning for others."""
 
 
 def plan_legs(moves: Moves, parameters: Px4Parameters) -> PlannedLegs:
     """Return moves planned between their waypoints: corner speeds, waits for headings, order."""
-    begins = moves.begins_m
+    begins, rows = moves.beginnings_m(), np.arange(len(moves.item))
     way = moves.target_m - begins
     way = np.where(np.abs(way) < STILL_M, 0.0, way)
     direction, _ = directions(way)
     # NAV_MC_ALT_RAD; half the height of a take-off lower than that (``is_mission_item_reached``).
-    band = np.full(len(moves), parameters.altitude_acceptance_m)
+    band = np.full(len(rows), parameters.altitude_acceptance_m)
     low = moves.is_takeoff & (way[:, 2] > 0.0) & (way[:, 2] < band)
     band = np.where(low, 0.5 * way[:, 2], band)
-    level = np.hypot(direction[:, 0], direction[:, 1])
     tail = np.minimum(
-        np.divide(moves.radius_m, level, out=np.full_like(level, np.inf), where=level > 0.0),
-        np.divide(
-            band,
-            np.abs(direction[:, 2]),
-            out=np.full_like(level, np.inf),
-            where=direction[:, 2] != 0.0,
-        ),
+        quotient(moves.radius_m, horizontal(direction), np.inf),
+        quotient(band, np.abs(direction[:, 2]), np.inf),
     )
     tail = np.where(np.isfinite(tail), tail, moves.radius_m)
     ends = moves.target_m - direction * tail[:, None]
     reached = _reached_at_once(moves, begins, ends, parameters)
     is_leg = ~reached & ~moves.is_landing
-    stands = reached & (moves.hold_s > 0.0)
-    counts = is_leg | stands | moves.is_landing
-    last = np.maximum.accumulate(np.where(counts, np.arange(len(moves)), -1))
+    is_wait = reached & (moves.hold_s > 0.0)
+    last = np.maximum.accumulate(np.where(is_leg | is_wait | moves.is_landing, rows, -1))
     before = np.concatenate(([-1], last[:-1]))
-    before[moves.is_first] = -1
-    first_of_flight = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(moves)), 0))
-    before = np.where(before >= first_of_flight, before, -1)
+    first = np.maximum.accumulate(np.where(moves.is_first, rows, 0))
     final_level, final_upright = final_speeds_m_s(moves, direction, parameters)
+    # A flight of its own may begin with moves that are reached at once.
+    own = replace(moves, start_m=moves.start_m[first])
     return PlannedLegs(
+        **field_values(own),
         begins_m=begins,
-        target_m=moves.target_m,
         direction=direction,
         ends_m=ends,
         tail_m=tail,
-        radius_m=moves.radius_m,
-        speed_m_s=moves.speed_m_s,
         final_level_m_s=final_level,
         final_upright_m_s=final_upright,
-        hold_s=moves.hold_s.copy(),
         pause_s=pauses_s(moves, direction, parameters),
-        before=before,
+        before=np.where((before >= first) & ~moves.is_first, before, -1),
         is_leg=is_leg,
-        stands=stands,
-        is_takeoff=moves.is_takeoff,
+        is_wait=is_wait,
+        takeoffs=make_takeoffs(begins, moves.target_m, parameters),
     )
 
 
@@ -258,12 +228,11 @@ def _reached_at_once(
 ) -> BoolArray:
     """Return which moves are reached where they begin. (n,)"""
     way = moves.target_m - begins_m
-    distance = np.hypot(way[:, 0], way[:, 1])
     wide = np.concatenate(([0.0], moves.radius_m[:-1]))
-    near = (distance <= moves.radius_m + wide) & (
+    near = (horizontal(way) <= moves.radius_m + wide) & (
         np.abs(way[:, 2]) <= 2.0 * parameters.altitude_acceptance_m
     )
-    reached = np.zeros(len(moves), dtype=np.bool_)
+    reached = np.zeros(len(way), dtype=np.bool_)
     candidates = near & ~moves.is_takeoff & ~moves.is_landing
     place = begins_m.copy()
     for row in np.flatnonzero(candidates).tolist():
@@ -286,13 +255,19 @@ _ROUNDS = 100
 """Short legs hand on their speed to the next; each round carries it one leg further, ever less of it."""
 
 
-class Px4Legs(Columns, eq=False):
-    """Moves as they are flown, as columns of length n; of landings only how they begin."""
+class LegStarts(Columns, eq=False):
+    """Planned moves with the place and the velocity they are begun with, as columns of length n."""
 
+    planned: PlannedLegs
     place_m: FloatArray
-    """Where each begins. (n, 3) [m]"""
+    """(n, 3) [m]"""
     velocity_m_s: FloatArray
-    """Velocity there. (n, 3) [m s⁻¹]"""
+    """(n, 3) [m s⁻¹]"""
+
+
+class Px4Legs(LegStarts, eq=False):
+    """Moves as they are flown; of landings only how they begin."""
+
     turn_s: FloatArray
     """Time of the turn, or of the pause with the braking before it. (n,) [s]"""
     straight_m: FloatArray
@@ -305,16 +280,7 @@ class Px4Legs(Columns, eq=False):
     """Its velocity then. (n, 3) [m s⁻¹]"""
 
 
-class FlownMoves(Value, eq=False):
-    """All there is to know of the moves of a flight."""
-
-    planned: PlannedLegs
-    legs: Px4Legs
-    takeoffs: Takeoffs
-    """Of the moves that are take-offs, in their order."""
-
-
-def fly_legs(moves: Moves, parameters: Px4Parameters) -> FlownMoves:
+def fly_legs(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     """Return how moves, at least one, are flown.
 
     Notes
@@ -324,71 +290,60 @@ def fly_legs(moves: Moves, parameters: Px4Parameters) -> FlownMoves:
     after a change again, until nothing changes.
     """
     planned = plan_legs(moves, parameters)
-    takeoffs = make_takeoffs(
-        planned.begins_m[moves.is_takeoff], planned.target_m[moves.is_takeoff], parameters
-    )
-    legs = _guessed(planned, moves, parameters)
-    active = np.arange(len(moves))
+    legs = _guessed(planned, parameters)
+    active = np.arange(len(planned.item))
     for _ in range(_ROUNDS):
-        flown = _flown(active, planned, legs, takeoffs, moves=moves, parameters=parameters)
+        flown = _flown(planned.select(active), legs, parameters)
         moved = np.abs(flown.end_m - legs.end_m[active]).max(axis=1)
         sped = np.abs(flown.end_m_s - legs.end_m_s[active]).max(axis=1)
-        changed = np.zeros(len(moves) + 1, dtype=np.bool_)
+        changed = np.zeros(len(planned.item) + 1, dtype=np.bool_)
         changed[active] = np.maximum(moved, sped) > _UNCHANGED
         legs.put(active, flown)
         active = np.flatnonzero(changed[planned.before])
         if not len(active):
             break
-    return FlownMoves(planned=planned, legs=legs, takeoffs=takeoffs)
+    return legs
 
 
-def _guessed(planned: PlannedLegs, moves: Moves, parameters: Px4Parameters) -> Px4Legs:
+def _guessed(planned: PlannedLegs, parameters: Px4Parameters) -> Px4Legs:
     """Return legs as flown by a vehicle that is never short of way."""
-    count = len(moves)
-    straight = limits_along(planned.begins_m, planned.target_m, planned, parameters)
-    end_speed = np.minimum(straight.lowest_allowed_m_s(planned.tail_m), straight.cruise_m_s)
-    moving = planned.is_leg & ~(planned.hold_s > 0.0)
-    end_speed = np.where(moving, end_speed, 0.0)
-    zero = np.zeros(count)
+    limits = limits_along(planned.begins_m, planned.target_m, planned, parameters)
+    end_speed = np.minimum(limits.lowest_allowed_m_s(planned.tail_m), limits.cruise_m_s)
+    moving = (planned.is_leg & ~(planned.hold_s > 0.0))[:, None]
     return Px4Legs(
+        planned=planned,
         place_m=planned.begins_m.copy(),
-        velocity_m_s=np.zeros((count, 3)),
-        turn_s=zero.copy(),
+        velocity_m_s=np.zeros_like(planned.begins_m),
+        turn_s=np.zeros_like(end_speed),
         straight_m=planned.begins_m.copy(),
-        limits=straight,
-        straights=_unmoved(zero),
-        end_m=np.where(moving[:, None], planned.ends_m, planned.target_m),
-        end_m_s=planned.direction * end_speed[:, None],
+        limits=limits,
+        straights=_unmoved(np.zeros_like(end_speed)),
+        end_m=np.where(moving, planned.ends_m, planned.target_m),
+        end_m_s=np.where(moving, planned.direction * end_speed[:, None], 0.0),
     )
 
 
-def _flown(
-    rows: IntArray,
-    planned: PlannedLegs,
-    legs: Px4Legs,
-    takeoffs: Takeoffs,
-    *,
-    moves: Moves,
-    parameters: Px4Parameters,
-) -> Px4Legs:
+def _flown(part: PlannedLegs, legs: Px4Legs, parameters: Px4Parameters) -> Px4Legs:
     """Return some of the moves as flown, after what is known of the moves before them."""
-    part = planned.select(rows)
-    place, velocity = _beginnings(rows, part, legs, moves)
-    turns = leg_entries(part, place, velocity, parameters)
-    turns, slowed = slowed_turns(part, place, velocity, turns, parameters)
-    turns = joined_turns(part, place, velocity, turns, slowed, parameters=parameters)
-    climbing = np.flatnonzero(part.is_takeoff)
-    which = np.cumsum(moves.is_takeoff)[rows[climbing]] - 1
-    turns.end_m[climbing] = takeoffs.place_m[which]
+    follows = (part.before >= 0)[:, None]
+    begun = LegStarts(
+        planned=part,
+        place_m=np.where(follows, legs.end_m[part.before], part.start_m),
+        velocity_m_s=np.where(follows, legs.end_m_s[part.before], 0.0),
+    )
+    turns, slowed = slowed_turns(begun, leg_entries(begun, parameters), parameters)
+    turns = joined_turns(begun, turns, slowed, parameters)
+    climbing = part.is_takeoff
+    turns.end_m[climbing] = part.takeoffs.place_m[climbing]
 
-    ends = np.where(part.stands[:, None] | ~part.is_leg[:, None], turns.end_m, part.ends_m)
-    turns, ends = cut_short(part, place, velocity, turns, ends, parameters=parameters)
+    ends = np.where(part.is_leg[:, None], part.ends_m, turns.end_m)
+    turns, ends = cut_short(begun, turns, ends, parameters)
     limits = limits_along(turns.end_m, ends, part, parameters)
-    held = climbing[~takeoffs.is_free[which]]
-    limits.cruise_m_s[held] = takeoffs.speed_m_s[which[~takeoffs.is_free[which]]]
-    start, acceleration = _starts(limits, turns, velocity)
+    held = climbing & ~part.takeoffs.is_free
+    limits.cruise_m_s[held] = part.takeoffs.speed_m_s[held]
+    start, acceleration = _starts(limits, turns, begun.velocity_m_s)
     start = np.where(slowed, limits.cruise_m_s, start)
-    start[climbing], acceleration[climbing] = takeoffs.speed_m_s[which], 0.0
+    start[climbing], acceleration[climbing] = part.takeoffs.speed_m_s[climbing], 0.0
     moving = np.flatnonzero(limits.length_m > STILL_M)
     straights = _unmoved(start)
     straights.put(
@@ -397,39 +352,24 @@ def _flown(
             limits.select(moving), start_m_s=start[moving], acceleration_m_s2=acceleration[moving]
         ),
     )
-    end, end_speed = ends_of_moves(
-        part, turns.end_m, velocity, limits, straights, parameters=parameters
-    )
-    return Px4Legs(
-        place_m=place,
-        velocity_m_s=velocity,
+    flown = Px4Legs(
+        **field_values(begun),
         turn_s=turns.duration_s,
         straight_m=turns.end_m,
         limits=limits,
         straights=straights,
-        end_m=end,
-        end_m_s=end_speed,
+        end_m=turns.end_m,
+        end_m_s=begun.velocity_m_s,
     )
-
-
-def _beginnings(
-    rows: IntArray, part: PlannedLegs, legs: Px4Legs, moves: Moves
-) -> tuple[FloatArray, FloatArray]:
-    """Return where and how fast moves begin."""
-    begun = (part.before >= 0)[:, None]
-    place = np.where(begun, legs.end_m[part.before], part.begins_m)
-    velocity = np.where(begun, legs.end_m_s[part.before], 0.0)
-    # A flight of its own may begin with moves that are reached at once.
-    fresh = np.maximum.accumulate(np.where(moves.is_first, np.arange(len(moves)), 0))[rows]
-    place = np.where(begun, place, moves.start_m[fresh])
-    return place, velocity
+    end, end_m_s = ends_of_moves(flown, parameters)
+    return replace(flown, end_m=end, end_m_s=end_m_s)
 
 
 def _starts(
     limits: Limits, turns: Turns, velocity_m_s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return speed and acceleration along straights where these begin."""
-    level = np.hypot(limits.direction[:, 0], limits.direction[:, 1])
+    level = horizontal(limits.direction)
     shallow = level >= np.abs(limits.direction[:, 2])
     scale = np.where(shallow & (level > 0.0), level, 1.0)
     projected = np.maximum((velocity_m_s * limits.direction).sum(axis=1), 0.0)
@@ -441,14 +381,10 @@ def _unmoved(speed_m_s: FloatArray) -> Straights:
     """Return straights of no length, left at the speed they are begun with."""
     zero, index = np.zeros_like(speed_m_s), np.zeros(len(speed_m_s), dtype=np.intp)
     return Straights(
-        ramp_from_m_s=speed_m_s.copy(),
-        ramp_begun_s=zero.copy(),
-        is_cut=np.zeros(len(speed_m_s), dtype=np.bool_),
-        peak_m_s=speed_m_s.copy(),
-        cruise_m=zero.copy(),
         onset_s=zero.copy(),
         steady_s=zero.copy(),
         joined_m_s=speed_m_s.copy(),
+        left_m=zero.copy(),
         far=index.copy(),
         near=index.copy(),
         crossing_m_s=speed_m_s.copy(),
@@ -457,25 +393,32 @@ def _unmoved(speed_m_s: FloatArray) -> Straights:
         final_m=zero.copy(),
         half_b_m_s=np.ones((len(speed_m_s), 2)),
         beyond_m=zero.copy(),
+        ramp_from_m_s=speed_m_s.copy(),
+        ramp_begun_s=zero.copy(),
+        is_cut=np.zeros(len(speed_m_s), dtype=np.bool_),
+        peak_m_s=speed_m_s.copy(),
+        cruise_m=zero.copy(),
     )
 
 
-def flight_times_s(flown: FlownMoves) -> FloatArray:
+def flight_times_s(legs: Px4Legs) -> FloatArray:
     """Return the times from the beginning of moves to their arrival. (n,) [s]"""
-    legs, straights = flown.legs, flown.legs.straights
-    limits = legs.limits
-    peak, end, joined = straights.peak_m_s, straights.end_m_s, straights.joined_m_s
-    rows = np.arange(len(peak))
-    ramp_s = straights.ramps(limits).duration_s
-    cruise_s = np.divide(straights.cruise_m, peak, out=np.zeros_like(peak), where=peak > 0.0)
+    limits, straights = legs.limits, legs.straights
+    end, joined = straights.end_m_s, straights.joined_m_s
     brakes = (end > 0.0) & (joined > end)
     braking_s = braking_time_s(
         np.where(brakes, joined, 1.0),
         np.where(brakes, end, 1.0),
-        limits.brake_m_s2[rows, straights.far],
+        limits.law(straights.far).acceleration_m_s2,
         straights.half_b_m_s[:, 0],
     )
-    moving = flown.planned.is_leg & (limits.length_m > 0.0)
-    braking_s = np.where(brakes, braking_s, 0.0) + straights.onset_s + straights.steady_s
-    total = legs.turn_s + ramp_s - straights.ramp_begun_s + cruise_s + braking_s
-    return np.where(moving, total, 0.0)
+    total = (
+        legs.turn_s
+        + straights.ramps(limits).duration_s
+        - straights.ramp_begun_s
+        + quotient(straights.cruise_m, straights.peak_m_s)
+        + straights.onset_s
+        + straights.steady_s
+        + np.where(brakes, braking_s, 0.0)
+    )
+    return np.where(legs.planned.is_leg & (limits.length_m > 0.0), total, 0.0)

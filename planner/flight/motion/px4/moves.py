@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.mission.route.stage import StageKind
-from planner.values import Value, replace
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,23 +21,12 @@ if TYPE_CHECKING:
 
 def directions(way_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the unit vectors of ways, zero for one of no length, and their lengths. (n, 3), (n,)"""
-    length = np.sqrt((way_m**2).sum(axis=1))[:, None]
-    return np.divide(way_m, length, out=np.zeros_like(way_m), where=length > 0.0), length[:, 0]
+    length = lengths(way_m)
+    return quotient(way_m, length[:, None]), length
 
 
 _CONE_ANGLES_RAD = (np.radians(1.0), np.radians(89.0))
 """Half angles of the cone over home that mean something (``RTL::computeReturnAltitude``). [rad]"""
-
-
-class ReturnLeg(Value, eq=False):
-    """One leg of k returns."""
-
-    target_m: FloatArray
-    """East, north, height above home. (k, 3) [m]"""
-    is_flown: BoolArray
-    """Which returns fly it. (k,)"""
-    hold_s: float = 0.0
-    is_landing: bool = False
 
 
 def return_legs(
@@ -44,10 +34,11 @@ def return_legs(
     home_m: FloatArray,
     parameters: Px4Parameters,
     rally_height_m: FloatArray | float = 0.0,
-) -> tuple[ReturnLeg, ...]:
-    """Return the legs of returns from places to homes (k, 3): up, home, down to wait, to the ground.
+) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """Return targets, whether they are flown to, and holds of the four legs of k returns.
 
-    The heights of a return count from the rally point, ``rally_height_m`` above the ground; 0 for home.
+    Up, home, down to wait, to the ground: (k, 4, 3) [m], (k, 4), (4,) [s].  The heights of a return
+    count from the rally point, ``rally_height_m`` above the ground; 0 for home.
 
     Notes
     -----
@@ -55,21 +46,15 @@ def return_legs(
     if there is one; where it is below zero the vehicle stays there, and the motion ends.
     """
     way = home_m - places_m
-    distance, above = np.hypot(way[:, 0], way[:, 1]), -way[:, 2] - rally_height_m
-    height = return_heights_m(distance, above, parameters)
+    height = return_heights_m(horizontal(way), -way[:, 2] - rally_height_m, parameters)
     datum = home_m[:, 2] + rally_height_m
-    level = datum + height
-    every = np.ones(len(places_m), dtype=np.bool_)
-    up, home, wait = places_m.copy(), home_m.copy(), home_m.copy()
-    up[:, 2] = home[:, 2] = level
-    wait[:, 2] = datum + np.minimum(parameters.return_descend_altitude_m, height)
+    targets = np.stack((places_m, home_m, home_m, home_m), axis=1)
+    targets[:, :2, 2] = (datum + height)[:, None]
+    targets[:, 2, 2] = datum + np.minimum(parameters.return_descend_altitude_m, height)
     delay = parameters.return_land_delay_s
-    return (
-        ReturnLeg(target_m=up, is_flown=level > places_m[:, 2]),
-        ReturnLeg(target_m=home, is_flown=every),
-        ReturnLeg(target_m=wait, is_flown=every & (delay != 0.0), hold_s=max(delay, 0.0)),
-        ReturnLeg(target_m=home_m, is_flown=every & (delay >= 0.0), is_landing=True),
-    )
+    is_flown = np.tile((True, True, delay != 0.0, delay >= 0.0), (len(way), 1))
+    is_flown[:, 0] = targets[:, 0, 2] > places_m[:, 2]
+    return targets, is_flown, np.array((0.0, 0.0, max(delay, 0.0), 0.0))
 
 
 def return_path_height_m(place_m: FloatArray, path: ReturnPath, parameters: Px4Parameters) -> float:
@@ -111,7 +96,9 @@ def return_heights_m(
 
 
 _SMALLEST_RADIUS_M = 0.001
-"""An acceptance radius below this stands for NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
+"""An acceptance radius below this means NAV_ACC_RAD (``mission_item_to_position_setpoint``). [m]"""
+_LANDING = 3
+"""The last of the four legs of a return."""
 
 
 class Move(NamedTuple):
@@ -119,9 +106,8 @@ class Move(NamedTuple):
 
     stage: int
     item: int
-    east_m: float
-    north_m: float
-    height_m: float
+    target_m: tuple[float, float, float]
+    """East, north, height above home. [m]"""
     seen_height_m: float
     """Height of the place as the move before sees it. [m]"""
     speed_m_s: float
@@ -139,13 +125,16 @@ class Move(NamedTuple):
     """Belongs to a return, which the look-ahead of the move before does not see."""
 
 
-class Moves(Value, eq=False):
-    """Moves as columns of length n, in flown order; several flights may stand one after the other."""
+_COLUMN_TYPES = (*2 * (np.intp,), *6 * (np.float64,), *5 * (np.bool_,))
+
+
+class Moves(Columns, eq=False):
+    """Moves as columns of length n, in flown order; several flights may follow one another."""
 
     stage: IntArray
     item: IntArray
     target_m: FloatArray
-    """East, north, height above home. (n, 3) [m]"""
+    """(n, 3) [m]"""
     seen_height_m: FloatArray
     speed_m_s: FloatArray
     radius_m: FloatArray
@@ -159,38 +148,19 @@ class Moves(Value, eq=False):
     is_first: BoolArray
     """Begins a flight of its own."""
     start_m: FloatArray
-    """Place from which a flight of its own begins; of no meaning elsewhere. (n, 3) [m]"""
+    """Place from which its flight begins. (n, 3) [m]"""
 
-    def __len__(self) -> int:
-        """Return the number of moves."""
-        return len(self.stage)
-
-    @property
-    def begins_m(self) -> FloatArray:
-        """Where each is meant to begin: at the target of the one before. (n, 3) [m]"""
+    def beginnings_m(self) -> FloatArray:
+        """Return where each is meant to begin: at the target of the one before. (n, 3) [m]"""
         before = np.vstack((self.start_m[:1], self.target_m[:-1]))
         return np.where(self.is_first[:, None], self.start_m, before)
 
     @classmethod
     def of(cls, rows: Sequence[Move]) -> Moves:
         """Return the rows of one flight, which begins at home, as columns."""
-        columns = list(zip(*rows, strict=True))
-        numbers = np.array(columns[2:10], dtype=np.float64)
-        flags = np.array(columns[10:], dtype=np.bool_)
+        columns = zip(Move._fields, zip(*rows, strict=True), _COLUMN_TYPES, strict=True)
         return cls(
-            stage=np.array(columns[0], dtype=np.intp),
-            item=np.array(columns[1], dtype=np.intp),
-            target_m=numbers[:3].T.copy(),
-            seen_height_m=numbers[3],
-            speed_m_s=numbers[4],
-            radius_m=numbers[5],
-            hold_s=numbers[6],
-            yaw_rad=numbers[7],
-            is_stop=flags[0],
-            is_delay=flags[1],
-            is_takeoff=flags[2],
-            is_landing=flags[3],
-            is_return=flags[4],
+            **{name: np.array(column, dtype=dtype) for name, column, dtype in columns},
             is_first=np.arange(len(rows)) == 0,
             start_m=np.zeros((len(rows), 3)),
         )
@@ -218,11 +188,9 @@ def return_moves(
     """
     if any(path is not None for path in return_paths):
         return _moves_along(places_m, home_m, parameters, rally_height_m, return_paths)
-    legs = return_legs(places_m, home_m, parameters, rally_height_m)
-    count = len(places_m)
-    flown = np.column_stack([leg.is_flown for leg in legs])
-    flight, kind = np.nonzero(flown)
-    targets = np.stack([leg.target_m for leg in legs], axis=1)[flight, kind]
+    all_targets, is_flown, holds_s = return_legs(places_m, home_m, parameters, rally_height_m)
+    flight, kind = np.nonzero(is_flown)
+    targets = all_targets[flight, kind]
     false = np.zeros(len(flight), dtype=np.bool_)
     return Moves(
         stage=flight,
@@ -231,16 +199,14 @@ def return_moves(
         seen_height_m=targets[:, 2],
         speed_m_s=np.full(len(flight), min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)),
         radius_m=np.full(len(flight), parameters.acceptance_radius_m),
-        hold_s=np.array([leg.hold_s for leg in legs])[kind],
+        hold_s=holds_s[kind],
         yaw_rad=np.full(len(flight), np.nan),
         is_stop=~false,
         is_delay=false,
         is_takeoff=false,
-        is_landing=np.array([leg.is_landing for leg in legs])[kind],
+        is_landing=kind == _LANDING,
         is_return=~false,
-        is_first=np.concatenate(
-            (np.ones(min(count, 1), dtype=np.bool_), flight[1:] != flight[:-1])
-        ),
+        is_first=np.diff(flight, prepend=-1) > 0,
         start_m=places_m[flight],
     )
 
@@ -255,30 +221,27 @@ def _moves_along(
     """Return the moves of returns of which some lead along the mission."""
     rally_m = np.broadcast_to(rally_height_m, len(places_m)).tolist()
     rows: list[Move] = []
-    first: list[int] = []
     for k, path in enumerate(return_paths):
-        navigator = _Navigator(parameters, places_m[k])
-        first.append(len(rows))
+        navigator = _Navigator(parameters, places_m[k].tolist())
         if path is None:
             rows += navigator.straight_home(k, k, home_m[k], rally_m[k])
         else:
             rows += navigator.home_along(k, k, path)
     moves = Moves.of(rows)
-    is_first = np.zeros(len(rows), dtype=np.bool_)
-    is_first[first] = True
+    is_first = np.diff(moves.stage, prepend=-1) > 0
     return replace(moves, is_first=is_first, start_m=places_m[moves.stage])
 
 
 class _Navigator:
     """Where the vehicle is meant to be while stages are taken apart."""
 
-    def __init__(self, parameters: Px4Parameters, place_m: FloatArray | None = None) -> None:
+    def __init__(
+        self, parameters: Px4Parameters, place_m: tuple[float, float, float] | None = None
+    ) -> None:
         self.parameters = parameters
         self.is_airborne = place_m is not None
-        start = np.zeros(3) if place_m is None else place_m
-        self.east_m, self.north_m, self.height_m = map(float, start)
+        self.east_m, self.north_m, self.height_m = place_m or (0.0, 0.0, 0.0)
         self.speed_m_s = min(parameters.cruise_speed_m_s, parameters.speed_max_m_s)
-        self.radius_m = parameters.acceptance_radius_m
 
     def moves(self, index: int, stage: Stage) -> Iterator[Move]:
         """Yield the moves of one stage."""
@@ -316,13 +279,14 @@ class _Navigator:
         self, index: int, item: int, home_m: FloatArray, rally_height_m: float
     ) -> Iterator[Move]:
         """Yield the moves of a return straight home, or to a rally point (``RtlDirect``)."""
-        place = np.array([[self.east_m, self.north_m, self.height_m]], dtype=np.float64)
-        for leg in return_legs(place, home_m[None], self.parameters, rally_height_m):
-            if not leg.is_flown[0]:
-                continue
-            self.east_m, self.north_m, self.height_m = leg.target_m[0].tolist()
-            stop = self._move(index, item, hold_s=leg.hold_s, is_stop=True, is_return=True)
-            yield stop._replace(is_landing=leg.is_landing)
+        place = np.array([self._place_m], dtype=np.float64)
+        targets, is_flown, holds_s = return_legs(
+            place, home_m[None], self.parameters, rally_height_m
+        )
+        for leg in np.flatnonzero(is_flown[0]).tolist():
+            self.east_m, self.north_m, self.height_m = targets[0, leg].tolist()
+            stop = self._move(index, item, hold_s=float(holds_s[leg]), is_stop=True, is_return=True)
+            yield stop._replace(is_landing=leg == _LANDING)
         self.is_airborne = False
 
     def home_along(self, index: int, item: int, path: ReturnPath) -> Iterator[Move]:
@@ -337,9 +301,7 @@ class _Navigator:
         speed = self.parameters.cruise_speed_m_s if path.speed_m_s is None else path.speed_m_s
         self.speed_m_s = min(speed, self.parameters.speed_max_m_s)
         is_seen = False
-        height_m = return_path_height_m(
-            np.array((self.east_m, self.north_m, self.height_m)), path, self.parameters
-        )
+        height_m = return_path_height_m(np.array(self._place_m), path, self.parameters)
         if height_m > self.height_m:
             self.height_m = height_m
             yield self._move(index, item, is_stop=True, is_return=True)
@@ -351,7 +313,7 @@ class _Navigator:
 
     def _take_off(self, index: int, stage: Stage) -> Iterator[Move]:
         if not self.is_airborne:
-            # Straight up where it stands; flying, a take-off item is a waypoint.
+            # Straight up from the ground; flying, a take-off item is a waypoint.
             self.height_m = stage.height_m
             yield self._move(index, stage.item, is_stop=True, is_takeoff=True)
             self.is_airborne = True
@@ -367,34 +329,37 @@ class _Navigator:
     ) -> Move:
         """Return the flight to where the vehicle is now meant to be, as its stage wants it."""
         speed, radius, yaw = stage.speed_m_s, stage.acceptance_radius_m, stage.yaw_deg
-        move = self._move(
+        return self._move(
             index,
             stage.item,
             hold_s=stage.hold_s if hold_s is None else hold_s,
             is_stop=is_stop or stage.hold_s > 0.0,
-        )
-        return move._replace(
-            speed_m_s=move.speed_m_s
+        )._replace(
+            speed_m_s=self.speed_m_s
             if speed is None
             else min(speed, self.parameters.speed_max_m_s),
-            radius_m=move.radius_m if radius is None or radius < _SMALLEST_RADIUS_M else radius,
+            radius_m=self.parameters.acceptance_radius_m
+            if radius is None or radius < _SMALLEST_RADIUS_M
+            else radius,
             yaw_rad=math.nan if yaw is None else math.radians(yaw),
         )
+
+    @property
+    def _place_m(self) -> tuple[float, float, float]:
+        return self.east_m, self.north_m, self.height_m
 
     def _move(
         self, index: int, item: int, *, hold_s: float = 0.0, is_stop: bool = False, **flags: bool
     ) -> Move:
         return Move(
-            index,
-            item,
-            self.east_m,
-            self.north_m,
-            self.height_m,
-            self.height_m,
-            self.speed_m_s,
-            self.radius_m,
-            hold_s,
-            math.nan,
-            is_stop,
+            stage=index,
+            item=item,
+            target_m=self._place_m,
+            seen_height_m=self.height_m,
+            speed_m_s=self.speed_m_s,
+            radius_m=self.parameters.acceptance_radius_m,
+            hold_s=hold_s,
+            yaw_rad=math.nan,
+            is_stop=is_stop,
             **flags,
         )

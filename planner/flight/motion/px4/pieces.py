@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns, KinematicState, PolynomialLaw
+from planner.flight.motion.kinematics import (
+    Columns,
+    KinematicState,
+    PolynomialLaw,
+    horizontal,
+    quotient,
+)
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -63,51 +69,50 @@ class Curves(Columns, eq=False):
         in the last α T.  Speed is then greatest at an end or at u = (m − α (v₀ + v₁)/2)/(1 − α); α is
         the greatest up to 1/2 that keeps u within the limits, so that the acceleration is least.
         """
-        moving = duration_s > 0.0
-        time = np.where(moving, duration_s, 1.0)
-        way = end_m - place_m
-        mean = way / time[:, None]
+        time = np.where(duration_s > 0.0, duration_s, 1.0)
+        mean = (end_m - place_m) / time[:, None]
         bent = 3.0 * mean - velocity_m_s - end_m_s
         half = 0.5 * (velocity_m_s + end_m_s)
-        share = np.full(len(time), 0.5)
+        alpha = np.full(len(time), 0.5)
         fits = np.ones(len(time), dtype=np.bool_)
         for axes, limit in ((slice(2), level_m_s), (slice(2, 3), upright_m_s)):
-            u, m, w, b = (_square(v[:, axes]) for v in (velocity_m_s, mean, end_m_s, bent))
+            u, m, w, b, h = (
+                (v[:, axes] ** 2).sum(axis=1) for v in (velocity_m_s, mean, end_m_s, bent, half)
+            )
             most = np.maximum(np.maximum(limit**2, m), np.maximum(u, w))
             fits &= b <= _ROUGHLY * most
             # |m − α w|² = (1 − α)² L², w the mean of the velocities at the ends.
-            p = np.minimum(_square(half[:, axes]) - most, 0.0)
+            p = np.minimum(h - most, 0.0)
             q = most - (mean[:, axes] * half[:, axes]).sum(axis=1)
             r = m - most
-            root = q + np.sqrt(np.maximum(q * q - p * r, 0.0))
-            share = np.minimum(share, np.divide(-r, root, out=share.copy(), where=root > 0.0))
-        change = share * time
-        share = share[:, None]
-        kept = (mean - share * half) / (1.0 - share)
+            alpha = np.minimum(
+                alpha, quotient(-r, q + np.sqrt(np.maximum(q * q - p * r, 0.0)), alpha)
+            )
+        change = alpha * time
+        kept = (mean - alpha[:, None] * half) / (1.0 - alpha)[:, None]
         rate = np.where(change > 0.0, change, 1.0)[:, None]
-        first = np.where(fits, time, change)
+        single, t = fits[:, None], time[:, None]
+        turned = place_m + 0.5 * (velocity_m_s + kept) * change[:, None]
+        steady = np.maximum(time - 2.0 * change, 0.0)
         parts = np.zeros((len(time), 3, 3, 4))
         parts[:, 0, :, 0] = place_m
         parts[:, 0, :, 1] = velocity_m_s
-        single = fits[:, None]
-        t = time[:, None]
         parts[:, 0, :, 2] = np.where(
             single,
             (3.0 * mean - 2.0 * velocity_m_s - end_m_s) / t,
             0.5 * (kept - velocity_m_s) / rate,
         )
         parts[:, 0, :, 3] = np.where(single, (velocity_m_s + end_m_s - 2.0 * mean) / t**2, 0.0)
-        turned = place_m + 0.5 * (velocity_m_s + kept) * change[:, None]
-        steady = np.maximum(time - 2.0 * change, 0.0)
         parts[:, 1, :, 0] = turned
-        parts[:, 1, :, 1] = kept
+        parts[:, 1:, :, 1] = kept[:, None]
         parts[:, 2, :, 0] = turned + kept * steady[:, None]
-        parts[:, 2, :, 1] = kept
         parts[:, 2, :, 2] = 0.5 * (end_m_s - kept) / rate
-        duration = np.column_stack(
-            (first, np.where(fits, 0.0, steady), np.where(fits, 0.0, change))
+        duration = np.where(
+            single, t * np.array([1.0, 0.0, 0.0]), np.column_stack((change, steady, change))
         )
-        return cls(duration_s=np.where(moving[:, None], duration, 0.0), coefficients=parts)
+        return cls(
+            duration_s=np.where((duration_s > 0.0)[:, None], duration, 0.0), coefficients=parts
+        )
 
     def parts(self, until_s: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
         """Yield duration and cubics of each part as far as it is flown until a time. (n,), (n, 3, 4)"""
@@ -125,12 +130,6 @@ class Curves(Columns, eq=False):
         t = (time_s - (ends - self.duration_s)[rows, part])[:, None]
         c0, c1, c2, c3 = np.moveaxis(self.coefficients[rows, part], -1, 0)
         return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3)
-
-
-def _square(vectors: FloatArray) -> FloatArray:
-    """Return the squared lengths of vectors. (n,)"""
-    squares: FloatArray = (vectors**2).sum(axis=1)
-    return squares
 
 
 _NEWTON_ROUNDS = 4
@@ -183,14 +182,7 @@ class BrakeLaw(Columns, eq=False):
         left = (speed * (speed + 2.0 * half_b) - self.final_m_s[row] ** 2) / (2.0 * a)
         position = self.aim_m[row] - self.direction[row] * left[..., None]
         velocity = self.direction[row] * (speed * rate)[..., None]
-        return KinematicState(
-            east_m=position[..., 0],
-            north_m=position[..., 1],
-            height_m=position[..., 2],
-            east_m_s=velocity[..., 0],
-            north_m_s=velocity[..., 1],
-            climb_m_s=velocity[..., 2],
-        )
+        return KinematicState.of(np.moveaxis(position, -1, 0), np.moveaxis(velocity, -1, 0))
 
 
 class SettlingLaw(Columns, eq=False):
@@ -213,14 +205,7 @@ class SettlingLaw(Columns, eq=False):
         position = position + fading.sum(axis=-1)
         velocity = c[..., 1] + t * (2.0 * c[..., 2] + t * 3.0 * c[..., 3])
         velocity = velocity - (rate * fading).sum(axis=-1)
-        return KinematicState(
-            east_m=position[..., 0],
-            north_m=position[..., 1],
-            height_m=position[..., 2],
-            east_m_s=velocity[..., 0],
-            north_m_s=velocity[..., 1],
-            climb_m_s=velocity[..., 2],
-        )
+        return KinematicState.of(np.moveaxis(position, -1, 0), np.moveaxis(velocity, -1, 0))
 
 
 PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
@@ -228,197 +213,98 @@ PAUSE, RAMP, CRUISE, BRAKE, HOLD, SLOTS = range(6)
 ORDERS = 24
 """Pieces a move may have at most."""
 
-_CUBIC, _BRAKE, _SETTLING = range(3)
 _SHORTEST_S = 1e-9
 """Shorter pieces are left out. [s]"""
+_LAWS: tuple[type[Columns], ...] = (PolynomialLaw, BrakeLaw, SettlingLaw)
+_NOTHING = PolynomialLaw(coefficients=np.zeros((0, 3, 4)))
 
 
-class Places(Columns, eq=False):
-    """Where pieces belong, as columns of length k."""
+class Places(NamedTuple):
+    """Where k pieces belong; what is the same for all may be a number."""
 
     move: IntArray
-    order: IntArray
+    order: IntArray | int
     """Place among the pieces of its move."""
-    slot: IntArray
+    slot: IntArray | int
     """Segment of its move."""
     duration_s: FloatArray
-    """In the time of PX4's trajectory. [s]"""
-    time_scale: FloatArray
+    """In the time of PX4's trajectory. (k,) [s]"""
+    time_scale: FloatArray | float = 1.0
     """Seconds of that per second of flight. [-]"""
 
-    @classmethod
-    def of(
-        cls,
-        move: IntArray,
-        order: IntArray | int,
-        slot: IntArray | int,
-        duration_s: FloatArray,
-        time_scale: FloatArray | float = 1.0,
-    ) -> Places:
-        """Return the places of pieces, some of it the same for all."""
-        shape = duration_s.shape
-        return cls(
-            move=move,
-            order=np.broadcast_to(order, shape),
-            slot=np.broadcast_to(slot, shape),
-            duration_s=duration_s,
-            time_scale=np.broadcast_to(time_scale, shape),
-        )
 
-
-class Lines(Columns, eq=False):
-    """Straight parts of moves, cubic in time, as columns of length k."""
-
-    place_m: FloatArray
-    """Where each begins. (k, 3) [m]"""
-    direction: FloatArray
-    """Unit vectors. (k, 3)"""
-    speed_m_s: FloatArray
-    acceleration_m_s2: FloatArray
-    jerk_m_s3: FloatArray
-
-    @classmethod
-    def at_rest(cls, place_m: FloatArray) -> Lines:
-        """Return lines that stay where they are."""
-        zero = np.zeros(len(place_m))
-        return cls(
-            place_m=place_m,
-            direction=np.zeros_like(place_m),
-            speed_m_s=zero,
-            acceleration_m_s2=zero,
-            jerk_m_s3=zero,
-        )
-
-
-class _Collected(Value, eq=False):
+class _Collected(NamedTuple):
     """Pieces of one kind, in the order they were added."""
 
-    law: int
+    law: PolynomialLaw | BrakeLaw | SettlingLaw
     places: Places
-    flight_s: FloatArray
     distance_m: FloatArray
     climb_m: FloatArray
-    is_grounded: bool
+    is_grounded: bool = False
+
+
+def lines(
+    place_m: FloatArray,
+    direction: FloatArray | float = 0.0,
+    speed_m_s: FloatArray | float = 0.0,
+    acceleration_m_s2: FloatArray | float = 0.0,
+    jerk_m_s3: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Return cubics of straight flight from places; by default they stay there. (k, 3, 4)"""
+    cubics = np.empty((len(place_m), 3, 4))
+    cubics[..., 0] = place_m
+    for power, part in ((1, speed_m_s), (2, acceleration_m_s2), (3, jerk_m_s3)):
+        cubics[..., power] = direction * np.reshape(part, (-1, 1)) / math.factorial(power)
+    return cubics
 
 
 @dataclass(slots=True)
 class Px4Pieces:
-    """Pieces while they are collected; those of no duration are left out."""
+    """Pieces while they are collected."""
 
     parts: list[_Collected] = field(default_factory=list)
-    coefficients: list[FloatArray] = field(default_factory=list)
-    brakes: list[BrakeLaw] = field(default_factory=list)
-    settlings: list[SettlingLaw] = field(default_factory=list)
 
-    def add_lines(self, places: Places, lines: Lines, *, is_grounded: bool = False) -> None:
-        """Add straight pieces."""
-        kept = np.flatnonzero(places.duration_s > _SHORTEST_S)
-        if not len(kept):
-            return
-        places, lines = places.select(kept), lines.select(kept)
-        t, time_scale = places.duration_s, places.time_scale
-        v, a, j = lines.speed_m_s, lines.acceleration_m_s2, lines.jerk_m_s3
-        way = t * (v + t * (0.5 * a + j * t / 6.0))
-        coefficients = np.empty((len(kept), 3, 4))
-        coefficients[..., 0] = lines.place_m
-        for power, value in enumerate(
-            (v * time_scale, 0.5 * a * time_scale**2, j * time_scale**3 / 6.0), start=1
-        ):
-            coefficients[..., power] = lines.direction * value[:, None]
-        self.coefficients.append(coefficients)
-        level = np.hypot(lines.direction[:, 0], lines.direction[:, 1])
-        climb = way * lines.direction[:, 2]
-        self._add(_CUBIC, places, np.abs(way) * level, climb, is_grounded=is_grounded)
-
-    def add_cubics(self, places: Places, coefficients: FloatArray) -> None:
-        """Add curved pieces by their rising powers of time. (k, 3, 4)"""
-        kept = np.flatnonzero(places.duration_s > _SHORTEST_S)
-        if not len(kept):
-            return
-        places, c = places.select(kept), coefficients[kept]
-        t = places.duration_s[:, None]
+    def add_cubics(
+        self, places: Places, coefficients: FloatArray, *, is_grounded: bool = False
+    ) -> None:
+        """Add pieces by their rising powers of time. (k, 3, 4)"""
+        c, t = coefficients, places.duration_s[:, None]
         moved = t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
         # Control points of the cubic's Bézier form: its length lies between chord and polygon.
         first = c[..., 1] * t / 3.0
         last = (c[..., 1] + t * (2.0 * c[..., 2] + 3.0 * t * c[..., 3])) * t / 3.0
-        polygon = _level(first) + _level(last) + _level(moved - first - last)
-        self.coefficients.append(c * places.time_scale[:, None, None] ** np.arange(4.0))
-        self._add(_CUBIC, places, 0.5 * (polygon + _level(moved)), moved[:, 2])
+        polygon = horizontal(first) + horizontal(last) + horizontal(moved - first - last)
+        law = PolynomialLaw(
+            coefficients=c * np.reshape(places.time_scale, (-1, 1, 1)) ** np.arange(4.0)
+        )
+        distance = 0.5 * (polygon + horizontal(moved))
+        self.parts.append(_Collected(law, places, distance, moved[:, 2], is_grounded))
 
     def add_brakes(self, places: Places, law: BrakeLaw, way_m: FloatArray) -> None:
         """Add pieces of braking over ways, by rows of a law. (k,)"""
-        kept = np.flatnonzero(places.duration_s > _SHORTEST_S)
-        if not len(kept):
-            return
-        places, way = places.select(kept), way_m[kept]
-        law = law.select(kept)
-        self.brakes.append(replace(law, rate=law.rate * places.time_scale))
-        direction = law.direction
-        self._add(_BRAKE, places, way * _level(direction), way * direction[:, 2])
+        law = replace(law, rate=law.rate * places.time_scale)
+        level, upward = horizontal(law.direction), law.direction[:, 2]
+        self.parts.append(_Collected(law, places, way_m * level, way_m * upward))
 
     def add_settlings(self, places: Places, law: SettlingLaw) -> None:
         """Add pieces that settle exponentially, by rows of a law. (k,)"""
-        kept = np.flatnonzero(places.duration_s > _SHORTEST_S)
-        if not len(kept):
-            return
-        places = places.select(kept)
-        time_scale = places.time_scale[:, None]
-        paced = SettlingLaw(
-            coefficients=law.coefficients[kept] * time_scale[..., None] ** np.arange(4.0),
-            amplitude_m=law.amplitude_m[kept],
-            rate_per_s=law.rate_per_s[kept] * time_scale[..., None],
+        time_scale = np.reshape(places.time_scale, (-1, 1, 1))
+        law = replace(
+            law,
+            coefficients=law.coefficients * time_scale ** np.arange(4.0),
+            rate_per_s=law.rate_per_s * time_scale,
         )
-        self.settlings.append(paced)
-        rows = np.arange(len(kept))
-        before = paced.state_at(rows, np.zeros(len(kept)))
-        after = paced.state_at(rows, places.duration_s / places.time_scale)
-        self._add(
-            _SETTLING,
-            places,
-            np.hypot(after.east_m - before.east_m, after.north_m - before.north_m),
-            after.height_m - before.height_m,
-        )
-
-    def _add(
-        self,
-        law: int,
-        places: Places,
-        distance_m: FloatArray,
-        climb_m: FloatArray,
-        *,
-        is_grounded: bool = False,
-    ) -> None:
-        self.parts.append(
-            _Collected(
-                law=law,
-                places=places,
-                flight_s=places.duration_s / places.time_scale,
-                distance_m=distance_m,
-                climb_m=climb_m,
-                is_grounded=is_grounded,
-            )
-        )
-
-    def laws(self) -> tuple[MotionLaw, ...]:
-        """Return the laws of all pieces, by their kind."""
-        none = PolynomialLaw(coefficients=np.zeros((0, 3, 4)))
-        return (
-            PolynomialLaw(coefficients=np.concatenate(self.coefficients))
-            if self.coefficients
-            else none,
-            BrakeLaw.joined(self.brakes) if self.brakes else none,
-            SettlingLaw.joined(self.settlings) if self.settlings else none,
-        )
-
-
-def _level(vectors: FloatArray) -> FloatArray:
-    """Return the horizontal lengths of vectors."""
-    return np.hypot(vectors[..., 0], vectors[..., 1])
+        rows = np.arange(len(places.duration_s))
+        before = law.state_at(rows, np.zeros(len(rows)))
+        after = law.state_at(rows, places.duration_s / places.time_scale)
+        distance = np.hypot(after.east_m - before.east_m, after.north_m - before.north_m)
+        self.parts.append(_Collected(law, places, distance, after.height_m - before.height_m))
 
 
 class Ordered(Value, eq=False):
     """Pieces in flown order, and the segments they make."""
 
+    laws: tuple[MotionLaw, ...]
     segment: IntArray
     """Segment each piece belongs to. (p,)"""
     law: IntArray
@@ -434,26 +320,38 @@ class Ordered(Value, eq=False):
 
 
 def in_flown_order(pieces: Px4Pieces) -> Ordered:
-    """Return collected pieces in flown order, with their segments."""
+    """Return collected pieces in flown order, with their segments; those of no duration are left out."""
     parts = pieces.parts
-    counts = [len(part.flight_s) for part in parts]
-    law = np.repeat([part.law for part in parts], counts)
+    counts = [len(part.distance_m) for part in parts]
+    move, order, slot, planned_s, time_scale = (
+        np.concatenate([np.broadcast_to(c, n) for c, n in zip(column, counts, strict=True)])
+        for column in zip(*(part.places for part in parts), strict=True)
+    )
+    lasts = planned_s > _SHORTEST_S
+    law = np.repeat([_LAWS.index(type(part.law)) for part in parts], counts)
     row = np.empty(len(law), dtype=np.intp)
-    for kind in (_CUBIC, _BRAKE, _SETTLING):
-        of_kind = law == kind
-        row[of_kind] = np.arange(of_kind.sum())
-    move = np.concatenate([part.places.move for part in parts])
-    order = np.concatenate([part.places.order for part in parts])
-    slot = np.concatenate([part.places.slot for part in parts])
-    flown = np.argsort(move * ORDERS + order, kind="stable")
+    laws: list[Any] = []
+    for index, kind in enumerate(_LAWS):
+        several = [part.law for part in parts if isinstance(part.law, kind)]
+        of_kind = law == index
+        row[of_kind] = np.cumsum(lasts[of_kind]) - 1
+        laws.append(kind.joined(several).select(lasts[of_kind]) if several else _NOTHING)
+    flown = np.flatnonzero(lasts)
+    flown = flown[np.argsort((move * ORDERS + order)[flown], kind="stable")]
     key = (move * SLOTS + slot)[flown]
     begins = np.concatenate(([True], key[1:] != key[:-1]))
     segment = np.cumsum(begins) - 1
-    count = int(segment[-1]) + 1
-    duration = np.concatenate([part.flight_s for part in parts])[flown]
-    distance = np.concatenate([part.distance_m for part in parts])[flown]
-    climb = np.concatenate([part.climb_m for part in parts])[flown]
+    duration = (planned_s / time_scale)[flown]
+    segment_s, distance, climb = (
+        np.bincount(segment, column).astype(np.float64)
+        for column in (
+            duration,
+            np.concatenate([part.distance_m for part in parts])[flown],
+            np.concatenate([part.climb_m for part in parts])[flown],
+        )
+    )
     return Ordered(
+        laws=tuple(laws),
         segment=segment,
         law=law[flown],
         row=row[flown],
@@ -461,9 +359,9 @@ def in_flown_order(pieces: Px4Pieces) -> Ordered:
         is_grounded=np.repeat([part.is_grounded for part in parts], counts)[flown],
         segment_move=key[begins] // SLOTS,
         segment_slot=key[begins] % SLOTS,
-        segment_s=np.bincount(segment, duration, minlength=count).astype(np.float64),
-        segment_distance_m=np.bincount(segment, distance, minlength=count).astype(np.float64),
-        segment_climb_m=np.bincount(segment, climb, minlength=count).astype(np.float64),
+        segment_s=segment_s,
+        segment_distance_m=distance,
+        segment_climb_m=climb,
     )
 
 
@@ -551,25 +449,14 @@ class TimeScale(Value):
         """
         low = self.half_speed_m_s + np.minimum(first_m_s, last_m_s)
         grown = np.abs(last_m_s - first_m_s) / low
-        changes = grown > _SMALL
-        mean = np.divide(np.log1p(grown), grown, out=1.0 - 0.5 * grown, where=changes)
-        time_scale: FloatArray = 1.0 - 0.5 * self.share * self.half_speed_m_s / low * mean
-        return time_scale
+        mean = quotient(np.log1p(grown), grown, 1.0 - 0.5 * grown, above=_SMALL)
+        return np.asarray(1.0 - 0.5 * self.share * self.half_speed_m_s / low * mean)
 
     def lagging(
         self, duration_s: FloatArray, first_m_s: FloatArray, last_m_s: FloatArray
     ) -> FloatArray:
-        """Return the mean time scale where a vehicle speeds up behind a turn.
+        """Return the mean time scale where a vehicle speeds up after a turn, in the trajectory's time.
 
-        Parameters
-        ----------
-        duration_s : ndarray
-            In the trajectory's time. [s]
-        first_m_s, last_m_s : ndarray
-            Horizontal speeds before and after. [m s⁻¹]
-
-        Notes
-        -----
         Accelerating at a the vehicle lags: ẋ = w + T a − MPC_XY_P x − v x/E, T = _LAG_S, E = MPC_XY_ERR_MAX.
         At rest x/E = T a/(MPC_XY_P E + v), which sums up to T ln((MPC_XY_P E + v₂)/(MPC_XY_P E + v₁)).
         As braking puts it ahead by T a/MPC_XY_P before, that is only lost with a noise as large, and with
@@ -578,10 +465,7 @@ class TimeScale(Value):
         catching_m_s = 0.5 * math.pi * self.half_speed_m_s
         gained = np.log1p(np.maximum(last_m_s - first_m_s, 0.0) / (catching_m_s + first_m_s))
         flown = duration_s / self.between(first_m_s, last_m_s) + self.lag_s * gained
-        time_scale: FloatArray = np.divide(
-            duration_s, flown, out=np.ones_like(flown), where=duration_s > 0.0
-        )
-        return time_scale
+        return np.divide(duration_s, flown, out=np.ones_like(flown), where=duration_s > 0.0)
 
     def wandered_m(self, time_s: FloatArray, way_m: FloatArray) -> FloatArray:
         """Return how much longer than their ways on the map flights of some time are. [m]

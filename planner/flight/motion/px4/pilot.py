@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.kinematics import STATE_INDEX, FlightState, Motion, SegmentColumns
+from planner.flight.motion.kinematics import (
+    STATE_INDEX,
+    FlightState,
+    Motion,
+    SegmentColumns,
+    horizontal,
+)
 from planner.flight.motion.px4.landing import add_landings, add_takeoffs
 from planner.flight.motion.px4.leg_profile import add_holds, add_legs, steep_moves
-from planner.flight.motion.px4.legs import flight_times_s, fly_legs, yaw_waits_s
+from planner.flight.motion.px4.legs import fly_legs, yaw_waits_s
 from planner.flight.motion.px4.moves import moves_of_stages, return_moves
 from planner.flight.motion.px4.pieces import (
     BRAKE,
@@ -31,7 +37,7 @@ if TYPE_CHECKING:
 
     from planner.arrays import FloatArray
     from planner.findings import Finding
-    from planner.flight.motion.px4.legs import FlownMoves
+    from planner.flight.motion.px4.legs import Px4Legs
     from planner.flight.motion.px4.moves import Moves
     from planner.flight.motion.px4.pieces import Ordered
     from planner.mission.route.stage import ReturnPath, Stage
@@ -169,32 +175,33 @@ def _fly(
     airspeed_limit_m_s: float | None,
 ) -> Motion:
     """Return the motion of moves that serve a number of stages."""
+    begins = moves.beginnings_m()
     speed, findings = held_speeds_m_s(
         moves.speed_m_s,
-        (moves.target_m - moves.begins_m)[:, :2],
+        (moves.target_m - begins)[:, :2],
         moves.item,
-        height_m=np.stack((moves.begins_m[:, 2], moves.target_m[:, 2]), axis=1),
+        height_m=np.stack((begins[:, 2], moves.target_m[:, 2]), axis=1),
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
     moves = replace(moves, speed_m_s=speed)
-    flown = fly_legs(moves, parameters)
-    if not np.isnan(moves.yaw_rad).all():
-        waits = yaw_waits_s(moves, flown.planned.direction, flight_times_s(flown), parameters)
-        if (waits > moves.hold_s).any():
-            moves = replace(moves, hold_s=np.maximum(waits, moves.hold_s))
-            flown = fly_legs(moves, parameters)
+    legs = fly_legs(moves, parameters)
+    waits = yaw_waits_s(legs, parameters)
+    if (waits > moves.hold_s).any():
+        legs = fly_legs(replace(moves, hold_s=np.maximum(waits, moves.hold_s)), parameters)
     pieces = Px4Pieces()
-    add_takeoffs(pieces, np.flatnonzero(moves.is_takeoff), flown.takeoffs, parameters)
-    add_legs(pieces, flown, parameters, time_scale=time_scale)
-    add_holds(pieces, flown, parameters)
-    add_landings(pieces, moves, flown, parameters, time_scale=time_scale)
+    add_takeoffs(pieces, legs, parameters)
+    add_legs(pieces, legs, parameters, time_scale=time_scale)
+    add_holds(pieces, legs, parameters)
+    add_landings(pieces, legs, parameters, time_scale=time_scale)
     ordered = in_flown_order(pieces)
     # PX4 reports an item after its hold.
     done = np.searchsorted(moves.stage[ordered.segment_move], np.arange(stages), side="right") - 1
+    flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
+    aloft_s = np.bincount(ordered.segment, flying_s).astype(np.float64)
     return Motion(
-        segments=_segments(ordered, flown, moves, parameters),
-        laws=pieces.laws(),
+        segments=_segments(ordered, legs, parameters),
+        laws=ordered.laws,
         piece_segment=ordered.segment,
         piece_law=ordered.law,
         piece_row=ordered.row,
@@ -203,64 +210,54 @@ def _fly(
         arrival_segment=done,
         done_segment=done,
         piece_is_grounded=ordered.is_grounded,
-        wander_m=_wander_m(ordered, time_scale),
+        wander_m=float(time_scale.wandered_m(aloft_s, ordered.segment_distance_m).sum()),
         findings=findings,
     )
 
 
-def _wander_m(ordered: Ordered, time_scale: TimeScale) -> float:
-    """Return how much longer than their segments noise makes flights. [m]"""
-    flying_s = np.where(ordered.is_grounded, 0.0, ordered.duration_s)
-    segment_s = np.bincount(ordered.segment, flying_s, minlength=len(ordered.segment_s))
-    return float(
-        time_scale.wandered_m(segment_s.astype(np.float64), ordered.segment_distance_m).sum()
-    )
-
-
-def _segments(
-    ordered: Ordered, flown: FlownMoves, moves: Moves, parameters: Px4Parameters
-) -> SegmentColumns:
+def _segments(ordered: Ordered, legs: Px4Legs, parameters: Px4Parameters) -> SegmentColumns:
     """Return the segments of flown moves as columns."""
-    legs, move, slot = flown.legs, ordered.segment_move, ordered.segment_slot
-    steep = steep_moves(legs)
-    direction = legs.limits.direction
-    level = np.hypot(direction[:, 0], direction[:, 1])
-    peak = legs.straights.peak_m_s
-    top = peak * np.where(steep, np.abs(direction[:, 2]), level)
-    top = np.where(moves.is_landing, parameters.descent_speed_m_s, top)
+    planned, straights = legs.planned, legs.straights
+    move, slot = ordered.segment_move, ordered.segment_slot
+    steep, upward = steep_moves(legs), legs.limits.direction[:, 2]
+    level, peak = horizontal(legs.limits.direction), straights.peak_m_s
+    top = peak * np.where(steep, np.abs(upward), level)
+    top = np.where(planned.is_landing, parameters.descent_speed_m_s, top)
     ramp_state = np.select(
-        [moves.is_landing, moves.is_takeoff, steep & (direction[:, 2] > 0.0), steep],
+        [
+            planned.is_landing,
+            planned.is_takeoff,
+            steep & (upward > 0.0),
+            steep,
+            peak < straights.ramp_from_m_s,
+        ],
         [
             STATE_INDEX[FlightState.LAND],
             STATE_INDEX[FlightState.TAKEOFF],
             STATE_INDEX[FlightState.CLIMB],
             STATE_INDEX[FlightState.DESCEND],
-        ],
-        np.where(
-            peak < legs.straights.ramp_from_m_s,
             STATE_INDEX[FlightState.BRAKE],
-            STATE_INDEX[FlightState.ACCELERATE],
-        ),
+        ],
+        STATE_INDEX[FlightState.ACCELERATE],
     )
     state = np.select(
         [slot == RAMP, slot == CRUISE, slot == BRAKE],
         [ramp_state[move], STATE_INDEX[FlightState.CRUISE], STATE_INDEX[FlightState.BRAKE]],
         STATE_INDEX[FlightState.HOVER],
     )
-    still = (slot == HOLD) | (slot == PAUSE)
-    stopping = np.full(len(move), np.nan)
-    stops = flown.planned.is_leg & (flown.planned.final_level_m_s == 0.0)
-    cruises, brakes = slot == CRUISE, (slot == BRAKE) & stops[move]
-    stopping[cruises] = stopping_distance_m(top[move[cruises]], parameters)
+    stops = planned.is_leg & (planned.final_level_m_s == 0.0)
     # A stop goes on beyond the place that counts as reached.
     beyond = (legs.limits.tail_m * level)[move]
-    stopping[brakes] = (ordered.segment_distance_m + beyond)[brakes]
     return SegmentColumns(
-        item=moves.item[move],
+        item=planned.item[move],
         state=state,
         duration_s=ordered.segment_s,
         distance_m=ordered.segment_distance_m,
         climb_m=ordered.segment_climb_m,
-        speed_m_s=np.where(still, 0.0, top[move]),
-        stopping_distance_m=stopping,
+        speed_m_s=np.where((slot == HOLD) | (slot == PAUSE), 0.0, top[move]),
+        stopping_distance_m=np.select(
+            [slot == CRUISE, (slot == BRAKE) & stops[move]],
+            [stopping_distance_m(top[move], parameters), ordered.segment_distance_m + beyond],
+            np.nan,
+        ),
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.flight.motion.kinematics import quotient
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -19,32 +20,23 @@ if TYPE_CHECKING:
 
 
 def ramp_time_s(
-    change_m_s: FloatArray, acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float
+    change_m_s: FloatArray,
+    acceleration_m_s2: FloatArray | float,
+    jerk_m_s3: FloatArray | float,
+    *,
+    is_cut: bool = False,
 ) -> FloatArray:
     """Return the time of a change of speed from and to no acceleration. [s]
 
-    Δ/a + a/j, or 2 √(Δ/j) where the acceleration is not reached (``VelocitySmoothing``).
+    Δ/a + a/j, or 2 √(Δ/j) where the acceleration is not reached (``VelocitySmoothing``); cut off before
+    the acceleration is taken back Δ/a + a/2j, or √(2Δ/j).
     """
-    full = change_m_s >= acceleration_m_s2**2 / jerk_m_s3
+    part = 0.5 if is_cut else 1.0
+    full = change_m_s >= part * acceleration_m_s2**2 / jerk_m_s3
     return np.where(
         full,
-        change_m_s / acceleration_m_s2 + acceleration_m_s2 / jerk_m_s3,
-        2.0 * np.sqrt(change_m_s / jerk_m_s3),
-    )
-
-
-def cut_ramp_time_s(
-    change_m_s: FloatArray, acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float
-) -> FloatArray:
-    """Return the time of a change of speed from no acceleration, cut off before it is taken back. [s]
-
-    Δ/a + a/2j, or √(2Δ/j) where the acceleration is not reached.
-    """
-    full = change_m_s >= 0.5 * acceleration_m_s2**2 / jerk_m_s3
-    return np.where(
-        full,
-        change_m_s / acceleration_m_s2 + 0.5 * acceleration_m_s2 / jerk_m_s3,
-        np.sqrt(2.0 * change_m_s / jerk_m_s3),
+        change_m_s / acceleration_m_s2 + part * acceleration_m_s2 / jerk_m_s3,
+        np.sqrt(4.0 * part * change_m_s / jerk_m_s3),
     )
 
 
@@ -62,29 +54,22 @@ class Px4Ramps(Value, eq=False):
 
     @classmethod
     def of(
-        cls, change_m_s: FloatArray, acceleration_m_s2: FloatArray, jerk_m_s3: FloatArray
+        cls,
+        change_m_s: FloatArray,
+        acceleration_m_s2: FloatArray,
+        jerk_m_s3: FloatArray,
+        *,
+        is_cut: BoolArray | bool = False,
     ) -> Px4Ramps:
-        """Return the fastest ramps of changes of zero or more within limits."""
-        peak = np.minimum(acceleration_m_s2, np.sqrt(jerk_m_s3 * change_m_s))
+        """Return the fastest changes of zero or more within limits, some cut off at their acceleration."""
+        part = np.where(is_cut, 0.5, 1.0)
+        peak = np.minimum(acceleration_m_s2, np.sqrt(jerk_m_s3 * change_m_s / part))
         jerk_s = peak / jerk_m_s3
-        steady = np.divide(change_m_s, peak, out=np.zeros_like(peak), where=peak > 0.0) - jerk_s
         return cls(
-            jerk_m_s3=jerk_m_s3, jerk_s=jerk_s, steady_s=np.maximum(steady, 0.0), back_s=jerk_s
-        )
-
-    def cut(
-        self, is_cut: BoolArray, change_m_s: FloatArray, *, acceleration_m_s2: FloatArray
-    ) -> Px4Ramps:
-        """Return ramps of the same changes, some of them cut off at their acceleration."""
-        peak = np.minimum(acceleration_m_s2, np.sqrt(2.0 * self.jerk_m_s3 * change_m_s))
-        jerk_s = peak / self.jerk_m_s3
-        moving = peak > 0.0
-        steady = np.divide(change_m_s, peak, out=np.zeros_like(peak), where=moving) - 0.5 * jerk_s
-        return Px4Ramps(
-            jerk_m_s3=self.jerk_m_s3,
-            jerk_s=np.where(is_cut, jerk_s, self.jerk_s),
-            steady_s=np.where(is_cut, np.maximum(steady, 0.0), self.steady_s),
-            back_s=np.where(is_cut, 0.0, self.back_s),
+            jerk_m_s3=jerk_m_s3,
+            jerk_s=jerk_s,
+            steady_s=np.maximum(quotient(change_m_s, peak) - part * jerk_s, 0.0),
+            back_s=np.where(is_cut, 0.0, jerk_s),
         )
 
     @property
@@ -130,7 +115,8 @@ class Px4Ramps(Value, eq=False):
 STILL_M = 1e-6
 """Way that is none. [m]"""
 HOLD_DELAY_S = 0.6
-"""Time PX4 takes a vehicle to keep its speed when told to hold (``Navigator::preproject_stop_point``). [s]"""
+"""Time for which PX4 expects a vehicle that is to hold to keep its speed
+(``Navigator::preproject_stop_point``). [s]"""
 
 
 def half_b_m_s(acceleration_m_s2: FloatArray | float, jerk_m_s3: FloatArray | float) -> FloatArray:
@@ -185,10 +171,8 @@ def braking_time_s(
     t = (u₀ − u₁)/a + (b/2a) ln(u₀/u₁), the integral of −du (2u + b)/(2 a u).  Both speeds are greater
     than zero.
     """
-    time: FloatArray = (
-        speed_m_s - final_m_s + half_b_m_s * np.log(speed_m_s / final_m_s)
-    ) / acceleration_m_s2
-    return time
+    slowing = speed_m_s - final_m_s + half_b_m_s * np.log(speed_m_s / final_m_s)
+    return np.asarray(slowing / acceleration_m_s2)
 
 
 def vertical_limits(rising: BoolArray, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
@@ -209,14 +193,12 @@ def corner_speed_m_s(
     √(MPC_XY_TRAJ_P a r tan(α/2)), α = 180° − turn: the circle that touches both legs at the acceptance
     radius r (``computeMaxSpeedInWaypoint``); tan²(α/2) = (1 + cos turn)/(1 − cos turn).
     """
-    sharpness = np.maximum(1.0 - cos_turn, 1e-12)
-    tangent = np.sqrt(np.maximum(1.0 + cos_turn, 0.0) / sharpness)
-    speed: FloatArray = np.sqrt(gain_per_s * acceleration_m_s2 * radius_m * tangent)
-    return speed
+    tangent = np.sqrt(np.maximum(1.0 + cos_turn, 0.0) / np.maximum(1.0 - cos_turn, 1e-12))
+    return np.asarray(np.sqrt(gain_per_s * acceleration_m_s2 * radius_m * tangent))
 
 
 def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> FloatArray:
-    """Return the way a vehicle told to hold or to return in mid-leg takes to stand still. [m]
+    """Return the distance in which a vehicle that is to hold or to return in mid-leg stops. [m]
 
     Notes
     -----
@@ -232,7 +214,7 @@ def stopping_distance_m(speed_m_s: npt.ArrayLike, parameters: Px4Parameters) -> 
 
 
 def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[FloatArray, FloatArray]:
-    """Return way and time until a vehicle told to return in mid-leg turns back. [m], [s]
+    """Return distance and time until a vehicle that is to return in mid-leg turns back. [m], [s]
 
     Notes
     -----
@@ -243,7 +225,7 @@ def turning_back(speed_m_s: FloatArray, parameters: Px4Parameters) -> tuple[Floa
     jerk_s = np.minimum(a / j, np.sqrt(2.0 * speed_m_s / j))
     left = np.maximum(speed_m_s - 0.5 * j * jerk_s**2, 0.0)
     way = jerk_s * (speed_m_s - j * jerk_s**2 / 6.0) + 0.5 * left**2 / a
-    return way, cut_ramp_time_s(speed_m_s, np.full_like(speed_m_s, a), np.full_like(speed_m_s, j))
+    return way, ramp_time_s(speed_m_s, a, j, is_cut=True)
 
 
 def yaw_time_s(angle_rad: FloatArray, parameters: Px4Parameters) -> FloatArray:
@@ -255,9 +237,8 @@ def yaw_time_s(angle_rad: FloatArray, parameters: Px4Parameters) -> FloatArray:
     20°/s² (measured).
     """
     rate, acceleration = parameters.yaw_rate_rad_s, parameters.yaw_acceleration_rad_s2
-    fast = angle_rad > rate**2 / acceleration
     whole = np.where(
-        fast,
+        angle_rad > rate**2 / acceleration,
         angle_rad / rate + rate / acceleration,
         2.0 * np.sqrt(np.minimum(angle_rad, rate**2 / acceleration) / acceleration),
     )

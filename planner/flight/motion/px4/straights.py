@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, horizontal, quotient
 from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.speeds import (
     Px4Ramps,
     allowed_speed_m_s,
     braking_distance_m,
-    cut_ramp_time_s,
     half_b_m_s,
     ramp_time_s,
     vertical_limits,
 )
 from planner.flight.motion.px4.turns import CLAMPED_M_S
-from planner.values import Value
+from planner.values import field_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,18 +50,20 @@ def root(
         low, high = np.where(under, x, low), np.where(under, high, x)
         step = 1e-6 * (1.0 + x)
         slope = (value - function(x - step)) / step
-        newton = x - np.divide(value, slope, out=np.zeros_like(value), where=slope > 0.0)
+        newton = x - quotient(value, slope)
         x = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
     return x
 
 
-class Onsets(Value, eq=False):
+class Onsets(Columns, eq=False):
     """The beginnings of braking: deceleration at limited jerk, then a steady one."""
 
     onset_s: FloatArray
+    """Time in which the deceleration grows at limited jerk."""
     steady_s: FloatArray
-    speed_m_s: FloatArray
-    """Speed at the end."""
+    """Time at the deceleration it has grown to."""
+    joined_m_s: FloatArray
+    """Speed at which braking joins the allowed speed."""
     left_m: FloatArray
     """Way left to the target there."""
 
@@ -71,9 +72,10 @@ def onsets(limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray, brakes: B
     """Return how speeds come down from their peaks to what the way left allows."""
     zero = np.zeros_like(peak_m_s)
     onset, steady, speed, left = zero.copy(), zero.copy(), peak_m_s.copy(), begins_m.copy()
+    result = Onsets(onset_s=onset, steady_s=steady, joined_m_s=speed, left_m=left)
     rows = np.flatnonzero(brakes)
     if not len(rows):
-        return Onsets(onset_s=onset, steady_s=steady, speed_m_s=speed, left_m=left)
+        return result
     limits, peak, begins = limits.select(rows), peak_m_s[rows], begins_m[rows]
     a, j, tail = limits.ramp_m_s2, limits.ramp_m_s3, limits.tail_m
 
@@ -117,7 +119,7 @@ def onsets(limits: Limits, peak_m_s: FloatArray, begins_m: FloatArray, brakes: B
     speed[rows] = np.where(goes_on, joined, now)
     at_end = ends | (goes_on & short)
     left[rows] = np.maximum(np.where(at_end, tail, np.where(goes_on, after, here)), tail)
-    return Onsets(onset_s=onset, steady_s=steady, speed_m_s=speed, left_m=left)
+    return result
 
 
 def _trails(limits: Limits, left_m: FloatArray) -> BoolArray:
@@ -127,9 +129,8 @@ def _trails(limits: Limits, left_m: FloatArray) -> BoolArray:
     """
     far = np.argmin(limits.allowed_m_s(left_m), axis=1)
     near = np.argmin(limits.allowed_m_s(limits.tail_m), axis=1)
-    softer = limits.brake_m_s2[np.arange(len(far)), far] <= limits.ramp_m_s2 * _SOFTER
-    trails: BoolArray = (far == near) & softer
-    return trails
+    softer = limits.law(far).acceleration_m_s2 <= limits.ramp_m_s2 * _SOFTER
+    return np.asarray((far == near) & softer)
 
 
 def _joined_m_s(
@@ -153,27 +154,21 @@ def _joined_m_s(
     joined = trailing = square = np.zeros_like(law)
     for _ in range(2):
         q = (half_b - trailing) / law
-        taken = (trailing * (trailing - 2.0 * half_b) - limits.final_m_s**2) / law
-        r = twice + taken
+        r = twice + (trailing * (trailing - 2.0 * half_b) - limits.final_m_s**2) / law
         square = q * q - p * r
-        square_root = np.sqrt(np.maximum(square, 0.0))
-        joined = np.divide(-r, q + square_root, out=np.zeros_like(r), where=q + square_root > 0.0)
-        joined = np.maximum(joined, limits.final_m_s)
+        joined = np.maximum(quotient(-r, q + np.sqrt(np.maximum(square, 0.0))), limits.final_m_s)
         rate = law * joined / (joined + half_b)
         trailing = np.where(trails[:, None], 0.5 * rate**2 / limits.brake_m_s3, 0.0)
     # Without a crossing a law that brakes harder than the vehicle allows every speed.
-    lowest: FloatArray = np.where(limits.binds & (square >= 0.0), joined, np.inf).min(axis=1)
-    return lowest
+    return np.asarray(np.where(limits.binds & (square >= 0.0), joined, np.inf).min(axis=1))
 
 
 def _crossings_m_s(limits: Limits, far: IntArray, near: IntArray) -> FloatArray:
     """Return the speeds at which two braking laws allow the same; −1 where there is none."""
-    rows = np.arange(len(far))
 
     def terms(law: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        a = limits.brake_m_s2[rows, law]
-        half_b = half_b_m_s(a, limits.brake_m_s3[rows, law])
-        return 1.0 / a, half_b / a, limits.final_m_s[rows, law] ** 2 / a
+        a, final, half_b = limits.law(law)
+        return 1.0 / a, half_b / a, final**2 / a
 
     (a1, b1, c1), (a2, b2, c2) = terms(far), terms(near)
     p, q, r = a1 - a2, b1 - b2, c2 - c1
@@ -186,107 +181,9 @@ def _crossings_m_s(limits: Limits, far: IntArray, near: IntArray) -> FloatArray:
     return np.where(square >= 0.0, np.where(first > 0.0, both, second), -1.0)
 
 
-class Followed(Value, eq=False):
-    """How the braking laws are flown from where they are joined, as columns of length n."""
+class Followed(Onsets, eq=False):
+    """How the braking laws are flown from where they are joined: one of them, or two."""
 
-    far: IntArray
-    near: IntArray
-    crossing_m_s: FloatArray
-    held_m: FloatArray
-    end_m_s: FloatArray
-    final_m: FloatArray
-    half_b_m_s: FloatArray
-    beyond_m: FloatArray
-
-    @classmethod
-    def of(cls, limits: Limits, onset: Onsets) -> Followed:
-        """Return the laws from where speeds join them."""
-        rows = np.arange(len(onset.speed_m_s))
-        speed, left, tail = onset.speed_m_s, onset.left_m, limits.tail_m
-        far = np.argmin(limits.allowed_m_s(left), axis=1)
-        near = np.argmin(limits.allowed_m_s(tail), axis=1)
-        a, final = limits.brake_m_s2[rows, far], limits.final_m_s[rows, far]
-        true_half_b = half_b_m_s(limits.brake_m_s2, limits.brake_m_s3)
-        b = 2.0 * true_half_b[rows, far]
-
-        crossing = np.maximum(_crossings_m_s(limits, far, near), final)
-        end = limits.lowest_allowed_m_s(tail)
-        crosses = (far != near) & (crossing > end) & (crossing <= speed)
-
-        # One law: through where it is joined and where it leaves.
-        leaves_m, leaves_m_s = _leaving(limits, far, left)
-        slower = np.maximum(speed - leaves_m_s, 0.0)
-        # With b' = b; what is left then is flown at the speed it leaves with.
-        kept = slower * (speed + leaves_m_s + b) / (2.0 * a)
-        kept = np.minimum(kept, np.maximum(left - leaves_m, 0.0))
-        brakes = slower > _SLOWER * (1.0 + speed)
-        twice = np.divide(2.0 * a * kept, slower, out=speed + leaves_m_s + b, where=brakes)
-        alone = 0.5 * np.clip(twice - speed - leaves_m_s, _LEAST_SHARE * b, b)
-        square = (speed + alone) ** 2 - 2.0 * a * kept
-        lone_end = np.sqrt(np.maximum(square, alone**2)) - alone
-        lone_beyond = (speed * (speed + 2.0 * alone) - final**2) / (2.0 * a) - left
-
-        leaves = np.where(crossing < speed, limits.way_m(crossing, far), left)
-        held = leaves - limits.way_m(crossing, near)
-        return cls(
-            far=far,
-            near=np.where(crosses, near, far),
-            crossing_m_s=np.where(crosses, crossing, lone_end),
-            held_m=np.where(crosses, np.maximum(held, 0.0), 0.0),
-            end_m_s=np.where(crosses, end, lone_end),
-            final_m=np.where(
-                crosses, np.maximum(limits.way_m(end, near) - tail, 0.0), left - kept - tail
-            ),
-            half_b_m_s=np.where(
-                crosses[:, None],
-                np.column_stack((true_half_b[rows, far], true_half_b[rows, near])),
-                alone[:, None],
-            ),
-            beyond_m=np.where(crosses, 0.0, lone_beyond),
-        )
-
-
-def _leaving(limits: Limits, law: IntArray, left_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where braking by a law ends, counted to the target, and the speeds there. (n,), (n,)
-
-    At the end of the straight; but a final speed is met as far before it as the deceleration takes to be
-    taken back, t = a'/j, from where it is the allowed one: v_f t + a' t²/6.
-    """
-    rows = np.arange(len(law))
-    a, j = limits.brake_m_s2[rows, law], limits.brake_m_s3[rows, law]
-    final, tail = limits.final_m_s[rows, law], limits.tail_m
-    half_b = half_b_m_s(a, j)
-    allowed = allowed_speed_m_s(tail, final, a, j)
-    rate = a * allowed / (allowed + half_b)
-    trailing = allowed + 0.5 * rate**2 / j
-    back_s = rate / j
-    is_final = 2.0 * half_b * final > 2.0 * a * tail
-    met = half_b * final / a - back_s * (final + rate * back_s / 6.0)
-    within = is_final & (met > tail) & (met < left_m)
-    # Between the two, what is above the final speed falls with the square of the time.
-    reach = np.maximum(half_b * final / a - met, 1e-9)
-    share = np.clip((tail - met) / reach, 0.0, 1.0)
-    above = np.where(is_final, share**2, 1.0) * (trailing - allowed)
-    return np.where(within, met, tail), np.where(within, final, allowed + above)
-
-
-class Straights(Columns, eq=False):
-    """How straights are flown: ramp, cruise, onset of braking, and braking by up to two laws."""
-
-    ramp_from_m_s: FloatArray
-    """Speed at which the ramp would begin without acceleration."""
-    ramp_begun_s: FloatArray
-    """Time of the ramp that lies before the straight, flown in the turn."""
-    is_cut: BoolArray
-    """Whether the straight ends before the ramp takes its acceleration back."""
-    peak_m_s: FloatArray
-    cruise_m: FloatArray
-    onset_s: FloatArray
-    """Time in which the deceleration grows at limited jerk."""
-    steady_s: FloatArray
-    """Time at the deceleration it has grown to."""
-    joined_m_s: FloatArray
-    """Speed at which braking joins the allowed speed."""
     far: IntArray
     """Law braked by first from there."""
     near: IntArray
@@ -301,21 +198,95 @@ class Straights(Columns, eq=False):
     half_b_m_s: FloatArray
     """b'/2 of the far and the near law as they are flown. (n, 2) [m s⁻¹]"""
     beyond_m: FloatArray
-    """How far behind the target the law flown alone would end at its final speed; below 0: before."""
+    """How far beyond the target the law flown alone would end at its final speed; below 0: before."""
 
-    def near_way_m(self, limits: Limits, speed_m_s: FloatArray) -> FloatArray:
-        """Return how far before the target braking by the near law has speeds. (n,) [m]"""
-        rows = np.arange(len(speed_m_s))
-        a, final = limits.brake_m_s2[rows, self.near], limits.final_m_s[rows, self.near]
-        way = speed_m_s * (speed_m_s + 2.0 * self.half_b_m_s[:, 1]) - final**2
-        left: FloatArray = way / (2.0 * a) - self.beyond_m
-        return left
+    @classmethod
+    def of(cls, limits: Limits, onset: Onsets, brakes: BoolArray) -> Followed:
+        """Return the laws from where speeds join them, where anything ``brakes`` and way is left."""
+        speed, left, tail = onset.joined_m_s, onset.left_m, limits.tail_m
+        far = np.argmin(limits.allowed_m_s(left), axis=1)
+        near = np.argmin(limits.allowed_m_s(tail), axis=1)
+        follows = brakes & (left > tail)
+        far_law, near_law = limits.law(far), limits.law(near)
+        a, b = far_law.acceleration_m_s2, 2.0 * far_law.half_b_m_s
+
+        crossing = np.maximum(_crossings_m_s(limits, far, near), far_law.final_m_s)
+        end = limits.lowest_allowed_m_s(tail)
+        crosses = (far != near) & (crossing > end) & (crossing <= speed)
+
+        # One law: through where it is joined and where it leaves.
+        leaves_m, leaves_m_s = _leaving(limits, far, left)
+        slower = np.maximum(speed - leaves_m_s, 0.0)
+        # With b' = b; what is left then is flown at the speed it leaves with.
+        kept = slower * (speed + leaves_m_s + b) / (2.0 * a)
+        kept = np.minimum(kept, np.maximum(left - leaves_m, 0.0))
+        some = slower > _SLOWER * (1.0 + speed)
+        twice = np.divide(2.0 * a * kept, slower, out=speed + leaves_m_s + b, where=some)
+        alone = 0.5 * np.clip(twice - speed - leaves_m_s, _LEAST_SHARE * b, b)
+        square = (speed + alone) ** 2 - 2.0 * a * kept
+        lone_end = np.sqrt(np.maximum(square, alone**2)) - alone
+
+        leaves = np.where(crossing < speed, far_law.way_m(crossing), left)
+        held = np.where(crosses, np.maximum(leaves - near_law.way_m(crossing), 0.0), 0.0)
+        final = np.where(crosses, np.maximum(near_law.way_m(end) - tail, 0.0), left - kept - tail)
+        both = np.column_stack((far_law.half_b_m_s, near_law.half_b_m_s))
+        lone_beyond = far_law._replace(half_b_m_s=alone).way_m(speed) - left
+        return cls(
+            **field_values(onset),
+            far=far,
+            near=np.where(crosses & follows, near, far),
+            crossing_m_s=np.where(follows, np.where(crosses, crossing, lone_end), speed),
+            held_m=np.where(follows, held, 0.0),
+            end_m_s=np.where(follows, np.where(crosses, end, lone_end), speed),
+            final_m=np.where(follows, final, 0.0),
+            half_b_m_s=np.where(crosses[:, None], both, alone[:, None]),
+            beyond_m=np.where(crosses, 0.0, lone_beyond),
+        )
+
+
+def _leaving(limits: Limits, law: IntArray, left_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return where braking by a law ends, counted to the target, and the speeds there. (n,), (n,)
+
+    At the end of the straight; but a final speed is met as far before it as the deceleration takes to be
+    taken back, t = a'/j, from where it is the allowed one: v_f t + a' t²/6.
+    """
+    a, final, half_b = limits.law(law)
+    j, tail = limits.brake_m_s3[np.arange(len(law)), law], limits.tail_m
+    allowed = allowed_speed_m_s(tail, final, a, j)
+    rate = a * allowed / (allowed + half_b)
+    trailing = allowed + 0.5 * rate**2 / j
+    back_s = rate / j
+    is_final = 2.0 * half_b * final > 2.0 * a * tail
+    met = half_b * final / a - back_s * (final + rate * back_s / 6.0)
+    within = is_final & (met > tail) & (met < left_m)
+    # Between the two, what is above the final speed falls with the square of the time.
+    reach = np.maximum(half_b * final / a - met, 1e-9)
+    share = np.clip((tail - met) / reach, 0.0, 1.0)
+    above = np.where(is_final, share**2, 1.0) * (trailing - allowed)
+    return np.where(within, met, tail), np.where(within, final, allowed + above)
+
+
+class Straights(Followed, eq=False):
+    """How straights are flown: ramp, cruise, onset of braking, and braking by up to two laws."""
+
+    ramp_from_m_s: FloatArray
+    """Speed at which the ramp would begin without acceleration."""
+    ramp_begun_s: FloatArray
+    """Time of the ramp that lies before the straight, flown in the turn."""
+    is_cut: BoolArray
+    """Whether the straight ends before the ramp takes its acceleration back."""
+    peak_m_s: FloatArray
+    cruise_m: FloatArray
+
+    def near_way_m(self, limits: Limits) -> FloatArray:
+        """Return how far before the target braking by the near law begins. (n,) [m]"""
+        law = limits.law(self.near)._replace(half_b_m_s=self.half_b_m_s[:, 1])
+        return law.way_m(self.crossing_m_s) - self.beyond_m
 
     def ramps(self, limits: Limits) -> Px4Ramps:
         """Return the ramps to the peak speeds."""
         change = np.abs(self.peak_m_s - self.ramp_from_m_s)
-        whole = Px4Ramps.of(change, limits.ramp_m_s2, limits.ramp_m_s3)
-        return whole.cut(self.is_cut, change, acceleration_m_s2=limits.ramp_m_s2)
+        return Px4Ramps.of(change, limits.ramp_m_s2, limits.ramp_m_s3, is_cut=self.is_cut)
 
 
 class _Climb(Columns, eq=False):
@@ -324,7 +295,6 @@ class _Climb(Columns, eq=False):
     limits: Limits
     start_m_s: FloatArray
     ramp_from_m_s: FloatArray
-    begun_s: FloatArray
     begun_m: FloatArray
 
     def ways_m(self, speed_m_s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -339,7 +309,7 @@ class _Climb(Columns, eq=False):
     def cut_way_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return the ways of ramps up to speeds that are cut off there. [m]"""
         a, j = self.limits.ramp_m_s2, self.limits.ramp_m_s3
-        time = cut_ramp_time_s(np.maximum(speed_m_s - self.ramp_from_m_s, 0.0), a, j)
+        time = ramp_time_s(np.maximum(speed_m_s - self.ramp_from_m_s, 0.0), a, j, is_cut=True)
         jerk_s = np.minimum(time, a / j)
         steady_s = time - jerk_s
         way = self.ramp_from_m_s * time + jerk_s**2 * j * (jerk_s / 6.0 + 0.5 * steady_s)
@@ -373,7 +343,6 @@ def fly_straights(
         limits=limits,
         start_m_s=start_m_s,
         ramp_from_m_s=ramp_from,
-        begun_s=begun_s,
         begun_m=begun_s * (ramp_from + jerk * begun_s**2 / 6.0),
     )
     total = limits.length_m + limits.tail_m
@@ -382,86 +351,52 @@ def fly_straights(
     short = np.flatnonzero(until_back + limits.reach_m(peak) > total)
     lowest = start_m_s + 0.5 * begun * begun_s
     if len(short):
-        peak[short] = _peaks_m_s(climb.select(short), lowest[short], total[short])
+        some = climb.select(short)
+        peak[short] = root(
+            lambda speed: some.ways_m(speed)[1] + some.limits.reach_m(speed) - total[short],
+            lowest[short],
+            np.maximum(peak[short], lowest[short]),
+        )
     # Nothing above the speed begun with is allowed: the way left decides from the beginning.
     late = lowest * (1.0 + 1e-9) >= peak
     late &= (begun == 0.0) | (peak < limits.cruise_m_s)
     ramped, _ = climb.ways_m(peak)
-    slows = late & (ramped <= length) & (peak >= limits.cruise_m_s)
-    ramped = np.where(late & ~slows, 0.0, ramped)
-    peak = np.where(late & ~slows, start_m_s, peak)
+    held = late & ~((ramped <= length) & (peak >= limits.cruise_m_s))
+    ramped = np.where(held, 0.0, ramped)
+    peak = np.where(held, start_m_s, peak)
     is_cut = ~late & (ramped > length)
     if is_cut.any():
-        cut = np.flatnonzero(is_cut)
-        cut_climb = climb.select(cut)
-        peak[cut] = root(
-            lambda speed: cut_climb.cut_way_m(speed) - cut_climb.limits.length_m,
-            cut_climb.start_m_s,
-            peak[cut],
+        cut = climb.select(is_cut)
+        peak[is_cut] = root(
+            lambda speed: cut.cut_way_m(speed) - cut.limits.length_m, cut.start_m_s, peak[is_cut]
         )
-        ramped[cut] = cut_climb.cut_way_m(peak[cut])
-    held = late & ~slows
-    return _braked(
-        limits,
-        peak,
-        total - ramped,
+        ramped[is_cut] = cut.cut_way_m(peak[is_cut])
+    left = total - ramped
+    kept = np.maximum(limits.reach_m(peak), limits.tail_m)
+    brakes = (kept > limits.tail_m) & ~is_cut
+    cruise = np.maximum(left - np.where(is_cut, limits.tail_m, kept), 0.0)
+    followed = Followed.of(limits, onsets(limits, peak, left - cruise, brakes), brakes)
+    return Straights(
+        **field_values(followed),
         ramp_from_m_s=np.where(held, peak, ramp_from),
         ramp_begun_s=np.where(held, 0.0, begun_s),
         is_cut=is_cut,
-    )
-
-
-def _peaks_m_s(climb: _Climb, lowest_m_s: FloatArray, total_m: FloatArray) -> FloatArray:
-    """Return the peak speeds of straights too short for their cruise. (n,) [m s⁻¹]"""
-    low, high = lowest_m_s, np.maximum(climb.limits.cruise_m_s, lowest_m_s)
-
-    def excess(speed: FloatArray) -> FloatArray:
-        _, until_back = climb.ways_m(speed)
-        over: FloatArray = until_back + climb.limits.reach_m(speed) - total_m
-        return over
-
-    return root(excess, low, high)
-
-
-def _braked(
-    limits: Limits,
-    peak_m_s: FloatArray,
-    left_m: FloatArray,
-    *,
-    ramp_from_m_s: FloatArray,
-    ramp_begun_s: FloatArray,
-    is_cut: BoolArray,
-) -> Straights:
-    """Return straights from the end of their ramps on, ``left_m`` before their targets."""
-    kept = np.maximum(limits.reach_m(peak_m_s), limits.tail_m)
-    brakes = (kept > limits.tail_m) & ~is_cut
-    kept = np.where(is_cut, limits.tail_m, kept)
-    cruise = np.maximum(left_m - kept, 0.0)
-    onset = onsets(limits, peak_m_s, left_m - cruise, brakes)
-    follows = brakes & (onset.left_m > limits.tail_m)
-    law = Followed.of(limits, onset)
-    return Straights(
-        ramp_from_m_s=ramp_from_m_s,
-        ramp_begun_s=ramp_begun_s,
-        is_cut=is_cut,
-        peak_m_s=peak_m_s,
+        peak_m_s=peak,
         cruise_m=cruise,
-        onset_s=onset.onset_s,
-        steady_s=onset.steady_s,
-        joined_m_s=onset.speed_m_s,
-        far=law.far,
-        near=np.where(follows, law.near, law.far),
-        crossing_m_s=np.where(follows, law.crossing_m_s, onset.speed_m_s),
-        held_m=np.where(follows, law.held_m, 0.0),
-        end_m_s=np.where(follows, law.end_m_s, onset.speed_m_s),
-        final_m=np.where(follows, law.final_m, 0.0),
-        half_b_m_s=law.half_b_m_s,
-        beyond_m=law.beyond_m,
     )
 
 
-_LEVEL, _UPRIGHT = 0, 1
-"""The two laws that limit a speed: of the horizontal and of the vertical axes."""
+class BrakingLaw(NamedTuple):
+    """One braking law for each straight: u² + b u = 2 a d + v_f² at a way d before the target."""
+
+    acceleration_m_s2: FloatArray
+    final_m_s: FloatArray
+    half_b_m_s: FloatArray
+
+    def way_m(self, speed_m_s: FloatArray) -> FloatArray:
+        """Return how far before the target speeds are allowed. (n,) [m]"""
+        square = speed_m_s * (speed_m_s + 2.0 * self.half_b_m_s) - self.final_m_s**2
+        return np.asarray(square / (2.0 * self.acceleration_m_s2))
 
 
 class Limits(Columns, eq=False):
@@ -480,11 +415,18 @@ class Limits(Columns, eq=False):
     binds: BoolArray
     """Which of the two braking laws count. (n, 2)"""
     brake_m_s2: FloatArray
-    """Acceleration of the braking laws. (n, 2)"""
+    """Acceleration of the braking laws: of the horizontal and of the vertical axes. (n, 2)"""
     brake_m_s3: FloatArray
     """Jerk of the braking laws. (n, 2)"""
     final_m_s: FloatArray
     """Final speed of the braking laws. (n, 2)"""
+
+    def law(self, index: IntArray) -> BrakingLaw:
+        """Return one law of each row, by its column."""
+        rows = np.arange(len(index))
+        a = self.brake_m_s2[rows, index]
+        half_b = half_b_m_s(a, self.brake_m_s3[rows, index])
+        return BrakingLaw(a, self.final_m_s[rows, index], half_b)
 
     def allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
         """Return the speeds both laws allow so far from the target, infinite where unbound. (n, 2)"""
@@ -495,27 +437,14 @@ class Limits(Columns, eq=False):
 
     def lowest_allowed_m_s(self, distance_m: FloatArray) -> FloatArray:
         """Return the speeds all laws allow at distances from the target. (n,) [m s⁻¹]"""
-        allowed = self.allowed_m_s(distance_m)
-        return np.minimum(allowed[:, _LEVEL], allowed[:, _UPRIGHT])
-
-    def way_m(self, speed_m_s: FloatArray, law: IntArray) -> FloatArray:
-        """Return how far before the target one law of each row allows speeds. (n,) [m]"""
-        rows = np.arange(len(law))
-        a, final = self.brake_m_s2[rows, law], self.final_m_s[rows, law]
-        half_b = half_b_m_s(a, self.brake_m_s3[rows, law])
-        way: FloatArray = (speed_m_s * (speed_m_s + 2.0 * half_b) - final**2) / (2.0 * a)
-        return way
+        return np.asarray(self.allowed_m_s(distance_m).min(axis=1))
 
     def reach_m(self, speed_m_s: FloatArray) -> FloatArray:
         """Return how far before the target braking from speeds begins. (n,) [m]"""
         way = braking_distance_m(
             speed_m_s[:, None], self.final_m_s, self.brake_m_s2, self.brake_m_s3
         )
-        level, upright = way[:, _LEVEL], way[:, _UPRIGHT]
-        binds = self.binds
-        return np.maximum(
-            np.where(binds[:, _LEVEL], level, 0.0), np.where(binds[:, _UPRIGHT], upright, 0.0)
-        )
+        return np.asarray(np.where(self.binds, way, 0.0).max(axis=1))
 
 
 def limits_along(
@@ -533,8 +462,7 @@ def limits_along(
     """
     direction, length = directions(end_m - start_m)
     speed, tail = planned.speed_m_s, planned.tail_m
-    level = np.hypot(direction[:, 0], direction[:, 1])
-    upright = np.abs(direction[:, 2])
+    level, upright = horizontal(direction), np.abs(direction[:, 2])
     vertical_speed, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
     jerk = np.full_like(length, parameters.jerk_m_s3)
     shares = np.maximum(np.column_stack((level, upright)), 1e-9)

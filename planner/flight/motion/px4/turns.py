@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, horizontal, lengths, quotient
 from planner.flight.motion.px4.moves import directions
 from planner.flight.motion.px4.speeds import (
     STILL_M,
@@ -16,11 +16,11 @@ from planner.flight.motion.px4.speeds import (
     ramp_time_s,
     vertical_limits,
 )
-from planner.values import Value
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from planner.arrays import BoolArray, FloatArray
-    from planner.flight.motion.px4.legs import PlannedLegs
+    from planner.flight.motion.px4.legs import LegStarts
     from planner.vehicle.parameters.px4 import Px4Parameters
 
 
@@ -52,28 +52,7 @@ class Turns(Columns, eq=False):
     """Horizontal acceleration there, zero or more. [m s⁻²]"""
 
 
-class TurnApproach(Columns, eq=False):
-    """How vehicles come to the waypoints at which new legs begin, as columns of length n."""
-
-    place_m: FloatArray
-    """Where the new leg becomes the one flown. (n, 3) [m]"""
-    velocity_m_s: FloatArray
-    """Horizontal velocity there. (n, 2) [m s⁻¹]"""
-    begins_m: FloatArray
-    """Where the new leg begins: the waypoint left. (n, 3) [m]"""
-    target_m: FloatArray
-    """Where it ends. (n, 3) [m]"""
-    radius_m: FloatArray
-    """Acceptance radius of its target. [m]"""
-    vertical_m_s: FloatArray
-    """Greatest vertical speed of the new leg. [m s⁻¹]"""
-    climb_m_s: FloatArray
-    """Vertical velocity at the place, upwards positive. [m s⁻¹]"""
-    vertical_m_s2: FloatArray
-    """Vertical acceleration. [m s⁻²]"""
-
-
-def corner_turns(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
+def corner_turns(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     """Return the turns into new legs at MPC_ACC_HOR and MPC_JERK_AUTO.
 
     Notes
@@ -86,29 +65,21 @@ def corner_turns(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3:
     path is a tractrix) until it does.  Then the speed is free again, with the acceleration the swing
     has by then.
     """
-    way = approach.target_m[:, :2] - approach.place_m[:, :2]
-    distance = np.hypot(way[:, 0], way[:, 1])
-    speed = np.hypot(approach.velocity_m_s[:, 0], approach.velocity_m_s[:, 1])
-    along = np.divide(
-        (way * approach.velocity_m_s).sum(axis=1),
-        distance,
-        out=np.zeros_like(speed),
-        where=distance > STILL_M,
+    way = (begun.planned.target_m - begun.place_m)[:, :2]
+    velocity = begun.velocity_m_s[:, :2]
+    distance, speed = horizontal(way), horizontal(velocity)
+    along = quotient((way * velocity).sum(axis=1), distance, above=STILL_M)
+    turning = (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed)
+    turning &= distance > begun.planned.radius_m
+    turns = Turns(
+        duration_s=np.zeros_like(speed),
+        end_m=begun.place_m.copy(),
+        speed_m_s=np.maximum(along, 0.0),
+        acceleration_m_s2=np.zeros_like(speed),
     )
-    turning = (
-        (speed > SLOWEST_TURN_M_S) & (along < ALIGNED_COS * speed) & (distance > approach.radius_m)
-    )
-    duration, acceleration = np.zeros_like(speed), np.zeros_like(speed)
-    free_speed, end = np.maximum(along, 0.0), approach.place_m.copy()
     if turning.any():
-        swung = _swings(
-            approach.select(turning), acceleration_m_s2=acceleration_m_s2, jerk_m_s3=jerk_m_s3
-        )
-        duration[turning], acceleration[turning] = swung.duration_s, swung.acceleration_m_s2
-        free_speed[turning], end[turning] = swung.speed_m_s, swung.end_m
-    return Turns(
-        duration_s=duration, end_m=end, speed_m_s=free_speed, acceleration_m_s2=acceleration
-    )
+        turns.put(turning, _swings(begun.select(turning), parameters))
+    return turns
 
 
 class _LegFrame(Value, eq=False):
@@ -126,20 +97,18 @@ class _LegFrame(Value, eq=False):
     speed_m_s: FloatArray
 
     @classmethod
-    def of(cls, approach: TurnApproach) -> _LegFrame:
+    def of(cls, begun: LegStarts) -> _LegFrame:
         """Return the frames of new legs."""
-        leg = approach.target_m[:, :2] - approach.begins_m[:, :2]
-        length = np.hypot(leg[:, 0], leg[:, 1])
-        straight = approach.target_m[:, :2] - approach.place_m[:, :2]
-        leg = np.where((length > STILL_M)[:, None], leg, straight)
-        length = np.hypot(leg[:, 0], leg[:, 1])
+        begins, target = begun.planned.begins_m[:, :2], begun.planned.target_m[:, :2]
+        place, velocity = begun.place_m[:, :2], begun.velocity_m_s[:, :2]
+        leg = target - begins
+        leg = np.where((horizontal(leg) > STILL_M)[:, None], leg, target - place)
+        length, speed = horizontal(leg), horizontal(velocity)
         along = leg / length[:, None]
-        velocity = approach.velocity_m_s
-        speed = np.hypot(velocity[:, 0], velocity[:, 1])
         left = np.column_stack((-along[:, 1], along[:, 0]))
         sideways = (velocity * left).sum(axis=1)
         across = np.where((sideways < 0.0)[:, None], -left, left)
-        offset = approach.place_m[:, :2] - approach.begins_m[:, :2]
+        offset = place - begins
         return cls(
             along=along,
             across=across,
@@ -156,17 +125,18 @@ class _LegFrame(Value, eq=False):
         return begins_m[:, :2] + self.along * x_m[:, None] + self.across * y_m[:, None]
 
 
-def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: float) -> Turns:
+def _swings(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     """Return the turns of vehicles that all turn."""
-    frame = _LegFrame.of(approach)
+    frame, most_m_s2 = _LegFrame.of(begun), parameters.acceleration_m_s2
     v, sin_turn, cos_turn = frame.speed_m_s, frame.sin_turn, frame.cos_turn
-    l1 = np.maximum(approach.radius_m, SHORTEST_L1_M)
-    height = approach.target_m[:, 2] - approach.place_m[:, 2]
-    held = _held_speed_m_s(v, np.abs(height), l1, approach.vertical_m_s)
-    rate = np.minimum(approach.vertical_m_s, held * np.abs(height) / l1)
-    lift = np.abs(np.sign(height) * rate - approach.climb_m_s)
-    jerk = np.full(len(v), jerk_m_s3)
-    lift_s = ramp_time_s(lift, approach.vertical_m_s2, jerk)
+    l1 = np.maximum(begun.planned.radius_m, SHORTEST_L1_M)
+    height = begun.planned.target_m[:, 2] - begun.place_m[:, 2]
+    vertical_m_s, vertical_m_s2 = vertical_limits(height > 0.0, parameters)
+    held = _held_speed_m_s(v, np.abs(height), l1, vertical_m_s)
+    rate = np.minimum(vertical_m_s, held * np.abs(height) / l1)
+    lift = np.abs(np.sign(height) * rate - begun.velocity_m_s[:, 2])
+    jerk = np.full(len(v), parameters.jerk_m_s3)
+    lift_s = ramp_time_s(lift, vertical_m_s2, jerk)
     steered = np.clip(-frame.y_m / l1, -1.0, 1.0)
     for _ in range(2):
         # Towards the point steered for once the swing is over, which its own way decides.
@@ -175,11 +145,9 @@ def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: floa
             held * steered - v * sin_turn
         )[:, None] * frame.across
         widest = np.abs(swing).max(axis=1)
-        lifts = lift_s > ramp_time_s(widest, acceleration_m_s2, jerk)
+        lifts = lift_s > ramp_time_s(widest, most_m_s2, jerk)
         ramps = Px4Ramps.of(
-            np.where(lifts, lift, widest),
-            np.where(lifts, approach.vertical_m_s2, acceleration_m_s2),
-            jerk,
+            np.where(lifts, lift, widest), np.where(lifts, vertical_m_s2, most_m_s2), jerk
         )
         time = ramps.duration_s
         y_swung = (frame.y_m + 0.5 * time * v * sin_turn) / (1.0 + 0.5 * time * held / l1)
@@ -196,16 +164,17 @@ def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: floa
     swings_enough = new > 0.0
     fraction = np.where(swings_enough, old / np.where(swings_enough, old + new, 1.0), 1.0)
     until = ramps.time_at_s(fraction)
-    way, gained, rate = ramps.gained(until)
+    way, gained, gained_m_s2 = ramps.gained(until)
     change = np.where(ramps.change_m_s > 0.0, ramps.change_m_s, 1.0)
-    share, share_way = gained / change, way / change
-    along_change = held * cos_steered - v * cos_turn
-    x = frame.x_m + v * cos_turn * until + along_change * share_way
-    y = frame.y_m + v * sin_turn * until + (held * steered - v * sin_turn) * share_way
+    along_change, across_change = held * cos_steered - v * cos_turn, held * steered - v * sin_turn
+    x = frame.x_m + v * cos_turn * until + along_change * way / change
+    y = frame.y_m + v * sin_turn * until + across_change * way / change
     # Aligned, the velocity is still 11.5° off the target; what leads there is kept, the rest dies away.
-    sideways = v * sin_turn + (held * steered - v * sin_turn) * share
-    swung = np.hypot(v * cos_turn + along_change * share, sideways)
-    free = ALIGNED_COS * np.where(swings_enough, swung, held)
+    swung = np.hypot(
+        v * cos_turn + along_change * gained / change,
+        v * sin_turn + across_change * gained / change,
+    )
+    last = np.where(swings_enough, swung, held)
 
     # The rest of the way, where it takes longer, along the tractrix.
     late = ~swings_enough & (steered > sin_aligned)
@@ -216,45 +185,47 @@ def _swings(approach: TurnApproach, *, acceleration_m_s2: float, jerk_m_s3: floa
     )
     x += np.where(late, l1 * (np.log(half_angles) + cos_steered - cos_aligned), 0.0)
     y = np.where(late, y / ratio, y)
-    last = np.where(swings_enough, swung, held)
-    over_s = _ALIGNED_SIN * last / acceleration_m_s2
-    ahead_m = np.maximum(frame.length_m - x, l1)
-    ahead_m, aside_m = _straightened_m(last, free, over_s, ahead_m=ahead_m, aside_m=-y)
+    # Along and across the way to the target: what is across it takes full acceleration to die away.
+    over_s = _ALIGNED_SIN * last / most_m_s2
+    ahead, aside = np.maximum(frame.length_m - x, l1), -y
+    per_metre = over_s * last / np.hypot(ahead, aside)
+    x += per_metre * (ALIGNED_COS * ahead - 0.5 * _ALIGNED_SIN * aside)
+    y += per_metre * (ALIGNED_COS * aside + 0.5 * _ALIGNED_SIN * ahead)
     duration = until + decay_s + over_s
-    climbed = _climbed_m(approach, held, l1, duration_s=duration, swing_s=time)
-    end = np.column_stack(
-        (
-            frame.place_m(approach.begins_m, x + ahead_m, y + aside_m),
-            approach.place_m[:, 2] + climbed,
-        )
+
+    upward = np.sign(height)
+    climbed = upward * np.minimum(
+        _climbed_m(upward * begun.velocity_m_s[:, 2], rate, vertical_m_s, duration, swing_s=time),
+        np.abs(height),
     )
     return Turns(
         duration_s=duration,
-        end_m=end,
-        speed_m_s=np.maximum(free, 0.0),
-        acceleration_m_s2=np.maximum(np.where(late, 0.0, along_change / change * rate), 0.0),
+        end_m=np.column_stack(
+            (frame.place_m(begun.planned.begins_m, x, y), begun.place_m[:, 2] + climbed)
+        ),
+        speed_m_s=np.maximum(ALIGNED_COS * last, 0.0),
+        acceleration_m_s2=np.maximum(np.where(late, 0.0, along_change / change * gained_m_s2), 0.0),
     )
 
 
-def _straightened_m(
-    last_m_s: FloatArray,
-    free_m_s: FloatArray,
-    time_s: FloatArray,
+def _climbed_m(
+    begun_m_s: FloatArray,
+    rate_m_s: FloatArray,
+    limit_m_s: FloatArray,
+    duration_s: FloatArray,
     *,
-    ahead_m: FloatArray,
-    aside_m: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the ways, along and across, in which what is across the way to the target dies away.
+    swing_s: FloatArray,
+) -> FloatArray:
+    """Return the heights gained in turns.
 
-    Aligned, that is still the sine of 11.5° of the speed; it takes full acceleration, as the target is
-    headed for.
+    The vertical speed changes in the time of the swing.  It is flown as one cubic, whose highest speed
+    is half as much again as its mean less a quarter of that at its beginning; it keeps to the limit.
     """
-    way = np.hypot(ahead_m, aside_m)
-    ahead, aside = ahead_m / way, aside_m / way
-    along = ALIGNED_COS * last_m_s + free_m_s
-    across = _ALIGNED_SIN * last_m_s
-    half_s = 0.5 * time_s
-    return (half_s * (along * ahead - across * aside), half_s * (along * aside + across * ahead))
+    swung_s = np.minimum(duration_s, swing_s)
+    grown = 0.5 * swung_s / np.maximum(swing_s, 1e-9) * (rate_m_s - begun_m_s)
+    gained = swung_s * (begun_m_s + grown) + rate_m_s * (duration_s - swung_s)
+    most = duration_s * (limit_m_s + 0.25 * np.maximum(begun_m_s, 0.0)) / PEAK_OVER_MEAN
+    return np.asarray(np.minimum(gained, most))
 
 
 def _held_speed_m_s(
@@ -266,36 +237,8 @@ def _held_speed_m_s(
     leg, and the vertical limit slows both axes.
     """
     steep = height_m / l1_m
-    slowed = np.minimum(
-        speed_m_s,
-        np.divide(vertical_m_s, steep, out=np.full_like(steep, np.inf), where=steep > STILL_M),
-    )
+    slowed = np.minimum(speed_m_s, quotient(vertical_m_s, steep, np.inf, above=STILL_M))
     return np.where(speed_m_s * steep < CLAMPED_M_S, speed_m_s, slowed)
-
-
-def _climbed_m(
-    approach: TurnApproach,
-    held_m_s: FloatArray,
-    l1_m: FloatArray,
-    *,
-    duration_s: FloatArray,
-    swing_s: FloatArray,
-) -> FloatArray:
-    """Return the heights gained in turns, upwards positive.
-
-    The vertical speed changes in the time of the swing.  It is flown as one cubic, whose highest speed
-    is half as much again as its mean less a quarter of that at its beginning; it keeps to the limit.
-    """
-    height = approach.target_m[:, 2] - approach.place_m[:, 2]
-    upward = np.sign(height)
-    begun, limit = upward * approach.climb_m_s, approach.vertical_m_s
-    rate = np.minimum(limit, held_m_s * np.abs(height) / l1_m)
-    swung_s = np.minimum(duration_s, swing_s)
-    share = swung_s / np.maximum(swing_s, 1e-9)
-    gained = swung_s * (begun + 0.5 * share * (rate - begun)) + rate * (duration_s - swung_s)
-    most = duration_s * (limit + 0.25 * np.maximum(begun, 0.0)) / PEAK_OVER_MEAN
-    climbed: FloatArray = upward * np.minimum(np.minimum(gained, most), np.abs(height))
-    return climbed
 
 
 _SHORTEST_JOIN_S = 0.1
@@ -303,158 +246,126 @@ _SHORTEST_JOIN_S = 0.1
 _NEARLY_STRAIGHT = 2.0 * ALIGNED_COS**2 - 1.0
 """Cosine of twice the angle at which a turn counts as done: a turn by less is little more than a join."""
 _LONGEST_JOIN = 0.5
-"""Share of a leg beyond which it is too short to be joined at its speed. [-]"""
+"""Part of a leg beyond which it is too short to be joined at its speed. [-]"""
 _LONGEST_SLOW_JOIN = 0.9
 """The same of joins at less than that. [-]"""
-_LEAST_SHARE = 0.1
-"""Share of the speed below which a leg is joined at once. [-]"""
+_LEAST_FRACTION = 0.1
+"""Of the speed, below which a leg is joined at once. [-]"""
 
 
-def leg_entries(
-    part: PlannedLegs, place_m: FloatArray, velocity_m_s: FloatArray, parameters: Px4Parameters
-) -> Turns:
+def leg_entries(begun: LegStarts, parameters: Px4Parameters) -> Turns:
     """Return the turns onto moves; where a heading is waited for, the braking and the wait."""
-    vertical, lift = vertical_limits(part.target_m[:, 2] > place_m[:, 2], parameters)
-    turns = corner_turns(
-        TurnApproach(
-            place_m=place_m,
-            velocity_m_s=velocity_m_s[:, :2],
-            begins_m=part.begins_m,
-            target_m=part.target_m,
-            radius_m=part.radius_m,
-            vertical_m_s=vertical,
-            climb_m_s=velocity_m_s[:, 2],
-            vertical_m_s2=lift,
-        ),
-        acceleration_m_s2=parameters.acceleration_m_s2,
-        jerk_m_s3=parameters.jerk_m_s3,
-    )
-    idle = part.stands | part.is_takeoff | ~part.is_leg
+    turns, part = corner_turns(begun, parameters), begun.planned
+    idle = part.is_wait | part.is_takeoff | ~part.is_leg
     pausing = part.pause_s > 0.0
-    if not (idle | pausing).any():
-        return turns
-    speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
-    braking_s = ramp_time_s(speed, parameters.acceleration_m_s2, parameters.jerk_m_s3)
-    stopped = place_m + 0.5 * braking_s[:, None] * velocity_m_s * np.array([1.0, 1.0, 0.0])
-    duration = np.where(pausing, np.maximum(part.pause_s, braking_s), turns.duration_s)
     still = idle | pausing
+    if not still.any():
+        return turns
+    braking_s = ramp_time_s(
+        horizontal(begun.velocity_m_s), parameters.acceleration_m_s2, parameters.jerk_m_s3
+    )
+    stopped = begun.place_m + 0.5 * braking_s[:, None] * begun.velocity_m_s * (1.0, 1.0, 0.0)
+    end = np.where(pausing[:, None], stopped, turns.end_m)
+    duration = np.where(pausing, np.maximum(part.pause_s, braking_s), turns.duration_s)
     return Turns(
         duration_s=np.where(idle, 0.0, duration),
-        end_m=np.where(idle[:, None], place_m, np.where(pausing[:, None], stopped, turns.end_m)),
+        end_m=np.where(idle[:, None], begun.place_m, end),
         speed_m_s=np.where(still, 0.0, turns.speed_m_s),
         acceleration_m_s2=np.where(still, 0.0, turns.acceleration_m_s2),
     )
 
 
 def slowed_turns(
-    part: PlannedLegs,
-    place_m: FloatArray,
-    velocity_m_s: FloatArray,
-    turns: Turns,
-    parameters: Px4Parameters,
+    begun: LegStarts, turns: Turns, parameters: Px4Parameters
 ) -> tuple[Turns, BoolArray]:
     """Return turns onto legs too steep for the speed they are begun with, and which legs these are.
 
     Without a turn, the horizontal speed falls to what the vertical limit leaves, or to that of the leg,
     while the vertical one comes to what goes with it, both in the time of the slower.
     """
-    way = part.target_m - place_m
-    level, height = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
+    part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
+    way = part.target_m - place
+    level, height, upward = horizontal(way), np.abs(way[:, 2]), np.sign(way[:, 2])
     limit, vertical = vertical_limits(way[:, 2] > 0.0, parameters)
-    left = np.divide(limit * level, height, out=np.full_like(level, np.inf), where=height > STILL_M)
+    left = quotient(limit * level, height, np.inf, above=STILL_M)
     slows = part.is_leg & ~part.is_takeoff & (turns.duration_s == 0.0) & (left < turns.speed_m_s)
     slows &= part.pause_s == 0.0
     if not slows.any():
         return turns, slows
-    left = np.minimum(left, part.speed_m_s)
-    after = np.where(slows, left, turns.speed_m_s)
-    reached = np.minimum(
-        limit, np.divide(after * height, level, out=limit.copy(), where=level > STILL_M)
-    )
-    begun = np.clip(np.sign(way[:, 2]) * velocity_m_s[:, 2], -limit, limit)
+    after = np.where(slows, np.minimum(left, part.speed_m_s), turns.speed_m_s)
+    reached = np.minimum(limit, quotient(after * height, level, limit, above=STILL_M))
+    climbing = np.clip(upward * velocity[:, 2], -limit, limit)
     jerk = parameters.jerk_m_s3
     time = np.maximum(
         ramp_time_s(turns.speed_m_s - after, parameters.acceleration_m_s2, jerk),
-        ramp_time_s(np.abs(reached - begun), vertical, jerk),
+        ramp_time_s(np.abs(reached - climbing), vertical, jerk),
     )
     slows &= height > limit * time
-    speed = np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1])
-    along = velocity_m_s / np.where(speed > 0.0, speed, 1.0)[:, None]
-    end = place_m + along * (0.5 * (turns.speed_m_s + after) * time)[:, None]
-    end[:, 2] = place_m[:, 2] + np.sign(way[:, 2]) * 0.5 * (begun + reached) * time
-    return (
-        Turns(
-            duration_s=np.where(slows, time, turns.duration_s),
-            end_m=np.where(slows[:, None], end, turns.end_m),
-            speed_m_s=np.where(slows, after, turns.speed_m_s),
-            acceleration_m_s2=np.where(slows, 0.0, turns.acceleration_m_s2),
-        ),
-        slows,
+    speed = horizontal(velocity)
+    along = velocity / np.where(speed > 0.0, speed, 1.0)[:, None]
+    end = place + along * (0.5 * (turns.speed_m_s + after) * time)[:, None]
+    end[:, 2] = place[:, 2] + upward * 0.5 * (climbing + reached) * time
+    slowed = Turns(
+        duration_s=np.where(slows, time, turns.duration_s),
+        end_m=np.where(slows[:, None], end, turns.end_m),
+        speed_m_s=np.where(slows, after, turns.speed_m_s),
+        acceleration_m_s2=np.where(slows, 0.0, turns.acceleration_m_s2),
     )
+    return slowed, slows
 
 
 def joined_turns(
-    part: PlannedLegs,
-    place_m: FloatArray,
-    velocity_m_s: FloatArray,
+    begun: LegStarts,
     turns: Turns,
     slowed: BoolArray,
-    *,
     parameters: Px4Parameters,
-    share: float = 1.0,
+    *,
+    fraction: float = 1.0,
 ) -> Turns:
     """Return turns by which legs that need none are joined: nothing changes its velocity at once.
 
     What is across the new leg, up to 11.5° of the velocity and what is left of a climb, dies away at
     limited jerk, each axis in the time of the slowest, while the speed along the leg begins to grow.
-    Legs too short for that are joined at a share of the speed.
+    Legs too short for that are joined at a fraction of the speed.
     """
-    way = part.ends_m - place_m
-    direction, length = directions(way)
-    level, upright = np.hypot(direction[:, 0], direction[:, 1]), np.abs(direction[:, 2])
+    part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
+    direction, length = directions(part.ends_m - place)
+    level, upright = horizontal(direction), np.abs(direction[:, 2])
     shallow = level >= upright
-    projected = np.maximum((velocity_m_s * direction).sum(axis=1), 0.0)
+    projected = np.maximum((velocity * direction).sum(axis=1), 0.0)
     speed = np.where(
         shallow, turns.speed_m_s / np.where(shallow & (level > 0.0), level, 1.0), projected
     )
-    speed = speed * share
-    change = np.abs(direction * speed[:, None] - velocity_m_s)
+    speed = speed * fraction
+    change = np.abs(direction * speed[:, None] - velocity)
     climb, vertical = vertical_limits(direction[:, 2] > 0.0, parameters)
-    jerk = parameters.jerk_m_s3
+    acceleration, jerk = parameters.acceleration_m_s2, parameters.jerk_m_s3
     time = np.maximum(
-        ramp_time_s(change[:, :2].max(axis=1), parameters.acceleration_m_s2, jerk),
+        ramp_time_s(change[:, :2].max(axis=1), acceleration, jerk),
         ramp_time_s(change[:, 2], vertical, jerk),
     )
     straight = (turns.duration_s == 0.0) | (
-        (turns.duration_s < time)
-        & (projected > _NEARLY_STRAIGHT * np.sqrt((velocity_m_s**2).sum(axis=1)))
+        (turns.duration_s < time) & (projected > _NEARLY_STRAIGHT * lengths(velocity))
     )
     joins = part.is_leg & ~part.is_takeoff & straight & ~slowed & (part.pause_s == 0.0)
     joins &= (time > _SHORTEST_JOIN_S) & (length > 0.0)
     if not joins.any():
         return turns
     # The speed along the leg grows meanwhile, no further than half way to its limit.
-    limit = np.minimum(
-        np.divide(part.speed_m_s, level, out=np.full_like(level, np.inf), where=level > 0.0),
-        np.divide(climb, upright, out=np.full_like(level, np.inf), where=upright > 0.0),
-    )
-    growing = np.minimum(time, parameters.acceleration_m_s2 / parameters.jerk_m_s3)
-    growing = np.minimum(growing, np.sqrt(np.maximum(limit - speed, 0.0) / parameters.jerk_m_s3))
+    limit = np.minimum(quotient(part.speed_m_s, level, np.inf), quotient(climb, upright, np.inf))
+    growing = np.minimum(time, acceleration / jerk)
+    growing = np.minimum(growing, np.sqrt(np.maximum(limit - speed, 0.0) / jerk))
     # It must be allowed by the way left once the acceleration is taken back.
     settled = speed + jerk * growing**2
     left = length + part.tail_m - settled * (time + growing)
-    level_reach = braking_distance_m(
-        settled * level, part.final_level_m_s, parameters.acceleration_m_s2, jerk
-    )
+    level_reach = braking_distance_m(settled * level, part.final_level_m_s, acceleration, jerk)
     upright_reach = braking_distance_m(settled * upright, part.final_upright_m_s, vertical, jerk)
-    grows = (
-        shallow & (share == 1.0) & (level_reach <= left * level) & (upright_reach <= left * upright)
-    )
-    growing = np.where(grows, growing, 0.0)
+    grows = shallow & (level_reach <= left * level) & (upright_reach <= left * upright)
+    growing = np.where(grows & (fraction == 1.0), growing, 0.0)
     after = speed + 0.5 * jerk * growing**2
-    end = place_m + 0.5 * (velocity_m_s + direction * after[:, None]) * time[:, None]
-    longest = _LONGEST_JOIN if share == 1.0 else _LONGEST_SLOW_JOIN
-    fits = ((end - place_m) * direction).sum(axis=1) < longest * length
+    end = place + 0.5 * (velocity + direction * after[:, None]) * time[:, None]
+    longest = _LONGEST_JOIN if fraction == 1.0 else _LONGEST_SLOW_JOIN
+    fits = ((end - place) * direction).sum(axis=1) < longest * length
     short = np.flatnonzero(joins & ~fits)
     joins &= fits
     joined = Turns(
@@ -465,59 +376,43 @@ def joined_turns(
             joins & shallow, jerk * growing * level, turns.acceleration_m_s2
         ),
     )
-    if len(short) and share > _LEAST_SHARE:
-        slower = joined_turns(
-            part.select(short),
-            place_m[short],
-            velocity_m_s[short],
-            turns.select(short),
-            slowed[short],
-            parameters=parameters,
-            share=0.5 * share,
-        )
+    if len(short) and fraction > _LEAST_FRACTION:
+        some, turns_left = begun.select(short), turns.select(short)
+        slower = joined_turns(some, turns_left, slowed[short], parameters, fraction=0.5 * fraction)
         joined.put(short, slower)
     return joined
 
 
 def cut_short(
-    part: PlannedLegs,
-    place_m: FloatArray,
-    velocity_m_s: FloatArray,
-    turns: Turns,
-    ends_m: FloatArray,
-    *,
-    parameters: Px4Parameters,
+    begun: LegStarts, turns: Turns, ends_m: FloatArray, parameters: Px4Parameters
 ) -> tuple[Turns, FloatArray]:
     """Return turns that lead no further than the end of their leg, and ends not before their turn.
 
     A turn cut to next to nothing still takes the time to bring the vehicle across to its end, and to
     turn its velocity into the leg.
     """
-    goal = ((ends_m - place_m) * part.direction).sum(axis=1)
-    turned = ((turns.end_m - place_m) * part.direction).sum(axis=1)
+    part, place, velocity = begun.planned, begun.place_m, begun.velocity_m_s
+    goal = ((ends_m - place) * part.direction).sum(axis=1)
+    turned = ((turns.end_m - place) * part.direction).sum(axis=1)
     flies = part.is_leg & ~part.is_takeoff
-    behind = flies & (goal <= 0.0)
-    beyond = flies & ~behind & (turned > goal)
-    share = np.where(behind, 0.0, np.where(beyond, goal / np.where(beyond, turned, 1.0), 1.0))
+    passed = flies & (goal <= 0.0)
+    beyond = flies & ~passed & (turned > goal)
+    fraction = np.where(passed, 0.0, np.where(beyond, goal / np.where(beyond, turned, 1.0), 1.0))
     end = np.where(beyond[:, None], ends_m, turns.end_m)
-    end = np.where(behind[:, None], place_m, end)
-    across = np.abs(end - place_m)
+    end = np.where(passed[:, None], place, end)
+    across = np.abs(end - place)
     slowest = min(parameters.climb_speed_m_s, parameters.descent_speed_m_s)
     least_s = PEAK_OVER_MEAN * np.maximum(
-        np.hypot(across[:, 0], across[:, 1]) / part.speed_m_s, across[:, 2] / slowest
+        horizontal(across) / part.speed_m_s, across[:, 2] / slowest
     )
-    along = np.maximum((velocity_m_s * part.direction).sum(axis=1), 0.0)
-    turned_m_s = np.abs(velocity_m_s - part.direction * along[:, None])
+    along = np.maximum((velocity * part.direction).sum(axis=1), 0.0)
+    turned_m_s = np.abs(velocity - part.direction * along[:, None])
     vertical = min(parameters.acceleration_up_m_s2, parameters.acceleration_down_m_s2)
     accelerations = np.array([parameters.acceleration_m_s2] * 2 + [vertical])
     least_s = np.maximum(least_s, (turned_m_s / accelerations).max(axis=1))
-    duration_s = turns.duration_s * share
+    duration_s = turns.duration_s * fraction
+    duration_s = np.where(beyond, np.maximum(duration_s, least_s), duration_s)
     return (
-        Turns(
-            duration_s=np.where(beyond, np.maximum(duration_s, least_s), duration_s),
-            end_m=end,
-            speed_m_s=turns.speed_m_s,
-            acceleration_m_s2=turns.acceleration_m_s2,
-        ),
-        np.where(behind[:, None], place_m, ends_m),
+        replace(turns, duration_s=duration_s, end_m=end),
+        np.where(passed[:, None], place, ends_m),
     )
