@@ -17,7 +17,7 @@ from simulated_experiment import ALTITUDE_NOISE_M, POWER_NOISE_W, SPEED_NOISE_M_
 
 from planner.identify.arx import ArxModel, select_arx
 from planner.identify.output_error import (
-    LEAST_FACTOR,
+    LEAST_COEFFICIENT,
     MOTION,
     POWER,
     POWER_WITHOUT_ZERO,
@@ -70,7 +70,7 @@ def identified(job: tuple[int, int]) -> dict[tuple[str, str], Figures]:
             figure: (fit.estimate(figure).value, fit.estimate(figure).error)
             for figure in FIGURES[name]
         }
-        mode = select_arx(steps, longest_delay_s=LONGEST_DELAY_S, poles=(2,), zeros=(1,))
+        mode = select_arx(steps, longest_delay_s=LONGEST_DELAY_S, poles=2, zeros=1)
         found[name, "ARX mode"] = _unknown_errors(_of_mode(mode))
         found[name, "ARX lstsq"] = _by_least_squares(name, steps)
         found[name, "sippy"] = _by_sippy(name, joined(steps))
@@ -84,7 +84,7 @@ def bound(name: str, structure: Structure) -> Figures:
     delay_s = FIGURES[name]["delay_s"]
     if name == "G5" and structure.numerator_degree:
         delay_s = truth.delay_s
-    denominator = np.maximum(truth.denominator[1:], LEAST_FACTOR)
+    denominator = np.maximum(truth.denominator[1:], LEAST_COEFFICIENT)
     parameters = np.array([*numerator, *denominator, delay_s])
     residuals = Residuals(manoeuvres(0)[name], structure)
     slopes = residuals.slopes(parameters)
@@ -95,8 +95,6 @@ def bound(name: str, structure: Structure) -> Figures:
         covariance=covariance,
         noises={},
         criterion=0.0,
-        samples=residuals.samples,
-        manoeuvres=len(residuals.manoeuvres),
     )
     return {f: (fit.estimate(f).value, fit.estimate(f).error) for f in FIGURES[name]}
 

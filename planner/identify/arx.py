@@ -19,6 +19,7 @@ them back.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ import numpy as np
 from planner.errors import IdentificationError
 from planner.findings import Rule, Severity
 from planner.identify.manoeuvres import ReferenceForm
-from planner.physics.response import MAX_ORDER, TransferFunction
+from planner.physics.response import TransferFunction
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -77,16 +78,41 @@ class ArxModel(Value):
         return fit + each * coefficients
 
     def transfer_function(self) -> TransferFunction:
-        """Convert to continuous time: the model whose samples behind a hold this is.
+        """Convert to continuous time: the model whose samples behind a hold this is; equation 2.
 
-        Its delay is k - 1 sampling steps.
+        The sampling is inverted by the matrix logarithm; the delay is k - 1 sampling steps.
 
         Raises
         ------
         IdentificationError
             If no continuous system of this order samples to it, or that system is not stable.
         """
-        return _continuous(self)
+        import control
+        from scipy.linalg import companion, logm
+
+        order = len(self.a)
+        sampled = companion([1.0, *self.a])
+        poles = np.linalg.eigvals(sampled)
+        if not np.all(np.abs(poles) < 1.0):
+            msg = "the ARX model is not stable: refine it, or fit another order"
+            raise IdentificationError(msg)
+        if np.any((np.abs(poles.imag) < _REAL) & (poles.real < _REAL)):
+            msg = (
+                "no continuous system of this order samples to the ARX model: it has a pole at or left "
+                "of z = 0"
+            )
+            raise IdentificationError(msg)
+        held = np.block([[sampled, np.eye(order, 1)], [np.zeros((1, order)), np.ones((1, 1))]])
+        generator = np.asarray(logm(held)).real / self.step_s
+        output = [[*self.b, *[0.0] * (order - len(self.b))]]
+        system = control.tf(
+            control.ss(generator[:order, :order], generator[:order, order:], output, 0)
+        )
+        return TransferFunction(
+            numerator=tuple(system.num[0][0].tolist()),
+            denominator=tuple(system.den[0][0].tolist()),
+            delay_s=(self.delay_samples - 1) * self.step_s,
+        )
 
 
 def fit_arx(
@@ -97,36 +123,18 @@ def fit_arx(
     delay_samples: int,
     skipped: int | None = None,
 ) -> ArxModel:
-    """Fit an ARX model of given orders and delay; equation 1 of the article.
+    """Fit an ARX model of given orders and delay by least squares; equation 1 of the article.
 
-    Parameters
-    ----------
-    manoeuvres : sequence of Manoeuvre
-        At one sampling step, references held.  The mean answer before the command is taken off,
-        as in the article.
-    poles, zeros : int
-        n, and m - 1, less than n.
-    delay_samples : int
-        k, at least 1.
-    skipped : int, optional
-        Samples before the first equation, to compare models on the same ones; left out, as few as
-        the orders and the delay need.
-
-    Returns
-    -------
-    ArxModel
-        The least-squares estimate.
+    Manoeuvres are at one sampling step, references held; the mean answer before the command is taken
+    off, as in the article.  Orders n and m - 1, and the delay k, at least 1, are those of the
+    equation.  ``skipped`` samples come before the first equation, to compare models on the same
+    ones; left out, as few as the orders and the delay need.
 
     Raises
     ------
     IdentificationError
         If the manoeuvres do not determine the coefficients, or do not fit together.
-    ValueError
-        If the orders or the delay are out of range.
     """
-    if not 0 <= zeros < poles or delay_samples < 1:
-        msg = f"no ARX model has {poles} poles, {zeros} zeros and a delay of {delay_samples}"
-        raise ValueError(msg)
     _same_step(manoeuvres)
     first = max(poles, delay_samples + zeros) if skipped is None else skipped
     rows, targets = [], []
@@ -155,15 +163,9 @@ def fit_arx(
 
 
 def select_arx(
-    manoeuvres: Sequence[Manoeuvre],
-    *,
-    longest_delay_s: float,
-    poles: Sequence[int] = range(1, MAX_ORDER + 1),
-    zeros: Sequence[int] | None = None,
+    manoeuvres: Sequence[Manoeuvre], *, longest_delay_s: float, poles: int, zeros: int
 ) -> ArxModel:
-    """Search the delay and the orders, each by Schwarz's criterion on the same samples.
-
-    Numbers of zeros that are left out are all below the number of poles.
+    """Search the delay by Schwarz's criterion on the same samples.
 
     Raises
     ------
@@ -172,23 +174,22 @@ def select_arx(
     """
     _same_step(manoeuvres)
     longest = round(longest_delay_s / manoeuvres[0].step_s) + 1
-    skipped = longest + max(poles)
-    best: ArxModel | None = None
-    for order in poles:
-        for degree in range(order) if zeros is None else zeros:
-            for delay in range(1, longest + 1):
-                try:
-                    model = fit_arx(
-                        manoeuvres, poles=order, zeros=degree, delay_samples=delay, skipped=skipped
-                    )
-                except IdentificationError:
-                    continue
-                if best is None or model.criterion < best.criterion:
-                    best = model
-    if best is None:
+    models = []
+    for delay in range(1, longest + 1):
+        with contextlib.suppress(IdentificationError):
+            models.append(
+                fit_arx(
+                    manoeuvres,
+                    poles=poles,
+                    zeros=zeros,
+                    delay_samples=delay,
+                    skipped=longest + poles,
+                )
+            )
+    if not models:
         msg = "the manoeuvres are too short for an ARX model with such a delay"
         raise IdentificationError(msg)
-    return best
+    return min(models, key=lambda model: model.criterion)
 
 
 def _same_step(manoeuvres: Sequence[Manoeuvre]) -> None:
@@ -202,31 +203,3 @@ def _same_step(manoeuvres: Sequence[Manoeuvre]) -> None:
     if any(m.reference_form is not ReferenceForm.HELD for m in manoeuvres):
         msg = "ARX needs references that are held between samples"
         raise IdentificationError(msg)
-
-
-def _continuous(model: ArxModel) -> TransferFunction:
-    """Invert the sampling behind a zero-order hold by the matrix logarithm; equation 2."""
-    import control
-    from scipy.linalg import companion, logm
-
-    order = len(model.a)
-    sampled = companion([1.0, *model.a])
-    poles = np.linalg.eigvals(sampled)
-    if not np.all(np.abs(poles) < 1.0):
-        msg = "the ARX model is not stable: refine it, or fit another order"
-        raise IdentificationError(msg)
-    if np.any((np.abs(poles.imag) < _REAL) & (poles.real < _REAL)):
-        msg = (
-            "no continuous system of this order samples to the ARX model: it has a pole at or left "
-            "of z = 0"
-        )
-        raise IdentificationError(msg)
-    held = np.block([[sampled, np.eye(order, 1)], [np.zeros((1, order)), np.ones((1, 1))]])
-    generator = np.asarray(logm(held)).real / model.step_s
-    output = [[*model.b, *[0.0] * (order - len(model.b))]]
-    system = control.tf(control.ss(generator[:order, :order], generator[:order, order:], output, 0))
-    return TransferFunction(
-        numerator=tuple(system.num[0][0].tolist()),
-        denominator=tuple(system.den[0][0].tolist()),
-        delay_s=(model.delay_samples - 1) * model.step_s,
-    )

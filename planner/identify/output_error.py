@@ -11,10 +11,8 @@ output, white or not, the estimate is consistent, where an ARX fit is not.  Its 
 of the noise (`planner.identify.uncertainty.least_squares_covariance`); where that has none it is
 :math:`\sigma^2 (J^T J)^{-1}`, the Cramér-Rao bound.
 
-The denominator is a product of factors, :math:`s^2 + a_1 s + a_0` and for odd orders one
-:math:`s + p`, with positive coefficients: every stable denominator can be written so, and no
-other.  Up to the second order the coefficients of the factors are those of the denominator.  Bounds on
-them guarantee stability, and a delay that is not negative.
+A denominator of first or second order is stable where its coefficients are positive, and only there:
+bounds on them guarantee stability, and a delay that is not negative.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ from planner import quantity
 from planner.errors import IdentificationError
 from planner.identify.manoeuvres import simulated_answers
 from planner.identify.uncertainty import Estimate, Noise, fit_noise, least_squares_covariance
-from planner.physics.response import MAX_ORDER, TransferFunction, make_modes
+from planner.physics.response import TransferFunction, make_modes
 from planner.values import Value
 
 if TYPE_CHECKING:
@@ -38,36 +36,19 @@ if TYPE_CHECKING:
     from planner.identify.manoeuvres import Manoeuvre
 
 
-_SMALLEST_FACTOR = 1e-6
+_SMALLEST = 1e-6
 """Nothing that is flown changes over a million seconds. [rad/s]"""
 
 
 class Structure(Value):
-    """Orders of a transfer function with delay, and its steady gain where that is known.
-
-    Raises
-    ------
-    ValueError
-        If the degrees are out of range, or a gain is not finite.
-    """
+    """Orders of a transfer function with delay, and its steady gain where that is known."""
 
     numerator_degree: int
-    """Number of zeros."""
+    """Number of zeros, fewer than poles."""
     denominator_degree: int
-    """Number of poles."""
+    """Number of poles, one or two."""
     steady_gain: float | None = None
     """Gain at s = 0 where it is known, 1 for a vehicle that arrives where it is sent. [-]"""
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.numerator_degree < self.denominator_degree <= MAX_ORDER:
-            msg = (
-                f"a structure needs fewer zeros than poles, and {MAX_ORDER} poles at most, got "
-                f"{self.numerator_degree} and {self.denominator_degree}"
-            )
-            raise ValueError(msg)
-        if self.steady_gain is not None and not math.isfinite(self.steady_gain):
-            msg = f"a steady gain must be finite, got {self.steady_gain}"
-            raise ValueError(msg)
 
     @property
     def coefficient_names(self) -> tuple[str, ...]:
@@ -88,62 +69,23 @@ class Structure(Value):
         """Number of parameters that are fitted."""
         return len(self.coefficient_names) - (self.steady_gain is not None)
 
-    def denominator(self, factors: FloatArray) -> FloatArray:
-        """Monic denominator from the coefficients of its factors, descending powers of s."""
-        product = np.ones(1)
-        for i in range(0, self.denominator_degree - 1, 2):
-            product = np.convolve(product, [1.0, factors[i], factors[i + 1]])
-        if self.denominator_degree % 2:
-            product = np.convolve(product, [1.0, factors[-1]])
-        return product
-
-    def factor_sizes(self, factors: FloatArray) -> FloatArray:
-        """Return what is a change worth speaking of: a₁ of an undamped pair is 0, its ω_n is not."""
-        sizes = np.maximum(factors, _SMALLEST_FACTOR)
-        first = slice(0, self.denominator_degree - 1, 2)
-        second = slice(1, self.denominator_degree, 2)
-        sizes[first] = np.maximum(sizes[first], np.sqrt(sizes[second]))
-        return sizes
-
-    def denominator_slopes(self, factors: FloatArray) -> FloatArray:
-        """Return the derivatives of the denominator, but for its leading one, to the factors.
-
-        Row: coefficient; column: coefficient of a factor.
-        """
-        # a denominator is linear in each coefficient of a factor: differences are exact
-        base = self.denominator(factors)
-        unit = np.eye(self.denominator_degree)
-        columns = [self.denominator(factors + step)[1:] - base[1:] for step in unit]
-        return np.stack(columns, axis=-1)
+    def denominator(self, parameters: FloatArray) -> FloatArray:
+        """Coefficients of the denominator, but for the leading one, among the free parameters."""
+        return parameters[-1 - self.denominator_degree : -1]
 
     def coefficients(self, parameters: FloatArray) -> FloatArray:
-        """Coefficients and delay from the free parameters.
+        """Coefficients and delay from the free parameters: a known gain adds the last numerator's."""
+        if self.steady_gain is None:
+            return np.array(parameters)
+        last = self.steady_gain * parameters[-2]
+        return np.insert(parameters, self.numerator_degree, last)
 
-        Parameters are free numerator coefficients, coefficients of the factors, delay.
-        """
-        factors = self.factors(parameters)
-        denominator = self.denominator(factors)[1:]
-        numerator = parameters[: parameters.size - factors.size - 1]
-        if self.steady_gain is not None:
-            numerator = np.append(numerator, self.steady_gain * denominator[-1])
-        return np.concatenate([numerator, denominator, parameters[-1:]])
-
-    def coefficient_slopes(self, parameters: FloatArray) -> FloatArray:
+    def coefficient_slopes(self) -> FloatArray:
         """Return the derivatives of :meth:`coefficients`, shape (names, free_size)."""
-        factors = self.factors(parameters)
-        poles, zeros = factors.size, self.numerator_size
-        free = parameters.size - poles - 1
-        slopes = np.zeros((zeros + poles + 1, parameters.size))
-        slopes[:free, :free] = np.eye(free)
-        slopes[zeros:-1, free:-1] = self.denominator_slopes(factors)
-        slopes[-1, -1] = 1.0
-        if self.steady_gain is not None:
-            slopes[zeros - 1] = self.steady_gain * slopes[-2]
-        return slopes
-
-    def factors(self, parameters: FloatArray) -> FloatArray:
-        """Coefficients of the factors of the denominator among the free parameters."""
-        return parameters[-1 - self.denominator_degree : -1]
+        slopes = np.eye(self.free_size)
+        if self.steady_gain is None:
+            return slopes
+        return np.insert(slopes, self.numerator_degree, self.steady_gain * slopes[-2], axis=0)
 
     def transfer_function(self, coefficients: FloatArray) -> TransferFunction:
         """Model of coefficients in the order of :attr:`coefficient_names`."""
@@ -162,10 +104,10 @@ POWER = Structure(numerator_degree=1, denominator_degree=2)
 """Power of a climb, a descent or a stop, G2, G3 and G5."""
 POWER_WITHOUT_ZERO = Structure(numerator_degree=0, denominator_degree=2)
 """Power whose zero the manoeuvres do not show."""
-LEAST_FACTOR = 1e-9
-"""Lower bound of the coefficients of the factors: stable, though as good as undamped. [rad/s]"""
+LEAST_COEFFICIENT = 1e-9
+"""Lower bound of those of the denominator: stable, though as good as undamped. [rad/s]"""
 _DIFFERENCE = 1e-5
-"""Of the size of a factor: central differences of closed forms good to 1e-13 leave about 1e-8."""
+"""Of the size of a coefficient: central differences of closed forms good to 1e-13 leave about 1e-8."""
 
 
 class Residuals:
@@ -218,29 +160,27 @@ class Residuals:
         if self._at is not None and np.array_equal(self._at, parameters):
             return
         structure = self.structure
-        factors = structure.factors(parameters)
-        steps = np.diag(_DIFFERENCE * structure.factor_sizes(factors))
-        shifted = np.concatenate([factors[None], factors + steps, factors - steps])
-        denominators = np.array([structure.denominator(f) for f in shifted])
-        coefficients = structure.coefficients(parameters)
-        numerator = coefficients[: structure.numerator_size]
+        denominator = structure.denominator(parameters)
+        sizes = np.maximum(denominator, _SMALLEST)
+        if sizes.size == 2:  # a₁ of an undamped pair is 0, its natural frequency is not
+            sizes[0] = max(sizes[0], np.sqrt(sizes[1]))
+        steps = np.diag(_DIFFERENCE * sizes)
+        shifted = np.concatenate([denominator[None], denominator + steps, denominator - steps])
+        denominators = np.insert(shifted, 0, 1.0, axis=1)
+        numerator = structure.coefficients(parameters)[: structure.numerator_size]
         delay_s = float(parameters[-1])
         answers = basis_answers(denominators, structure.numerator_size, delay_s, self.manoeuvres)
         slopes = basis_answers(
             denominators[:1], structure.numerator_size, delay_s, self.manoeuvres, derivative=1
         )
-        # to all coefficients of numerator, factors and delay; then to the free ones
-        free = parameters.size - factors.size - 1
-        chain = np.zeros((numerator.size + factors.size + 1, parameters.size))
-        chain[: numerator.size] = structure.coefficient_slopes(parameters)[: numerator.size]
-        chain[numerator.size :, free:] = np.eye(factors.size + 1)
+        chain = structure.coefficient_slopes()
         self._residuals, self._slopes = [], []
         for manoeuvre, basis, slope in zip(self.manoeuvres, answers, slopes, strict=True):
             whole = np.einsum("sjn,j->sn", basis, numerator)
             up, down = np.split(whole[1:], 2)
-            to_factors = (up - down) / (2.0 * np.diagonal(steps)[:, None])
+            to_denominator = (up - down) / (2.0 * np.diagonal(steps)[:, None])
             to_delay = -numerator @ slope[0]
-            jacobian = np.concatenate([basis[0], to_factors, to_delay[None]]).T @ chain
+            jacobian = np.concatenate([basis[0], to_denominator, to_delay[None]]).T @ chain
             residuals = whole[0] - manoeuvre.answer
             # the offset of the manoeuvre, eliminated
             self._residuals.append(residuals - residuals.mean())
@@ -279,6 +219,16 @@ _TIME_CONSTANTS = 4.0
 """exp(-4) is 2 %."""
 
 
+def response_window_s(system: TransferFunction) -> float:
+    """Return the delay and one damped period, as the article's models are read. [s]
+
+    For a system that does not swing it is the delay and four of its slowest time constants, after
+    which 2 % are left.
+    """
+    slowest = min(-pole.real for pole in system.poles)
+    return system.delay_s + (system.damped_period_s or _TIME_CONSTANTS / max(slowest, 1e-9))
+
+
 class ResponseFit(Value, eq=False):
     """A transfer function fitted to manoeuvres."""
 
@@ -290,10 +240,6 @@ class ResponseFit(Value, eq=False):
     """What the fit left over, by source. [output]"""
     criterion: float
     """Schwarz's criterion, to compare fits of the same manoeuvres: the less the better. [-]"""
-    samples: int
-    """Number of samples fitted."""
-    manoeuvres: int
-    """Number of manoeuvres fitted."""
 
     @property
     def coefficients(self) -> FloatArray:
@@ -306,17 +252,8 @@ class ResponseFit(Value, eq=False):
 
     @property
     def window_s(self) -> float:
-        """How long after a command a power response is used [s].
-
-        Delay and one damped period, as the article's models are read; for a system that does not
-        swing delay and four of its slowest time constants, after which 2 % are left.
-        """
-        system = self.transfer_function
-        period_s = system.damped_period_s
-        if period_s is None:
-            slowest = min(-pole.real for pole in system.poles)
-            period_s = _TIME_CONSTANTS / max(slowest, 1e-9)
-        return system.delay_s + period_s
+        """How long after a command a power response is used [s]."""
+        return response_window_s(self.transfer_function)
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -333,41 +270,25 @@ class ResponseFit(Value, eq=False):
         return (*rows, *self._derived())
 
     def estimate(self, name: str) -> Estimate:
-        """Return one of the estimates by its name.
-
-        Raises
-        ------
-        KeyError
-            If there is none of that name.
-        """
-        for row in self.estimates:
-            if row.name == name:
-                return row
-        raise KeyError(name)
+        """Return one of the estimates by its name."""
+        return {row.name: row for row in self.estimates}[name]
 
     def _derived(self) -> tuple[Estimate, ...]:
         """Figures that follow from the coefficients, by linear propagation of error."""
         names = self.structure.coefficient_names
-        at = {name: position for position, name in enumerate(names)}
-        value = dict(zip(names, self.coefficients, strict=True))
-        a0, b0 = float(value["a0"]), float(value["b0"])
+        value = dict(zip(names, self.coefficients.tolist(), strict=True))
+        a0, b0 = value["a0"], value["b0"]
         rows = [("steady_gain", b0 / a0, {"b0": 1.0 / a0, "a0": -b0 / a0**2})]
         if self.structure.denominator_degree == 2:
-            frequency = math.sqrt(a0)
-            a1 = float(value["a1"])
+            frequency, a1 = math.sqrt(a0), value["a1"]
+            of_damping = {"a1": 0.5 / frequency, "a0": -0.25 * a1 / frequency**3}
             rows += [
                 ("natural_frequency_rad_s", frequency, {"a0": 0.5 / frequency}),
-                (
-                    "damping_ratio",
-                    0.5 * a1 / frequency,
-                    {"a1": 0.5 / frequency, "a0": -0.25 * a1 / frequency**3},
-                ),
+                ("damping_ratio", 0.5 * a1 / frequency, of_damping),
             ]
         estimates = []
         for name, number, slopes in rows:
-            gradient = np.zeros(len(names))
-            for coefficient, slope in slopes.items():
-                gradient[at[coefficient]] = slope
+            gradient = np.array([slopes.get(coefficient, 0.0) for coefficient in names])
             variance = float(gradient @ self.covariance @ gradient)
             estimates.append(Estimate(name=name, value=number, error=math.sqrt(max(variance, 0.0))))
         return tuple(estimates)
@@ -458,8 +379,8 @@ def _bounds(
     fastest = math.pi / step_s
     low = np.full(structure.free_size, -np.inf)
     high = np.full(structure.free_size, np.inf)
-    low[-1 - poles : -1] = LEAST_FACTOR
-    high[-1 - poles : -1] = [*[4.0 * fastest, fastest**2] * (poles // 2), *[fastest] * (poles % 2)]
+    low[-1 - poles : -1] = LEAST_COEFFICIENT
+    high[-1 - poles : -1] = [fastest] if poles == 1 else [4.0 * fastest, fastest**2]
     low[-1], high[-1] = 0.0, longest_delay_s
     return low, high
 
@@ -474,8 +395,10 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
     found: list[tuple[float, FloatArray]] = []
     for frequency in frequencies:
         for damping in _GRID_DAMPINGS:
-            factors = _start_factors(structure, frequency, damping)
-            denominator = structure.denominator(factors)
+            start = [frequency]
+            if structure.denominator_degree == 2:
+                start = [2.0 * damping * frequency, frequency**2]
+            denominator = np.array([1.0, *start])
             basis = basis_answers(
                 denominator[None], structure.numerator_size, delays, residuals.manoeuvres
             )
@@ -490,7 +413,7 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
             numerators = np.einsum("dij,dj->di", np.linalg.pinv(normal, hermitian=True), projected)
             costs = np.einsum("dn,dn->d", left, left) - np.einsum("dm,dm->d", projected, numerators)
             found += [
-                (float(cost), np.concatenate([numerator, factors, [delay_s]]))
+                (float(cost), np.concatenate([numerator, start, [delay_s]]))
                 for cost, numerator, delay_s in zip(costs, numerators, delays, strict=True)
             ]
     found.sort(key=lambda pair: pair[0])
@@ -500,17 +423,6 @@ def _grid(residuals: Residuals, *, span_s: float, longest_delay_s: float) -> lis
 def _centred(parts: Sequence[FloatArray]) -> FloatArray:
     """Join what is given of each manoeuvre, (…, n) each, without its mean."""
     return np.concatenate([w - w.mean(axis=-1, keepdims=True) for w in parts], axis=-1)
-
-
-def _start_factors(structure: Structure, frequency: float, damping: float) -> FloatArray:
-    """Factors of equal frequency, a little apart."""
-    factors: list[float] = []
-    for i in range(structure.denominator_degree // 2):
-        apart = frequency * 2.0**i
-        factors += [2.0 * damping * apart, apart**2]
-    if structure.denominator_degree % 2:
-        factors.append(frequency * 2.0 ** (structure.denominator_degree // 2))
-    return np.array(factors)
 
 
 def _best(
@@ -537,8 +449,8 @@ def _result(
     residuals: Residuals, parameters: FloatArray, bounds: tuple[FloatArray, FloatArray]
 ) -> ResponseFit:
     structure = residuals.structure
-    poles = structure.factors(parameters)
-    if np.any(poles > _AT_BOUND * structure.factors(bounds[1])):
+    fastest = structure.denominator(bounds[1])
+    if np.any(structure.denominator(parameters) > _AT_BOUND * fastest):
         msg = "the answer is faster than the sampling shows: log at a higher rate"
         raise IdentificationError(msg)
     if parameters[-1] > _AT_BOUND * bounds[1][-1]:
@@ -555,7 +467,7 @@ def _result(
             )
         ]
     )
-    chain = structure.coefficient_slopes(parameters)
+    chain = structure.coefficient_slopes()
     coefficients = structure.coefficients(parameters)
     if coefficients[-1] < _NO_DELAY_S:
         coefficients[-1] = 0.0
@@ -565,6 +477,4 @@ def _result(
         covariance=chain @ covariance @ chain.T,
         noises=noises,
         criterion=fit_cost + parameters.size * math.log(residuals.samples),
-        samples=residuals.samples,
-        manoeuvres=len(residuals.manoeuvres),
     )

