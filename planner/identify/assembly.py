@@ -44,8 +44,7 @@ if TYPE_CHECKING:
     from planner.identify.responses import ResponseEvidence, ResponseIdentification
     from planner.identify.segments import MeasuredPower, StateOutcome
     from planner.logs.record import FlightRecord
-    from planner.vehicle.model import Loads, ManoeuvreResponse, ModelSpread, Ramps
-    from planner.vehicle.power import CruiseLaw, HoverLaw, VerticalPower
+    from planner.vehicle.model import ManoeuvreResponse, ModelSpread, Ramps
 
 
 class Evidence(Value, eq=False):
@@ -70,17 +69,8 @@ class Identification(Value, eq=False):
     """Comments for the top of the model file."""
 
     def state(self, name: str) -> StateOutcome:
-        """Return the outcome of a state by its name.
-
-        Raises
-        ------
-        KeyError
-            If there is none of that name.
-        """
-        for outcome in self.states:
-            if outcome.name == name:
-                return outcome
-        raise KeyError(name)
+        """Return the outcome of a state by its name."""
+        return {outcome.name: outcome for outcome in self.states}[name]
 
 
 _SHORT_SHARE = 0.005
@@ -304,21 +294,7 @@ class Parts(Value, eq=False):
     responses: tuple[ResponseIdentification, ...]
     steady: tuple[MeasuredPower, ...]
     hovers: tuple[MeasuredPower, ...] = ()
-    loads: Loads | None = None
     ramps: RampIdentification | None = None
-
-
-class _Power(Value):
-    """The power of the model, wherever it comes from."""
-
-    hover: HoverLaw | None
-    cruise: CruiseLaw | None
-    vertical: VerticalPower | None
-    loads: Loads | None
-
-    @property
-    def is_known(self) -> bool:
-        return self.hover is not None or self.cruise is not None
 
 
 def assemble_model(
@@ -339,7 +315,8 @@ def assemble_model(
     """
     base, reference = settings.base, settings.reference
     assert reference is not None
-    power, outcomes = _power(parts, base)
+    power = _power(parts.power, base)
+    outcomes = list(power.outcomes)
     responses = _responses(parts, power, base, outcomes)
     ramps = _ramps(parts, base, outcomes)
     on_step("fitting the battery")
@@ -409,22 +386,22 @@ def assemble_model(
     )
 
 
-def _power(parts: Parts, base: VehicleModel | None) -> tuple[_Power, list[StateOutcome]]:
+def _power(found: PowerIdentification, base: VehicleModel | None) -> PowerIdentification:
     """Return the power the flights show, else that of the base model."""
-    found, outcomes = parts.power, list(parts.power.outcomes)
     if found.is_known:
-        return _Power(
-            hover=found.hover, cruise=found.cruise, vertical=found.vertical, loads=parts.loads
-        ), outcomes
+        return found
     if base is None or not base.is_power_known:
-        return _Power(hover=None, cruise=None, vertical=None, loads=None), outcomes
-    return _Power(hover=base.hover, cruise=base.cruise, vertical=base.vertical, loads=base.loads), [
-        _of_base(outcome, base) for outcome in outcomes
-    ]
+        return replace(found, loads=None)
+    outcomes = tuple(_of_base(outcome, base) for outcome in found.outcomes)
+    laws = {name: getattr(base, name) for name in ("hover", "cruise", "vertical", "loads")}
+    return replace(found, **laws, outcomes=outcomes)
 
 
 def _responses(
-    parts: Parts, power: _Power, base: VehicleModel | None, outcomes: list[StateOutcome]
+    parts: Parts,
+    power: PowerIdentification,
+    base: VehicleModel | None,
+    outcomes: list[StateOutcome],
 ) -> dict[str, ManoeuvreResponse | None]:
     """Return the responses by name, and add what was found about each."""
     responses: dict[str, ManoeuvreResponse | None] = {}

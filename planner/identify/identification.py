@@ -121,8 +121,11 @@ def _identify_shaped(
         cuts += cut_manoeuvres(record)
     use_arx = settings.method is Method.ARX
     return Parts(
-        power=identify_power(
-            steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
+        power=replace(
+            identify_power(
+                steady, refusals=refusals, mass_deviation_kg=settings.payload_deviation_kg
+            ),
+            loads=_loads(records),
         ),
         responses=_responses(
             (ResponseKind.ALTITUDE, ResponseKind.SPEED),
@@ -132,7 +135,6 @@ def _identify_shaped(
             is_shaped=True,
         ),
         steady=tuple(steady),
-        loads=_loads(records),
     )
 
 
@@ -197,11 +199,10 @@ def _identify_unreferenced(
         power = identify_power(means, refusals=refusals)
     reading = "Loads are unknown: each flight is brought to the mean power of all flights."
     return Parts(
-        power=replace(power, readings=(*power.readings, reading)),
+        power=replace(power, readings=(*power.readings, reading), loads=_loads(records)),
         responses=(),
         ramps=identify_ramps(records),
         steady=means,
-        loads=_loads(records),
     )
 
 

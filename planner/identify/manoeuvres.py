@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from planner.identify.segments import speed_through_air_m_s
+from planner.identify.segments import FlightPart, speed_through_air_m_s
 from planner.values import Value, force_setattr, replace
 
 if TYPE_CHECKING:
@@ -221,20 +221,12 @@ class ResponseKind(StrEnum):
     BRAKE_POWER = "brake_power"
 
 
-class ManoeuvreCut(Value):
-    """A command of a record, and the manoeuvre it gives for one answer, if any."""
+class ManoeuvreCut(FlightPart):
+    """A command of a record while its reference changes, and the manoeuvre it gives for one answer."""
 
     answer: ResponseKind
-    start_s: float
-    """When the reference begins to change, in the record. [s]"""
     change: float
     """How far the reference changes. [m or m/s]"""
-    duration_s: float
-    """How long the reference changes. [s]"""
-    log: str
-    """File name of the log."""
-    flight: int
-    """Which flight of the log, from 1."""
     manoeuvre: Manoeuvre | None
     refusal: str = ""
     """Why there is no manoeuvre; empty where there is one."""

@@ -25,7 +25,7 @@ from planner.identify.segments import (
     StateOutcome,
     speed_through_air_m_s,
 )
-from planner.identify.uncertainty import Estimate, fit_percent, mean_with_error, rounded
+from planner.identify.uncertainty import Estimate, fit_percent, rounded
 from planner.values import Value, replace
 from planner.vehicle.power import AltitudeLaw, CruisePower, VerticalPower, hover_power_w
 
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from planner.arrays import FloatArray
     from planner.identify.ramps import TimedChange
     from planner.logs.record import FlightRecord
+    from planner.vehicle.model import Loads
     from planner.vehicle.power import CruiseLaw, HoverLaw
 
 
@@ -50,6 +51,7 @@ class PowerIdentification(Value, eq=False):
     hover: HoverLaw | None = None
     cruise: CruiseLaw | None = None
     vertical: VerticalPower | None = None
+    loads: Loads | None = None
     outcomes: tuple[StateOutcome, ...] = ()
     steady_map: SteadyMap | None = None
     readings: tuple[str, ...] = ()
@@ -244,7 +246,7 @@ def identify_cruise(
     ``hover_powers_w`` are at the height, mass and density of each. Returns the table, if there is
     one, and how it was found, or why not.
     """
-    segments = _segments(cruises, [False] * len(cruises))
+    segments = _segments(cruises)
     try:
         curve = fit_cruise_curve(cruises, hover_powers_w)
     except IdentificationError as error:
@@ -311,7 +313,7 @@ def _climbs(
             for rate, power, error in rows
             if rate != 0.0
         ),
-        segments=_segments([f for f, _ in flights], [False] * len(flights)),
+        segments=_segments([f for f, _ in flights]),
     )
 
 
@@ -329,7 +331,7 @@ def _held_out(flights: Sequence[MeasuredPower]) -> list[bool]:
 
 
 def _segments(
-    flights: Sequence[MeasuredPower], is_held_out: Sequence[bool]
+    flights: Sequence[MeasuredPower], is_held_out: Sequence[bool] = ()
 ) -> tuple[SegmentUse, ...]:
     return tuple(
         SegmentUse(
@@ -340,7 +342,7 @@ def _segments(
             what=f"{flight.airspeed_m_s:.1f} m/s level, {flight.climb_rate_m_s:+.1f} m/s up",
             is_held_out=is_held,
         )
-        for flight, is_held in zip(flights, is_held_out, strict=True)
+        for flight, is_held in zip(flights, is_held_out or [False] * len(flights), strict=True)
     )
 
 
@@ -361,8 +363,9 @@ def manoeuvre_powers(
     Climb, legs and both halves of the descent, ground time left out; none where the flight has no
     such manoeuvres or power is not known.
     """
-    flight = timed_flight(record)
-    if flight.refusal:
+    try:
+        flight = timed_flight(record)
+    except IdentificationError:
         return ()
     spans = [
         _climb(record, flight.takeoff),
@@ -376,18 +379,16 @@ def manoeuvre_powers(
         known = part & np.isfinite(record.power_w) & np.isfinite(airspeed)
         if known.sum() < _KNOWN * max(part.sum(), 1):
             continue
-        power_w, error_w = mean_with_error([record.power_w[known]])
         found.append(
-            MeasuredPower(
-                power_w=power_w,
-                error_w=error_w,
+            MeasuredPower.over(
+                record,
+                known,
                 duration_s=end_s - begin_s,
                 height_above_home_m=float(np.nanmean(record.height_above_home_m[part])),
                 airspeed_m_s=float(airspeed[known].mean()),
                 climb_rate_m_s=rise_m / (end_s - begin_s),
                 air_density_kg_m3=float(np.nanmean(air_density_kg_m3[part])),
                 mass_kg=mass_kg,
-                source=f"{record.source}#{record.number}",
                 start_s=begin_s,
             )
         )
@@ -480,7 +481,7 @@ def identify_manoeuvre_power(
             Estimate(name="hover_w", value=float(hover_w), error=float(hover_error)),
             Estimate(name="growth_w_s2_m2", value=float(growth), error=float(growth_error)),
         ),
-        segments=(*refusals, *_segments(means, [False] * len(means))),
+        segments=(*refusals, *_segments(means)),
         fit_percent=fit_percent(powers, powers - residuals),
         rms=float(np.sqrt(np.mean(residuals**2))),
     )

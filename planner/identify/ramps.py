@@ -21,9 +21,16 @@ import numpy as np
 
 from planner import quantity
 from planner.errors import IdentificationError
-from planner.identify.segments import FitStatus, SegmentUse, StateOutcome, run_bounds, smoothed
+from planner.identify.segments import (
+    FitStatus,
+    FlightPart,
+    SegmentUse,
+    StateOutcome,
+    run_bounds,
+    smoothed,
+)
 from planner.identify.uncertainty import Estimate, fit_percent, rounded
-from planner.values import Value
+from planner.values import Value, field_names
 from planner.vehicle.model import Ramps
 
 if TYPE_CHECKING:
@@ -53,15 +60,9 @@ _COMMANDED_PERCENTILE = 80.0
 """Of the speeds above half of the highest: commanded speeds are held for most of a leg."""
 
 
-class TimedLeg(Value):
-    """A level leg with the standstill before it."""
+class TimedLeg(FlightPart):
+    """A level leg with the standstill before it: from the end of what was before until standstill."""
 
-    log: str
-    flight: int
-    start_s: float
-    """End of the leg before, or of the wait after the take-off. [s]"""
-    duration_s: float
-    """Until standstill. [s]"""
     length_m: float
     speed_m_s: float
     """Speed held. [m s⁻¹]"""
@@ -81,13 +82,9 @@ class TimedLeg(Value):
         return self.duration_s - self.length_m / self.speed_m_s
 
 
-class TimedChange(Value):
-    """A take-off until the first leg begins, or a landing until the motors stand."""
+class TimedChange(FlightPart):
+    """A take-off until the first leg begins, or a landing until the motors stop."""
 
-    log: str
-    flight: int
-    start_s: float
-    duration_s: float
     rise_m: float
     """Negative for a landing. [m]"""
     ground_s: float
@@ -102,67 +99,55 @@ class TimedChange(Value):
 
 
 class TimedFlight(Value):
-    """The manoeuvres of one flight, where it is a take-off, legs and a landing one after the other."""
+    """The manoeuvres of one flight: a take-off, legs and a landing one after the other."""
 
-    log: str
-    flight: int
-    refusal: str = ""
-    """Why it is no such flight; the rest is empty then."""
-    takeoff_and_landing: tuple[TimedChange, TimedChange] | None = None
-    legs: tuple[TimedLeg, ...] = ()
+    takeoff: TimedChange
+    legs: tuple[TimedLeg, ...]
+    landing: TimedChange
 
     @property
-    def takeoff(self) -> TimedChange:
-        """The take-off of a flight that is not refused."""
-        assert self.takeoff_and_landing is not None
-        return self.takeoff_and_landing[0]
-
-    @property
-    def landing(self) -> TimedChange:
-        """The landing of a flight that is not refused."""
-        assert self.takeoff_and_landing is not None
-        return self.takeoff_and_landing[1]
+    def manoeuvres(self) -> tuple[TimedLeg | TimedChange, ...]:
+        """All of them, in the order flown."""
+        return (self.takeoff, *self.legs, self.landing)
 
 
 def timed_flight(record: FlightRecord) -> TimedFlight:
-    """Return the manoeuvres of a flight that takes off, flies level legs, and lands.
+    """Return the manoeuvres of a flight from standing motors to standing motors.
 
-    A record is from standing motors to standing motors; a flight of another kind is refused with
-    the reason.
+    Raises
+    ------
+    IdentificationError
+        If it does not take off, fly level legs, and land: the reason.
     """
     speed, height = record.ground_speed_m_s, record.height_above_home_m
     known = np.isfinite(speed) & np.isfinite(height)
-
-    def refused(why: str) -> TimedFlight:
-        return TimedFlight(log=record.source, flight=record.number, refusal=why)
-
     if known.mean() < _KNOWN:
-        return refused("speed or height is not known throughout")
+        msg = "speed or height is not known throughout"
+        raise IdentificationError(msg)
     time_s = record.time_s
     step_s = float(time_s[1] - time_s[0])
     smooth = smoothed(np.interp(time_s, time_s[known], speed[known]), round(_SMOOTHING_S / step_s))
     bounds = _legs(record, smooth)
     if not bounds:
-        return refused("no level leg")
+        msg = "no level leg"
+        raise IdentificationError(msg)
     level = height[bounds[0][0] : bounds[-1][1]]
     level_m = float(np.nanmedian(level))
     if level_m < _LOW_M[1] or np.nanmax(np.abs(level - level_m)) > _LEVEL_FRACTION * level_m:
-        return refused("climbs or descends between its legs")
+        msg = "climbs or descends between its legs"
+        raise IdentificationError(msg)
     filled = np.interp(time_s, time_s[known], height[known])
     if level_m - max(filled[0], filled[-1]) < _LOW_M[1]:
-        return refused("does not begin and end on the ground")
-    legs = []
-    for index, (begin, end) in enumerate(bounds):
-        since = begin if index == 0 else bounds[index - 1][1]
-        legs.append(_timed_leg(record, smooth, since, begin, end))
+        msg = "does not begin and end on the ground"
+        raise IdentificationError(msg)
+    starts = [bounds[0][0], *(end for _, end in bounds[:-1])]
     return TimedFlight(
-        log=record.source,
-        flight=record.number,
-        takeoff_and_landing=(
-            _takeoff(record, filled, bounds[0][0]),
-            _landing(record, filled, bounds[-1][1]),
+        takeoff=_takeoff(record, filled, bounds[0][0]),
+        legs=tuple(
+            _timed_leg(record, smooth, since, begin, end)
+            for since, (begin, end) in zip(starts, bounds, strict=True)
         ),
-        legs=tuple(legs),
+        landing=_landing(record, filled, bounds[-1][1]),
     )
 
 
@@ -261,26 +246,24 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
 
     There are no ramps where fewer than three flights show them, or all at one height.
     """
-    flights = [timed_flight(record) for record in records]
-    refused = [
-        SegmentUse.of_flight(record, "flight", flight.refusal)
-        for record, flight in zip(records, flights, strict=True)
-        if flight.refusal
-    ]
-    usable = [flight for flight in flights if not flight.refusal]
+    usable: list[TimedFlight] = []
+    refused: list[SegmentUse] = []
+    for record in records:
+        try:
+            usable.append(timed_flight(record))
+        except IdentificationError as error:
+            refused.append(SegmentUse.of_flight(record, "flight", str(error)))
     try:
         ramps = fit_ramps(usable)
         others = [fit_ramps([o for o in usable if o is not flight]) for flight in usable]
     except IdentificationError as error:
         outcome = StateOutcome.left_out("ramps", str(error), tuple(refused))
         return RampIdentification(ramps=None, default_speed_m_s=None, outcome=outcome)
-    measured, predicted = [], []
-    for flight, without in zip(usable, others, strict=True):
-        for manoeuvre, duration_s in durations_s(flight, without):
-            measured.append(manoeuvre.duration_s)
-            predicted.append(duration_s)
-    errors = np.array(predicted) - np.array(measured)
-    names = Ramps.__struct_fields__
+    manoeuvres = [manoeuvre for flight in usable for manoeuvre in flight.manoeuvres]
+    measured = np.array([manoeuvre.duration_s for manoeuvre in manoeuvres])
+    predicted = np.concatenate(
+        [durations_s(flight, without) for flight, without in zip(usable, others, strict=True)]
+    )
     outcome = StateOutcome(
         name="ramps",
         status=FitStatus.IDENTIFIED,
@@ -295,11 +278,11 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
                 value=getattr(ramps, name),
                 error=_jackknife_error([getattr(other, name) for other in others]),
             )
-            for name in names
+            for name in field_names(Ramps)
         ),
-        segments=(*refused, *(use for flight in usable for use in _uses(flight))),
-        fit_percent=fit_percent(np.array(measured), np.array(predicted)),
-        rms=float(np.sqrt(np.mean(errors**2))),
+        segments=(*refused, *(SegmentUse.of(m, m.label, is_held_out=True) for m in manoeuvres)),
+        fit_percent=fit_percent(measured, predicted),
+        rms=float(np.sqrt(np.mean((predicted - measured) ** 2))),
     )
     speeds = [leg.speed_m_s for flight in usable for leg in flight.legs]
     return RampIdentification(
@@ -386,54 +369,33 @@ def _line(changes: Sequence[TimedChange]) -> tuple[float, float]:
     return 1.0 / slope, float(np.median(durations - slope * heights))
 
 
-def durations_s(flight: TimedFlight, ramps: Ramps) -> list[tuple[TimedLeg | TimedChange, float]]:
-    """Return the manoeuvres of a flight, each with the duration that ramps give it. [s]"""
+def durations_s(flight: TimedFlight, ramps: Ramps) -> list[float]:
+    """Return the duration that ramps give each of the manoeuvres of a flight. [s]"""
     inverse = 0.5 * (1.0 / ramps.acceleration_m_s2 + 1.0 / ramps.braking_m_s2)
-    found: list[tuple[TimedLeg | TimedChange, float]] = []
-    up, down = flight.takeoff, flight.landing
-    found.append(
-        (
-            up,
-            ramps.start_s
-            + abs(up.rise_m) / ramps.climb_m_s
-            + ramps.climb_m_s * inverse
-            + ramps.climb_wait_s
-            + MOVING_M_S / ramps.acceleration_m_s2,
-        )
-    )
+    up_m, down_m = abs(flight.takeoff.rise_m), abs(flight.landing.rise_m)
+    slow_m = min(down_m, ramps.landing_height_m)
+    legs = []
     for number, leg in enumerate(flight.legs):
         lost_s = inverse * (leg.speed_m_s - MOVING_M_S) ** 2 / leg.speed_m_s
         if number:
             lost_s = inverse * leg.speed_m_s + ramps.turn_wait_s
-        found.append((leg, leg.length_m / leg.speed_m_s + lost_s))
-    slow_m = min(abs(down.rise_m), ramps.landing_height_m)
-    found.append(
-        (
-            down,
-            (abs(down.rise_m) - slow_m) / ramps.descent_m_s
-            + ramps.descent_m_s * inverse
-            + slow_m / ramps.landing_m_s
-            + 0.5 * ramps.landing_m_s / ramps.acceleration_m_s2
-            + ramps.stop_s
-            + MOVING_M_S / ramps.braking_m_s2,
-        )
+        legs.append(leg.length_m / leg.speed_m_s + lost_s)
+    takeoff = (
+        ramps.start_s
+        + up_m / ramps.climb_m_s
+        + ramps.climb_m_s * inverse
+        + ramps.climb_wait_s
+        + MOVING_M_S / ramps.acceleration_m_s2
     )
-    return found
-
-
-def _uses(flight: TimedFlight) -> list[SegmentUse]:
-    manoeuvres: tuple[TimedLeg | TimedChange, ...] = (flight.takeoff, *flight.legs, flight.landing)
-    return [
-        SegmentUse(
-            log=manoeuvre.log,
-            flight=manoeuvre.flight,
-            start_s=manoeuvre.start_s,
-            duration_s=manoeuvre.duration_s,
-            what=manoeuvre.label,
-            is_held_out=True,
-        )
-        for manoeuvre in manoeuvres
-    ]
+    landing = (
+        (down_m - slow_m) / ramps.descent_m_s
+        + ramps.descent_m_s * inverse
+        + slow_m / ramps.landing_m_s
+        + 0.5 * ramps.landing_m_s / ramps.acceleration_m_s2
+        + ramps.stop_s
+        + MOVING_M_S / ramps.braking_m_s2
+    )
+    return [takeoff, *legs, landing]
 
 
 def _median(values: Iterable[float]) -> float:

@@ -347,12 +347,9 @@ def _segments(
         quality = next(left, None) if cut.is_used else None
         unit = "m" if cut.answer in _HEIGHTS else "m/s"
         rows.append(
-            SegmentUse(
-                log=cut.log,
-                flight=cut.flight,
-                start_s=cut.start_s,
-                duration_s=cut.duration_s,
-                what=f"{cut.answer.value} {cut.change:+.4g} {unit}",
+            SegmentUse.of(
+                cut,
+                f"{cut.answer.value} {cut.change:+.4g} {unit}",
                 refusal=cut.refusal,
                 is_held_out=cut.manoeuvre is not None and cut.manoeuvre.is_held_out,
                 fit_percent=None if quality is None else quality.fit_percent,

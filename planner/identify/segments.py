@@ -8,15 +8,16 @@ climbs grow with the wobble of the height; what is shorter than a second belongs
 
 from __future__ import annotations
 
+from collections import Counter
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner.flight.motion.kinematics import STATE_INDEX, STATES, FlightState
 from planner.identify.uncertainty import Estimate, mean_with_error
 from planner.physics.atmosphere import air_density_kg_m3, standard_temperature_c
-from planner.values import Value
+from planner.values import Value, field_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,8 +39,8 @@ class FitStatus(StrEnum):
     """The flights do not show it, and no base model does."""
 
 
-class SegmentUse(Value):
-    """A span of a flight, and what it was used for."""
+class FlightPart(Value):
+    """A part of a flight."""
 
     log: str
     """File name."""
@@ -49,6 +50,11 @@ class SegmentUse(Value):
     """In the flight. [s]"""
     duration_s: float
     """[s]"""
+
+
+class SegmentUse(FlightPart):
+    """A part of a flight, and what it was used for."""
+
     what: str
     """The state, and how far or fast: ``climb 100 m``."""
     refusal: str = ""
@@ -57,6 +63,12 @@ class SegmentUse(Value):
     """Whether the fit that is tested was made without it."""
     fit_percent: float | None = None
     """How well the model describes it. [%]"""
+
+    @classmethod
+    def of(cls, part: FlightPart, what: str, **use: Any) -> SegmentUse:  # noqa: ANN401 - fields
+        """Return what became of a part of a flight."""
+        place = {name: getattr(part, name) for name in field_names(FlightPart)}
+        return cls(**place, what=what, **use)
 
     @classmethod
     def of_flight(cls, record: FlightRecord, what: str, refusal: str) -> SegmentUse:
@@ -113,11 +125,7 @@ class StateOutcome(Value):
 
     def refusals(self) -> tuple[tuple[str, int], ...]:
         """Return the reasons for which segments were not used, each with their number."""
-        counts: dict[str, int] = {}
-        for segment in self.segments:
-            if segment.refusal:
-                counts[segment.refusal] = counts.get(segment.refusal, 0) + 1
-        return tuple(sorted(counts.items(), key=lambda pair: -pair[1]))
+        return tuple(Counter(s.refusal for s in self.segments if s.refusal).most_common())
 
 
 _VERTICAL_M_S = (0.15, 0.3)
@@ -337,6 +345,14 @@ def speed_through_air_m_s(record: FlightRecord) -> FloatArray:
     return record.airspeed_m_s if is_known else record.ground_speed_m_s
 
 
+def climb_rate_m_s(record: FlightRecord) -> FloatArray:
+    """Climb rate of a record where it is known, else by the slope of its height (n,) [m/s]."""
+    if np.isfinite(record.climb_m_s).any():
+        return record.climb_m_s
+    step_s = float(record.time_s[1] - record.time_s[0])
+    return slope_per_s(record.height_above_home_m, round(_SLOPE_S / step_s), step_s)
+
+
 def record_air_density_kg_m3(
     record: FlightRecord, *, home_temperature_c: float | None = None
 ) -> FloatArray:
@@ -383,9 +399,16 @@ class MeasuredPower(Value):
     mass_kg: float | None = None
     """Mass that flew, where it is known. [kg]"""
     source: str = ""
-    """Name of the log."""
+    """Name of the log and number of the flight, ``log#1``."""
     start_s: float = 0.0
     """When it begins, in the flight. [s]"""
+
+    @classmethod
+    def over(cls, record: FlightRecord, part: slice | BoolArray, **flown: Any) -> MeasuredPower:  # noqa: ANN401 - fields
+        """Return the mean power over part of a record, where it is known throughout."""
+        power_w, error_w = mean_with_error([record.power_w[part]])
+        source = f"{record.source}#{record.number}"
+        return cls(power_w=power_w, error_w=error_w, source=source, **flown)
 
 
 class SteadySpan(Value):
@@ -406,6 +429,7 @@ def steady_spans(
     """
     found = []
     step_s = float(record.time_s[1] - record.time_s[0])
+    airspeed = speed_through_air_m_s(record)
     for segment in segments:
         if segment.state not in {FlightState.HOVER, FlightState.CRUISE}:
             continue
@@ -414,14 +438,12 @@ def steady_spans(
         power: MeasuredPower | None = None
         if not refusal:
             is_hover = segment.state is FlightState.HOVER
-            mean_w, error_w = mean_with_error([record.power_w[part]])
-            power = MeasuredPower(
-                power_w=mean_w,
-                error_w=error_w,
+            power = MeasuredPower.over(
+                record,
+                part,
                 duration_s=step_s * (part.stop - part.start),
                 height_above_home_m=float(record.height_above_home_m[part].mean()),
-                airspeed_m_s=0.0 if is_hover else float(speed_through_air_m_s(record)[part].mean()),
-                source=f"{record.source}#{record.number}",
+                airspeed_m_s=0.0 if is_hover else float(airspeed[part].mean()),
             )
         found.append(SteadySpan(segment=segment, power=power, refusal=refusal))
     return tuple(found)
@@ -463,9 +485,7 @@ def steady_flight(
     """
     step_s = float(record.time_s[1] - record.time_s[0])
     airspeed = speed_through_air_m_s(record)
-    climb = record.climb_m_s
-    if not np.isfinite(climb).any():
-        climb = slope_per_s(record.height_above_home_m, round(_SLOPE_S / step_s), step_s)
+    climb = climb_rate_m_s(record)
     columns = np.stack([record.power_w, airspeed, climb, air_density_kg_m3])
     steady = (
         np.isfinite(columns).all(axis=0)
@@ -483,18 +503,16 @@ def steady_flight(
             if (last - first) * step_s < _SHORTEST_FLIGHT_S:
                 continue
             part = slice(first, last)
-            power_w, error_w = mean_with_error([record.power_w[part]])
             found.append(
-                MeasuredPower(
-                    power_w=power_w,
-                    error_w=error_w,
+                MeasuredPower.over(
+                    record,
+                    part,
                     duration_s=(last - first) * step_s,
                     height_above_home_m=float(np.nanmean(record.height_above_home_m[part])),
                     airspeed_m_s=float(airspeed[part].mean()),
                     climb_rate_m_s=_mean_climb_m_s(record, climb, part),
                     air_density_kg_m3=float(air_density_kg_m3[part].mean()),
                     mass_kg=mass_kg,
-                    source=f"{record.source}#{record.number}",
                     start_s=float(record.time_s[first]),
                 )
             )

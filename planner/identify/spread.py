@@ -11,6 +11,8 @@ spread: the next flight meets it as well.
 
 from __future__ import annotations
 
+import contextlib
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,9 +27,9 @@ from planner.identify.power import (
 )
 from planner.identify.ramps import durations_s, fit_ramps, timed_flight
 from planner.identify.segments import (
+    climb_rate_m_s,
     find_states,
     record_air_density_kg_m3,
-    slope_per_s,
     speed_through_air_m_s,
 )
 from planner.identify.verification import KnownConditions, verify_flight
@@ -138,8 +140,6 @@ def _rounded_up(fraction: float) -> float:
 
 
 _LEAST_FLIGHTS = 2
-_SLOPE_S = 3.0
-"""Window of a climb rate from heights alone. [s]"""
 
 
 def left_out_spread(
@@ -234,9 +234,7 @@ def _energy_alone(
     speed = speed_through_air_m_s(record)
     density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
     step_s = float(record.time_s[1] - record.time_s[0])
-    climb = record.climb_m_s
-    if not np.isfinite(climb).any():
-        climb = slope_per_s(record.height_above_home_m, round(_SLOPE_S / step_s), step_s)
+    climb = climb_rate_m_s(record)
     columns = np.stack([speed, climb, record.power_w, density])
     known = np.isfinite(columns).all(axis=0)
     predicted_w = np.zeros(known.size)
@@ -247,15 +245,12 @@ def _energy_alone(
         mass_kg=model.mass_kg + settings.payload_kg,
         air_density_kg_m3=density[known],
     )
-    flown: dict[str, float] = {}
-    predicted: dict[str, float] = {}
+    flown: dict[str, float] = defaultdict(float)
+    predicted: dict[str, float] = defaultdict(float)
+    power_w = np.where(known, record.power_w, 0.0)
     for segment in find_states(record):
-        part = np.zeros(known.size, dtype=np.bool_)
-        part[segment.samples] = True
-        part &= known
-        name = segment.state.value
-        flown[name] = flown.get(name, 0.0) + step_s * float(record.power_w[part].sum())
-        predicted[name] = predicted.get(name, 0.0) + step_s * float(predicted_w[part].sum())
+        flown[segment.state.value] += step_s * float(power_w[segment.samples].sum())
+        predicted[segment.state.value] += step_s * float(predicted_w[segment.samples].sum())
     if not sum(predicted.values()) > 0.0:
         return None
     return FlownAndPredicted(
@@ -275,8 +270,8 @@ def ramp_spread(
     """
     usable: list[tuple[TimedFlight, tuple[MeasuredPower, ...]]] = []
     for record in records:
-        flight = timed_flight(record)
-        if not flight.refusal:
+        with contextlib.suppress(IdentificationError):
+            flight = timed_flight(record)
             density = record_air_density_kg_m3(record, home_temperature_c=settings.temperature_c)
             powers = manoeuvre_powers(record, air_density_kg_m3=density, mass_kg=None)
             usable.append((flight, powers))
@@ -306,7 +301,7 @@ def ramp_spread(
 def _compared(
     flight: TimedFlight, powers: Sequence[MeasuredPower], ramps: Ramps, power: PowerIdentification
 ) -> FlownAndPredicted:
-    durations = durations_s(flight, ramps)
+    durations = list(zip(flight.manoeuvres, durations_s(flight, ramps), strict=True))
     flown_j, predicted_j = 0.0, 0.0
     for mean in powers if isinstance(power.hover, AltitudeLaw) else ():
         # a manoeuvre that takes longer than predicted takes its power for longer
