@@ -82,10 +82,8 @@ class ArxModel(Value):
 
         The sampling is inverted by the matrix logarithm; the delay is k - 1 sampling steps.
 
-        Raises
-        ------
-        IdentificationError
-            If no continuous system of this order samples to it, or that system is not stable.
+        Raises IdentificationError if no continuous system of this order samples to it, or that
+        system is not stable.
         """
         import control
         from scipy.linalg import companion, logm
@@ -130,10 +128,8 @@ def fit_arx(
     equation.  ``skipped`` samples come before the first equation, to compare models on the same
     ones; left out, as few as the orders and the delay need.
 
-    Raises
-    ------
-    IdentificationError
-        If the manoeuvres do not determine the coefficients, or do not fit together.
+    Raises IdentificationError if the manoeuvres do not determine the coefficients, or do not fit
+    together.
     """
     _same_step(manoeuvres)
     first = max(poles, delay_samples + zeros) if skipped is None else skipped
@@ -167,10 +163,7 @@ def select_arx(
 ) -> ArxModel:
     """Search the delay by Schwarz's criterion on the same samples.
 
-    Raises
-    ------
-    IdentificationError
-        If the manoeuvres determine none of the models.
+    Raises IdentificationError if the manoeuvres determine none of the models.
     """
     _same_step(manoeuvres)
     longest = round(longest_delay_s / manoeuvres[0].step_s) + 1

@@ -73,10 +73,10 @@ class Identification(Value, eq=False):
         return {outcome.name: outcome for outcome in self.states}[name]
 
 
-_SHORT_SHARE = 0.005
+_SHORT_FRACTION = 0.005
 """By which the mean of what was flown falls short of what was commanded. [-]"""
 _DENSITY_MARGIN = 0.01
-"""Share by which the air may be thinner or denser than in the flights. [-]"""
+"""Fraction by which the air may be thinner or denser than in the flights. [-]"""
 
 
 def flown_box(
@@ -90,10 +90,7 @@ def flown_box(
 
     ``mass_kg`` is that without payload, ``None`` where the power does not depend on it.
 
-    Raises
-    ------
-    IdentificationError
-        If neither a speed nor a height is known.
+    Raises IdentificationError if neither a speed nor a height is known.
     """
     flown = [~r.is_landed for r in records]
     heights = _known([r.height_above_home_m for r in records], flown)
@@ -109,43 +106,29 @@ def flown_box(
         ]
     if ramps is not None:
         climbs += [-ramps.descent_m_s, ramps.climb_m_s]
-    speed = Interval(low=0.0, high=_outward(max(speeds), 0.1)) if speeds else None
-    height = (
-        Interval(
-            low=min(0.0, -_outward(-float(heights.min()), 1.0)),
-            high=_outward(float(heights.max()), 1.0),
-        )
-        if heights.size
-        else None
-    )
-    if speed is None and height is None:
+    if not speeds and not heights.size:
         msg = "the flights show neither speed nor height: the range a model holds for is unknown"
         raise IdentificationError(msg)
     is_mapped = parts.power.steady_map is not None or parts.power.vertical is not None
     densities = [f.air_density_kg_m3 for f in steady if f.air_density_kg_m3 is not None]
-    hovers = [h.height_above_home_m for h in parts.hovers]
     steps = [
         abs(float(m.reference[-1] - m.reference[0]))
         for r in parts.responses
         if r.evidence is not None and r.evidence.name == ResponseKind.ALTITUDE.value
         for m in r.evidence.manoeuvres
     ]
-    is_stepped = settings.reference is Autopilot.STEP
+    payload_kg, deviation_kg = settings.payload_kg, settings.payload_deviation_kg
+    is_stepped = steps and settings.reference is Autopilot.STEP
     return ValidFor(
-        speed_m_s=speed,
-        height_above_home_m=height,
-        hover_height_above_home_m=_interval(hovers, 1.0),
-        altitude_step_m=(
-            Interval(low=0.0, high=round(max(steps), 1)) if steps and is_stepped else None
-        ),
+        speed_m_s=Interval(low=0.0, high=_outward(max(speeds), 0.1)) if speeds else None,
+        height_above_home_m=_interval([0.0, *heights.tolist()], 1.0) if heights.size else None,
+        hover_height_above_home_m=_interval([h.height_above_home_m for h in parts.hovers], 1.0),
+        altitude_step_m=Interval(low=0.0, high=round(max(steps), 1)) if is_stepped else None,
         climb_rate_m_s=_interval(climbs, 0.1) if is_mapped else None,
         mass_kg=(
-            Interval(
-                low=mass_kg - settings.payload_deviation_kg,
-                high=mass_kg + settings.payload_kg + settings.payload_deviation_kg,
-            )
-            if mass_kg is not None
-            else None
+            None
+            if mass_kg is None
+            else Interval(low=mass_kg - deviation_kg, high=mass_kg + payload_kg + deviation_kg)
         ),
         air_density_kg_m3=(
             Interval(
@@ -172,7 +155,7 @@ def _interval(values: Sequence[float], step: float) -> Interval | None:
 
 def _outward(value: float, step: float) -> float:
     """Round up, away from what was flown: a mean falls a little short of its command."""
-    beyond = value + _SHORT_SHARE * abs(value)
+    beyond = value + _SHORT_FRACTION * abs(value)
     return round(math.ceil(beyond / step - 1e-9) * step, 6)
 
 
@@ -308,10 +291,7 @@ def assemble_model(
 
     The settings name a reference here; ``on_step`` receives what is done next.
 
-    Raises
-    ------
-    IdentificationError
-        If a model of step references lacks the motion.
+    Raises IdentificationError if a model of step references lacks the motion.
     """
     base, reference = settings.base, settings.reference
     assert reference is not None

@@ -9,7 +9,7 @@ it as such.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -70,10 +70,8 @@ def fit_battery(
     Voltage under load, current, and charge taken since the battery was full [Ah] are evenly
     sampled. The curve covers the charge that was used, no more.
 
-    Raises
-    ------
-    IdentificationError
-        If too little charge was used, more than the battery holds, or the current hardly varies.
+    Raises IdentificationError if too little charge was used, more than the battery holds, or the
+    current hardly varies.
     """
     from scipy.optimize import lsq_linear
 
@@ -155,6 +153,9 @@ def identify_battery(
     records: Sequence[FlightRecord], settings: PackSettings
 ) -> BatteryIdentification:
     """Identify capacity, open-circuit curve and resistance, as far as the flights show them."""
+    from planner.physics.battery import open_circuit_voltage_v
+    from planner.vehicle.reader import load_chemistry
+
     segments = _discharges(records)
     used = [r for r, s in zip(records, segments, strict=True) if s.is_used]
     capacity_ah = settings.capacity_ah or _parameter(records, CAPACITY_PARAMETERS, 1e-3)
@@ -179,109 +180,73 @@ def identify_battery(
         fit = fit_battery(voltage, current, charge, capacity_ah=capacity_ah)
     except IdentificationError as error:
         return _nothing(str(error), segments)
+    of_voltage: dict[str, Any]
+    full = "Every flight that began within 2 % of the highest voltage began with a full battery."
     if settings.chemistry is not None and cells is not None:
-        return _with_curve(
-            fit,
-            segments,
-            chemistry=settings.chemistry,
-            cells=cells,
-            capacity_ah=capacity_ah,
-            columns=(voltage, current, charge),
+        # V = k E(s) - R I with the curve E of the kind of cell, by linear least squares
+        cell = load_chemistry(settings.chemistry)
+        ocv_soc, curve_v = cell.ocv_soc, cells * np.array(cell.cell_ocv_v)
+        open_v = open_circuit_voltage_v(1.0 - charge / capacity_ah, ocv_soc=ocv_soc, ocv_v=curve_v)
+        design = np.stack([open_v, -current], axis=-1)
+        found = np.linalg.lstsq(design, voltage)[0]
+        left = voltage - design @ found
+        noise = fit_noise([left], parameters=2)
+        errors = np.sqrt(np.diagonal(least_squares_covariance([(1.0, design, noise)]))).tolist()
+        scale, resistance_ohm = float(found[0]), max(float(found[1]), 0.0)
+        low = 1.0 - float(charge.max()) / capacity_ah
+        rms = float(np.sqrt(np.mean(left**2)))
+        ocv_v = tuple(round(float(v), 3) for v in scale * curve_v)
+        of_voltage = {"ocv_soc": ocv_soc, "ocv_v": ocv_v}
+        estimates: tuple[Estimate, ...] = (
+            Estimate(name="internal_resistance_ohm", value=resistance_ohm, error=errors[1]),
+            Estimate(name="voltage_scale", value=scale, error=errors[0]),
         )
-    nominal_v = float(np.mean(fit.ocv_v))
-    resistance = fit.internal_resistance_ohm
-    battery = Battery(
-        capacity_ah=rounded(capacity_ah),
-        nominal_voltage_v=rounded(nominal_v, 4),
-        cells_in_series=cells,
-        internal_resistance_ohm=rounded(resistance.value, 4),
-    )
-    low = fit.ocv_soc[0]
-    summary = (
-        f"{capacity_ah:g} Ah, {resistance.value * 1e3:.0f} mohm, {nominal_v:.1f} V open-circuit over "
-        f"the charge that was used, down to {low:.0%}"
-    )
-    return BatteryIdentification(
-        battery=battery,
-        outcome=StateOutcome(
-            name="battery",
-            status=FitStatus.IDENTIFIED,
-            summary=summary,
-            unit="V",
-            estimates=(resistance,),
-            segments=segments,
-            rms=fit.noise.deviation,
-        ),
-        fit=fit,
-        readings=(
+        summary = (
+            f"{cells} {settings.chemistry} cells with the voltage times {scale:.4f}, "
+            f"{resistance_ohm * 1e3:.0f} mohm; used down to {low:.0%}"
+        )
+        readings: tuple[str, ...] = (
+            (
+                f"The open-circuit curve has the shape of {settings.chemistry} cells, scaled to the "
+                f"flights, which used the charge down to {low:.0%}; below that only the shape is known."
+            ),
+            full,
+            "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
+        )
+    else:
+        estimates, rms = (fit.internal_resistance_ohm,), fit.noise.deviation
+        nominal_v, resistance_ohm = float(np.mean(fit.ocv_v)), estimates[0].value
+        low = fit.ocv_soc[0]
+        of_voltage = {"nominal_voltage_v": rounded(nominal_v, 4)}
+        summary = (
+            f"{resistance_ohm * 1e3:.0f} mohm, {nominal_v:.1f} V open-circuit over the charge that "
+            f"was used, down to {low:.0%}"
+        )
+        readings = (
             (
                 f"Open-circuit voltage is known down to {low:.0%} of the charge only, so it is held "
                 "at its mean: name the kind of cell to get a curve."
             ),
-            "Every flight that began within 2 % of the highest voltage began with a full battery.",
-        ),
-    )
-
-
-def _with_curve(
-    fit: BatteryFit,
-    segments: tuple[SegmentUse, ...],
-    *,
-    chemistry: str,
-    cells: int,
-    capacity_ah: float,
-    columns: tuple[FloatArray, FloatArray, FloatArray],
-) -> BatteryIdentification:
-    """Scale the curve of a kind of cell, V = k E(s) - R I, by linear least squares."""
-    from planner.physics.battery import open_circuit_voltage_v
-    from planner.vehicle.reader import load_chemistry
-
-    voltage, current, charge = columns
-    cell = load_chemistry(chemistry)
-    curve_v = cells * np.array(cell.cell_ocv_v)
-    open_v = open_circuit_voltage_v(1.0 - charge / capacity_ah, ocv_soc=cell.ocv_soc, ocv_v=curve_v)
-    design = np.stack([open_v, -current], axis=-1)
-    found = np.linalg.lstsq(design, voltage)[0]
-    left = voltage - design @ found
-    noise = fit_noise([left], parameters=2)
-    errors = np.sqrt(np.diagonal(least_squares_covariance([(1.0, design, noise)])))
-    scale, resistance_ohm = float(found[0]), max(float(found[1]), 0.0)
-    low = 1.0 - float(charge.max()) / capacity_ah
-    rms = float(np.sqrt(np.mean(left**2)))
+            full,
+        )
     return BatteryIdentification(
         battery=Battery(
             capacity_ah=rounded(capacity_ah),
             cells_in_series=cells,
             internal_resistance_ohm=rounded(resistance_ohm, 4),
-            ocv_soc=cell.ocv_soc,
-            ocv_v=tuple(round(float(v), 3) for v in scale * curve_v),
+            **of_voltage,
         ),
         outcome=StateOutcome(
             name="battery",
             status=FitStatus.IDENTIFIED,
-            summary=(
-                f"{capacity_ah:g} Ah, {cells} {chemistry} cells with the voltage times {scale:.4f}, "
-                f"{resistance_ohm * 1e3:.0f} mohm; used down to {low:.0%}"
-            ),
+            summary=f"{capacity_ah:g} Ah, {summary}",
             unit="V",
-            estimates=(
-                Estimate(
-                    name="internal_resistance_ohm", value=resistance_ohm, error=float(errors[1])
-                ),
-                Estimate(name="voltage_scale", value=scale, error=float(errors[0])),
-            ),
+            estimates=estimates,
             segments=segments,
             rms=rms,
         ),
         fit=fit,
-        readings=(
-            (
-                f"The open-circuit curve has the shape of {chemistry} cells, scaled to the flights, "
-                f"which used the charge down to {low:.0%}; below that only the shape is known."
-            ),
-            "Every flight that began within 2 % of the highest voltage began with a full battery.",
-            "No cut-off voltage is known: the battery counts as empty at the end of its curve.",
-        ),
+        readings=readings,
     )
 
 

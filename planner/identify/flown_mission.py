@@ -12,7 +12,7 @@ from planner.errors import LogFileError
 from planner.findings import Rule, Severity
 from planner.flight.motion.kinematics import FlightState
 from planner.identify.segments import find_states
-from planner.logs.record import AUTO, AUTO_MISSION
+from planner.logs.record import AUTO, AUTO_MISSION, LoggedItem
 from planner.mission.commands import Command
 from planner.mission.items import (
     Home,
@@ -25,16 +25,14 @@ from planner.mission.items import (
 from planner.mission.route.route import LANDING_MISSING
 from planner.physics.wind import Wind
 from planner.setup import MOST_NOISE_M
-from planner.values import Value, replace
+from planner.values import Value, field_values, replace
 from planner.vehicle.parameters.files import ParameterSet, ParameterValue
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy.typing as npt
+    from collections.abc import Iterator, Sequence
 
     from planner.findings import Finding
-    from planner.logs.record import FlightRecord, LoggedItem
+    from planner.logs.record import FlightRecord
     from planner.mission.route.stage import Route
 
 
@@ -44,17 +42,7 @@ _LEAST_WIND_FRACTION = 0.5
 """Fraction of the time in the air the wind must be known for. [-]"""
 _HORIZONTAL = frozenset((FlightState.ACCELERATE, FlightState.CRUISE, FlightState.BRAKE))
 _VERSION = re.compile(r"(\d+)\.(\d+)")
-_NOTHING = MissionItem(
-    command=197,
-    frame=2,
-    param1=None,
-    param2=None,
-    param3=None,
-    param4=None,
-    latitude_deg=None,
-    longitude_deg=None,
-    altitude_m=None,
-)
+_NOTHING = LoggedItem(0, 197, 2, *[None] * 7)
 """DO_SET_ROI_NONE, for an item that is not logged, so that the others keep their numbers."""
 
 
@@ -63,10 +51,7 @@ def flown_mission(record: FlightRecord) -> Mission:
 
     Home is where the vehicle was armed; items that are not logged do nothing, which is a finding.
 
-    Raises
-    ------
-    LogFileError
-        If the log holds no mission.
+    Raises LogFileError if the log holds no mission.
     """
     if not record.mission_items:
         msg = "holds no mission: give the one flown with --mission"
@@ -76,7 +61,7 @@ def flown_mission(record: FlightRecord) -> Mission:
     return Mission(
         source=record.source,
         file_format=MissionFormat.PLAN,
-        items=tuple(_item(logged.get(number)) for number in numbers),
+        items=tuple(_item(logged.get(number, _NOTHING)) for number in numbers),
         home=flown_home(record),
         autopilot=record.autopilot,
         vehicle=VehicleEvidence(
@@ -98,20 +83,10 @@ def flown_home(record: FlightRecord) -> Home | None:
     )
 
 
-def _item(item: LoggedItem | None) -> MissionItem:
-    if item is None:
-        return _NOTHING
-    return MissionItem(
-        command=item.command,
-        frame=_RELATIVE_FRAME if item.frame is None else item.frame,
-        param1=item.param1,
-        param2=item.param2,
-        param3=item.param3,
-        param4=item.param4,
-        latitude_deg=item.latitude_deg,
-        longitude_deg=item.longitude_deg,
-        altitude_m=item.altitude_m,
-    )
+def _item(item: LoggedItem) -> MissionItem:
+    values = field_values(item)
+    del values["item"]
+    return MissionItem(**{**values, "frame": _RELATIVE_FRAME if item.frame is None else item.frame})
 
 
 MISSION_INCOMPLETE = Rule(
@@ -126,23 +101,16 @@ MISSION_INCOMPLETE = Rule(
 )
 
 
-def _findings(record: FlightRecord, missing: list[int]) -> list[Finding]:
-    found = []
+def _findings(record: FlightRecord, missing: list[int]) -> Iterator[Finding]:
     if missing:
-        which = f"item {missing[0]}"
-        which += " is" if len(missing) == 1 else f" and {len(missing) - 1} more are"
-        found.append(
-            MISSION_INCOMPLETE.finding(
-                f"{record.source}: {which} not in the log: predicted without"
-            )
+        more = " is" if len(missing) == 1 else f" and {len(missing) - 1} more are"
+        yield MISSION_INCOMPLETE.finding(
+            f"{record.source}: item {missing[0]}{more} not in the log: predicted without"
         )
     if any(item.frame is None for item in record.mission_items):
-        found.append(
-            MISSION_INCOMPLETE.finding(
-                f"{record.source}: no altitude frames in the log: heights above home assumed"
-            )
+        yield MISSION_INCOMPLETE.finding(
+            f"{record.source}: no altitude frames in the log: heights above home assumed"
         )
-    return found
 
 
 def record_parameters(record: FlightRecord) -> ParameterSet | None:
@@ -295,20 +263,15 @@ def flown_window(record: FlightRecord, mission: Mission, route: Route) -> FlownW
     It begins with the record, or with the mission where that began on the ground later; it ends with
     the record, or with the mission where that ends in the air.
     """
-    if not np.any(record.mode != ""):
-        return FlownWindow(flown=record, before_s=0.0, after_s=0.0, findings=())
     in_mission = np.isin(record.mode, _MISSION_MODES)
     if not in_mission.any():
         message = f"{record.source}: no mission was flown in {record.duration_s:.1f} s of flight"
-        return FlownWindow(
-            flown=record, before_s=0.0, after_s=0.0, findings=(MISSION_LEFT.finding(message),)
-        )
+        left = (MISSION_LEFT.finding(message),) if np.any(record.mode != "") else ()
+        return FlownWindow(flown=record, before_s=0.0, after_s=0.0, findings=left)
     findings: list[Finding] = []
     first, last = np.flatnonzero(in_mission)[[0, -1]].tolist()
-    begin = 0
-    if record.is_landed[first]:
-        begin = first
-    else:
+    begin = first if record.is_landed[first] else 0
+    if not record.is_landed[first]:
         message = (
             f"{record.source}: the mission was begun in the air, after {record.time_s[first]:.1f} s"
         )
@@ -333,13 +296,10 @@ def _cut(record: FlightRecord, begin: int, end: int) -> FlightRecord:
         return record
     begin_s = float(record.time_s[begin])
     end_s = record.duration_s if end == record.time_s.size else float(record.time_s[end - 1])
-    columns: dict[str, npt.NDArray[np.generic]] = {
-        name: column[begin:end] for name, column in record.columns().items()
-    }
-    columns["time_s"] = record.time_s[begin:end] - begin_s
+    columns = {name: column[begin:end] for name, column in record.columns().items()}
     return replace(
         record,
-        **columns,
+        **{**columns, "time_s": record.time_s[begin:end] - begin_s},
         duration_s=end_s - begin_s,
         begins_in_log_s=record.begins_in_log_s + begin_s,
     )

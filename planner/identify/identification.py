@@ -69,12 +69,8 @@ def identify_vehicle(
 
     ``on_step`` receives what is done next: a flight is cut, a response is fitted.
 
-    Raises
-    ------
-    IdentificationError
-        If the flights do not show enough for any model.
-    UsageError
-        If the base model answers another reference.
+    Raises IdentificationError if the flights do not show enough for any model.
+    Raises UsageError if the base model answers another reference.
     """
     if not records:
         msg = "there is no flight to identify a vehicle from"
@@ -326,10 +322,7 @@ def verify_left_out(
 
     What the other logs do not cover is taken from the base of the settings, and reported.
 
-    Raises
-    ------
-    UsageError
-        If there is one log only.
+    Raises UsageError if there is one log only.
     """
     if len(logs) < 2:
         msg = "leaving one log out needs two logs at least"

@@ -39,11 +39,8 @@ class Manoeuvre(Value, eq=False):
 
     The system is taken to be at rest, except for constant offsets, until then.
 
-    Raises
-    ------
-    ValueError
-        If the arrays do not fit together or are not finite, the times are not evenly spaced, the
-        reference never changes, or there is no sample before it does.
+    Raises ValueError if the arrays do not fit together or are not finite, the times are not evenly
+    spaced, the reference never changes, or there is no sample before it does.
     """
 
     time_s: FloatArray

@@ -312,11 +312,8 @@ def fit_response(
     ``longest_delay_s``, or half the shortest time after a command. The model is stable and its
     delay not negative.
 
-    Raises
-    ------
-    IdentificationError
-        If there are no manoeuvres or too few samples, the fit does not end, or the manoeuvres do
-        not determine the parameters.
+    Raises IdentificationError if there are no manoeuvres or too few samples, the fit does not end,
+    or the manoeuvres do not determine the parameters.
     """
     if not manoeuvres:
         msg = "there is no manoeuvre to fit a model to"
@@ -353,10 +350,7 @@ def select_response(
     A zero that the manoeuvres do not show is left out this way: it and the delay would trade
     places within their errors.
 
-    Raises
-    ------
-    IdentificationError
-        If none of the structures can be fitted: the sentence of the last.
+    Raises IdentificationError if none of the structures can be fitted: the sentence of the last.
     """
     fits: list[ResponseFit] = []
     refused: IdentificationError | None = None

@@ -10,6 +10,7 @@ from planner import quantity
 from planner.errors import IdentificationError
 from planner.identify.power_laws import (
     LOWEST_HEIGHT_M,
+    HoverFit,
     SteadyMap,
     cell_of,
     fit_altitude_law,
@@ -27,7 +28,7 @@ from planner.identify.segments import (
 )
 from planner.identify.uncertainty import Estimate, fit_percent, rounded
 from planner.values import Value, replace
-from planner.vehicle.power import AltitudeLaw, CruisePower, VerticalPower, hover_power_w
+from planner.vehicle.power import AltitudeLaw, CruisePower, DensityLaw, VerticalPower, hover_power_w
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -152,19 +153,15 @@ def _by_tables(
         outcome = StateOutcome.left_out("hover", "no flight hovers", refusals)
         return PowerIdentification(outcomes=(outcome,))
     hover, hover_outcome, readings = identify_hover(hovers, refusals)
-    at_hover = hover_powers_w(hover, steady)
-    level = [
-        (f, w)
-        for f, w in zip(steady, at_hover, strict=True)
-        if abs(f.climb_rate_m_s) < _CLIMBING_M_S and f.airspeed_m_s >= _MOVING_M_S
-    ]
+    moving = [f for f in steady if f.airspeed_m_s >= _MOVING_M_S]
+    level = [f for f in moving if abs(f.climb_rate_m_s) < _CLIMBING_M_S]
     vertical = [
-        (f, w)
-        for f, w in zip(steady, at_hover, strict=True)
-        if abs(f.climb_rate_m_s) >= _CLIMBING_M_S and f.airspeed_m_s < _MOVING_M_S
+        f for f in steady if f.airspeed_m_s < _MOVING_M_S and abs(f.climb_rate_m_s) >= _CLIMBING_M_S
     ]
-    cruise_law, cruise_outcome = identify_cruise([f for f, _ in level], [w for _, w in level])
-    vertical_law, vertical_outcome = _climbs(vertical)
+    cruise_law, cruise_outcome = identify_cruise(level, hover_powers_w(hover, level))
+    vertical_law, vertical_outcome = _climbs(
+        list(zip(vertical, hover_powers_w(hover, vertical), strict=True))
+    )
     return PowerIdentification(
         hover=hover,
         cruise=cruise_law,
@@ -182,45 +179,45 @@ def identify_hover(
     Returns the law, how it was found, and what was decided.
     """
     powers = np.array([h.power_w for h in hovers])
-    is_held = _held_out(hovers)
-    segments = (*refusals, *_segments(hovers, is_held))
+    count = quantity.count(len(hovers), "hover")
     readings: tuple[str, ...] = ()
-    law: HoverLaw
-    estimates: tuple[Estimate, ...]
-    if all(h.mass_kg is not None and h.air_density_kg_m3 is not None for h in hovers):
-        of_density = fit_density_law(hovers)
-        law, estimates = of_density.law, of_density.estimates
-        summary = f"over mass and air density, from {quantity.count(len(hovers), 'hover')}"
-        if of_density.exponents_from_theory:
-            names = ", ".join(of_density.exponents_from_theory)
+    has_mass = all(h.mass_kg is not None and h.air_density_kg_m3 is not None for h in hovers)
+    summary = f"{'over mass and air density' if has_mass else 'P = K H^z'}, from {count}"
+    try:
+        fit: HoverFit[AltitudeLaw] | HoverFit[DensityLaw] = (
+            fit_density_law(hovers) if has_mass else fit_altitude_law(hovers)
+        )
+        if fit.exponents_from_theory:
+            names = ", ".join(fit.exponents_from_theory)
             readings = (f"The hovers do not show {names}: of momentum theory.",)
-    else:
-        try:
-            of_height = fit_altitude_law(hovers)
-            law, estimates = of_height.law, of_height.estimates
-            summary = f"P = K H^z, from {quantity.count(len(hovers), 'hover')}"
-        except IdentificationError:
-            weights = np.array([h.duration_s for h in hovers])
-            power_w = float(np.average(powers, weights=weights))
-            error_w = float(np.sqrt(np.sum((weights * [h.error_w for h in hovers]) ** 2)))
-            law = AltitudeLaw(
-                coefficient_w=rounded(power_w), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
-            )
-            error_w /= float(weights.sum())
-            estimates = (Estimate(name="coefficient_w", value=power_w, error=error_w),)
-            summary = f"constant, from {quantity.count(len(hovers), 'hover')} at one height"
-            readings = ("All hovers are at one height: hover power is taken to be constant.",)
-    predicted = np.array(hover_powers_w(law, hovers))
+    except IdentificationError:
+        if has_mass:
+            raise
+        fit, summary = _constant_hover(hovers), f"constant, from {count} at one height"
+        readings = ("All hovers are at one height: hover power is taken to be constant.",)
+    predicted = np.array(hover_powers_w(fit.law, hovers))
     outcome = StateOutcome(
         name="hover",
         status=FitStatus.IDENTIFIED,
         summary=summary,
         unit="W",
-        estimates=estimates,
-        segments=segments,
+        estimates=fit.estimates,
+        segments=(*refusals, *_segments(hovers, _held_out(hovers))),
         rms=float(np.sqrt(np.mean((predicted - powers) ** 2))),
     )
-    return law, outcome, readings
+    return fit.law, outcome, readings
+
+
+def _constant_hover(hovers: Sequence[MeasuredPower]) -> HoverFit[AltitudeLaw]:
+    weights = np.array([h.duration_s for h in hovers])
+    power_w = float(np.average([h.power_w for h in hovers], weights=weights))
+    error_w = float(np.sqrt(np.sum((weights * [h.error_w for h in hovers]) ** 2)) / weights.sum())
+    return HoverFit(
+        law=AltitudeLaw(
+            coefficient_w=rounded(power_w), exponent=0.0, lowest_height_m=LOWEST_HEIGHT_M
+        ),
+        estimates=(Estimate(name="coefficient_w", value=power_w, error=error_w),),
+    )
 
 
 def hover_powers_w(law: HoverLaw, flights: Sequence[MeasuredPower]) -> list[float]:

@@ -8,7 +8,7 @@ The density form, :math:`P = P_0 (m/m_0)^a (\rho/\rho_0)^b`, takes the exponents
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -38,34 +38,20 @@ LOWEST_HEIGHT_M = 1.0
 """Height below which a law over height is held constant. [m]"""
 
 
-class AltitudeLawFit(Value, eq=False):
-    """The article's law with the covariance of K and z."""
-
-    law: AltitudeLaw
-    covariance: FloatArray
-    """Of coefficient_w and exponent. (2, 2)"""
-
-    @property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """K and z with their errors."""
-        errors = np.sqrt(np.diagonal(self.covariance))
-        return (
-            Estimate(name="coefficient_w", value=self.law.coefficient_w, error=float(errors[0])),
-            Estimate(name="exponent", value=self.law.exponent, error=float(errors[1])),
-        )
+Law = TypeVar("Law", AltitudeLaw, DensityLaw)
 
 
-class DensityLawFit(Value):
-    """The density form, and which of its exponents were measured."""
+class HoverFit(Value, Generic[Law]):
+    """A law of hover power fitted to hovers."""
 
-    law: DensityLaw
+    law: Law
     estimates: tuple[Estimate, ...]
-    """hover_power_w, then the exponents that were measured."""
-    exponents_from_theory: tuple[str, ...]
+    """The numbers of the law that were measured."""
+    exponents_from_theory: tuple[str, ...] = ()
     """Names of the exponents the hovers do not show."""
 
 
-def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
+def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> HoverFit[AltitudeLaw]:
     """Fit P(H) = K H^z to hovers; equation 4 of the article.
 
     Weighted nonlinear least squares.  Where the levels scatter more than their own errors explain,
@@ -73,10 +59,8 @@ def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
 
     Hovers below a metre are counted there.
 
-    Raises
-    ------
-    IdentificationError
-        If the hovers are at one height only, or the power changes faster than with the height.
+    Raises IdentificationError if the hovers are at one height only, or the power changes faster
+    than with the height.
     """
     from scipy.optimize import least_squares
 
@@ -105,24 +89,25 @@ def fit_altitude_law(hovers: Sequence[MeasuredPower]) -> AltitudeLawFit:
         covariance *= max(1.0, 2.0 * float(found.cost) / surplus)
     coefficient = level * math.exp(-exponent * middle)
     chain = np.array([[coefficient / level, -coefficient * middle], [0.0, 1.0]])
-    return AltitudeLawFit(
-        law=AltitudeLaw(
-            coefficient_w=coefficient, exponent=exponent, lowest_height_m=LOWEST_HEIGHT_M
+    errors = np.sqrt(np.diagonal(chain @ covariance @ chain.T)).tolist()
+    numbers = {"coefficient_w": coefficient, "exponent": exponent}
+    return HoverFit(
+        law=AltitudeLaw(**numbers, lowest_height_m=LOWEST_HEIGHT_M),
+        estimates=tuple(
+            Estimate(name=name, value=value, error=error)
+            for (name, value), error in zip(numbers.items(), errors, strict=True)
         ),
-        covariance=chain @ covariance @ chain.T,
     )
 
 
-def fit_density_law(hovers: Sequence[MeasuredPower]) -> DensityLawFit:
+def fit_density_law(hovers: Sequence[MeasuredPower]) -> HoverFit[DensityLaw]:
     """Fit the density form to hovers with known mass and air density.
 
     The law is at the mean mass and density of the hovers, with exponents measured where the hovers
     show them within 0.15, else of momentum theory.
 
-    Raises
-    ------
-    IdentificationError
-        If there is no hover, mass or density is not known, or a measured exponent makes no sense.
+    Raises IdentificationError if there is no hover, mass or density is not known, or a measured
+    exponent makes no sense.
     """
     if not hovers:
         msg = "there is no hover to fit a law to"
@@ -165,7 +150,7 @@ def fit_density_law(hovers: Sequence[MeasuredPower]) -> DensityLawFit:
             f"{exponents[0]:.3g} and {exponents[1]:.3g}; look for wind or a wrong mass"
         )
         raise IdentificationError(msg)
-    return DensityLawFit(
+    return HoverFit(
         law=DensityLaw(
             hover_power_w=power,
             reference_mass_kg=means[0],
@@ -232,10 +217,7 @@ def fit_cruise_curve(
 
     ``hover_powers_w`` are at the height, mass and density of each.
 
-    Raises
-    ------
-    IdentificationError
-        If there is no steady flight at a speed.
+    Raises IdentificationError if there is no steady flight at a speed.
     """
     moving = [
         (c.airspeed_m_s, c.power_w - hover_w, max(c.error_w, _LEAST_ERROR_W))
@@ -349,10 +331,7 @@ def fit_steady_map(
     Where the payload is not known, ``mass_deviation_kg`` is the standard deviation of the mass from
     flight to flight: each flight then has a mass of its own, fitted beside the law.
 
-    Raises
-    ------
-    IdentificationError
-        If a mass or a density is not known, or there are too few airspeeds.
+    Raises IdentificationError if a mass or a density is not known, or there are too few airspeeds.
     """
     from scipy.optimize import least_squares
 
@@ -396,33 +375,29 @@ def fit_steady_map(
     if not found.success:
         msg = "the fit of momentum theory to the steady flights did not end"
         raise IdentificationError(msg)
-    data = found.fun[: powers.size]
-    surplus = len(set(cells)) - len(Rotor._fields)
+    data, size_of_law = found.fun[: powers.size], len(Rotor._fields)
+    surplus = len(set(cells)) - size_of_law
     scatter = max(1.0, float(data @ data) / surplus) if surplus > 0 else 1.0
     of_data = found.jac[: powers.size]
     information = of_data.T @ of_data / scatter + np.diag(size**-2.0)
-    deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))
-    values = np.exp(found.x[: len(Rotor._fields)])
+    deviations = np.sqrt(np.diagonal(np.linalg.inv(information)))[:size_of_law].tolist()
+    values = np.exp(found.x[:size_of_law]).tolist()
     law = MomentumLaw(**{name: rounded(v) for name, v in zip(Rotor._fields, values, strict=True)})
     return SteadyMap(
         law=law,
         estimates=tuple(
-            Estimate(name=name, value=getattr(law, name), error=rounded(float(v * d)))
-            for name, v, d in zip(
-                Rotor._fields, values, deviations[: len(Rotor._fields)], strict=True
-            )
+            Estimate(name=name, value=getattr(law, name), error=rounded(v * d))
+            for name, v, d in zip(Rotor._fields, values, deviations, strict=True)
         ),
         from_prior=tuple(
             name
-            for name, d, spread in zip(
-                Rotor._fields, deviations[: len(Rotor._fields)], spreads, strict=True
-            )
+            for name, d, spread in zip(Rotor._fields, deviations, spreads, strict=True)
             if d > 0.8 * spread
         ),
         cells=len(set(cells)),
         beyond_kg={
             source: mass_deviation_kg * float(x)
-            for source, x in zip(sources, found.x[len(Rotor._fields) :], strict=True)
+            for source, x in zip(sources, found.x[size_of_law:], strict=True)
         },
     )
 

@@ -114,10 +114,7 @@ class TimedFlight(Value):
 def timed_flight(record: FlightRecord) -> TimedFlight:
     """Return the manoeuvres of a flight from standing motors to standing motors.
 
-    Raises
-    ------
-    IdentificationError
-        If it does not take off, fly level legs, and land: the reason.
+    Raises IdentificationError if it does not take off, fly level legs, and land: the reason.
     """
     speed, height = record.ground_speed_m_s, record.height_above_home_m
     known = np.isfinite(speed) & np.isfinite(height)
@@ -293,11 +290,8 @@ def identify_ramps(records: Sequence[FlightRecord]) -> RampIdentification:
 def fit_ramps(flights: Sequence[TimedFlight]) -> Ramps:
     """Fit ramps to the manoeuvres of flights.
 
-    Raises
-    ------
-    IdentificationError
-        If there are fewer than three flights, all have one leg or one height, or the durations do
-        not grow with the heights.
+    Raises IdentificationError if there are fewer than three flights, all have one leg or one
+    height, or the durations do not grow with the heights.
     """
     if len(flights) < _LEAST_FLIGHTS:
         msg = f"too few flights have level legs between a take-off and a landing: {len(flights)}"

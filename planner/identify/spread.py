@@ -70,10 +70,7 @@ def fit_spread(flights: Sequence[FlownAndPredicted], *, source: str) -> ModelSpr
     Standard deviations are about zero, rounded up to four decimals, and ``None`` for what no flight
     shows. ``source`` is which flights, and how they were compared, for the model file.
 
-    Raises
-    ------
-    IdentificationError
-        If there is no flight, or nothing is predicted of one.
+    Raises IdentificationError if there is no flight, or nothing is predicted of one.
     """
     if not flights or any(flight.predicted_time_s <= 0.0 for flight in flights):
         msg = "the spread of a model needs flights and their predictions"

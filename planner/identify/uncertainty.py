@@ -78,10 +78,7 @@ def fit_noise(residuals: Sequence[FloatArray], *, parameters: int) -> Noise:
 
     Each span is without a gap; the variance is corrected for the parameters fitted.
 
-    Raises
-    ------
-    ValueError
-        If there are not more residuals than parameters.
+    Raises ValueError if there are not more residuals than parameters.
     """
     samples = sum(r.size for r in residuals)
     if samples <= parameters:
@@ -155,10 +152,7 @@ def least_squares_covariance(blocks: Sequence[tuple[float, FloatArray, Noise]]) 
     A block is a span of samples without a gap: its weight, the derivatives (n, p) of its residuals
     to the parameters, and its noise.
 
-    Raises
-    ------
-    IdentificationError
-        If the residuals do not determine the parameters.
+    Raises IdentificationError if the residuals do not determine the parameters.
     """
     normal = sum((w**2 * slopes.T @ slopes for w, slopes, _ in blocks), np.zeros(()))
     scale = np.sqrt(np.diagonal(normal))

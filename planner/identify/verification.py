@@ -104,15 +104,18 @@ _STEADY_S = 3.0
 
 
 class Stop(Value):
-    """A manoeuvre from a horizontal speed to standstill in the air."""
+    """A manoeuvre from a horizontal speed to standstill in the air, and the one predicted for it."""
 
     item: int
     """Mission item flown when it began, from 1; 0 where it is not known."""
     start_s: float
     speed_m_s: float
     """Speed braked from. [m s⁻¹]"""
-    distance_m: float
+    measured_m: float
     """Flown from 98 % of that speed to 0.5 m/s. [m]"""
+    predicted_m: float | None = None
+    """``None`` where none is predicted at this item."""
+    predicted_speed_m_s: float | None = None
 
 
 def find_stops(record: FlightRecord) -> tuple[Stop, ...]:
@@ -158,7 +161,7 @@ def _stop(record: FlightRecord, speed: FloatArray, first: int, end: int, window:
         item=int(record.mission_item[start]),
         start_s=float(record.time_s[start]),
         speed_m_s=top,
-        distance_m=float(np.trapezoid(braked, record.time_s[start : end + 1])),
+        measured_m=float(np.trapezoid(braked, record.time_s[start : end + 1])),
     )
 
 
@@ -191,18 +194,6 @@ class StateComparison(Value):
         if not self.energy_wh or self.predicted_energy_wh is None:
             return None
         return self.predicted_energy_wh / self.energy_wh - 1.0
-
-
-class StopComparison(Value):
-    """A stop flown, and the one predicted for it."""
-
-    item: int
-    start_s: float
-    speed_m_s: float
-    measured_m: float
-    predicted_m: float | None
-    """``None`` where none is predicted at this item."""
-    predicted_speed_m_s: float | None
 
 
 def energy_wh(record: FlightRecord, part: slice = slice(None)) -> float | None:
@@ -321,33 +312,24 @@ def _fit(
     return 100.0 * (1.0 - float(np.sqrt(error / spread))), column
 
 
-def compare_stops(flown: FlightRecord, predicted: FlightRecord) -> tuple[StopComparison, ...]:
-    """Return the stops flown, each with the one predicted at the same item, in order."""
+def compare_stops(flown: FlightRecord, predicted: FlightRecord) -> tuple[Stop, ...]:
+    """Return the stops flown, each with the first one predicted at the same item, in order.
+
+    Where as many are predicted as were flown, they are paired by their order.
+    """
     stops, foreseen = find_stops(flown), list(find_stops(predicted))
     is_in_order = len(stops) == len(foreseen)
     rows = []
     for stop in stops:
-        expected = _counterpart(stop, foreseen, is_in_order=is_in_order)
-        if expected is not None:
-            foreseen.remove(expected)
-        rows.append(
-            StopComparison(
-                item=stop.item,
-                start_s=stop.start_s,
-                speed_m_s=stop.speed_m_s,
-                measured_m=stop.distance_m,
-                predicted_m=None if expected is None else expected.distance_m,
-                predicted_speed_m_s=None if expected is None else expected.speed_m_s,
-            )
-        )
+        same = (one for one in foreseen if is_in_order or (one.item == stop.item and stop.item))
+        expected = next(same, None)
+        if expected is None:
+            rows.append(stop)
+            continue
+        foreseen.remove(expected)
+        predicted_m, speed_m_s = expected.measured_m, expected.speed_m_s
+        rows.append(replace(stop, predicted_m=predicted_m, predicted_speed_m_s=speed_m_s))
     return tuple(rows)
-
-
-def _counterpart(stop: Stop, foreseen: Sequence[Stop], *, is_in_order: bool) -> Stop | None:
-    """Return the first predicted stop at the item of one flown; by order where items are unknown."""
-    if is_in_order and foreseen:
-        return foreseen[0]
-    return next((one for one in foreseen if one.item == stop.item and stop.item), None)
 
 
 def rms_difference(
@@ -407,7 +389,7 @@ class Verification(Value):
     cut_after_s: float
     """Time armed after the mission that is not compared. [s]"""
     states: tuple[StateComparison, ...]
-    stops: tuple[StopComparison, ...]
+    stops: tuple[Stop, ...]
     height_rms_m: float | None
     """Root mean square error of the height in the air, items laid on their beginnings. [m]"""
     speed_rms_m_s: float | None
@@ -438,16 +420,13 @@ def verify_flight(
 
     Nothing of how it was flown enters the prediction.
 
-    Raises
-    ------
-    LogFileError
-        If there is no mission to predict it from.
-    MissionFileError
-        If the mission cannot be predicted.
-    UsageError
-        If the model cannot be flown by the autopilot of the log, or nothing is flown.
+    Raises LogFileError if there is no mission to predict it from.
+    Raises MissionFileError if the mission cannot be predicted.
+    Raises UsageError if the model cannot be flown by the autopilot of the log, or nothing is flown.
     """
-    mission = _mission(record, known)
+    home = flown_home(record)
+    mission = known.mission or flown_mission(record)
+    mission = mission if home is None else replace(mission, home=home)
     flown_by = vehicle.reference
     given = known.parameters or (None if flown_by is Autopilot.STEP else record_parameters(record))
     if record.autopilot not in {None, flown_by} and flown_by is not Autopilot.STEP:
@@ -471,8 +450,7 @@ def verify_flight(
     window = flown_window(record, mission, route)
     foreseen = predicted_record(flight, window.flown)
     at_s = predicted_times_s(window.flown, foreseen)
-    has_power = vehicle.is_power_known
-    if not has_power:
+    if not vehicle.is_power_known:
         foreseen = replace(foreseen, power_w=np.full(foreseen.time_s.size, np.nan))
     return Verification(
         log=record.source,
@@ -486,7 +464,11 @@ def verify_flight(
             energy_wh=energy_wh(window.flown),
             distance_m=track_length_m(window.flown),
         ),
-        predicted=_predicted(flight, has_power=has_power),
+        predicted=Figures(
+            time_s=flight.time_s,
+            energy_wh=wh_from_j(flight.energy_j) if vehicle.is_power_known else None,
+            distance_m=float(flight.motion.segments.distance_m.sum()) + flight.motion.wander_m,
+        ),
         cut_before_s=window.before_s,
         cut_after_s=window.after_s,
         states=compare_states(window.flown, foreseen),
@@ -509,13 +491,6 @@ def verify_flight(
     )
 
 
-def _mission(record: FlightRecord, known: KnownConditions) -> Mission:
-    if known.mission is None:
-        return flown_mission(record)
-    home = flown_home(record)
-    return known.mission if home is None else replace(known.mission, home=home)
-
-
 CONDITIONS_ASSUMED = Rule(
     "R204 conditions-assumed",
     Severity.INFO,
@@ -533,18 +508,9 @@ def _setup(
     known: KnownConditions,
 ) -> tuple[Setup, list[Finding]]:
     """Return what is known of the air, and what had to be assumed."""
-    wind = known.wind or flown_wind(record)
-    home_amsl_m = known.home_amsl_m
-    if home_amsl_m is None:
-        home_amsl_m = record.home.altitude_amsl_m
-    assumed = [
-        text
-        for text, value in (
-            ("wind in the log: calm assumed", wind),
-            ("altitude of home in the log", home_amsl_m),
-        )
-        if value is None
-    ]
+    wind, home_amsl_m, noise_m = known.wind, known.home_amsl_m, known.position_noise_m
+    wind = wind or flown_wind(record)
+    home_amsl_m = record.home.altitude_amsl_m if home_amsl_m is None else home_amsl_m
     setup = Setup(
         vehicle,
         parameters=parameters,
@@ -552,22 +518,12 @@ def _setup(
         home_amsl_m=home_amsl_m,
         temperature_c=known.temperature_c,
         payload_kg=known.payload_kg,
-        position_noise_m=(
-            flown_position_noise_m(record)
-            if known.position_noise_m is None
-            else known.position_noise_m
-        ),
+        position_noise_m=flown_position_noise_m(record) if noise_m is None else noise_m,
     )
+    assumed = ["wind in the log: calm assumed"] if wind is None else []
+    assumed += ["altitude of home in the log"] if home_amsl_m is None else []
     message = f"{record.source}: no {' and no '.join(assumed)}"
     return setup, [CONDITIONS_ASSUMED.finding(message)] if assumed else []
-
-
-def _predicted(flight: Flight, *, has_power: bool) -> Figures:
-    return Figures(
-        time_s=flight.time_s,
-        energy_wh=wh_from_j(flight.energy_j) if has_power else None,
-        distance_m=float(flight.motion.segments.distance_m.sum()) + flight.motion.wander_m,
-    )
 
 
 ENERGY_IN_PART = Rule(

@@ -233,10 +233,7 @@ class FlightRecord(Value, eq=False):
 
     def quantity(self, name: str) -> LoggedQuantity:
         """Return the row of the table about a column."""
-        for row in self.quantities:
-            if row.name == name:
-                return row
-        raise KeyError(name)
+        return {row.name: row for row in self.quantities}[name]
 
 
 _NO_TRACK = "no track: distances and the places of stops are unknown"
@@ -347,12 +344,9 @@ def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
     """
     found: list[Recording] = []
     for run in runs:
-        if not found:
-            found.append(run)
-            continue
-        before = found[-1]
-        kept = tuple((-math.inf, name, value) for _, name, value in before.parameters)
-        mission = tuple((-math.inf, items) for _, items in before.missions[-1:])
+        before = found[-1] if found else run
+        kept = ((-math.inf, name, value) for _, name, value in before.parameters)
+        mission = ((-math.inf, items) for _, items in before.missions[-1:])
         found.append(
             replace(
                 run,
@@ -361,6 +355,8 @@ def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
                 firmware=run.firmware or before.firmware,
                 vehicle=run.vehicle or before.vehicle,
             )
+            if found
+            else run
         )
     return tuple(found)
 
@@ -368,53 +364,26 @@ def carried_over(runs: Iterable[Recording]) -> tuple[Recording, ...]:
 AUTO = "AUTO"
 """The mode that flies missions."""
 
-COPTER_MODES: Mapping[int, str] = {
-    0: "STABILIZE",
-    1: "ACRO",
-    2: "ALT_HOLD",
-    3: AUTO,
-    4: "GUIDED",
-    5: "LOITER",
-    6: "RTL",
-    7: "CIRCLE",
-    8: "POSITION",
-    9: "LAND",
-    10: "OF_LOITER",
-    11: "DRIFT",
-    13: "SPORT",
-    14: "FLIP",
-    15: "AUTOTUNE",
-    16: "POSHOLD",
-    17: "BRAKE",
-    18: "THROW",
-    19: "AVOID_ADSB",
-    20: "GUIDED_NOGPS",
-    21: "SMART_RTL",
-    22: "FLOWHOLD",
-    23: "FOLLOW",
-    24: "ZIGZAG",
-    25: "SYSTEMID",
-    26: "AUTOROTATE",
-    27: "AUTO_RTL",
+_COPTER_MODES = {
+    **dict(enumerate(("STABILIZE", "ACRO", "ALT_HOLD", AUTO, "GUIDED", "LOITER", "RTL", "CIRCLE"))),
+    **dict(enumerate(("POSITION", "LAND", "OF_LOITER", "DRIFT"), start=8)),
+    **dict(enumerate(("SPORT", "FLIP", "AUTOTUNE", "POSHOLD", "BRAKE", "THROW"), start=13)),
+    **dict(enumerate(("AVOID_ADSB", "GUIDED_NOGPS", "SMART_RTL", "FLOWHOLD"), start=19)),
+    **dict(enumerate(("FOLLOW", "ZIGZAG", "SYSTEMID", "AUTOROTATE", "AUTO_RTL"), start=23)),
     28: "TURTLE",
 }
 
 
 def copter_mode(number: int) -> str:
     """Return the name of a mode; its number where it has none here."""
-    return COPTER_MODES.get(number, f"mode {number}")
+    return _COPTER_MODES.get(number, f"mode {number}")
 
 
 AUTO_MISSION = "AUTO_MISSION"
 """The mode that flies missions."""
 
-PX4_MODES: Mapping[int, str] = {
-    0: "MANUAL",
-    1: "ALTCTL",
-    2: "POSCTL",
-    3: AUTO_MISSION,
-    4: "AUTO_LOITER",
-    5: "AUTO_RTL",
+_PX4_MODES = {
+    **dict(enumerate(("MANUAL", "ALTCTL", "POSCTL", AUTO_MISSION, "AUTO_LOITER", "AUTO_RTL"))),
     6: "POSITION_SLOW",
     8: "ALTITUDE_CRUISE",
     10: "ACRO",
@@ -433,19 +402,12 @@ PX4_MODES: Mapping[int, str] = {
 
 def px4_mode(number: int) -> str:
     """Return the name of a mode; its number where it has none here."""
-    return PX4_MODES.get(number, f"mode {number}")
+    return _PX4_MODES.get(number, f"mode {number}")
 
 
-_MAIN_MODES: Mapping[int, str] = {
-    1: "MANUAL",
-    2: "ALTCTL",
-    3: "POSCTL",
-    5: "ACRO",
-    6: "OFFBOARD",
-    7: "STAB",
-}
+_MAIN_MODES = {1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 5: "ACRO", 6: "OFFBOARD", 7: "STAB"}
 _AUTO = 4
-_SUB_MODES: Mapping[int, str] = {
+_SUB_MODES = {
     2: "AUTO_TAKEOFF",
     3: "AUTO_LOITER",
     4: AUTO_MISSION,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from planner.identify.assembly import Identification
     from planner.identify.segments import SegmentUse, StateOutcome
-    from planner.identify.verification import StateComparison, StopComparison, Verification
+    from planner.identify.verification import StateComparison, Stop, Verification
     from planner.logs.record import FlightRecord
     from planner.report.text import Medium
     from planner.vehicle.model import VehicleModel
@@ -269,7 +269,7 @@ def _verified_state_lines(states: Sequence[StateComparison]) -> list[str]:
     return table_lines([heads, *rows], alignment="<>>>>>>>")
 
 
-def _stop_lines(stops: Sequence[StopComparison]) -> list[str]:
+def _stop_lines(stops: Sequence[Stop]) -> list[str]:
     rows = [
         (
             f"at {quantity.duration(stop.start_s)}",

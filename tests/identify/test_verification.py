@@ -208,4 +208,4 @@ def test_a_stop_is_measured_from_the_speed_held_to_standstill() -> None:
     [stop] = find_stops(record)
     assert stop.speed_m_s == pytest.approx(10.0, abs=1e-9)
     assert stop.start_s == pytest.approx(30.1, abs=0.11)
-    assert stop.distance_m == pytest.approx(23.95, abs=1.2)  # a sample at 10 m/s
+    assert stop.measured_m == pytest.approx(23.95, abs=1.2)  # a sample at 10 m/s
