@@ -12,7 +12,7 @@ import math
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias
 
-from planner.guard.authorisation import ArmAnswer, ArmResult, DenialReason, Verdict
+from planner.guard.authorisation import ArmAnswer, ArmResult, Verdict, unknown_judgement
 from planner.values import Value, field
 
 if TYPE_CHECKING:
@@ -345,15 +345,11 @@ _MOST_PENDING = 16
 class _Obstacle(Value):
     """Why a request is not accepted."""
 
-    verdict: Verdict
-    text: str
-    headline: str
+    judgement: Judgement
+    key: object
+    """Equal for what is the same to a pilot."""
     may_pass: bool = False
     """Whether it may be gone within the time the vehicle waits."""
-    reason: DenialReason = DenialReason.GENERIC
-    extra_info: int = 0
-    key: object = None
-    """Equal for what is the same to a pilot."""
 
 
 class Guard:
@@ -406,14 +402,14 @@ class Guard:
         """Return what is held now."""
         obstacle = self._obstacle(now_s)
         return GuardView(
-            verdict=Verdict.GO if obstacle is None else obstacle.verdict,
+            verdict=Verdict.GO if obstacle is None else obstacle.judgement.verdict,
             text=self._text(obstacle),
             age_s=self._readings.age_s(now_s),
         )
 
     def _text(self, obstacle: _Obstacle | None) -> str:
         if obstacle is not None:
-            return obstacle.text
+            return obstacle.judgement.text
         return "" if self._judged is None else self._judged.judgement.text
 
     def _hear(self, now_s: float) -> list[Action]:
@@ -430,7 +426,7 @@ class Guard:
         if len(self._pending) <= _MOST_PENDING:
             return []
         oldest, _ = self._pending.pop(0)
-        answer = _rejection("more requests came than can be answered", is_lasting=False)
+        answer = _rejection(unknown_judgement("more requests came than can be answered"))
         return [AnswerRequest(request=oldest, answer=answer)]
 
     def _obstacle(self, now_s: float) -> _Obstacle | None:
@@ -446,14 +442,8 @@ class Guard:
         judgement = self._judged.judgement
         if judgement.verdict is Verdict.GO:
             return None
-        return _Obstacle(
-            verdict=judgement.verdict,
-            text=judgement.text,
-            headline=judgement.headline,
-            reason=judgement.reason,
-            extra_info=judgement.extra_info,
-            key=(judgement.verdict, judgement.code, judgement.item),
-        )
+        same = (judgement.verdict, judgement.code, judgement.item)
+        return _Obstacle(judgement=judgement, key=same)
 
     def _decide(self, now_s: float) -> list[Action]:
         """Answer the requests that can be, and withdraw what no longer holds."""
@@ -484,20 +474,15 @@ class Guard:
                 "the vehicle could not be read again before it stops waiting: arm once more; a slow "
                 "link needs a longer COM_ARM_AUTH_TO, or --confirm-within"
             )
-            return None if in_time else _rejection(late, is_lasting=False)
+            return None if in_time else _rejection(unknown_judgement(late))
         if obstacle.may_pass and in_time:
             return None
-        return _rejection(
-            obstacle.text,
-            is_lasting=obstacle.verdict is Verdict.NO_GO,
-            reason=obstacle.reason,
-            extra_info=obstacle.extra_info,
-        )
+        return _rejection(obstacle.judgement)
 
     def _answered(
         self, request: ArmRequest, answer: ArmAnswer, obstacle: _Obstacle | None, now_s: float
     ) -> list[Action]:
-        verdict = Verdict.GO if obstacle is None else obstacle.verdict
+        verdict = Verdict.GO if obstacle is None else obstacle.judgement.verdict
         details: dict[str, object] = {
             "result": answer.result.name.lower(),
             "system": request.system,
@@ -514,7 +499,7 @@ class Guard:
         if answer.is_accepted:
             self._accepted = (now_s + answer.valid_for_s, self._readings.mark())
             return actions
-        head = "mavjoule: arm once more" if obstacle is None else obstacle.headline
+        head = "mavjoule: arm once more" if obstacle is None else obstacle.judgement.headline
         severity = _ERROR if answer.result is ArmResult.DENIED else _WARNING
         # PX4 names a reason at most: the ground station gets the code.
         return actions + self._announcement(severity, head, now_s)
@@ -529,21 +514,21 @@ class Guard:
             return []
         if self._is_armed:
             return []  # PX4 arms again by it after landing, as long as it holds
-        is_no_go = obstacle is not None and obstacle.verdict is Verdict.NO_GO
+        is_no_go = obstacle is not None and obstacle.judgement.verdict is Verdict.NO_GO
         if obstacle is None or not (is_no_go or mark != self._readings.mark()):
             return []
         self._accepted = None
-        text = f"authorisation withdrawn: do not arm ({obstacle.text})"
-        decision = Decision(kind="withdrawn", verdict=obstacle.verdict, text=text)
+        text = f"authorisation withdrawn: do not arm ({obstacle.judgement.text})"
+        decision = Decision(kind="withdrawn", verdict=obstacle.judgement.verdict, text=text)
         head = "mavjoule: DO NOT ARM, go withdrawn"
         return [decision, *self._announcement(_CRITICAL, head, now_s)]
 
     def _tell(self, now_s: float) -> list[Action]:
         """Log a change of the verdict; announce it where the vehicle does not ask."""
         obstacle = self._obstacle(now_s)
-        if obstacle is None or obstacle.verdict is not Verdict.UNKNOWN:
+        if obstacle is None or obstacle.judgement.verdict is not Verdict.UNKNOWN:
             self._unknown_since_s = now_s
-        verdict = Verdict.GO if obstacle is None else obstacle.verdict
+        verdict = Verdict.GO if obstacle is None else obstacle.judgement.verdict
         unknown_s = now_s - self._unknown_since_s
         if verdict is Verdict.UNKNOWN and unknown_s < _SETTLED_S:
             return []
@@ -563,7 +548,7 @@ class Guard:
         if not self._is_asking and key != self._announced_key and may_announce and is_settled:
             self._announced_key = key
             head = "" if judgement is None else judgement.headline
-            head = head if obstacle is None else obstacle.headline
+            head = head if obstacle is None else obstacle.judgement.headline
             actions += self._announcement(_SEVERITIES[verdict], head, now_s)
         return actions
 
@@ -601,21 +586,14 @@ class Guard:
 
 
 def _unknown(text: str, *, key: object, may_pass: bool = False) -> _Obstacle:
-    return _Obstacle(
-        verdict=Verdict.UNKNOWN,
-        text=text,
-        headline=f"mavjoule: NO VERDICT, {text}"[:50],
-        may_pass=may_pass,
-        key=key,
-    )
+    return _Obstacle(judgement=unknown_judgement(text), key=key, may_pass=may_pass)
 
 
-def _rejection(
-    text: str, *, is_lasting: bool, reason: DenialReason = DenialReason.GENERIC, extra_info: int = 0
-) -> ArmAnswer:
+def _rejection(why: Judgement) -> ArmAnswer:
+    is_lasting = why.verdict is Verdict.NO_GO
     return ArmAnswer(
         result=ArmResult.DENIED if is_lasting else ArmResult.TEMPORARILY_REJECTED,
-        text=text,
-        reason=reason,
-        extra_info=extra_info,
+        text=why.text,
+        reason=why.reason,
+        extra_info=why.extra_info,
     )

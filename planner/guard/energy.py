@@ -11,6 +11,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.returns.tightest import sweep_returns
+from planner.link.telemetry import BatteryState
 from planner.physics.battery import delivered_energy_wh
 from planner.values import Value, replace
 
@@ -128,20 +129,6 @@ _STEP = 0.01
 """Batteries report their charge in whole percent. [-]"""
 
 
-class BatteryReading(Value):
-    """What BATTERY_STATUS reports; ``None`` where the vehicle does not measure it."""
-
-    remaining_fraction: float | None = None
-    """State of charge as the vehicle counts it. [-]"""
-    consumed_ah: float | None = None
-    """Since the vehicle was switched on. [Ah]"""
-    consumed_wh: float | None = None
-    """Since the vehicle was switched on. [Wh]"""
-    voltage_v: float | None = None
-    """Under load. [V]"""
-    current_a: float | None = None
-
-
 class EnergyLeft(Value):
     """Energy that a battery still gives, and by which measurement."""
 
@@ -170,7 +157,7 @@ class BatteryMeter:
         charge: float,
         usable_wh: float,
         temperature_c: float,
-        start: BatteryReading,
+        start: BatteryState,
     ) -> None:
         self._battery = battery
         self._charge = charge
@@ -178,7 +165,7 @@ class BatteryMeter:
         self._resistance_ohm = battery.resistance_ohm(temperature_c)
         self._start = start
 
-    def energy_left(self, reading: BatteryReading) -> EnergyLeft | None:
+    def energy_left(self, reading: BatteryState) -> EnergyLeft | None:
         """Return the energy left by a reading; ``None`` where it holds nothing.
 
         Counts of energy and of charge, and the vehicle's own percentage, are compared, and the least is
@@ -191,10 +178,11 @@ class BatteryMeter:
             left_wh = self._usable_wh - (reading.consumed_wh - start.consumed_wh)
             found.append(("energy count", left_wh, 0.0))
         capacity_ah = self._battery.charge_ah
-        if None not in {reading.consumed_ah, start.consumed_ah, capacity_ah}:
-            assert reading.consumed_ah is not None
-            assert start.consumed_ah is not None
-            assert capacity_ah is not None
+        if (
+            reading.consumed_ah is not None
+            and start.consumed_ah is not None
+            and capacity_ah is not None
+        ):
             taken = (reading.consumed_ah - start.consumed_ah) / capacity_ah
             found.append(("charge count", self._at(self._charge - taken), 0.0))
         if reading.remaining_fraction is not None:
@@ -237,7 +225,7 @@ class BatteryMeter:
             return self._usable_wh * taken_wh[1] / taken_wh[0]
         return max(self._usable_wh - (taken_wh[0] - taken_wh[1]), 0.0)
 
-    def _voltage_fraction(self, reading: BatteryReading) -> float | None:
+    def _voltage_fraction(self, reading: BatteryState) -> float | None:
         curve_soc, curve_v = self._battery.ocv_soc, self._battery.ocv_v
         if reading.voltage_v is None or curve_soc is None or curve_v is None:
             return None
@@ -342,7 +330,7 @@ class EnergyWatch:
         self,
         prediction: Prediction,
         *,
-        start: BatteryReading,
+        start: BatteryState,
         warn_before_s: float = 60.0,
         is_joined: bool = False,
     ) -> None:
@@ -368,7 +356,7 @@ class EnergyWatch:
     def take(
         self,
         place: MeasuredPlace,
-        reading: BatteryReading,
+        reading: BatteryState,
         now_s: float,
         *,
         is_on_mission: bool = True,
@@ -495,48 +483,28 @@ def _warning(concern: Concern, state: EnergyState) -> EnergyWarning:
     match concern:
         case Concern.NO_RETURN:
             short = quantity.energy(-state.return_margin_wh)
+            severity, headline = 2, f"RETURN NOW, {short} below reserve"
             text = f"a return now lands {short} below the reserve: {left}, {home} to return, {keep}"
-            return EnergyWarning(
-                concern=concern,
-                severity=2,
-                headline=f"mavjoule: RETURN NOW, {short} below reserve",
-                text=text,
-            )
         case Concern.RETURN_SOON:
             lead = quantity.duration(state.lead_s)
+            severity, headline = 3, f"no return in {lead}, turn back"
             text = f"point of no return in {lead}: {left}, {home} to return now, {keep}"
-            return EnergyWarning(
-                concern=concern,
-                severity=3,
-                headline=f"mavjoule: no return in {lead}, turn back",
-                text=text,
-            )
         case Concern.NO_FINISH:
             short = quantity.energy(-state.finish_margin_wh)
             finish = quantity.energy(state.finish_wh)
+            severity, headline = 4, f"mission short by {short}"
             text = f"the mission ends {short} below the reserve: {left}, {finish} to finish, {keep}"
-            return EnergyWarning(
-                concern=concern,
-                severity=4,
-                headline=f"mavjoule: mission short by {short}",
-                text=text,
-            )
         case Concern.MEASURES_DIFFER:
             by_source = ", ".join(
                 f"{quantity.energy(left_wh)} by {source}"
                 for source, left_wh in state.left.by_source
             )
+            severity, headline = 4, "battery is not the one checked?"
             text = f"battery measurements differ (another battery than checked?): {by_source}"
-            return EnergyWarning(
-                concern=concern,
-                severity=4,
-                headline="mavjoule: battery is not the one checked?",
-                text=text,
-            )
+    headline = f"mavjoule: {headline}"
+    return EnergyWarning(concern=concern, severity=severity, headline=headline, text=text)
 
 
-_HECTOJOULES_PER_WH = 36.0
-"""BATTERY_STATUS counts energy in them."""
 _FLYING_M = 1.0
 """A vehicle that does not report whether it has landed is in the air above this. [m]"""
 _PX4_MISSION, _ARDUPILOT_AUTO = (4 << 16) | (4 << 24), 3
@@ -553,7 +521,7 @@ class FlightFollower:
         self._identity = identity
         self._warn_before_s = warn_before_s
         self._prediction: Prediction | None = None
-        self._start: BatteryReading | None = None
+        self._start: BatteryState | None = None
         self._watch: EnergyWatch | None = None
         self._was_on_ground = False
         self.is_flying = False
@@ -564,14 +532,14 @@ class FlightFollower:
         self._prediction = prediction
         if self._watch is not None:
             if not self._was_on_ground:
-                self._start = self._battery_reading()
+                self._start = self._battery()
             self._begin()
 
     def take_arming(self, *, is_armed: bool) -> None:
         """Take it that the vehicle has armed or disarmed."""
         self._watch, self._start = None, None
         if is_armed:
-            self._start = self._battery_reading()
+            self._start = self._battery()
             self._begin()
 
     def look(self, now_s: float) -> tuple[EnergyState | None, tuple[EnergyWarning, ...]]:
@@ -583,7 +551,7 @@ class FlightFollower:
         if not self.is_flying or position is None:
             return None, ()
         if self._watch is None:  # it was in the air before us
-            self._start = self._battery_reading()
+            self._start = self._battery()
             self._begin()
         if self._watch is None:
             return None, ()
@@ -593,9 +561,7 @@ class FlightFollower:
             longitude_deg=position.longitude_deg,
             height_above_home_m=position.height_above_home_m,
         )
-        return self._watch.take(
-            place, self._battery_reading(), now_s, is_on_mission=self._is_on_mission()
-        )
+        return self._watch.take(place, self._battery(), now_s, is_on_mission=self._is_on_mission())
 
     def _begin(self) -> None:
         if self._prediction is not None and self._start is not None:
@@ -616,19 +582,8 @@ class FlightFollower:
         wanted = _ARDUPILOT_AUTO if self._identity.has_home_slot else _PX4_MISSION
         return beat is not None and bool(beat["custom_mode"] == wanted)
 
-    def _battery_reading(self) -> BatteryReading:
-        battery = self._telemetry.state().battery
-        if battery is None:
-            return BatteryReading()
-        status = self._telemetry.latest("BATTERY_STATUS")
-        energy_hj = -1 if status is None else status["energy_consumed"]
-        return BatteryReading(
-            remaining_fraction=battery.remaining_fraction,
-            consumed_ah=battery.consumed_ah,
-            consumed_wh=energy_hj / _HECTOJOULES_PER_WH if energy_hj >= 0 else None,
-            voltage_v=battery.voltage_v,
-            current_a=battery.current_a,
-        )
+    def _battery(self) -> BatteryState:
+        return self._telemetry.state().battery or BatteryState()
 
 
 def _is_flying(state: VehicleState) -> bool:

@@ -182,17 +182,64 @@ class FileRefusedError(LinkError):
     """The vehicle refuses a file or a folder."""
 
 
-class FolderListing(Transfer):
+def stalled_file(name: str, done: int, size: int | None) -> str:
+    """Return the message of a file that did not come whole."""
+    at = "before it was opened" if size is None else f"at {done} of {size} bytes"
+    return f"{name} stalled {at}; what came is kept, call again to continue"
+
+
+class _PathTransfer(Transfer):
+    """What is asked about one path, by requests with numbers."""
+
+    def __init__(
+        self,
+        path: str,
+        settings: LinkSettings,
+        numbers: FileNumbers,
+        *,
+        retries: int | None = None,
+        leaving: int = 0,
+    ) -> None:
+        super().__init__(settings, retries=retries)
+        self._path = path
+        self._numbers = numbers
+        self._number = numbers.following(leaving=leaving)
+        self._session = 0
+
+    def _request(
+        self, operation: Operation, *, number: int | None = None, size: int = 0, offset: int = 0
+    ) -> Message:
+        """Return a request of the session, by a new number unless it is the path that is asked for."""
+        return packet_message(
+            FilePacket(
+                number=self._numbers.following() if number is None else number,
+                operation=operation,
+                session=self._session,
+                size=size,
+                offset=offset,
+                content=b"" if number is None else self._path.encode()[:MOST_CONTENT],
+            )
+        )
+
+    def _answer(self, received: Message) -> FilePacket | None:
+        """Return the answer to the present request; a busy vehicle is asked again later."""
+        packet = read_packet(received)
+        if packet is None or packet.number != (self._number + 1) & 0xFFFF:
+            return None  # the answer to an earlier request
+        self._numbers.see(packet.number)
+        if packet.operation == Operation.NAK and packet.error == FileError.NO_SESSIONS:
+            self._number = self._numbers.following()
+            return None
+        return packet
+
+
+class FolderListing(_PathTransfer):
     """The entries of one folder."""
 
     def __init__(
         self, path: str, settings: LinkSettings, numbers: FileNumbers, *, retries: int | None = None
     ) -> None:
-        super().__init__(settings, retries=retries)
-        self._path = path
-        self._numbers = numbers
-        self._number = numbers.following()
-        self._session = 0
+        super().__init__(path, settings, numbers, retries=retries)
         self.files: dict[str, int] = {}
         """Sizes by name. [B]"""
         self.folders: list[str] = []
@@ -205,17 +252,11 @@ class FolderListing(Transfer):
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; `FileRefusedError` where there is no such folder."""
-        packet = read_packet(received)
+        packet = self._answer(received)
         if packet is None or packet.answered != Operation.LIST_DIRECTORY:
             return ()
-        if packet.number != (self._number + 1) & 0xFFFF:
-            return ()  # the answer to an earlier request
-        self._numbers.see(packet.number)
         self._session = packet.session  # ArduPilot has one made for 0, and few of them
         if packet.operation == Operation.NAK:
-            if packet.error == FileError.NO_SESSIONS:
-                self._number = self._numbers.following()
-                return ()  # asked again when the time has come
             if packet.error != FileError.END_OF_FILE:
                 msg = f"the vehicle has no folder {self._path}"
                 raise FileRefusedError(msg)
@@ -229,13 +270,10 @@ class FolderListing(Transfer):
         for entry in entries:
             self._take_entry(entry.decode("utf-8", errors="replace"))
         self._number = self._numbers.following()
-        self._timer.answered(now_s)
-        self._timer.sent(now_s)
-        return self._requests()
+        return self._go_on(now_s)
 
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
-        msg = f"the folder {self._path} stalled at entry {self._entries + 1}"
-        raise LinkError(msg)
+    def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - as every transfer
+        return f"the folder {self._path} stalled at entry {self._entries + 1}"
 
     def _take_entry(self, entry: str) -> None:
         kind, name = entry[:1], entry[1:]
@@ -246,17 +284,11 @@ class FolderListing(Transfer):
             self.files[name] = int(size) if size.isascii() and size.isdigit() else 0
 
     def _requests(self) -> tuple[Message, ...]:
-        asked = FilePacket(
-            number=self._number,
-            operation=Operation.LIST_DIRECTORY,
-            session=self._session,
-            offset=self._entries,
-            content=self._path.encode()[:MOST_CONTENT],
-        )
-        return (packet_message(asked),)
+        listing = Operation.LIST_DIRECTORY
+        return (self._request(listing, number=self._number, offset=self._entries),)
 
 
-class FileDownload(Transfer):
+class FileDownload(_PathTransfer):
     """One file by its path, from where it is there already [B]; each piece is written in its order."""
 
     def __init__(
@@ -267,14 +299,10 @@ class FileDownload(Transfer):
         settings: LinkSettings,
         numbers: FileNumbers,
     ) -> None:
-        super().__init__(settings)
-        self._path = path
+        super().__init__(path, settings, numbers, leaving=_BETWEEN_FILES)
         self._start = start
         self._write = write
-        self._numbers = numbers
-        self._number = numbers.following(leaving=_BETWEEN_FILES)
-        self._opened_number = self._number
-        self._session: int | None = None
+        self._is_open = False
         self._stream: ChunkStream | None = None
         self._openings = 0
 
@@ -286,42 +314,44 @@ class FileDownload(Transfer):
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle; `FileRefusedError` where the file cannot be read."""
         packet = read_packet(received)
-        if self.is_done or packet is None:
-            return ()
-        if not is_after(packet.number, self._opened_number):
+        if self.is_done or packet is None or not is_after(packet.number, self._number):
             return ()  # of an earlier file
         self._numbers.see(packet.number)
-        if self._session is None:
-            if packet.answered != Operation.OPEN_FILE_RO:
-                return ()
-            return self._take_opened(packet, now_s)
+        if not self._is_open:
+            is_opened = packet.answered == Operation.OPEN_FILE_RO
+            return self._take_opened(packet, now_s) if is_opened else ()
         if packet.answered in {Operation.READ_FILE, Operation.BURST_READ_FILE}:
             return self._take_piece(packet, now_s)
         return ()
 
     def _requests(self) -> tuple[Message, ...]:
-        return (self._opening() if self._session is None else self._reading(),)
+        stream = self._stream
+        if not self._is_open or stream is None:
+            # Asked by the same number, PX4 repeats that it is open, instead of refusing.
+            return (self._request(Operation.OPEN_FILE_RO, number=self._number),)
+        if stream.is_whole:
+            self.is_done = True
+            return (self._request(Operation.TERMINATE_SESSION),)
+        gap = stream.gap()
+        operation = Operation.BURST_READ_FILE if gap is None else Operation.READ_FILE
+        size = min(gap or MOST_CONTENT, MOST_CONTENT)
+        return (self._request(operation, size=size, offset=stream.offset),)
 
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
-        done, size = self.progress
-        at = "before it was opened" if size is None else f"at {done} of {size} bytes"
-        msg = f"{self._path} stalled {at}; what came is kept, call again to continue"
-        raise LinkError(msg)
+    def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - as every transfer
+        return stalled_file(self._path, *self.progress)
 
     def _take_opened(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
         if packet.operation == Operation.NAK and packet.error in _BUSY:
             # PX4 has one session, and keeps it as long as it is asked for another one.
-            return (self._closed_all(), *self._reopen(now_s))
+            return (self._request(Operation.RESET_SESSIONS), *self._reopen(now_s))
         if packet.operation == Operation.NAK or len(packet.content) < 4:
             msg = f"the vehicle does not open {self._path} (error {packet.content[:1].hex()})"
             raise FileRefusedError(msg)
-        self._session = packet.session
+        self._session, self._is_open = packet.session, True
         (size,) = struct.unpack_from("<I", packet.content)
         if self._stream is None:
             self._stream = ChunkStream(size, min(self._start, size), self._write)
-        self._timer.answered(now_s)
-        self._timer.sent(now_s)
-        return self._next()
+        return self._go_on(now_s)
 
     def _take_piece(self, packet: FilePacket, now_s: float) -> tuple[Message, ...]:
         assert self._stream is not None  # it is made when the file is opened
@@ -334,7 +364,7 @@ class FileDownload(Transfer):
             self._timer.answered(now_s)
             self._timer.sent(now_s)
         is_asked = packet.answered == Operation.READ_FILE or packet.is_last
-        return self._next() if is_asked or self._stream.is_whole else ()
+        return self._requests() if is_asked or self._stream.is_whole else ()
 
     def _reopen(self, now_s: float) -> tuple[Message, ...]:
         """Open it again, after a while: ArduPilot keeps what is idle for 3 s."""
@@ -345,54 +375,11 @@ class FileDownload(Transfer):
                 "ground station reading files?"
             )
             raise FileRefusedError(msg)
-        self._session = None
-        self._opened_number = self._number = self._numbers.following()
+        self._session, self._is_open = 0, False
+        self._number = self._numbers.following()
         self._timer = Retransmission(self._settings)
         self._timer.sent(now_s)
         return ()
-
-    def _next(self) -> tuple[Message, ...]:
-        assert self._stream is not None  # it is made when the file is opened
-        if not self._stream.is_whole:
-            return (self._reading(),)
-        self.is_done = True
-        return (
-            packet_message(
-                FilePacket(
-                    number=self._numbers.following(),
-                    operation=Operation.TERMINATE_SESSION,
-                    session=self._session or 0,
-                )
-            ),
-        )
-
-    def _closed_all(self) -> Message:
-        return packet_message(
-            FilePacket(number=self._numbers.following(), operation=Operation.RESET_SESSIONS)
-        )
-
-    def _opening(self) -> Message:
-        # Asked by the same number, PX4 repeats that it is open, instead of refusing.
-        return packet_message(
-            FilePacket(
-                number=self._number,
-                operation=Operation.OPEN_FILE_RO,
-                content=self._path.encode()[:MOST_CONTENT],
-            )
-        )
-
-    def _reading(self) -> Message:
-        assert self._stream is not None  # it is made when the file is opened
-        gap = self._stream.gap()
-        return packet_message(
-            FilePacket(
-                number=self._numbers.following(),
-                operation=Operation.BURST_READ_FILE if gap is None else Operation.READ_FILE,
-                session=self._session or 0,
-                size=min(gap or MOST_CONTENT, MOST_CONTENT),
-                offset=self._stream.offset,
-            )
-        )
 
 
 _LEAST_WAIT_S = 5.0
@@ -402,48 +389,28 @@ _ONES = 0xFFFFFFFF
 _PIECE = 1 << 20
 
 
-class FileChecksum(Transfer):
+class FileChecksum(_PathTransfer):
     """The checksum of one file, which a vehicle may not have."""
 
     def __init__(self, path: str, settings: LinkSettings, numbers: FileNumbers) -> None:
         patient = replace(settings, reply_timeout_s=max(settings.reply_timeout_s, _LEAST_WAIT_S))
-        super().__init__(patient, retries=_TRIES)
-        self._path = path
-        self._numbers = numbers
-        # Asked again by the same number, PX4 repeats its answer instead of reading the file again.
-        self._number = numbers.following()
+        super().__init__(path, patient, numbers, retries=_TRIES)
         self.value: int | None = None
         """As `crc32_of` has it; ``None`` where the vehicle reports none."""
 
-    @property
-    def progress(self) -> tuple[int, int | None]:
-        """Whether it is there."""
-        return int(self.is_done), None
-
-    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every exchange
+    def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every transfer
         """Take a message of the vehicle."""
-        packet = read_packet(received)
-        if packet is None or packet.number != (self._number + 1) & 0xFFFF:
+        packet = self._answer(received)
+        if packet is None:
             return ()
-        self._numbers.see(packet.number)
-        if packet.operation == Operation.NAK and packet.error == FileError.NO_SESSIONS:
-            self._number = self._numbers.following()
-            return ()  # asked again when the time has come
         if packet.operation == Operation.ACK and len(packet.content) >= 4:
             (self.value,) = struct.unpack_from("<I", packet.content)
         self.is_done = True
         return ()
 
     def _requests(self) -> tuple[Message, ...]:
-        asked = FilePacket(
-            number=self._number,
-            operation=Operation.CALC_FILE_CRC32,
-            content=self._path.encode()[:MOST_CONTENT],
-        )
-        return (packet_message(asked),)
-
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
-        self.is_done = True
+        # Asked again by the same number, PX4 repeats its answer instead of reading the file again.
+        return (self._request(Operation.CALC_FILE_CRC32, number=self._number),)
 
 
 def crc32_of(path: Path) -> int:

@@ -18,6 +18,7 @@ from planner.link.files import (
     FileRefusedError,
     FolderListing,
     crc32_of,
+    stalled_file,
 )
 from planner.link.transfers import Transfer
 from planner.link.wire import message
@@ -81,10 +82,9 @@ class LogListing(Transfer):
     def _requests(self) -> tuple[Message, ...]:
         return (message("LOG_REQUEST_LIST", start=0, end=_ALL),)
 
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
+    def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - as every transfer
         got, count = self.progress
-        msg = f"the list of logs stalled at {got} of {'?' if count is None else count}"
-        raise LinkError(msg)
+        return f"the list of logs stalled at {got} of {'?' if count is None else count}"
 
 
 class LogDownload(Transfer):
@@ -120,19 +120,12 @@ class LogDownload(Transfer):
         if has_grown:
             self._timer.answered(now_s)
             self._timer.sent(now_s)
-        if has_grown and self._stream.offset >= self._asked_until:
-            return self._requests()
-        if offset + len(content) >= self._asked_until:  # the end of what was asked for is here
-            return self._requests()
-        return ()
+        has_written_all = has_grown and self._stream.offset >= self._asked_until
+        is_end = offset + len(content) >= self._asked_until
+        return self._requests() if has_written_all or is_end else ()
 
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - as every exchange
-        done, size = self.progress
-        msg = (
-            f"{self._log.name} stalled at {done} of {size} bytes; what came is kept, call again to "
-            "continue"
-        )
-        raise LinkError(msg)
+    def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - as every transfer
+        return stalled_file(self._log.name, *self.progress)
 
     def _requests(self) -> tuple[Message, ...]:
         start = self._stream.offset
@@ -322,26 +315,20 @@ def _download(link: VehicleLink, log: VehicleLog, path: Path) -> None:
 
 def _files(link: VehicleLink, top: str) -> tuple[VehicleLog, ...]:
     """Return the logs in a folder and the folders in it."""
-    found: list[VehicleLog] = []
     listing = FolderListing(top, link.settings, link.file_numbers, retries=_TRIES)
     link.run(listing, f"files in {top}")
-    inner = [f"{top}/{name}" for name in sorted(listing.folders)[:_MOST_FOLDERS]]
-    found += _logs(listing, top, prefix="")
-    for folder in inner:
-        deeper = FolderListing(folder, link.settings, link.file_numbers)
-        link.run(deeper, f"files in {folder}")
-        found += _logs(deeper, folder, prefix=f"{folder.rpartition('/')[2]}-")
-    return tuple(found)
-
-
-def _logs(listing: FolderListing, folder: str, *, prefix: str) -> list[VehicleLog]:
-    return [
+    found = dict(sorted(listing.files.items()))
+    for folder in sorted(listing.folders)[:_MOST_FOLDERS]:
+        deeper = FolderListing(f"{top}/{folder}", link.settings, link.file_numbers)
+        link.run(deeper, f"files in {top}/{folder}")
+        found |= {f"{folder}/{name}": size for name, size in sorted(deeper.files.items())}
+    return tuple(
         VehicleLog(
             # The vehicle's text becomes a file's name here: nothing of a path is left in it.
-            name=_SAFE.sub("_", f"{prefix}{name}").lstrip("."),
+            name=_SAFE.sub("_", name.replace("/", "-", 1)).lstrip("."),
             size_bytes=size,
-            path=f"{folder}/{name}",
+            path=f"{top}/{name}",
         )
-        for name, size in sorted(listing.files.items())
+        for name, size in found.items()
         if name.lower().endswith(_SUFFIXES)
-    ]
+    )

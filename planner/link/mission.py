@@ -106,13 +106,13 @@ class WireItem(Value):
 
     frame: int
     command: int
-    param1: float
-    param2: float
-    param3: float
-    param4: float
-    x: int
-    y: int
-    z: float
+    param1: float = 0.0
+    param2: float = 0.0
+    param3: float = 0.0
+    param4: float = 0.0
+    x: int = 0
+    y: int = 0
+    z: float = 0.0
     autocontinue: int = 1
 
 
@@ -186,9 +186,6 @@ class MissionDownload(Transfer):
             return (message("MISSION_REQUEST_LIST", mission_type=kind),)
         return (message("MISSION_REQUEST_INT", seq=len(self._items), mission_type=kind),)
 
-    def _give_up(self, now_s: float) -> None:
-        raise LinkError(self._stalled(now_s))
-
     def _take_count(self, count: int, now_s: float) -> tuple[Message, ...]:
         if self._count is not None:
             if count == self._count:
@@ -198,7 +195,7 @@ class MissionDownload(Transfer):
         self._timer.answered(now_s)
         self._last_progress_s = now_s
         self._count = count
-        return self._go_on(now_s)
+        return self._next(now_s)
 
     def _take_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
         if self._count is None or received["seq"] != len(self._items):
@@ -206,9 +203,9 @@ class MissionDownload(Transfer):
         self._timer.answered(now_s)
         self._last_progress_s = now_s
         self._items.append(WireItem(**{name: received[name] for name in ITEM_FIELDS}))
-        return self._go_on(now_s)
+        return self._next(now_s)
 
-    def _go_on(self, now_s: float) -> tuple[Message, ...]:
+    def _next(self, now_s: float) -> tuple[Message, ...]:
         if len(self._items) == self._count:
             self.is_done = True
             return (message("MISSION_ACK", type=0, mission_type=int(self._kind)),)
@@ -261,13 +258,13 @@ class MissionDownload(Transfer):
         self._timer.repeated(now_s)
         return self._requests()
 
-    def _stalled(self, now_s: float) -> str:
+    def _stalled(self, waited_s: float) -> str:
         got, count = self.progress
         what = "its number of items" if count is None else f"item {got + 1} of {count}"
         refused = f" (it answered {self._refusal})" if self._refusal else ""
         return (
             f"the {self._kind.label} stalled: {what} did not come in {self._timer.attempts} "
-            f"requests and {self._timer.waited_s(now_s):.0f} s{refused}; bring the radio closer, "
+            f"requests and {waited_s:.0f} s{refused}; bring the radio closer, "
             "or give a longer --reply-timeout or more --retries"
         )
 
@@ -329,9 +326,6 @@ class MissionUpload(Transfer):
             return (self._announcement(),)
         return (self._item(self._last_asked),)
 
-    def _give_up(self, now_s: float) -> None:
-        raise LinkError(self._stalled(now_s))
-
     @property
     def _has_sent_all(self) -> bool:
         return bool(self._sent) and len(self._asked) == len(self._sent)
@@ -390,19 +384,19 @@ class MissionUpload(Transfer):
         self.outcome = outcome
         self.is_done = True
 
-    def _stalled(self, now_s: float) -> str:
+    def _stalled(self, waited_s: float) -> str:
         asked = self._last_asked
         what = "its answer" if asked is None else f"what follows item {asked + 1}"
         return (
             f"sending the {self._kind.label} stalled: {what} of {len(self._sent)} items did not "
-            f"come in {self._timer.waited_s(now_s):.0f} s"
+            f"come in {waited_s:.0f} s"
         )
 
 
-_FRAMES = {
-    Frame.GLOBAL_INT: Frame.GLOBAL,
-    Frame.GLOBAL_RELATIVE_ALT_INT: Frame.GLOBAL_RELATIVE_ALT,
-    Frame.GLOBAL_TERRAIN_ALT_INT: Frame.GLOBAL_TERRAIN_ALT,
+_FRAMES: Mapping[int, int] = {
+    Frame.GLOBAL_INT: int(Frame.GLOBAL),
+    Frame.GLOBAL_RELATIVE_ALT_INT: int(Frame.GLOBAL_RELATIVE_ALT),
+    Frame.GLOBAL_TERRAIN_ALT_INT: int(Frame.GLOBAL_TERRAIN_ALT),
 }
 """Frames that mean the same: files have the second of each pair."""
 _SCALE = 1e7
@@ -464,7 +458,7 @@ def lists_of_mission(
         for number, item in enumerate(numbered_in_order(mission.items), 1)
     ]
     if identity.has_home_slot:
-        rows.insert(0, home_slot or _home_row(mission.home))
+        rows.insert(0, home_slot or home_row(mission.home))
     if len(rows) > MOST_ITEMS:
         msg = f"{len(rows)} items cannot be sent: MAVLink counts to {MOST_ITEMS}"
         raise UsageError(msg)
@@ -491,7 +485,7 @@ def read_item(
     )
     return MissionItem(
         command=row.command,
-        frame=_plain_frame(row.frame),
+        frame=_FRAMES.get(row.frame, row.frame),
         param1=param1,
         param2=shortest(row.param2),
         param3=shortest(row.param3),
@@ -577,10 +571,6 @@ def _is_scaled(command: int, frame: int) -> bool:
     return definition is None or definition.has_location
 
 
-def _plain_frame(frame: int) -> int:
-    return int(_FRAMES[Frame(frame)]) if frame in set(_FRAMES) else frame
-
-
 def _home(row: WireItem) -> Home | None:
     """Return the home of ArduPilot's first item; 0, 0 means that it has none yet."""
     if row.x == 0 and row.y == 0:
@@ -590,19 +580,9 @@ def _home(row: WireItem) -> Home | None:
     )
 
 
-def _home_row(home: Home | None) -> WireItem:
-    """Return the first item until ArduPilot puts its own home there."""
-    nowhere = WireItem(
-        frame=0,
-        command=int(Command.NAV_WAYPOINT),
-        param1=0.0,
-        param2=0.0,
-        param3=0.0,
-        param4=0.0,
-        x=0,
-        y=0,
-        z=0.0,
-    )
+def home_row(home: Home | None) -> WireItem:
+    """Return ArduPilot's first item, which it puts its own home into."""
+    nowhere = WireItem(frame=0, command=int(Command.NAV_WAYPOINT))
     if home is None:
         return nowhere
     return replace(

@@ -88,7 +88,8 @@ class ParameterDownload(Transfer):
         index, count = received["param_index"], received["param_count"]
         if index == _NO_INDEX or index >= count:
             return ()
-        self._take_count(count)
+        if count != self._count:
+            self._begin_again(count)
         is_new = index not in self._by_index
         self._by_index[index] = WireParameter(
             name=received["param_id"],
@@ -103,9 +104,7 @@ class ParameterDownload(Transfer):
         was_asked = index in self._outstanding
         self._outstanding.discard(index)
         if was_asked and not self._outstanding:
-            self._timer.answered(now_s)
-            self._timer.sent(now_s)
-            return self._missing()
+            return self._go_on(now_s)
         if was_asked:  # the others of the same request are on their way
             self._timer.answered(now_s)
         self._timer.sent(now_s)
@@ -114,10 +113,12 @@ class ParameterDownload(Transfer):
     def _requests(self) -> tuple[Message, ...]:
         if self._count is None:
             return (message("PARAM_REQUEST_LIST"),)
-        return self._missing()
-
-    def _give_up(self, now_s: float) -> None:
-        raise LinkError(self._stalled(now_s))
+        missing = [index for index in range(self._count) if index not in self._by_index]
+        self._outstanding = set(missing[:_AT_ONCE])
+        return tuple(
+            message("PARAM_REQUEST_READ", param_id="", param_index=index)
+            for index in missing[:_AT_ONCE]
+        )
 
     def _end(self, now_s: float) -> tuple[Message, ...]:
         """End, or ask for all again, once, where one has come under two numbers."""
@@ -130,10 +131,6 @@ class ParameterDownload(Transfer):
         self._begin_again(self._count)
         self._timer.sent(now_s)
         return (message("PARAM_REQUEST_LIST"),)
-
-    def _take_count(self, count: int) -> None:
-        if count != self._count:
-            self._begin_again(count)
 
     def _begin_again(self, count: int) -> None:
         """Forget what came: with one more or less, all later ones have other numbers."""
@@ -149,16 +146,7 @@ class ParameterDownload(Transfer):
         self._by_index.clear()
         self._outstanding.clear()
 
-    def _missing(self) -> tuple[Message, ...]:
-        assert self._count is not None
-        missing = [index for index in range(self._count) if index not in self._by_index]
-        self._outstanding = set(missing[:_AT_ONCE])
-        return tuple(
-            message("PARAM_REQUEST_READ", param_id="", param_index=index)
-            for index in missing[:_AT_ONCE]
-        )
-
-    def _stalled(self, now_s: float) -> str:
+    def _stalled(self, waited_s: float) -> str:
         if self._count is None:
             what = "none came"
         else:
@@ -166,6 +154,6 @@ class ParameterDownload(Transfer):
             what = f"number {first + 1} of {self._count} did not come"
         return (
             f"the parameters stalled: {what} in {self._timer.attempts} requests and "
-            f"{self._timer.waited_s(now_s):.0f} s; bring the radio closer, or give a longer "
+            f"{waited_s:.0f} s; bring the radio closer, or give a longer "
             "--reply-timeout or more --retries"
         )

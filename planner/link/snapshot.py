@@ -60,9 +60,9 @@ def read_vehicle(link: VehicleLink) -> VehicleReading:
     )
 
 
-def fetch_snapshot(link: VehicleLink, *, address: str) -> VehicleSnapshot:
+def fetch_snapshot(link: VehicleLink) -> VehicleSnapshot:
     """Return everything that a vehicle reports, put together."""
-    return make_snapshot(link.identity, read_vehicle(link), address=address)
+    return make_snapshot(link.identity, read_vehicle(link), address=link.connection.name)
 
 
 HOME_NOT_TOLD = Rule(

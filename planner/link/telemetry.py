@@ -13,7 +13,7 @@ from planner.mission.items import Home
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from planner.link.transfers import LinkSettings
     from planner.link.wire import Message
@@ -89,6 +89,8 @@ class BatteryState(Value):
     temperature_c: float | None = None
     consumed_ah: float | None = None
     """Since it was switched on. [Ah]"""
+    consumed_wh: float | None = None
+    """Likewise. [Wh]"""
     capacity_ah: float | None = None
     """By the autopilot's parameters. [Ah]"""
 
@@ -257,22 +259,16 @@ class EventRequest(Transfer):
     def __init__(self, record: EventRecord, settings: LinkSettings, *, retries: int) -> None:
         super().__init__(settings, retries=retries)
         self._record = record
-        self._wanted = len(record.missing)
         self.is_done = not record.missing
-
-    @property
-    def progress(self) -> tuple[int, int | None]:
-        """Events that came, and how many were missing."""
-        return self._wanted - len(self._record.missing), self._wanted
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every transfer
         """Take a message of the vehicle, which the record has taken before."""
         self.is_done = not self._record.missing
         return ()
 
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
+    def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - it does without
         self._record.give_up()
-        self.is_done = True
+        return ""
 
     def _requests(self) -> tuple[Message, ...]:
         return tuple(
@@ -284,6 +280,7 @@ class EventRequest(Transfer):
 _NO_VOLTAGE_MV = 65_535
 _NO_CURRENT_CA = -1
 _NO_TEMPERATURE_CC = 32_767
+_HECTOJOULES_PER_WH = 36.0
 _ARMED = 128
 """MAV_MODE_FLAG_SAFETY_ARMED."""
 _LANDED_STATES = {1: True, 2: False, 3: False, 4: False}
@@ -291,6 +288,48 @@ _LANDED_STATES = {1: True, 2: False, 3: False, 4: False}
 _MOST_CHUNKS = 16
 _MOST_TEXTS = 200
 """Texts kept of one vehicle."""
+
+
+def _cells_v(status: Message) -> float | None:
+    cells_mv = [mv for mv in status["voltages"] if mv != _NO_VOLTAGE_MV]
+    cells_mv += [mv for mv in status.fields.get("voltages_ext", ()) if mv]
+    return sum(cells_mv) / 1e3 if any(cells_mv) else None
+
+
+def _current_a(received: Message) -> float | None:
+    current_ca: int = received["current_battery"]
+    return None if current_ca == _NO_CURRENT_CA else current_ca / 1e2
+
+
+def _fraction(received: Message) -> float | None:
+    percent: int = received["battery_remaining"]
+    return percent / 100.0 if 0 <= percent <= 100 else None
+
+
+_BATTERY: Mapping[str, Mapping[str, Callable[[Message], float | None]]] = {
+    "SYS_STATUS": {
+        "remaining_fraction": _fraction,
+        "voltage_v": lambda m: (
+            m["voltage_battery"] / 1e3 if 0 < m["voltage_battery"] < _NO_VOLTAGE_MV else None
+        ),
+        "current_a": _current_a,
+    },
+    "BATTERY_STATUS": {
+        "remaining_fraction": _fraction,
+        "voltage_v": _cells_v,
+        "current_a": _current_a,
+        "temperature_c": lambda m: (
+            None if m["temperature"] == _NO_TEMPERATURE_CC else m["temperature"] / 1e2
+        ),
+        "consumed_ah": lambda m: (
+            m["current_consumed"] / 1e3 if m["current_consumed"] >= 0 else None
+        ),
+        "consumed_wh": lambda m: (
+            m["energy_consumed"] / _HECTOJOULES_PER_WH if m["energy_consumed"] >= 0 else None
+        ),
+    },
+}
+"""By message, what it measures of a battery; the second counts more."""
 
 
 class Telemetry:
@@ -370,36 +409,14 @@ class Telemetry:
         )
 
     def _battery(self) -> BatteryState | None:
-        status, system = self._latest.get("BATTERY_STATUS"), self._latest.get("SYS_STATUS")
-        if status is None and system is None:
+        if not self._latest.keys() & _BATTERY.keys():
             return None
-        remaining, voltage_v, current_a, temperature_c, consumed_ah = None, None, None, None, None
-        if system is not None:
-            remaining = _fraction(system["battery_remaining"])
-            if 0 < system["voltage_battery"] < _NO_VOLTAGE_MV:
-                voltage_v = system["voltage_battery"] / 1e3
-            if system["current_battery"] != _NO_CURRENT_CA:
-                current_a = system["current_battery"] / 1e2
-        if status is not None:
-            cells_mv = [mv for mv in status["voltages"] if mv != _NO_VOLTAGE_MV]
-            cells_mv += [mv for mv in status.fields.get("voltages_ext", ()) if mv]
-            if any(cells_mv):
-                voltage_v = sum(cells_mv) / 1e3
-            if status["current_battery"] != _NO_CURRENT_CA:
-                current_a = status["current_battery"] / 1e2
-            if status["temperature"] != _NO_TEMPERATURE_CC:
-                temperature_c = status["temperature"] / 1e2
-            if status["current_consumed"] >= 0:
-                consumed_ah = status["current_consumed"] / 1e3
-            reported = _fraction(status["battery_remaining"])
-            remaining = remaining if reported is None else reported
-        return BatteryState(
-            remaining_fraction=remaining,
-            voltage_v=voltage_v,
-            current_a=current_a,
-            temperature_c=temperature_c,
-            consumed_ah=consumed_ah,
-        )
+        found: dict[str, float | None] = {}
+        for name, fields in _BATTERY.items():
+            if (received := self._latest.get(name)) is not None:
+                values = {field: read(received) for field, read in fields.items()}
+                found |= {field: value for field, value in values.items() if value is not None}
+        return BatteryState(**found)
 
     def _wind(self) -> WindEstimate | None:
         wind, estimate = self._latest.get("WIND_COV"), self._latest.get("WIND")
@@ -438,7 +455,3 @@ def _is_place(latitude: int, longitude: int) -> bool:
     """Return whether degrees times 10⁷ are a place; 0, 0 means none."""
     is_known = latitude != 0 or longitude != 0
     return is_known and abs(latitude) <= 900_000_000 and abs(longitude) <= 1_800_000_000
-
-
-def _fraction(percent: int) -> float | None:
-    return percent / 100.0 if 0 <= percent <= 100 else None

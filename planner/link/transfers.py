@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from planner.errors import LinkError
 from planner.link.wire import message
 from planner.values import Value
 
@@ -105,7 +106,7 @@ class Transfer:
     @property
     def progress(self) -> tuple[int, int | None]:
         """How much is done, and of how much, where that is known."""
-        raise NotImplementedError
+        return int(self.is_done), None
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle, of any kind."""
@@ -119,7 +120,9 @@ class Transfer:
     def expire(self, now_s: float) -> tuple[Message, ...]:
         """Ask again; give up where that was done often enough."""
         if self._timer.is_used_up:
-            self._give_up(now_s)
+            if stalled := self._stalled(self._timer.waited_s(now_s)):
+                raise LinkError(stalled)
+            self.is_done = True
             return ()
         self._timer.repeated(now_s)
         return self._requests()
@@ -128,9 +131,15 @@ class Transfer:
         """Return what asks for what is missing now."""
         raise NotImplementedError
 
-    def _give_up(self, now_s: float) -> None:
-        """Raise `planner.errors.LinkError`, or do without."""
-        raise NotImplementedError
+    def _stalled(self, waited_s: float) -> str:  # noqa: ARG002 - as who cannot do without
+        """Return the message of giving up; empty where it can be done without."""
+        return ""
+
+    def _go_on(self, now_s: float) -> tuple[Message, ...]:
+        """Note that an answer came, and ask for what is missing now."""
+        self._timer.answered(now_s)
+        self._timer.sent(now_s)
+        return self._requests()
 
 
 REQUEST_MESSAGE = 512
@@ -166,11 +175,6 @@ class Question(Transfer):
         own = 0 if self.answer is not None else self._asked
         return max(self._stray + own, 0)
 
-    @property
-    def progress(self) -> tuple[int, int | None]:
-        """Whether it is there."""
-        return int(self.answer is not None), 1
-
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of the vehicle."""
         if self._is_answer(received):
@@ -187,9 +191,6 @@ class Question(Transfer):
     def _requests(self) -> tuple[Message, ...]:
         self._asked += 1
         return (self._request,)
-
-    def _give_up(self, now_s: float) -> None:  # noqa: ARG002 - it does without
-        self.is_done = True
 
     def _is_answer(self, received: Message) -> bool:
         raise NotImplementedError

@@ -64,6 +64,8 @@ _ORDER = (MissionKind.FENCE, MissionKind.RALLY, MissionKind.MISSION)
 _SETTLED_S = 1.0
 """In which PX4's navigator has judged what it was sent. [s]"""
 _LOOKS = 3
+_RESTORE_S = 20.0
+"""How long the vehicle is waited for after the line broke. [s]"""
 
 
 class UploadResult(Value):
@@ -103,7 +105,6 @@ def upload_mission(
     listen_s: float,
     kept: Collection[MissionKind] = (),
     has_home: bool = True,
-    restore_timeout_s: float = 20.0,
 ) -> UploadResult:
     """Put a mission, its fence and its rally points in place of those on a vehicle.
 
@@ -146,7 +147,7 @@ def upload_mission(
             return UploadResult(differences=differences, restored=restored)
     except (LinkError, KeyboardInterrupt) as error:
         sent = {kind: wanted[kind] for kind in touched}
-        raise _after_break(link, before, sent, error, restore_timeout_s) from error
+        raise _after_break(link, before, sent, error) from error
     result = UploadResult(differences=differences)
     try:
         return _judged(link, result, listen_s, has_items=bool(mission.items), has_home=has_home)
@@ -234,14 +235,13 @@ def _after_break(
     before: Mapping[MissionKind, tuple[WireItem, ...] | None],
     sent: Mapping[MissionKind, tuple[WireItem, ...]],
     error: LinkError | KeyboardInterrupt,
-    timeout_s: float,
 ) -> LinkError:
     """Return the error to raise after a break: what is on the vehicle, as far as it is known."""
     if not sent:
         return _break_error(error, "nothing was sent, the vehicle has what it had")
     silence = "the vehicle does not answer any more"
     try:
-        if link.is_heard(timeout_s) and _restore(link, before, tuple(sent)):
+        if link.connection.hears_vehicle(_RESTORE_S) and _restore(link, before, tuple(sent)):
             left = "the old mission is on the vehicle, it was read back whole"
             return _break_error(error, left)
     except LinkError:

@@ -14,6 +14,7 @@ from planner.link.parameters import ParameterDownload
 from planner.link.telemetry import EventRequest, VehicleIdentity, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest
 from planner.link.wire import open_line
+from planner.values import replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from planner.link.parameters import WireParameter
     from planner.link.telemetry import StatusText, VehicleEvent, VehicleState
     from planner.link.transfers import Transfer
-    from planner.link.wire import Message, VehicleLine
+    from planner.link.wire import VehicleLine
 OnProgress = Callable[[str, int, int | None], None]
 
 
@@ -82,15 +83,11 @@ class VehicleLink:
             self.connection.wait_for_vehicle(
                 lambda: self._on_progress("the vehicle's heartbeat", 0, None)
             )
-            self._identity = self._fetch_identity()
+            self.identity = self._fetch_identity()
+            """Who is on the line."""
         except BaseException:
             self.connection.close()
             raise
-
-    @property
-    def identity(self) -> VehicleIdentity:
-        """Who is on the line."""
-        return self._identity
 
     def close(self) -> None:
         """Close the line."""
@@ -122,13 +119,13 @@ class VehicleLink:
 
         `LinkError` where no heartbeat comes, which alone reports whether it is armed.
         """
-        wind = _ARDUPILOT_WIND if self._identity.has_home_slot else _PX4_WIND
+        wind = _ARDUPILOT_WIND if self.identity.has_home_slot else _PX4_WIND
         self.connection.telemetry.forget("HEARTBEAT")
         for name, number in (*_STATE, wind):
-            self._request(name, number, retries=_OPTIONAL_RETRIES)
+            self._ask(name, number, retries=_OPTIONAL_RETRIES)
         if not self.connection.awaits_heartbeat(self.settings.heartbeat_timeout_s):
             msg = (
-                f"{self._identity.label} sent no heartbeat in "
+                f"{self.identity.label} sent no heartbeat in "
                 f"{self.settings.heartbeat_timeout_s:g} s: whether it is armed is not known; bring "
                 "the radio closer, or give a longer --heartbeat-timeout"
             )
@@ -152,12 +149,8 @@ class VehicleLink:
         PX4 reports it of a mission that its feasibility check rejects (``update_mission_state``),
         versions before 2025 do not.
         """
-        current = self._request("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES)
+        current = self._ask("MISSION_CURRENT", 42, retries=_OPTIONAL_RETRIES).answer
         return current is not None and current["mission_state"] == _NO_MISSION
-
-    def is_heard(self, timeout_s: float) -> bool:
-        """Return whether the vehicle sends another heartbeat within a time."""
-        return self.connection.hears_vehicle(timeout_s)
 
     def _fetch_identity(self) -> VehicleIdentity:
         heard = self.connection.vehicle
@@ -181,23 +174,15 @@ class VehicleLink:
         if version is None:
             return identity
         number = version["flight_sw_version"]
-        return VehicleIdentity(
-            system=heard.system,
-            component=heard.component,
-            autopilot_number=heard.autopilot,
-            vehicle_type=heard.vehicle_type,
-            firmware_version=(number >> 24 & 255, number >> 16 & 255, number >> 8 & 255)
-            if number
-            else None,
+        firmware = (number >> 24 & 255, number >> 16 & 255, number >> 8 & 255)
+        return replace(
+            identity,
+            firmware_version=firmware if number else None,
             firmware_release=firmware_release(number & 255) if number else "",
             firmware_hash=bytes(version["flight_custom_version"]).hex(),
             uid=uid_text(version),
             capabilities=version["capabilities"],
         )
-
-    def _request(self, name: str, number: int, *, retries: int) -> Message | None:
-        """Return a message, which the vehicle may not have."""
-        return self._ask(name, number, retries=retries).answer
 
     def _ask(self, name: str, number: int, *, retries: int) -> MessageRequest:
         stray = self._stray if self.connection.now_s < self._stray_until_s else 0

@@ -15,7 +15,7 @@ from planner.guard.session import GuardSession
 from planner.link.connection import Purpose
 from planner.link.snapshot import make_snapshot, read_vehicle
 from planner.service.preflight import UnreadableMission
-from planner.service.vehicle import check_vehicle, open_link, silent
+from planner.service.vehicle import check_vehicle, open_link
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from planner.guard.decision import Decision
     from planner.guard.session import Authoriser, GuardStatus
     from planner.link.snapshot import VehicleSnapshot
-    from planner.link.vehicle import OnProgress
     from planner.service.vehicle import LinkRequest
     from planner.setup import Setup
 
@@ -55,7 +54,6 @@ def guard_vehicle(
     on_decision: Callable[[Decision], None],
     on_status: Callable[[GuardStatus], None],
     on_lost: Callable[[str], None] = lambda _: None,
-    on_progress: OnProgress = silent,
 ) -> None:
     """Guard a vehicle until something stops it.
 
@@ -70,14 +68,23 @@ def guard_vehicle(
     """
     while True:
         try:
-            _guard_once(
-                request,
-                check,
-                guard,
-                on_decision=on_decision,
-                on_status=on_status,
-                on_progress=on_progress,
-            )
+            with open_link(request, purpose=Purpose.GUARD) as link, ExitStack() as stack:
+                authoriser: Authoriser | None = None
+                if guard.uses_mavsdk:
+                    from planner.guard.authorisation import MavsdkAuthoriser
+
+                    authoriser = stack.enter_context(closing(MavsdkAuthoriser(link.connection)))
+                GuardSession(
+                    link,
+                    _settings(guard.settings, is_charge_given=guard.is_charge_given),
+                    judge=lambda snapshot: judge_vehicle(
+                        snapshot, check, is_charge_given=guard.is_charge_given
+                    ),
+                    on_decision=on_decision,
+                    on_status=on_status,
+                    authoriser=authoriser,
+                    executor=_executor(stack),
+                ).run()
         except LinkError as error:
             if not guard.keeps_waiting:
                 raise
@@ -85,41 +92,16 @@ def guard_vehicle(
             time.sleep(_REOPEN_S)
 
 
-def _guard_once(
-    request: LinkRequest,
-    check: Setup,
-    guard: GuardRequest,
-    *,
-    on_decision: Callable[[Decision], None],
-    on_status: Callable[[GuardStatus], None],
-    on_progress: OnProgress,
-) -> None:
-    settings = guard.settings
-    if guard.is_charge_given:
-        settings = replace(settings, needed=settings.needed - {VehiclePart.BATTERY})
-    with ExitStack() as stack:
-        link = stack.enter_context(
-            open_link(request, purpose=Purpose.GUARD, on_progress=on_progress)
-        )
-        authoriser: Authoriser | None = None
-        if guard.uses_mavsdk:
-            from planner.guard.authorisation import MavsdkAuthoriser
+def _settings(settings: GuardSettings, *, is_charge_given: bool) -> GuardSettings:
+    """Return settings under which the charge of the vehicle counts, unless one was given."""
+    reported = {VehiclePart.BATTERY} if is_charge_given else set()
+    return replace(settings, needed=settings.needed - reported)
 
-            authoriser = stack.enter_context(closing(MavsdkAuthoriser(link.connection)))
-        executor = ThreadPoolExecutor(1)
-        stack.callback(executor.shutdown, wait=False, cancel_futures=True)
-        session = GuardSession(
-            link,
-            settings,
-            judge=lambda snapshot: judge_vehicle(
-                snapshot, check, is_charge_given=guard.is_charge_given
-            ),
-            on_decision=on_decision,
-            on_status=on_status,
-            authoriser=authoriser,
-            executor=executor,
-        )
-        session.run()
+
+def _executor(stack: ExitStack) -> ThreadPoolExecutor:
+    executor = ThreadPoolExecutor(1)
+    stack.callback(executor.shutdown, wait=False, cancel_futures=True)
+    return executor
 
 
 def judge_vehicle(
@@ -212,21 +194,15 @@ def _watch_once(
         raise_if_over()
         watcher.progress(what, done, count)
 
-    settings = GuardSettings(is_observing=True)
-    if is_charge_given:
-        settings = replace(settings, needed=settings.needed - {VehiclePart.BATTERY})
-    with ExitStack() as stack:
-        link = stack.enter_context(open_link(request, on_progress=report_progress))
+    with open_link(request, on_progress=report_progress) as link, ExitStack() as stack:
         known = read_vehicle(link)
         watcher.received(make_snapshot(link.identity, known, address=request.address.text))
-        executor = ThreadPoolExecutor(1)
-        stack.callback(executor.shutdown, wait=False, cancel_futures=True)
         GuardSession(
             link,
-            settings,
+            _settings(GuardSettings(is_observing=True), is_charge_given=is_charge_given),
             judge=judge,
             on_decision=lambda _: None,
             on_status=report_status,
-            executor=executor,
+            executor=_executor(stack),
             known=known,
         ).run()

@@ -83,7 +83,7 @@ def send_mission(
         If the vehicle is armed or in the air, or does not report it, or an item cannot be sent.
     """
     with open_link(request, purpose=Purpose.UPLOAD, on_progress=on_progress) as link:
-        snapshot = fetch_snapshot(link, address=request.address.text)
+        snapshot = fetch_snapshot(link)
         if not options.is_forced:
             _refuse_hazard(snapshot)
         kept = _unset_areas(mission, snapshot) if options.keeps_areas else ()

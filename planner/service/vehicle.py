@@ -69,7 +69,7 @@ def open_link(
 def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = silent) -> VehicleSnapshot:
     """Return everything that a vehicle reports of itself."""
     with open_link(request, on_progress=on_progress) as link:
-        return fetch_snapshot(link, address=request.address.text)
+        return fetch_snapshot(link)
 
 
 def refuse_existing(*paths: Path) -> None:

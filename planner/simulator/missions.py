@@ -212,6 +212,12 @@ _SCALE = 1e7
 _LARGEST_INT = 2**31 - 1
 
 
+_ANSWERED = frozenset(
+    {"MISSION_REQUEST_LIST", "MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_COUNT"}
+)
+"""What is answered about a list that no vehicle has, too."""
+
+
 class MissionServer:
     """The three lists of a vehicle, up and down."""
 
@@ -238,6 +244,15 @@ class MissionServer:
 
     def feed(self, received: Message, now_s: float) -> tuple[Message, ...]:
         """Take a message of any kind, and return the answers."""
+        kind = self._kind(received)
+        if kind is None and received.name in _ANSWERED:
+            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+        if received.name == "MISSION_CLEAR_ALL":
+            return self._clear(received)
+        if received.name == "MISSION_SET_CURRENT":
+            if received["seq"] < len(self.lists[MissionKind.MISSION]):
+                self.current = received["seq"]
+            return ()
         handler = {
             "MISSION_REQUEST_LIST": self._send_count,
             "MISSION_REQUEST_INT": self._send_item,
@@ -246,11 +261,9 @@ class MissionServer:
             "MISSION_WRITE_PARTIAL_LIST": self._begin_partial_upload,
             "MISSION_ITEM_INT": self._take_item,
             "MISSION_ITEM": self._take_item,
-            "MISSION_CLEAR_ALL": self._clear,
             "MISSION_ACK": self._take_ack,
-            "MISSION_SET_CURRENT": self._set_current,
         }.get(received.name)
-        return () if handler is None else handler(received, now_s)
+        return () if handler is None or kind is None else handler(received, kind, now_s)
 
     def expire(self, now_s: float) -> tuple[Message, ...]:
         """Ask again for the item that does not come, or give up."""
@@ -273,10 +286,9 @@ class MissionServer:
     def _ack(self, to: Message, result: MissionResult, kind: int) -> Message:
         return answer(to, "MISSION_ACK", type=int(result), mission_type=int(kind))
 
-    def _send_count(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        kind = self._kind(received)
-        if kind is None:
-            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+    def _send_count(
+        self, received: Message, kind: MissionKind, now_s: float
+    ) -> tuple[Message, ...]:
         if self._is_px4:
             sending = self._sending_at(now_s)
             is_again = sending is not None and sending.is_of(received, kind)
@@ -294,10 +306,7 @@ class MissionServer:
         fields = {"count": count, "mission_type": int(kind), "opaque_id": self.list_id(kind)}
         return answer(received, "MISSION_COUNT", **fields)
 
-    def _send_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        kind = self._kind(received)
-        if kind is None:
-            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+    def _send_item(self, received: Message, kind: MissionKind, now_s: float) -> tuple[Message, ...]:
         items, number = self.lists[kind], received["seq"]
         if self._is_px4:
             refused = self._objection(received, kind, now_s)
@@ -350,11 +359,9 @@ class MissionServer:
             self._sending = None
         return self._sending
 
-    def _take_ack(self, received: Message, now_s: float) -> tuple[Message, ...]:
+    def _take_ack(self, received: Message, kind: MissionKind, now_s: float) -> tuple[Message, ...]:
         """End a download; or change the way to ask, for a sender that does not know this one."""
-        kind, upload = self._kind(received), self._upload
-        if kind is None:
-            return ()
+        upload = self._upload
         if self._sending is not None and self._sending.is_of(received, kind):
             self._sending = None
         if (
@@ -367,10 +374,10 @@ class MissionServer:
         self._asks_for_int = not self._asks_for_int
         return (self._request(now_s),)
 
-    def _begin_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        kind, count = self._kind(received), received["count"]
-        if kind is None:
-            return (self._ack(received, MissionResult.UNSUPPORTED, received["mission_type"]),)
+    def _begin_upload(
+        self, received: Message, kind: MissionKind, now_s: float
+    ) -> tuple[Message, ...]:
+        count = received["count"]
         if self._upload is not None and self._upload.partner.system != received.system:
             busy = MissionResult.ERROR if self._is_px4 else MissionResult.DENIED
             return (self._ack(received, busy, kind),)
@@ -382,26 +389,27 @@ class MissionServer:
         if count == 0:
             self._upload = None
             self.deadline_s = NEVER_S
-            return (*self._replaced(kind, []), self._ack(received, MissionResult.ACCEPTED, kind))
+            self._replace(kind, [])
+            return (self._ack(received, MissionResult.ACCEPTED, kind),)
         if self._is_written_at_once(kind):
             del self.lists[kind][count:]
-        return self._begin(received, IncomingList(received, kind, start=0, end=count), now_s)
+        return self._begin(IncomingList(received, kind, start=0, end=count), now_s)
 
-    def _begin_partial_upload(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        kind = self._kind(received)
+    def _begin_partial_upload(
+        self, received: Message, kind: MissionKind, now_s: float
+    ) -> tuple[Message, ...]:
         if self._is_px4 or kind is not MissionKind.MISSION:
             return ()  # PX4 does not know it
         start, end = received["start_index"], received["end_index"] + 1
         if not 0 <= start < end <= len(self.lists[kind]):
             return (self._ack(received, MissionResult.ERROR, kind),)
-        return self._begin(received, IncomingList(received, kind, start=start, end=end), now_s)
+        return self._begin(IncomingList(received, kind, start=start, end=end), now_s)
 
-    def _begin(self, received: Message, upload: IncomingList, now_s: float) -> tuple[Message, ...]:
+    def _begin(self, upload: IncomingList, now_s: float) -> tuple[Message, ...]:
         self._upload = upload
         upload.last_item_s = now_s
         self._finished = None
         self._asks_for_int = False
-        upload.partner = received
         return (self._request(now_s),)
 
     def _request(self, now_s: float) -> Message:
@@ -411,10 +419,13 @@ class MissionServer:
         name = "MISSION_REQUEST_INT" if self._asks_for_int else "MISSION_REQUEST"
         return answer(upload.partner, name, seq=upload.next, mission_type=int(upload.kind))
 
-    def _take_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
-        kind, upload = self._kind(received), self._upload
+    def _take_item(self, received: Message, kind: MissionKind, now_s: float) -> tuple[Message, ...]:
+        upload = self._upload
         if upload is None:
-            return self._late_item(received, kind)
+            # Nobody waits for it: the answer that it was the last may be lost.
+            is_again = self._is_px4 and self._finished == (received.system, received["seq"])
+            result = MissionResult.ACCEPTED if is_again else MissionResult.ERROR
+            return (self._ack(received, result, kind),)
         if kind is not upload.kind or received.system != upload.partner.system:
             return ()
         self._asks_for_int = self._is_px4 and received.name == "MISSION_ITEM_INT"
@@ -452,8 +463,8 @@ class MissionServer:
         self._upload = None
         self.deadline_s = NEVER_S
         self._finished = (received.system, received["seq"])
-        whole = self.lists[kind] if self._is_written_at_once(kind) else upload.items
-        return (*self._replaced(kind, whole), self._ack(received, MissionResult.ACCEPTED, kind))
+        self._replace(kind, self.lists[kind] if self._is_written_at_once(kind) else upload.items)
+        return (self._ack(received, MissionResult.ACCEPTED, kind),)
 
     def _is_written_at_once(self, kind: MissionKind) -> bool:
         return not self._is_px4 and kind is not MissionKind.FENCE
@@ -467,15 +478,7 @@ class MissionServer:
             item = self._setup.home_slot
         items[upload.next : upload.next + 1] = [item]
 
-    def _late_item(self, received: Message, kind: MissionKind | None) -> tuple[Message, ...]:
-        """Answer an item that nobody waits for: the answer that it was the last may be lost."""
-        if kind is None:
-            return ()
-        if self._is_px4 and self._finished == (received.system, received["seq"]):
-            return (self._ack(received, MissionResult.ACCEPTED, kind),)
-        return (self._ack(received, MissionResult.ERROR, kind),)
-
-    def _clear(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
+    def _clear(self, received: Message) -> tuple[Message, ...]:
         number = received.fields.get("mission_type", 0)
         if self._upload is not None:
             if self._is_px4:
@@ -487,25 +490,19 @@ class MissionServer:
             kinds = (MissionKind(number),)
         else:
             return (self._ack(received, MissionResult.UNSUPPORTED, number),)
-        texts = tuple(text for kind in kinds for text in self._replaced(kind, []))
-        return (*texts, self._ack(received, MissionResult.ACCEPTED, number))
+        for kind in kinds:
+            self._replace(kind, [])
+        return (self._ack(received, MissionResult.ACCEPTED, number),)
 
-    def _replaced(self, kind: MissionKind, items: list[WireItem]) -> tuple[Message, ...]:
+    def _replace(self, kind: MissionKind, items: list[WireItem]) -> None:
         """Put a list in the place of the old one."""
         before, self._ids[kind] = self._ids[kind], _list_id(items)
         if self._is_px4 and items and self._ids[kind] == before:
-            return ()  # it has this one, and judges it no more
+            return  # it has this one, and judges it no more
         self.lists[kind] = items
         self.changes[kind] += 1
-        if kind is not MissionKind.MISSION:
-            return ()
-        self.current = 0
-        return ()
-
-    def _set_current(self, received: Message, now_s: float) -> tuple[Message, ...]:  # noqa: ARG002 - as every handler
-        if received["seq"] < len(self.lists[MissionKind.MISSION]):
-            self.current = received["seq"]
-        return ()
+        if kind is MissionKind.MISSION:
+            self.current = 0
 
 
 def _list_id(items: list[WireItem]) -> int:

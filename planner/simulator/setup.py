@@ -7,7 +7,7 @@ import zlib
 from typing import TYPE_CHECKING
 
 from planner.autopilot import Autopilot
-from planner.link.mission import WireItem, lists_of_mission
+from planner.link.mission import home_row, lists_of_mission
 from planner.link.telemetry import AUTOPILOTS, VehicleIdentity
 from planner.link.wire import message
 from planner.mission.items import Home
@@ -19,7 +19,7 @@ from planner.vehicle.parameters.table import SI_PER_UNIT, parameter_table
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from planner.link.mission import MissionKind
+    from planner.link.mission import MissionKind, WireItem
     from planner.link.wire import Message
     from planner.mission.items import Mission
     from planner.physics.wind import Wind
@@ -83,17 +83,7 @@ class VehicleSetup(Value):
     @property
     def home_slot(self) -> WireItem:
         """The first item of an ArduPilot mission."""
-        return WireItem(
-            frame=0,
-            command=16,
-            param1=0.0,
-            param2=0.0,
-            param3=0.0,
-            param4=0.0,
-            x=round(self.home.latitude_deg * 1e7),
-            y=round(self.home.longitude_deg * 1e7),
-            z=self.home.altitude_amsl_m or 0.0,
-        )
+        return home_row(self.home)
 
     @property
     def first_item(self) -> int:

@@ -19,22 +19,6 @@ if TYPE_CHECKING:
     from planner.simulator.setup import VehicleSetup
 
 
-NUMBERS: Mapping[str, int] = {
-    "HEARTBEAT": 0,
-    "SYS_STATUS": 1,
-    "GPS_RAW_INT": 24,
-    "ATTITUDE": 30,
-    "GLOBAL_POSITION_INT": 33,
-    "MISSION_CURRENT": 42,
-    "BATTERY_STATUS": 147,
-    "AUTOPILOT_VERSION": 148,
-    "WIND": 168,
-    "WIND_COV": 231,
-    "HOME_POSITION": 242,
-    "EXTENDED_SYS_STATE": 245,
-}
-"""Of the messages that can be asked for."""
-
 _QUADROTOR = 2
 _STANDBY, _ACTIVE = 3, 4
 """MAV_STATE."""
@@ -97,7 +81,7 @@ class Situation(Value):
 
 def make_telemetry(name: str, at: Situation) -> Message | None:
     """Return a message of a name; ``None`` where this vehicle has none of it."""
-    maker = _MAKERS.get(name)
+    maker = _BY_NAME.get(name)
     return None if maker is None else maker(at)
 
 
@@ -270,20 +254,23 @@ def _autopilot_version(at: Situation) -> Message:
     )
 
 
-_MAKERS: Mapping[str, Callable[[Situation], Message | None]] = {
-    "HEARTBEAT": _heartbeat,
-    "SYS_STATUS": _sys_status,
-    "GPS_RAW_INT": _gps,
-    "ATTITUDE": _attitude,
-    "GLOBAL_POSITION_INT": _global_position,
-    "MISSION_CURRENT": _mission_current,
-    "BATTERY_STATUS": _battery_status,
-    "AUTOPILOT_VERSION": _autopilot_version,
-    "WIND": _wind,
-    "WIND_COV": _wind_covariance,
-    "HOME_POSITION": _home,
-    "EXTENDED_SYS_STATE": _extended_state,
+_MAKERS: Mapping[int, tuple[str, Callable[[Situation], Message | None]]] = {
+    0: ("HEARTBEAT", _heartbeat),
+    1: ("SYS_STATUS", _sys_status),
+    24: ("GPS_RAW_INT", _gps),
+    30: ("ATTITUDE", _attitude),
+    33: ("GLOBAL_POSITION_INT", _global_position),
+    42: ("MISSION_CURRENT", _mission_current),
+    147: ("BATTERY_STATUS", _battery_status),
+    148: ("AUTOPILOT_VERSION", _autopilot_version),
+    168: ("WIND", _wind),
+    231: ("WIND_COV", _wind_covariance),
+    242: ("HOME_POSITION", _home),
+    245: ("EXTENDED_SYS_STATE", _extended_state),
 }
+"""By the number they are asked for by."""
+_BY_NAME = dict(_MAKERS.values())
+_NAMES = {number: name for number, (name, _) in _MAKERS.items()}
 
 
 def _course_deg(state: FlownState) -> float:
@@ -328,7 +315,6 @@ GET_HOME_POSITION, SET_MESSAGE_INTERVAL, REQUEST_MESSAGE = 410, 511, 512
 REQUEST_AUTOPILOT_CAPABILITIES = 520
 _ACCEPTED, _DENIED, _UNSUPPORTED, _FAILED = 0, 2, 3, 4
 """MAV_RESULT."""
-_NAMES = {number: name for name, number in NUMBERS.items()}
 _MOST_ACTS = 1000
 _ACTS = frozenset(
     {
@@ -410,27 +396,24 @@ class TelemetryServer:
         """Begin or end what ArduPilot sends in groups, here all of them together."""
         rate_hz = received["req_message_rate"] if received["start_stop"] else 0
         for name in _DATA_STREAMS:
-            self._intervals_s.pop(name, None)
-            self._due_s.pop(name, None)
-            if rate_hz:
-                self._intervals_s[name] = max(1.0 / rate_hz, _FASTEST_S)
-                self._due_s[name] = now_s
+            self._set_stream(name, 1.0 / rate_hz if rate_hz else -1.0, now_s)
 
     def _set_interval(self, received: Message, now_s: float) -> int:
-        name = _asked_name(received)
+        name, interval_us = _asked_name(received), received["param2"]
         if not name:
             return _UNSUPPORTED
-        interval_us = received["param2"]
         if not math.isfinite(interval_us):
             return _DENIED
+        self._set_stream(name, interval_us / 1e6 or _STREAMS.get(name, 1.0), now_s)
+        return _ACCEPTED
+
+    def _set_stream(self, name: str, interval_s: float, now_s: float) -> None:
+        """Send a message at an interval from now on; below 0 no more. [s]"""
         self._intervals_s.pop(name, None)
         self._due_s.pop(name, None)
-        if interval_us == 0:
-            interval_us = _STREAMS.get(name, 1.0) * 1e6
-        if interval_us > 0:
-            self._intervals_s[name] = max(interval_us / 1e6, _FASTEST_S)
+        if interval_s > 0.0:
+            self._intervals_s[name] = max(interval_s, _FASTEST_S)
             self._due_s[name] = now_s
-        return _ACCEPTED
 
 
 def _asked_name(received: Message) -> str:

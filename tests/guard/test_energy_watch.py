@@ -11,7 +11,6 @@ from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 
 from planner.guard.energy import (
     BatteryMeter,
-    BatteryReading,
     Concern,
     EnergyState,
     EnergyWarning,
@@ -19,6 +18,7 @@ from planner.guard.energy import (
     MeasuredPlace,
     Prediction,
 )
+from planner.link.telemetry import BatteryState
 from planner.service.preflight import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -41,11 +41,9 @@ def test_the_measurement_that_leaves_least_is_trusted_and_named() -> None:
         charge=0.9,
         usable_wh=90.0,
         temperature_c=15.0,
-        start=BatteryReading(consumed_wh=5.0, consumed_ah=0.5),
+        start=BatteryState(consumed_wh=5.0, consumed_ah=0.5),
     )
-    left = one.energy_left(
-        BatteryReading(consumed_wh=25.0, consumed_ah=3.5, remaining_fraction=0.7)
-    )
+    left = one.energy_left(BatteryState(consumed_wh=25.0, consumed_ah=3.5, remaining_fraction=0.7))
     assert left is not None
     # 90 − (25 − 5) = 70; 0.9 − 3/10 = 0.6 of 100; 0.7 of 100
     assert dict(left.by_source) == pytest.approx(
@@ -58,9 +56,9 @@ def test_the_measurement_that_leaves_least_is_trusted_and_named() -> None:
 def test_the_last_charge_of_a_battery_holds_less_energy_than_the_first() -> None:
     battery = Battery(capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0))
     one = BatteryMeter(
-        battery, charge=1.0, usable_wh=140.0, temperature_c=15.0, start=BatteryReading()
+        battery, charge=1.0, usable_wh=140.0, temperature_c=15.0, start=BatteryState()
     )
-    left = one.energy_left(BatteryReading(remaining_fraction=0.5))
+    left = one.energy_left(BatteryState(remaining_fraction=0.5))
     assert left is not None
     # from half down to empty the mean voltage is 13 V: 10 Ah · 0.5 · 13 V
     assert left.energy_wh == pytest.approx(65.0)
@@ -72,9 +70,9 @@ def test_a_percentage_tells_no_more_than_a_whole_one() -> None:
         charge=1.0,
         usable_wh=120.0,
         temperature_c=15.0,
-        start=BatteryReading(),
+        start=BatteryState(),
     )
-    left = one.energy_left(BatteryReading(remaining_fraction=0.5))
+    left = one.energy_left(BatteryState(remaining_fraction=0.5))
     assert left is not None
     assert left.step_wh == pytest.approx(10.0 * 0.01 * 15.98)  # the mean voltage of the first one
 
@@ -90,14 +88,14 @@ def test_measurements_that_contradict_each_other_are_told_once() -> None:
         reserve_wh=RESERVE_WH,
         temperature_c=15.0,
     )
-    watch = EnergyWatch(prediction, start=BatteryReading(consumed_wh=0.0))
+    watch = EnergyWatch(prediction, start=BatteryState(consumed_wh=0.0))
     place = MeasuredPlace(
         item=2,
         latitude_deg=north(500.0),
         longitude_deg=HOME.longitude_deg,
         height_above_home_m=50.0,
     )
-    reading = BatteryReading(consumed_wh=20.0, remaining_fraction=0.7)  # 180 and 140 Wh left
+    reading = BatteryState(consumed_wh=20.0, remaining_fraction=0.7)  # 180 and 140 Wh left
     _, warnings = watch.take(place, reading, 60.0)
     assert Concern.MEASURES_DIFFER in {one.concern for one in warnings}
     assert "180 Wh by energy count, 140 Wh by the vehicle's percentage" in warnings[-1].text
@@ -113,13 +111,13 @@ def test_voltage_is_asked_only_where_nothing_counts() -> None:
         capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0), internal_resistance_ohm=0.1
     )
     one = BatteryMeter(
-        battery, charge=1.0, usable_wh=140.0, temperature_c=15.0, start=BatteryReading()
+        battery, charge=1.0, usable_wh=140.0, temperature_c=15.0, start=BatteryState()
     )
-    left = one.energy_left(BatteryReading(voltage_v=13.0, current_a=10.0))
+    left = one.energy_left(BatteryState(voltage_v=13.0, current_a=10.0))
     assert left is not None
     assert left.source == "voltage"
     assert left.energy_wh == pytest.approx(65.0)  # 13 V + 0.1 Ω · 10 A = 14 V: half full
-    assert one.energy_left(BatteryReading()) is None
+    assert one.energy_left(BatteryState()) is None
 
 
 @dataclass
@@ -144,7 +142,7 @@ def fly(capacity_wh: float, *, factor: float) -> list[Flown]:
         reserve_wh=RESERVE_WH,
         temperature_c=15.0,
     )
-    watch = EnergyWatch(prediction, start=BatteryReading(consumed_wh=0.0), warn_before_s=60.0)
+    watch = EnergyWatch(prediction, start=BatteryState(consumed_wh=0.0), warn_before_s=60.0)
     flown = []
     end_s = home.start_s + home.flight.motion.segments.duration_s
     for time_s in np.arange(5.0, home.flight.time_s - 1.0, 5.0).tolist():
@@ -158,7 +156,7 @@ def fly(capacity_wh: float, *, factor: float) -> list[Flown]:
             height_above_home_m=float(points.place_m[0, 2]),
         )
         used_wh = factor * float(points.used_wh[0])
-        state, warnings = watch.take(place, BatteryReading(consumed_wh=used_wh), time_s)
+        state, warnings = watch.take(place, BatteryState(consumed_wh=used_wh), time_s)
         assert state is not None
         flown.append(Flown(time_s, capacity_wh - used_wh, state, warnings))
     return flown

@@ -140,7 +140,7 @@ def test_a_fence_that_px4_got_just_before_arming_is_what_is_judged() -> None:
     def change(vehicle: SimulatedVehicle, now_s: float) -> None:
         # By another of its links, without any sign on this one.
         if now_s >= 29.9 and vehicle.missions.changes[MissionKind.FENCE] == 0:
-            vehicle.missions._replaced(MissionKind.FENCE, [])
+            vehicle.missions._replace(MissionKind.FENCE, [])
 
     run = guard(Autopilot.PX4, until_s=40.0, arm_at_s=(30.0,), before=change)
     fence = [one for one in run.sent("MISSION_REQUEST_LIST") if one.message["mission_type"] == 1]
