@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from planner.link.logs import DownloadedLog
-    from planner.service.vehicle import LinkRequest
+    from planner.link.vehicle import LinkRequest
 
 LINK_OPTIONS = {
     "baud": click.option(
@@ -99,7 +99,7 @@ def link_request(url: str, options: Mapping[str, Any]) -> LinkRequest:
     """
     from planner.link.address import read_address
     from planner.link.transfers import LinkSettings
-    from planner.service.vehicle import LinkRequest
+    from planner.link.vehicle import LinkRequest
 
     address = read_address(url, baud=options["baud"])
     narrate(f"connecting to {address.text}")

@@ -137,12 +137,12 @@ def _can_ask() -> bool:
 def _tell(result: UploadResult) -> None:
     for line in difference_lines(result.differences):
         narrate(line)
-    for said in result.texts:
-        narrate(f"the vehicle says: {said.text}")
+    for report in result.texts:
+        narrate(f"the vehicle reports: {report.text}")
     if result.rejection:
         narrate(f"rejected: {result.rejection}")
     if result.is_unjudged:
-        narrate("the vehicle has no position yet: it will say whether it flies the mission later")
+        narrate("the vehicle has no position yet: it reports later whether it flies the mission")
     if result.is_good:
         narrate("the mission is on the vehicle, read back and compared")
     elif result.restored:

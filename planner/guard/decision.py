@@ -394,7 +394,7 @@ class Guard:
             case TimePassed():
                 pass
         actions += self._decide(now_s)
-        actions += self._tell(now_s)
+        actions += self._report(now_s)
         actions += self._work(now_s)
         return tuple(actions)
 
@@ -523,7 +523,7 @@ class Guard:
         head = "mavjoule: DO NOT ARM, go withdrawn"
         return [decision, *self._announcement(_CRITICAL, head, now_s)]
 
-    def _tell(self, now_s: float) -> list[Action]:
+    def _report(self, now_s: float) -> list[Action]:
         """Log a change of the verdict; announce it where the vehicle does not ask."""
         obstacle = self._obstacle(now_s)
         if obstacle is None or obstacle.judgement.verdict is not Verdict.UNKNOWN:

@@ -117,7 +117,6 @@ def read_address(text: str, *, baud: int | None = None) -> LinkAddress:
             )
         _refuse(given, f"it begins with none of {', '.join(_SCHEMES)} and is not a serial device")
     kind = _SCHEMES[name]
-    has_slashes = scheme["rest"].startswith("//")
     rest = scheme["rest"].removeprefix("//").partition("?")[0]
     if kind is LinkKind.SERIAL:
         device_match = _DEVICE.fullmatch(rest)
@@ -128,8 +127,6 @@ def read_address(text: str, *, baud: int | None = None) -> LinkAddress:
             given, device_match["device"], device_match["baud"], baud, flow_control=flow_control
         )
     own, at, other = rest.rstrip("/").partition("@")
-    if at and name == "udp" and has_slashes:
-        return _mavros_udp(given, own, other)
     if at and kind is LinkKind.UDP_LISTEN:
         return _mavros_udp(given, own, other)
     return _socket(given, kind, rest.rstrip("/"))

@@ -187,7 +187,7 @@ def _has_none_after_all(link: VehicleLink) -> bool:
 
 
 def is_same(first: Sequence[WireItem], second: Sequence[WireItem]) -> bool:
-    """Return whether two lists are the same on the line; what is no number is so in both."""
+    """Return whether two lists are the same on the line, NaN included."""
     return [_content(one) for one in first] == [_content(one) for one in second]
 
 

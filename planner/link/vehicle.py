@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
@@ -14,7 +15,7 @@ from planner.link.parameters import ParameterDownload
 from planner.link.telemetry import EventRequest, VehicleIdentity, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest
 from planner.link.wire import open_line
-from planner.values import replace
+from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,6 +48,21 @@ _OPTIONAL_RETRIES = 6
 """Of a message that a vehicle may not have."""
 
 
+class LinkRequest(Value):
+    """Which vehicle to speak to, and how patiently."""
+
+    address: LinkAddress
+    settings: LinkSettings = LinkSettings()
+    system: int | None = None
+    """System id; ``None``: the only vehicle on the line."""
+    own_system: int = OWN_SYSTEM
+    """System id of this program; COM_ARM_AUTH_ID names that of a guard."""
+
+
+def silent(what: str, done: int, count: int | None) -> None:
+    """Take progress and show nothing."""
+
+
 class VehicleLink:
     """The messages of a vehicle, over an open line, which is closed with it.
 
@@ -62,7 +78,7 @@ class VehicleLink:
         purpose: Purpose = Purpose.READ,
         system: int | None = None,
         own_system: int = OWN_SYSTEM,
-        on_progress: OnProgress = lambda *_: None,
+        on_progress: OnProgress = silent,
     ) -> None:
         self.settings = settings or LinkSettings()
         self._on_progress = on_progress
@@ -207,26 +223,22 @@ class VehicleLink:
             raise type(error)(msg) from error
 
 
-def open_vehicle(
-    address: LinkAddress,
-    *,
-    settings: LinkSettings | None = None,
-    purpose: Purpose = Purpose.READ,
-    system: int | None = None,
-    own_system: int = OWN_SYSTEM,
-    on_progress: OnProgress = lambda *_: None,
-) -> VehicleLink:
-    """Return the vehicle at an address, once it was heard.
+def open_link(
+    request: LinkRequest, *, purpose: Purpose = Purpose.READ, on_progress: OnProgress = silent
+) -> closing[VehicleLink]:
+    """Return the vehicle of a request, once it was heard, to be closed.
 
     `LinkError` where the line cannot be opened, no vehicle is heard in time, or several are;
     `UsageError` where a library is missing.
     """
-    return VehicleLink(
-        open_line(address),
-        name=address.text,
-        settings=settings,
-        purpose=purpose,
-        system=system,
-        own_system=own_system,
-        on_progress=on_progress,
+    return closing(
+        VehicleLink(
+            open_line(request.address),
+            name=request.address.text,
+            settings=request.settings,
+            purpose=purpose,
+            system=request.system,
+            own_system=request.own_system,
+            on_progress=on_progress,
+        )
     )

@@ -14,8 +14,9 @@ from planner.guard.energy import Prediction
 from planner.guard.session import GuardSession
 from planner.link.connection import Purpose
 from planner.link.snapshot import make_snapshot, read_vehicle
+from planner.link.vehicle import open_link
 from planner.service.preflight import UnreadableMission
-from planner.service.vehicle import check_vehicle, open_link
+from planner.service.vehicle import check_vehicle
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from planner.guard.decision import Decision
     from planner.guard.session import Authoriser, GuardStatus
     from planner.link.snapshot import VehicleSnapshot
-    from planner.service.vehicle import LinkRequest
+    from planner.link.vehicle import LinkRequest
     from planner.setup import Setup
 
 

@@ -1,4 +1,4 @@
-"""The use case of putting a mission on a vehicle, after its check, and with nothing lost unsaid."""
+"""The use case of putting a mission on a vehicle, after its check, with all that is lost reported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from planner.link.connection import Purpose
 from planner.link.mission import MissionKind
 from planner.link.snapshot import fetch_snapshot
 from planner.link.upload import upload_mission
-from planner.service.vehicle import check_vehicle, open_link, silent
+from planner.link.vehicle import open_link, silent
+from planner.service.vehicle import check_vehicle
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
@@ -20,10 +21,9 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.link.snapshot import VehicleSnapshot
     from planner.link.upload import UploadResult
-    from planner.link.vehicle import OnProgress
+    from planner.link.vehicle import LinkRequest, OnProgress
     from planner.mission.items import Mission
     from planner.service.preflight import CheckResult, UnreadableMission
-    from planner.service.vehicle import LinkRequest
     from planner.setup import Setup
 
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import closing
 from typing import TYPE_CHECKING
 
 from planner import quantity
 from planner.errors import OutputError, UsageError
 from planner.files import write_output_files
 from planner.findings import Rule, Severity
-from planner.link.connection import OWN_SYSTEM, Purpose
 from planner.link.mission import MissionKind, mission_of_lists
 from planner.link.snapshot import fetch_snapshot, parameter_set, parameter_text
-from planner.link.transfers import LinkSettings
-from planner.link.vehicle import open_vehicle
+from planner.link.vehicle import open_link, silent
 from planner.mission.compare import compare_missions
 from planner.mission.convert import convert_mission
 from planner.mission.items import MissionFormat
@@ -25,45 +22,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner.findings import Finding
-    from planner.link.address import LinkAddress
     from planner.link.logs import DownloadedLog, VehicleLog
     from planner.link.snapshot import VehicleSnapshot
-    from planner.link.vehicle import OnProgress, VehicleLink
+    from planner.link.vehicle import LinkRequest, OnProgress
     from planner.mission.compare import Difference
     from planner.mission.items import Mission
     from planner.service.preflight import CheckResult, UnreadableMission
     from planner.setup import Setup
-
-
-class LinkRequest(Value):
-    """Which vehicle to speak to, and how patiently."""
-
-    address: LinkAddress
-    settings: LinkSettings = LinkSettings()
-    system: int | None = None
-    """System id; ``None``: the only vehicle on the line."""
-    own_system: int = OWN_SYSTEM
-    """System id of this program; COM_ARM_AUTH_ID names that of a guard."""
-
-
-def silent(what: str, done: int, count: int | None) -> None:
-    """Take progress and show nothing."""
-
-
-def open_link(
-    request: LinkRequest, *, purpose: Purpose = Purpose.READ, on_progress: OnProgress = silent
-) -> closing[VehicleLink]:
-    """Return the vehicle of a request, to be closed; errors as of `open_vehicle`."""
-    return closing(
-        open_vehicle(
-            request.address,
-            settings=request.settings,
-            purpose=purpose,
-            system=request.system,
-            own_system=request.own_system,
-            on_progress=on_progress,
-        )
-    )
 
 
 def fetch_vehicle(request: LinkRequest, *, on_progress: OnProgress = silent) -> VehicleSnapshot:

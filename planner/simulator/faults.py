@@ -12,7 +12,7 @@ from planner.simulator.setup import Misbehaviour
 from planner.values import Value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 
 _LONGEST_HOLD_S = 0.3
@@ -147,42 +147,46 @@ def _take(
     vehicle: dict[str, Any],
 ) -> None:
     """Note one fault; ``ValueError`` where it is none."""
-    others: dict[str, Callable[[], None]] = {
-        "count": lambda: vehicle.update(count_error=_whole(value)),
-        "twin": lambda: vehicle.update(has_twin=_truth(value)),
-        "reject": lambda: vehicle.update(rejection=_given(value)),
-        "event": lambda: vehicle.update(event=_event(value)),
-        "seed": lambda: line.update(seed=_whole(value)),
-        "silence": lambda: line.update(_silence(value)),
-    }
-    if name in others:
-        others[name]()
-        return
+    match name:
+        case "count":
+            vehicle["count_error"] = _whole(value)
+        case "twin":
+            _refuse_if("it takes no value", is_wrong=bool(value))
+            vehicle["has_twin"] = True
+        case "reject":
+            _refuse_if("its value is missing", is_wrong=not value)
+            vehicle["rejection"] = value
+        case "event":
+            why = f"{value!r} is not the name of an event, such as navigator_mis_geofence_violation"
+            _refuse_if(why, is_wrong=not _EVENT.fullmatch(value))
+            vehicle["event"] = value
+        case "seed":
+            line["seed"] = _whole(value)
+        case "silence":
+            after, _, duration_s = value.partition(":")
+            line["silent_after"] = _whole(after)
+            _refuse_if(f"{after} messages cannot pass", is_wrong=line["silent_after"] < 0)
+            if duration_s:
+                line["silence_s"] = _number(duration_s)
+        case _:
+            _take_by_direction(name, value, ways)
+
+
+def _take_by_direction(name: str, value: str, ways: dict[str, dict[str, float]]) -> None:
     stem = name.removesuffix(_IN).removesuffix(_OUT)
-    if stem not in _BY_DIRECTION:
-        msg = "no such name"
-        raise ValueError(msg)
-    if name == stem + _IN and stem in _OUTWARDS_ALONE:
-        msg = f"{stem} is only of what comes from the vehicle"
-        raise ValueError(msg)
+    _refuse_if("no such name", is_wrong=stem not in _BY_DIRECTION)
+    meant = [way for way in ways if name in {stem, stem + way}]
+    if stem in _OUTWARDS_ALONE:
+        _refuse_if(f"{stem} is only of what comes from the vehicle", is_wrong=meant == [_IN])
+        meant = [_OUT]
     number = _number(value.removesuffix("%")) / (100.0 if value.endswith("%") else 1.0)
-    for way, faults in ways.items():
-        is_meant = name == stem + way or (
-            name == stem and not (way == _IN and stem in _OUTWARDS_ALONE)
-        )
-        if is_meant:
-            faults[_BY_DIRECTION[stem] or stem] = number
+    for way in meant:
+        ways[way][_BY_DIRECTION[stem] or stem] = number
 
 
-def _silence(value: str) -> dict[str, float]:
-    after, _, duration_s = value.partition(":")
-    found: dict[str, float] = {"silent_after": _whole(after)}
-    if found["silent_after"] < 0:
-        msg = f"{after} messages cannot pass"
-        raise ValueError(msg)
-    if duration_s:
-        found["silence_s"] = _number(duration_s)
-    return found
+def _refuse_if(why: str, *, is_wrong: bool) -> None:
+    if is_wrong:
+        raise ValueError(why)
 
 
 def _number(text: str) -> float:
@@ -191,9 +195,7 @@ def _number(text: str) -> float:
     except ValueError as error:
         msg = f"{text!r} is not a number" if text else "how much is missing"
         raise ValueError(msg) from error
-    if not 0.0 <= number < math.inf:
-        msg = f"{text} is less than 0, or without end"
-        raise ValueError(msg)
+    _refuse_if(f"{text} is less than 0, or without end", is_wrong=not 0.0 <= number < math.inf)
     return number
 
 
@@ -203,25 +205,3 @@ def _whole(text: str) -> int:
     except ValueError as error:
         msg = f"{text!r} is not a whole number" if text else "how many is missing"
         raise ValueError(msg) from error
-
-
-def _truth(text: str) -> bool:
-    """Return that it is so; it is by being named."""
-    if text:
-        msg = "it takes no value"
-        raise ValueError(msg)
-    return True
-
-
-def _given(text: str) -> str:
-    if not text:
-        msg = "its value is missing"
-        raise ValueError(msg)
-    return text
-
-
-def _event(text: str) -> str:
-    if not _EVENT.fullmatch(text):
-        msg = f"{text!r} is not the name of an event, such as navigator_mis_geofence_violation"
-        raise ValueError(msg)
-    return text

@@ -142,7 +142,7 @@ def refusal(
 
 
 def _no_number(item: WireItem) -> MissionResult | None:
-    """Return which value of an item is no number, as ArduPilot minds (sanity_check_params)."""
+    """Return which value of an item is not a number, as ArduPilot minds (sanity_check_params)."""
     values = {
         MissionResult.INVALID_PARAM1: item.param1,
         MissionResult.INVALID_PARAM2: item.param2,

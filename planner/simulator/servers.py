@@ -76,7 +76,7 @@ class FileServer:
             path = root / log.path.lstrip("/")
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(log.content)
-        self._said: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._sent: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         self._codecs: dict[tuple[int, int], Codec] = {}
         self._decoder = Codec(0, 0)
         self._busy_until_s = 0.0
@@ -85,7 +85,7 @@ class FileServer:
             mavsdk.Configuration.create_manual(system, component, always_send_heartbeats=False)
         )
         self._mavsdk.add_any_connection("raw://")
-        self._handle = self._mavsdk.subscribe_raw_bytes_to_be_sent(self._said.put)
+        self._handle = self._mavsdk.subscribe_raw_bytes_to_be_sent(self._sent.put)
         self._server: Any = FtpServer(self._mavsdk.server_component(0))
         self._server.set_root_dir(str(root))
 
@@ -108,8 +108,8 @@ class FileServer:
     def answers(self) -> tuple[Message, ...]:
         """Return its answers about files; its heartbeats are the vehicle's matter."""
         found: list[Message] = []
-        while not self._said.empty():
-            found += self._decoder.decode(self._said.get())
+        while not self._sent.empty():
+            found += self._decoder.decode(self._sent.get())
         return tuple(one for one in found if one.name == _NAME)
 
     def close(self) -> None:

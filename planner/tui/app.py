@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from textual.screen import Screen
 
-    from planner.service.vehicle import LinkRequest
+    from planner.link.vehicle import LinkRequest
     from planner.tui.screens.live import LiveScreen
     from planner.tui.what_if import WhatIf
 

@@ -13,9 +13,9 @@ from simulated_vehicles import memory_line, vehicle
 from planner.autopilot import Autopilot
 from planner.cli.main import main
 from planner.link.address import read_address
+from planner.link.vehicle import LinkRequest
 from planner.link.wire import LAYOUTS, Codec
 from planner.service.guard import watch_vehicle
-from planner.service.vehicle import LinkRequest
 from planner.setup import Setup
 from planner.vehicle.library import load_vehicle
 

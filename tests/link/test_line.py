@@ -21,10 +21,10 @@ from planner.link.address import LinkAddress, LinkKind, read_address
 from planner.link.connection import Connection
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
-from planner.link.vehicle import VehicleLink, open_vehicle
+from planner.link.vehicle import LinkRequest, VehicleLink, open_link
 from planner.link.wire import Codec, message, open_line, opening_error
 from planner.service.simulation import open_simulation
-from planner.service.vehicle import LinkRequest, fetch_logs, fetch_vehicle
+from planner.service.vehicle import fetch_logs, fetch_vehicle
 from planner.simulator.wire import SimulationRunner
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def test_a_vehicle_that_hangs_up_ends_the_transfer_at_once() -> None:
     theirs = LinkAddress(kind=LinkKind.TCP_LISTEN, host="127.0.0.1", port=port)
     ours = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
     runner = SimulationRunner(wire(PX4), theirs)
-    with runner, closing(open_vehicle(ours)) as link:
+    with runner, open_link(LinkRequest(address=ours)) as link:
         runner.close()
         with pytest.raises(LinkError, match=r"closed the line|the line broke"):
             link.fetch_items(MissionKind.MISSION)

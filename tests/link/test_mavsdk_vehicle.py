@@ -6,7 +6,6 @@ Its files are those of every simulated vehicle: see `planner.simulator.servers`.
 from __future__ import annotations
 
 import socket
-from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import mavsdk
@@ -31,7 +30,7 @@ from virtual_vehicle import waypoints
 from planner.link.address import LinkAddress, LinkKind
 from planner.link.connection import Purpose
 from planner.link.mission import MissionKind, UploadOutcome
-from planner.link.vehicle import VehicleLink, open_vehicle
+from planner.link.vehicle import LinkRequest, VehicleLink, open_link
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -57,7 +56,7 @@ def met() -> Iterator[tuple[Any, VehicleLink]]:
             parameters.provide_param_float(name, real)
         missions = MissionRawServer(component)
         missions.subscribe_incoming_mission(lambda *_: None)  # or it answers nobody
-        with closing(open_vehicle(address, purpose=Purpose.UPLOAD)) as link:
+        with open_link(LinkRequest(address=address), purpose=Purpose.UPLOAD) as link:
             yield component, link
         for server in (missions, parameters):
             server.destroy()

@@ -84,5 +84,5 @@ def test_through_loss_a_home_that_the_vehicle_has_is_never_taken_to_be_none(seed
         memory_line(Autopilot.PX4, f"loss=10%,delay=0.9,seed={seed}"), name="simulated"
     )
     for _ in range(3):
-        assert link._request("WIND", 168, retries=6) is None
-        assert link._request("HOME_POSITION", 242, retries=12) is not None
+        assert link._ask("WIND", 168, retries=6).answer is None
+        assert link._ask("HOME_POSITION", 242, retries=12).answer is not None

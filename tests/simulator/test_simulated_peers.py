@@ -22,7 +22,7 @@ from simulated_vehicles import free_port, memory_line, request, vehicle
 from planner.autopilot import Autopilot
 from planner.link.address import LinkAddress, LinkKind
 from planner.link.mission import MissionKind
-from planner.link.vehicle import VehicleLink, open_vehicle
+from planner.link.vehicle import LinkRequest, VehicleLink, open_link
 from planner.service.simulation import open_simulation
 
 if TYPE_CHECKING:
@@ -205,9 +205,8 @@ def test_a_ground_station_hangs_up_and_comes_again_over_tcp() -> None:
     here = LinkAddress(kind=LinkKind.TCP_CONNECT, host="127.0.0.1", port=port)
     with _simulated(PX4, address) as made:
         for _ in range(2):
-            link = open_vehicle(here)
-            items = link.fetch_items(MissionKind.MISSION)
-            link.close()
+            with open_link(LinkRequest(address=here)) as link:
+                items = link.fetch_items(MissionKind.MISSION)
             assert items is not None
             held = made.missions.lists[MissionKind.MISSION]
             assert [(i.command, i.x, i.z) for i in items] == [(i.command, i.x, i.z) for i in held]

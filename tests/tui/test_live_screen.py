@@ -20,8 +20,8 @@ from planner.guard.energy import Concern, EnergyLeft, EnergyState, EnergyWarning
 from planner.link.address import LinkAddress, LinkKind, read_address
 from planner.link.mission import MissionKind
 from planner.link.transfers import LinkSettings
+from planner.link.vehicle import LinkRequest
 from planner.service.simulation import open_simulation
-from planner.service.vehicle import LinkRequest
 from planner.tui.app import ReviewApp
 from planner.tui.screens.live import LiveScreen
 from planner.tui.widgets.canvas import VEHICLE, Drawing

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.guard.session import GuardStatus
     from planner.link.snapshot import VehicleSnapshot
-    from planner.service.vehicle import LinkRequest
+    from planner.link.vehicle import LinkRequest
     from planner.tui.checked import Checked
     from planner.tui.what_if import WhatIf
 
