@@ -52,7 +52,6 @@ class Progress(Value):
     """Energy of the predicted flight until here. [Wh]"""
     finish_wh: float
     """Energy from here to the end, back onto the track included. [Wh]"""
-    finish_s: float
     return_wh: float
     """Energy to stop, return to where the vehicle itself would, and land. [Wh]"""
     return_s: float
@@ -101,7 +100,6 @@ def flight_progress(
         off_track_m=off_m,
         used_wh=used_wh,
         finish_wh=total_wh - used_wh + back_wh,
-        finish_s=flight.time_s - float(time_s[at]),
         return_wh=float(points.stop_wh[0] + return_wh[0]),
         return_s=float(points.stop_s[0] + return_s[0]),
         destination=int(chosen[0]),

@@ -61,12 +61,8 @@ if TYPE_CHECKING:
     from planner.link.wire import Message
 
 
-KINDS = {
-    VehiclePart.MISSION: MissionKind.MISSION,
-    VehiclePart.FENCE: MissionKind.FENCE,
-    VehiclePart.RALLY: MissionKind.RALLY,
-}
-_PARTS = {kind: part for part, kind in KINDS.items()}
+_PARTS = {kind: VehiclePart(kind.label) for kind in MissionKind}
+KINDS = {part: kind for kind, part in _PARTS.items()}
 LIST_IDS = {
     MissionKind.MISSION: "mission_id",
     MissionKind.FENCE: "fence_id",
@@ -155,7 +151,10 @@ class VehicleWatch:
                     self._own_system,
                 }:
                     self._requests += 1
-                    events.append(ArmRequested(request=self._request(received)))
+                    request = ArmRequest(
+                        system=received.system, component=received.component, number=self._requests
+                    )
+                    events.append(ArmRequested(request=request))
             case "MISSION_ACK" | "MISSION_REQUEST" | "MISSION_REQUEST_INT":
                 if target not in {0, self._own_system}:
                     events += _list_changed(received, "the vehicle answers another station")
@@ -164,11 +163,6 @@ class VehicleWatch:
             case "PARAM_VALUE":
                 events += self._valued(received)
         return tuple(events)
-
-    def _request(self, received: Message) -> ArmRequest:
-        return ArmRequest(
-            system=received.system, component=received.component, number=self._requests
-        )
 
     def _others(self, received: Message) -> tuple[Event, ...]:
         """Return what a message of another station to the vehicle means."""
@@ -471,7 +465,8 @@ class GuardSession:
             case "HEARTBEAT":
                 if bool(state.is_armed) != self._watch.is_armed:
                     self._watch.is_armed = bool(state.is_armed)
-                    self._take_arming()
+                    self._feed_status()
+                    self._flight.take_arming(is_armed=self._watch.is_armed)
             case "HOME_POSITION" | "GLOBAL_POSITION_INT":
                 return self._watch.take_home(state)
             case "BATTERY_STATUS" | "SYS_STATUS":
@@ -573,10 +568,6 @@ class GuardSession:
             checked, future = self._checking
             self._checking = None
             self._take_judgement(checked, *future.result())
-
-    def _take_arming(self) -> None:
-        self._feed_status()
-        self._flight.take_arming(is_armed=self._watch.is_armed)
 
     def _look(self) -> None:
         now_s = self._connection.now_s

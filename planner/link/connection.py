@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from planner.errors import LinkError
-from planner.link.telemetry import Telemetry
-from planner.link.wire import Codec, message
-from planner.values import Value
+from planner.link.telemetry import Telemetry, VehicleIdentity
+from planner.link.wire import Codec, frame_content, message
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping
@@ -28,21 +26,12 @@ _MOST_HEARD = 64
 """Vehicles remembered; a swarm's are named one by one."""
 
 
-class HeardVehicle(Value):
-    """One autopilot that sent a heartbeat."""
-
-    system: int
-    component: int
-    autopilot: int
-    vehicle_type: int
-
-
 class HeartbeatWatch:
     """Every autopilot heard, and signs that two of them share a number."""
 
     def __init__(self, system: int | None = None) -> None:
         self._system = system
-        self._heard: dict[tuple[int, int], HeardVehicle] = {}
+        self._heard: dict[tuple[int, int], VehicleIdentity] = {}
         self._peers: dict[tuple[int, int], list[Hashable]] = {}
         self._uids: dict[int, str] = {}
         self._left: set[tuple[int, int, Hashable]] = set()
@@ -74,7 +63,7 @@ class HeartbeatWatch:
                 self._refuse(received.system, f"autopilots {known} and {uid} answer")
             self._uids[received.system] = known or uid
 
-    def chosen(self) -> HeardVehicle | None:
+    def chosen(self) -> VehicleIdentity | None:
         """Return the vehicle to speak to, ``None`` where none was heard; `LinkError` of several."""
         if len(self.systems) > 1:
             ids = ", ".join(map(str, self.systems))
@@ -87,16 +76,15 @@ class HeartbeatWatch:
         )
 
     def _take_heartbeat(self, received: Message, peer: Hashable, now_s: float) -> None:
-        autopilot, vehicle_type = received["autopilot"], received["type"]
         if not _is_vehicle(received):
             return
         self.last_heard_s = now_s
         key = (received.system, received.component)
-        one = HeardVehicle(
+        one = VehicleIdentity(
             system=received.system,
             component=received.component,
-            autopilot=autopilot,
-            vehicle_type=vehicle_type,
+            autopilot_number=received["autopilot"],
+            vehicle_type=received["type"],
         )
         if key not in self._heard and len(self._heard) >= _MOST_HEARD:
             return
@@ -104,8 +92,8 @@ class HeartbeatWatch:
         if known != one:
             self._refuse(
                 received.system,
-                f"MAV_AUTOPILOT {known.autopilot} of MAV_TYPE {known.vehicle_type} and "
-                f"MAV_AUTOPILOT {autopilot} of MAV_TYPE {vehicle_type} answer",
+                f"MAV_AUTOPILOT {known.autopilot_number} of MAV_TYPE {known.vehicle_type} and "
+                f"MAV_AUTOPILOT {one.autopilot_number} of MAV_TYPE {one.vehicle_type} answer",
             )
         for other in self._heard.values():
             if other.system == one.system and other.component != one.component:
@@ -217,34 +205,23 @@ class Gate:
 
     def __init__(self, purpose: Purpose) -> None:
         self.purpose = purpose
-        self.refused: Counter[str] = Counter()
-        """How often frames were held back, by reason."""
 
     def lets_out(self, frame: bytes) -> bool:
-        """Return whether a whole MAVLink frame of either version may go out; count one that may not."""
-        why = self._objection(frame)
-        if why:
-            self.refused[why] += 1
-        return not why
-
-    def _objection(self, frame: bytes) -> str:
+        """Return whether a whole MAVLink frame of either version may go out."""
         if len(frame) >= 12 and frame[0] == 0xFD and len(frame) >= 12 + frame[1]:
             number = int.from_bytes(frame[7:10], "little")
-            content = frame[10 : 10 + frame[1]]
         elif len(frame) >= 8 and frame[0] == 0xFE and len(frame) >= 8 + frame[1]:
             number = frame[5]
-            content = frame[6 : 6 + frame[1]]
         else:
-            return "bytes that are no frame"
-        if number not in MESSAGES[self.purpose]:
-            return f"message {number}"
+            return False
+        content = frame_content(frame)
         if number == _COMMAND_LONG:
             command = int.from_bytes(content[_COMMAND_AT : _COMMAND_AT + 2], "little")
-            return "" if command in COMMANDS else f"command {command}"
+            return command in COMMANDS
         if number == _FILE_TRANSFER:
             operation = int.from_bytes(content[_OPERATION_AT : _OPERATION_AT + 1], "little")
-            return "" if operation in FILE_OPERATIONS else f"file operation {operation}"
-        return ""
+            return operation in FILE_OPERATIONS
+        return number in MESSAGES[self.purpose]
 
 
 OWN_SYSTEM, OWN_COMPONENT = 245, 190
@@ -281,7 +258,7 @@ class Connection:
         self._decoders: dict[Hashable, Codec] = {}
         self._next_heartbeat_s = line.now_s()
         self._watch = HeartbeatWatch(system)
-        self._vehicle: HeardVehicle | None = None
+        self._vehicle: VehicleIdentity | None = None
         self._peer: Hashable | None = None
         self._bytes = self._messages = 0
         """That came."""
@@ -297,7 +274,7 @@ class Connection:
         self.longest_wait_s = math.inf
 
     @property
-    def vehicle(self) -> HeardVehicle:
+    def vehicle(self) -> VehicleIdentity:
         """The vehicle that was heard; `LinkError` before."""
         if self._vehicle is None:
             msg = f"no vehicle was heard on {self.name}"
@@ -313,7 +290,7 @@ class Connection:
         """Close the line."""
         self._line.close()
 
-    def wait_for_vehicle(self, on_wait: Callable[[], None] = lambda: None) -> HeardVehicle:
+    def wait_for_vehicle(self, on_wait: Callable[[], None] = lambda: None) -> VehicleIdentity:
         """Return the vehicle on the line, once it was heard and no other one was.
 
         `LinkError` where none is heard in time, or several are.

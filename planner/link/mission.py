@@ -192,20 +192,18 @@ class MissionDownload(Transfer):
                 return ()  # a repetition
             # The list has changed under our hands, or one of the two numbers was wrong.
             return self._restart(now_s, f"it reported {self._count} items, then {count}")
-        self._timer.answered(now_s)
-        self._last_progress_s = now_s
         self._count = count
         return self._next(now_s)
 
     def _take_item(self, received: Message, now_s: float) -> tuple[Message, ...]:
         if self._count is None or received["seq"] != len(self._items):
             return ()  # a repetition, or out of order
-        self._timer.answered(now_s)
-        self._last_progress_s = now_s
         self._items.append(WireItem(**{name: received[name] for name in ITEM_FIELDS}))
         return self._next(now_s)
 
     def _next(self, now_s: float) -> tuple[Message, ...]:
+        self._timer.answered(now_s)
+        self._last_progress_s = now_s
         if len(self._items) == self._count:
             self.is_done = True
             return (message("MISSION_ACK", type=0, mission_type=int(self._kind)),)
@@ -323,15 +321,13 @@ class MissionUpload(Transfer):
 
     def _requests(self) -> tuple[Message, ...]:
         if self._last_asked is None:
-            return (self._announcement(),)
+            kind = int(self._kind)
+            return (message("MISSION_COUNT", count=len(self._sent), mission_type=kind),)
         return (self._item(self._last_asked),)
 
     @property
     def _has_sent_all(self) -> bool:
         return bool(self._sent) and len(self._asked) == len(self._sent)
-
-    def _announcement(self) -> Message:
-        return message("MISSION_COUNT", count=len(self._sent), mission_type=int(self._kind))
 
     def _item(self, seq: int) -> Message:
         item = self._sent[seq]

@@ -12,7 +12,7 @@ from planner.link.connection import OWN_SYSTEM, Connection, Purpose, uid_text
 from planner.link.files import FileNumbers
 from planner.link.mission import MissionDownload, MissionUpload
 from planner.link.parameters import ParameterDownload
-from planner.link.telemetry import EventRequest, VehicleIdentity, firmware_release
+from planner.link.telemetry import EventRequest, firmware_release
 from planner.link.transfers import LinkSettings, MessageRequest
 from planner.link.wire import open_line
 from planner.values import Value, replace
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.link.address import LinkAddress
     from planner.link.mission import MissionKind, UploadOutcome, WireItem
     from planner.link.parameters import WireParameter
-    from planner.link.telemetry import StatusText, VehicleEvent, VehicleState
+    from planner.link.telemetry import StatusText, VehicleEvent, VehicleIdentity, VehicleState
     from planner.link.transfers import Transfer
     from planner.link.wire import VehicleLine
 OnProgress = Callable[[str, int, int | None], None]
@@ -169,15 +169,9 @@ class VehicleLink:
         return current is not None and current["mission_state"] == _NO_MISSION
 
     def _fetch_identity(self) -> VehicleIdentity:
-        heard = self.connection.vehicle
+        identity = self.connection.vehicle
         question = self._ask(*_IDENTITY, retries=self.settings.retries)
         version = question.answer
-        identity = VehicleIdentity(
-            system=heard.system,
-            component=heard.component,
-            autopilot_number=heard.autopilot,
-            vehicle_type=heard.vehicle_type,
-        )
         if identity.autopilot is not None and not question.is_heard:
             own = self.connection.own_system
             msg = (

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from planner.link.address import LinkAddress
     from planner.mission.items import Mission
-    from planner.service.preflight import CheckResult
     from planner.setup import Setup
     from planner.simulator.flown import FlownMission
 
@@ -123,11 +122,16 @@ def open_simulation(
 
 def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission | None:
     """Return the predicted flight of a mission; ``None`` where there is none to fly."""
+    setup = request.setup
+    if setup.vehicle.reference is Autopilot.STEP:  # the model's own way, whoever it speaks as
+        setup = replace(setup, autopilot=None, target=None, with_trace=True)
+    else:
+        setup = replace(setup, autopilot=request.autopilot, with_trace=True)
     try:
-        result = _predicted(mission, request)
+        result = check_read(lambda: mission, setup, file=mission.source)
     except MavjouleError:
         return None
-    if result is None or result.assessment is None or result.trace is None:
+    if isinstance(result, UnreadableMission) or result.assessment is None or result.trace is None:
         return None
     assessment = result.assessment
     return fly_prediction(
@@ -139,24 +143,6 @@ def predict_flown(mission: Mission, request: SimulationRequest) -> FlownMission 
         charge=assessment.charge,
         temperature_c=battery_temperature_c(assessment.setup, assessment.flight),
     )
-
-
-def _predicted(mission: Mission, request: SimulationRequest) -> CheckResult | None:
-    setup = request.setup
-    is_stepped = (
-        setup.vehicle.reference is Autopilot.STEP
-    )  # the model's own way, whoever it speaks as
-    result = check_read(
-        lambda: mission,
-        replace(
-            setup,
-            autopilot=None if is_stepped else request.autopilot,
-            target=None if is_stepped else setup.target,
-            with_trace=True,
-        ),
-        file=mission.source,
-    )
-    return None if isinstance(result, UnreadableMission) else result
 
 
 def _home(mission: Mission, request: SimulationRequest) -> Home | None:

@@ -16,7 +16,7 @@ from planner.service.vehicle import check_vehicle
 from planner.values import Value, replace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from planner.findings import Finding
     from planner.link.snapshot import VehicleSnapshot
@@ -86,21 +86,20 @@ def send_mission(
         snapshot = fetch_snapshot(link)
         if not options.is_forced:
             _refuse_hazard(snapshot)
-        kept = _unset_areas(mission, snapshot) if options.keeps_areas else ()
-        mission = _with_kept(mission, snapshot, kept)
+        kept = tuple(_removed(mission, snapshot)) if options.keeps_areas else ()
+        mission = _with_kept(mission, snapshot.mission, kept)
         judged = replace(mission, findings=(*mission.findings, *check_removal(mission, snapshot)))
         check = check_vehicle(snapshot, setup, mission=judged, is_charge_given=is_charge_given)
         proposal = UploadProposal(
             snapshot=snapshot,
             check=check,
-            replaced=_replaced(mission, snapshot, kept),
-            removed=tuple(_held(snapshot, kind) for kind in _unset_areas(mission, snapshot)),
+            replaced=_replaced(mission, snapshot.mission, kept),
+            removed=tuple(_removed(mission, snapshot).values()),
         )
         if not may_send(proposal):
             return Upload(check=check, result=None)
-        if (
-            not options.is_forced
-        ):  # looked at last of all: it may have been armed during the question
+        if not options.is_forced:
+            # Looked at last of all: it may have been armed during the question.
             _refuse_hazard(replace(snapshot, state=link.fetch_state()))
         sent = upload_mission(
             link,
@@ -137,10 +136,10 @@ def check_removal(mission: Mission, snapshot: VehicleSnapshot) -> tuple[Finding,
     rules = {MissionKind.FENCE: FENCE_REMOVED, MissionKind.RALLY: RALLY_REMOVED}
     return tuple(
         rules[kind].finding(
-            f"{snapshot.identity.label} has {_held(snapshot, kind)} and the mission has none: "
+            f"{snapshot.identity.label} has {held} and the mission has none: "
             "sending it removes the vehicle's"
         )
-        for kind in _unset_areas(mission, snapshot)
+        for kind, held in _removed(mission, snapshot).items()
     )
 
 
@@ -153,29 +152,27 @@ def _refuse_hazard(snapshot: VehicleSnapshot) -> None:
         raise UsageError(msg)
 
 
-def _has(mission: Mission, kind: MissionKind) -> bool:
-    if kind is MissionKind.RALLY:
-        return bool(mission.rally)
+def _areas(held: Mission) -> dict[MissionKind, str]:
+    """Return ``a fence of 2 areas`` and ``3 rally points``, what a vehicle has of them."""
+    found = {}
+    if held.fence is not None:  # one of broken areas alone, too
+        count = quantity.count(held.fence.area_count, "area")
+        found[MissionKind.FENCE] = f"a fence of {count}"
+    if held.rally:
+        found[MissionKind.RALLY] = quantity.count(len(held.rally), "rally point")
+    return found
+
+
+def _removed(mission: Mission, snapshot: VehicleSnapshot) -> dict[MissionKind, str]:
+    """Return what the vehicle has of fence and rally points, and the mission has not."""
     fence = mission.fence
-    return fence is not None and (bool(fence) or fence.breach_return_deg_m is not None)
+    has_fence = fence is not None and (bool(fence) or fence.breach_return_deg_m is not None)
+    has = {MissionKind.FENCE: has_fence, MissionKind.RALLY: bool(mission.rally)}
+    return {kind: held for kind, held in _areas(snapshot.mission).items() if not has[kind]}
 
 
-def _unset_areas(mission: Mission, snapshot: VehicleSnapshot) -> tuple[MissionKind, ...]:
-    """Return which of fence and rally points the vehicle has and the mission has not."""
-    held = snapshot.mission
-    kinds = []
-    if held.fence is not None and not _has(mission, MissionKind.FENCE):
-        kinds.append(MissionKind.FENCE)  # one of broken areas alone, too
-    if held.rally and not mission.rally:
-        kinds.append(MissionKind.RALLY)
-    return tuple(kinds)
-
-
-def _with_kept(
-    mission: Mission, snapshot: VehicleSnapshot, kept: tuple[MissionKind, ...]
-) -> Mission:
+def _with_kept(mission: Mission, held: Mission, kept: Collection[MissionKind]) -> Mission:
     """Return a mission with what stays on the vehicle, and what is wrong with that."""
-    held = snapshot.mission
     if MissionKind.FENCE in kept:
         mission = replace(mission, fence=held.fence)
     if MissionKind.RALLY in kept:
@@ -183,22 +180,9 @@ def _with_kept(
     return replace(mission, findings=(*mission.findings, *held.findings)) if kept else mission
 
 
-def _replaced(
-    mission: Mission, snapshot: VehicleSnapshot, kept: tuple[MissionKind, ...]
-) -> tuple[str, ...]:
-    held = snapshot.mission
-    found = [quantity.count(len(held.items), "item")]
-    if held.fence is not None and MissionKind.FENCE not in kept and held.fence != mission.fence:
-        found.append(_held(snapshot, MissionKind.FENCE))
-    if held.rally and MissionKind.RALLY not in kept:
-        found.append(_held(snapshot, MissionKind.RALLY))
-    return tuple(found)
-
-
-def _held(snapshot: VehicleSnapshot, kind: MissionKind) -> str:
-    """Return ``a fence of 2 areas``, or ``3 rally points``."""
-    held = snapshot.mission
-    if kind is MissionKind.RALLY:
-        return quantity.count(len(held.rally), "rally point")
-    areas = 0 if held.fence is None else held.fence.area_count
-    return f"a fence of {quantity.count(areas, 'area')}"
+def _replaced(mission: Mission, held: Mission, kept: Collection[MissionKind]) -> tuple[str, ...]:
+    areas = _areas(held)
+    if held.fence == mission.fence:
+        areas.pop(MissionKind.FENCE, None)
+    left = (label for kind, label in areas.items() if kind not in kept)
+    return (quantity.count(len(held.items), "item"), *left)

@@ -17,7 +17,8 @@ from planner.guard.authorisation import (
     acknowledgement_fields,
     arming_settings,
 )
-from planner.link.connection import Gate, HeardVehicle, Purpose
+from planner.link.connection import Gate, Purpose
+from planner.link.telemetry import VehicleIdentity
 from planner.link.wire import Codec, message
 
 if TYPE_CHECKING:
@@ -74,14 +75,17 @@ class FakeConnection:
 
     def __init__(self) -> None:
         self.own_system = 245
-        self.vehicle = HeardVehicle(system=1, component=1, autopilot=12, vehicle_type=2)
+        self.vehicle = VehicleIdentity(system=1, component=1, autopilot_number=12, vehicle_type=2)
         self.on_frame: Callable[[bytes], None] | None = None
         self.gate = Gate(Purpose.GUARD)
         self.sent: queue.Queue[bytes] = queue.Queue()
+        self.refused: list[bytes] = []
 
     def send_frame(self, frame: bytes) -> bool:
         self.sent.put(frame)
-        return self.gate.lets_out(frame)
+        is_out = self.gate.lets_out(frame)
+        self.refused += [] if is_out else [frame]
+        return is_out
 
 
 @pytest.fixture
@@ -141,7 +145,7 @@ def test_mavsdk_answers_a_pymavlink_request_over_our_line(
         assert (ack["result"], ack["result_param2"], ack["target_system"]) == (result, extra, 1)
         if progress is not None:  # MAVSDK says 255 in an acceptance: not known
             assert ack["progress"] == progress
-    assert not connection.gate.refused
+    assert not connection.refused
 
 
 def next_ack(connection: FakeConnection, decoder: Codec) -> dict[str, int]:

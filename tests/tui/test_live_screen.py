@@ -207,7 +207,6 @@ def _short() -> EnergyState:
             off_track_m=0.0,
             used_wh=30.0,
             finish_wh=18.0,
-            finish_s=60.0,
             return_wh=15.0,
             return_s=50.0,
             destination=0,
