@@ -55,7 +55,6 @@ class ArmRequest(Value):
     """One message in which a vehicle asks."""
 
     system: int
-    """Who asks."""
     component: int
     number: int = 0
     """Counts them; a repetition is a request of its own."""
@@ -66,7 +65,6 @@ class ArmAnswer(Value):
 
     result: ArmResult
     text: str
-    """Why, in one sentence."""
     valid_for_s: int = 0
     """How long an acceptance holds. [s]"""
     reason: DenialReason = DenialReason.GENERIC
@@ -105,31 +103,28 @@ class ArmingSettings(Value):
 
 def arming_settings(parameters: Mapping[str, float | None], *, authoriser: int) -> ArmingSettings:
     """Return how a vehicle's parameters, by name, make it ask this program's system id."""
-    wanted = parameters.get("COM_ARM_AUTH_REQ")
-    if wanted is None:
-        return ArmingSettings(
-            is_asking=False,
-            wait_s=_DEFAULT_WAIT_S,
-            advice="this autopilot does not ask before arming: the verdict is only announced",
-        )
-    named = parameters.get("COM_ARM_AUTH_ID")
+    wanted, named = parameters.get("COM_ARM_AUTH_REQ"), parameters.get("COM_ARM_AUTH_ID")
     wait_s = parameters.get("COM_ARM_AUTH_TO") or _DEFAULT_WAIT_S
-    if not wanted:
+    is_asking = False
+    if wanted is None:
+        advice = "this autopilot does not ask before arming: the verdict is only announced"
+    elif not wanted:
         advice = (
             "the vehicle is not set to ask before arming: the verdict is only announced; it asks "
             f"with COM_ARM_AUTH_REQ 1 and COM_ARM_AUTH_ID {authoriser}"
         )
-        return ArmingSettings(is_asking=False, wait_s=wait_s, advice=advice)
-    if named is None or round(named) != authoriser:
+    elif named is None or round(named) != authoriser:
         other = "nobody" if named is None else f"system {named:g}"
         advice = (
             f"the vehicle asks {other} before arming, not this program: set COM_ARM_AUTH_ID "
             f"{authoriser}; until then the verdict is only announced"
         )
-        return ArmingSettings(is_asking=False, wait_s=wait_s, advice=advice)
-    method = _METHODS.get(round(parameters.get("COM_ARM_AUTH_MET") or 0.0), "by an unknown method")
-    advice = f"the vehicle asks before arming ({method}; it waits {wait_s:g} s)"
-    return ArmingSettings(is_asking=True, wait_s=wait_s, advice=advice)
+    else:
+        is_asking = True
+        number = round(parameters.get("COM_ARM_AUTH_MET") or 0.0)
+        method = _METHODS.get(number, "by an unknown method")
+        advice = f"the vehicle asks before arming ({method}; it waits {wait_s:g} s)"
+    return ArmingSettings(is_asking=is_asking, wait_s=wait_s, advice=advice)
 
 
 _OF_ITEMS = "MALTF"

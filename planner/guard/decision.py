@@ -102,7 +102,6 @@ class Judged(Value):
     """The vehicle was checked."""
 
     fingerprints: Mapping[VehiclePart, str]
-    """Of the parts that were checked."""
     judgement: Judgement
 
 
@@ -138,7 +137,6 @@ class ReadParts(Value):
 
     parts: tuple[VehiclePart, ...]
     is_urgent: bool = False
-    """Whether a request waits for it."""
 
 
 class CheckVehicle(Value):

@@ -148,19 +148,11 @@ class EnergyLeft(Value):
 class BatteryMeter:
     """Turns readings into energies, from what the prediction starts with at a first reading."""
 
-    def __init__(
-        self,
-        battery: Battery,
-        *,
-        charge: float,
-        usable_wh: float,
-        temperature_c: float,
-        start: BatteryState,
-    ) -> None:
-        self._battery = battery
-        self._charge = charge
-        self._usable_wh = usable_wh
-        self._resistance_ohm = battery.resistance_ohm(temperature_c)
+    def __init__(self, prediction: Prediction, start: BatteryState) -> None:
+        self._battery = prediction.battery
+        self._charge = prediction.charge
+        self._usable_wh = prediction.usable_wh
+        self._resistance_ohm = prediction.battery.resistance_ohm(prediction.temperature_c)
         self._start = start
 
     def energy_left(self, reading: BatteryState) -> EnergyLeft | None:
@@ -337,13 +329,7 @@ class EnergyWatch:
         self._sweep = sweep_returns(prediction.returns, above_wh)
         self._usable_wh = prediction.usable_wh
         self._reserve_wh = prediction.reserve_wh
-        self._meter = BatteryMeter(
-            prediction.battery,
-            charge=prediction.charge,
-            usable_wh=prediction.usable_wh,
-            temperature_c=prediction.temperature_c,
-            start=start,
-        )
+        self._meter = BatteryMeter(prediction, start)
         self._warn_before_s = warn_before_s
         self._is_joined = is_joined
         self._missed_wh: float | None = None if is_joined else 0.0
@@ -523,7 +509,6 @@ class FlightFollower:
         self._watch: EnergyWatch | None = None
         self._was_on_ground = False
         self.is_flying = False
-        """At the last look."""
 
     def predict(self, prediction: Prediction | None) -> None:
         """Take what a check predicts, of this flight too where it has begun."""

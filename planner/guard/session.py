@@ -88,7 +88,6 @@ class VehicleWatch:
         self._own_system = own_system
         self._requests = 0
         self._current: Mapping[str, Any] | None = None
-        """The latest MISSION_CURRENT."""
         self._charges: dict[str, float] = {}
         self.lists: dict[MissionKind, tuple[WireItem, ...] | None] = {}
         self.parameters: tuple[WireParameter, ...] = ()
@@ -269,7 +268,6 @@ class PartReader:
         self._lists = {} if known is None else dict(known.lists)
         self._parameters = None if known is None else known.parameters
         self._ids: dict[MissionKind, int] = {}
-        """Of the lists as they were read."""
         self._hash: bytes | None = None
         self._has_hash = link.identity.autopilot is Autopilot.PX4
         self._round_trip_s: float | None = None

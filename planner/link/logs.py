@@ -170,7 +170,6 @@ class DownloadedLog(Value):
     path: Path
     """Its own name, or that with a number, where another file has that."""
     is_new: bool
-    """Whether it was not there before."""
     is_confirmed: bool
     """Whether it has the checksum that the vehicle reports."""
 

@@ -132,7 +132,6 @@ class MissionDownload(Transfer):
         self._due_s: float | None = None
         """When the next item is to be asked for, where that is put off."""
         self.is_supported = True
-        """Whether the vehicle knows such a list."""
         self.list_id = 0
         """The vehicle's own number of this list; 0 where it has none."""
 

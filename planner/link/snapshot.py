@@ -48,7 +48,6 @@ class VehicleSnapshot(Value):
     """Mission, fence and rally points, home as the vehicle has it."""
     parameters: tuple[WireParameter, ...]
     findings: tuple[Finding, ...] = ()
-    """What has to be known about it."""
 
 
 def read_vehicle(link: VehicleLink) -> VehicleReading:

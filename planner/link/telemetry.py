@@ -340,7 +340,6 @@ class Telemetry:
         self._chunks: dict[int, dict[int, str]] = {}
         self._texts: list[StatusText] = []
         self.text_count = 0
-        """How many texts came so far."""
         self.events = EventRecord()
         """What PX4 reports by number."""
 

@@ -40,7 +40,6 @@ class Retransmission:
         """How long an answer took to a request that went out often. [s]"""
         self._first_sent_s = 0.0
         self.attempts = 0
-        """How often the present request was sent."""
         self.deadline_s = math.inf
         """When it is to be repeated. [s]"""
 

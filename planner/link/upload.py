@@ -76,7 +76,6 @@ class UploadResult(Value):
     differences: tuple[Difference, ...] = ()
     """Between what was sent and what was read back."""
     texts: tuple[StatusText, ...] = ()
-    """What the vehicle reported after it."""
     is_unjudged: bool = False
     """Whether the vehicle has not judged it yet, for want of a place that it is at."""
     restored: bool | None = None

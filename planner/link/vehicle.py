@@ -100,7 +100,6 @@ class VehicleLink:
                 lambda: self._on_progress("the vehicle's heartbeat", 0, None)
             )
             self.identity = self._fetch_identity()
-            """Who is on the line."""
         except BaseException:
             self.connection.close()
             raise

@@ -112,6 +112,11 @@ def open_line(address: LinkAddress) -> VehicleLine:
         raise opening_error(address, error) from error
 
 
+def _broken(error: OSError) -> LinkError:
+    """Return the error to raise where a line breaks."""
+    return LinkError(f"the line broke: {error.strerror or error}")
+
+
 class _Clocked:
     """All real lines wait by the computer's clock."""
 
@@ -157,8 +162,7 @@ class UdpLine(_Clocked):
             except BlockingIOError:
                 break
             except OSError as error:
-                msg = f"the line broke: {error.strerror or error}"
-                raise LinkError(msg) from error
+                raise _broken(error) from error
             if peer not in self._peers:
                 if len(self._peers) >= _MOST_PEERS:
                     continue
@@ -205,8 +209,7 @@ class TcpLine(_Clocked):
         try:
             data = self._stream.recv(_CHUNK)
         except OSError as error:
-            msg = f"the line broke: {error.strerror or error}"
-            raise LinkError(msg) from error
+            raise _broken(error) from error
         if not data:
             msg = (
                 "the other side closed the line: is the vehicle, or its simulator, still running, and "
@@ -222,8 +225,7 @@ class TcpLine(_Clocked):
         try:
             self._stream.sendall(data)
         except OSError as error:
-            msg = f"the line broke: {error.strerror or error}"
-            raise LinkError(msg) from error
+            raise _broken(error) from error
 
     def close(self) -> None:
         """Close the sockets."""
@@ -261,7 +263,7 @@ class SerialLine(_Clocked):
                 if self.now_s() >= until_s:
                     return []
         except OSError as error:  # as pyserial's own errors are
-            raise _broken(error) from error
+            raise self._broken(error) from error
         return [(None, data)]
 
     def send(self, data: bytes, peer: Hashable | None = None) -> None:  # noqa: ARG002 - one peer
@@ -269,16 +271,14 @@ class SerialLine(_Clocked):
         try:
             self._port.write(data)
         except OSError as error:
-            raise _broken(error) from error
+            raise self._broken(error) from error
 
     def close(self) -> None:
         """Close the port."""
         self._port.close()
 
-
-def _broken(error: Exception) -> LinkError:
-    """Return the error to raise where a serial line breaks."""
-    return LinkError(f"the serial line broke: {error}; is the cable in?")
+    def _broken(self, error: OSError) -> LinkError:
+        return LinkError(f"the serial line broke: {error}; is the cable in?")
 
 
 def _resolved(place: tuple[str, int], family: socket.AddressFamily) -> Any:  # noqa: ANN401 - as socket has it

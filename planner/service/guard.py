@@ -44,7 +44,6 @@ class GuardRequest(Value):
     uses_mavsdk: bool = False
     """Whether MAVSDK answers requests, and not this program's own messages."""
     keeps_waiting: bool = False
-    """Whether a vehicle that is lost is waited for."""
 
 
 def guard_vehicle(

@@ -39,7 +39,6 @@ class SimulationRequest(Value):
     """What is simulated."""
 
     autopilot: Autopilot
-    """Whose manners it has, PX4's or ArduPilot's."""
     setup: Setup
     """The model that flies, and in what conditions."""
     speed_up: float = 1.0

@@ -40,7 +40,6 @@ class UploadProposal(Value):
     """What is to be sent, before it is."""
 
     snapshot: VehicleSnapshot
-    """What the vehicle has."""
     check: CheckResult | UnreadableMission
     replaced: tuple[str, ...]
     """What is put in place of another, such as ``8 items`` and ``a fence of 2 areas``."""

@@ -55,7 +55,6 @@ class ArmingState(Enum):
 
     DISARMED = "disarmed"
     ASKING = "asking"
-    """For the authoriser's answer."""
     DENIED = "denied"
     ARMED = "armed"
 

@@ -62,7 +62,6 @@ class Situation(Value):
     current: int
     """Sequence number of the mission's item."""
     total: int
-    """Items of the mission."""
     list_ids: tuple[int, int, int] = (0, 0, 0)
     """Of mission, fence and rally points, as MISSION_CURRENT has them."""
     is_rejected: bool = False

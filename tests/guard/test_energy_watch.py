@@ -34,15 +34,26 @@ def checked() -> CheckResult:
     )
 
 
+def meter(
+    battery: Battery, start: BatteryState, *, charge: float = 1.0, usable_wh: float = 140.0
+) -> BatteryMeter:
+    assessment = checked().assessment
+    assert assessment is not None
+    prediction = Prediction(
+        returns=assessment.returns,
+        battery=battery,
+        charge=charge,
+        usable_wh=usable_wh,
+        reserve_wh=RESERVE_WH,
+        temperature_c=15.0,
+    )
+    return BatteryMeter(prediction, start)
+
+
 def test_the_measurement_that_leaves_least_is_trusted_and_named() -> None:
     battery = Battery(capacity_ah=10.0, nominal_voltage_v=10.0)
-    one = BatteryMeter(
-        battery,
-        charge=0.9,
-        usable_wh=90.0,
-        temperature_c=15.0,
-        start=BatteryState(consumed_wh=5.0, consumed_ah=0.5),
-    )
+    start = BatteryState(consumed_wh=5.0, consumed_ah=0.5)
+    one = meter(battery, start, charge=0.9, usable_wh=90.0)
     left = one.energy_left(BatteryState(consumed_wh=25.0, consumed_ah=3.5, remaining_fraction=0.7))
     assert left is not None
     # 90 − (25 − 5) = 70; 0.9 − 3/10 = 0.6 of 100; 0.7 of 100
@@ -55,9 +66,7 @@ def test_the_measurement_that_leaves_least_is_trusted_and_named() -> None:
 
 def test_the_last_charge_of_a_battery_holds_less_energy_than_the_first() -> None:
     battery = Battery(capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0))
-    one = BatteryMeter(
-        battery, charge=1.0, usable_wh=140.0, temperature_c=15.0, start=BatteryState()
-    )
+    one = meter(battery, BatteryState())
     left = one.energy_left(BatteryState(remaining_fraction=0.5))
     assert left is not None
     # from half down to empty the mean voltage is 13 V: 10 Ah · 0.5 · 13 V
@@ -65,13 +74,8 @@ def test_the_last_charge_of_a_battery_holds_less_energy_than_the_first() -> None
 
 
 def test_a_percentage_tells_no_more_than_a_whole_one() -> None:
-    one = BatteryMeter(
-        Battery(capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0)),
-        charge=1.0,
-        usable_wh=120.0,
-        temperature_c=15.0,
-        start=BatteryState(),
-    )
+    battery = Battery(capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0))
+    one = meter(battery, BatteryState(), usable_wh=120.0)
     left = one.energy_left(BatteryState(remaining_fraction=0.5))
     assert left is not None
     assert left.step_wh == pytest.approx(10.0 * 0.01 * 15.98)  # the mean voltage of the first one
@@ -110,9 +114,7 @@ def test_voltage_is_asked_only_where_nothing_counts() -> None:
     battery = Battery(
         capacity_ah=10.0, ocv_soc=(0.0, 1.0), ocv_v=(12.0, 16.0), internal_resistance_ohm=0.1
     )
-    one = BatteryMeter(
-        battery, charge=1.0, usable_wh=140.0, temperature_c=15.0, start=BatteryState()
-    )
+    one = meter(battery, BatteryState())
     left = one.energy_left(BatteryState(voltage_v=13.0, current_a=10.0))
     assert left is not None
     assert left.source == "voltage"
