@@ -186,13 +186,18 @@ _STALE_FACTOR = 2.0
 _PLURAL = frozenset({VehiclePart.PARAMETERS, VehiclePart.RALLY})
 
 
-class Objection(Value):
-    """Why the parts are no ground for a verdict."""
+class _Obstacle(Value):
+    """Why a request is not accepted."""
 
-    part: VehiclePart
-    text: str
-    may_pass: bool
-    """Whether it is being read."""
+    judgement: Judgement
+    key: object
+    """Equal for what is the same to a pilot."""
+    may_pass: bool = False
+    """Whether it may be gone within the time the vehicle waits."""
+
+
+def _unknown(text: str, *, key: object, may_pass: bool = False) -> _Obstacle:
+    return _Obstacle(judgement=unknown_judgement(text), key=key, may_pass=may_pass)
 
 
 class _PartReading:
@@ -279,25 +284,26 @@ class Readings:
         """Return whether every needed part that is asked for was read from a time on."""
         return all(self._of[part].began_s >= since_s for part in self._needed if part in READ_PARTS)
 
-    def objection(self, now_s: float) -> Objection | None:
+    def obstacle(self, now_s: float) -> _Obstacle | None:
         """Return why no verdict can rest on the parts; ``None`` where one can."""
         oldest_s = _STALE_FACTOR * self._settings.oldest_s
         for part in self._needed:
             reading = self._of[part]
             be = "are" if part in _PLURAL else "is"
             have = "have" if part in _PLURAL else "has"
+            may_pass = reading.asked is not None
             if reading.failure:
-                why = f"the {part} could not be read: {reading.failure}"
-                return Objection(part=part, text=why, may_pass=False)
-            if reading.fingerprint is None:
-                why = f"the {part} {have} not been read yet"
-                return Objection(part=part, text=why, may_pass=reading.asked is not None)
-            if reading.is_unread:
-                why = f"the {part} may have changed and {be} read again ({reading.why})"
-                return Objection(part=part, text=why, may_pass=True)
-            if now_s - reading.began_s > oldest_s:
-                why = f"the {part} {have} not been heard of for more than {oldest_s:g} s"
-                return Objection(part=part, text=why, may_pass=reading.asked is not None)
+                text, may_pass = f"the {part} could not be read: {reading.failure}", False
+            elif reading.fingerprint is None:
+                text = f"the {part} {have} not been read yet"
+            elif reading.is_unread:
+                text = f"the {part} may have changed and {be} read again ({reading.why})"
+                may_pass = True
+            elif now_s - reading.began_s > oldest_s:
+                text = f"the {part} {have} not been heard of for more than {oldest_s:g} s"
+            else:
+                continue
+            return _unknown(text, key="reading" if may_pass else text, may_pass=may_pass)
         return None
 
     def due(self, now_s: float, *, confirmed_since_s: float | None) -> tuple[VehiclePart, ...]:
@@ -338,16 +344,6 @@ _SETTLED_S = 2.0
 """Without a verdict for a shorter time is no change of it. [s]"""
 _MOST_PENDING = 16
 """Requests held at a time; a vehicle repeats one about three times."""
-
-
-class _Obstacle(Value):
-    """Why a request is not accepted."""
-
-    judgement: Judgement
-    key: object
-    """Equal for what is the same to a pilot."""
-    may_pass: bool = False
-    """Whether it may be gone within the time the vehicle waits."""
 
 
 class Guard:
@@ -431,10 +427,8 @@ class Guard:
         silent_s = now_s - self._heard_s
         if silent_s > self._settings.silence_s:
             return _unknown(f"the vehicle was not heard for {silent_s:.0f} s", key="silent")
-        unread = self._readings.objection(now_s)
-        if unread is not None:
-            key = "reading" if unread.may_pass else unread.text
-            return _unknown(unread.text, key=key, may_pass=unread.may_pass)
+        if (unread := self._readings.obstacle(now_s)) is not None:
+            return unread
         if self._judged is None or self._judged.fingerprints != self._readings.fingerprints():
             return _unknown("the vehicle is being checked", key="checking", may_pass=True)
         judgement = self._judged.judgement
@@ -581,10 +575,6 @@ class Guard:
             self._is_checking = True
             actions.append(CheckVehicle())
         return actions
-
-
-def _unknown(text: str, *, key: object, may_pass: bool = False) -> _Obstacle:
-    return _Obstacle(judgement=unknown_judgement(text), key=key, may_pass=may_pass)
 
 
 def _rejection(why: Judgement) -> ArmAnswer:

@@ -18,7 +18,7 @@ from planner.values import Value, replace
 if TYPE_CHECKING:
     from planner.findings import Finding
     from planner.flight.returns.path import Returns
-    from planner.link.telemetry import Telemetry, VehicleIdentity, VehicleState
+    from planner.link.telemetry import Telemetry, VehicleIdentity, VehiclePosition, VehicleState
     from planner.vehicle.battery import Battery
 
 
@@ -28,16 +28,6 @@ _CLOCK_M_S = 0.1
 """A second by the clock counts as much as this distance: it only separates similar places. [m s⁻¹]"""
 _BACK_S = 3.0
 """A place may turn out to be so much earlier than the one before. [s]"""
-
-
-class MeasuredPlace(Value):
-    """Where a vehicle is, and which item it flies to."""
-
-    item: int
-    """From 1, home not counted."""
-    latitude_deg: float
-    longitude_deg: float
-    height_above_home_m: float
 
 
 class Progress(Value):
@@ -61,12 +51,13 @@ class Progress(Value):
 
 def flight_progress(
     returns: Returns,
-    place: MeasuredPlace,
+    item: int,
+    place: VehiclePosition,
     *,
     before: Progress | None = None,
     elapsed_s: float = 0.0,
 ) -> Progress:
-    """Return where on a predicted flight a measured place is.
+    """Return where on a predicted flight a vehicle is, which flies to an item, from 1.
 
     The nearest of points along what is flown for the item: among places that are alike, as in a hover,
     the one that fits the time elapsed since the progress before, else the earliest; a lap that is over
@@ -77,7 +68,7 @@ def flight_progress(
     east, north = route.frame.east_north_m([place.latitude_deg], [place.longitude_deg])
     place_m = np.array([float(east[0]), float(north[0]), place.height_above_home_m])
     after_s = 0.0 if before is None else max(before.time_s - _BACK_S, 0.0)
-    begin_s, end_s = _window(returns, place.item, after_s)
+    begin_s, end_s = _window(returns, item, after_s)
     time_s = np.linspace(begin_s, end_s, _SAMPLES)
     state = flight.motion.state_at_time(time_s)
     along_m = state.place_m
@@ -95,7 +86,7 @@ def flight_progress(
     off_m = float(away_m[at])
     back_wh = off_m * total_wh / length_m if length_m > 0.0 else 0.0
     return Progress(
-        item=place.item,
+        item=item,
         time_s=float(time_s[at]),
         off_track_m=off_m,
         used_wh=used_wh,
@@ -339,7 +330,8 @@ class EnergyWatch:
 
     def take(
         self,
-        place: MeasuredPlace,
+        item: int,
+        place: VehiclePosition,
         reading: BatteryState,
         now_s: float,
         *,
@@ -348,7 +340,9 @@ class EnergyWatch:
         """Return the state, unless nothing of the battery is measured, and the warnings that are new."""
         left = self._meter.energy_left(reading)
         before, before_s = self._before or (None, now_s)
-        progress = flight_progress(self._returns, place, before=before, elapsed_s=now_s - before_s)
+        progress = flight_progress(
+            self._returns, item, place, before=before, elapsed_s=now_s - before_s
+        )
         self._before = (progress, now_s)
         if self._missed_wh is None:
             self._missed_wh = progress.used_wh
@@ -538,13 +532,13 @@ class FlightFollower:
             self._begin()
         if self._watch is None:
             return None, ()
-        place = MeasuredPlace(
-            item=self._present_item(),
-            latitude_deg=position.latitude_deg,
-            longitude_deg=position.longitude_deg,
-            height_above_home_m=position.height_above_home_m,
+        return self._watch.take(
+            self._present_item(),
+            position,
+            self._battery(),
+            now_s,
+            is_on_mission=self._is_on_mission(),
         )
-        return self._watch.take(place, self._battery(), now_s, is_on_mission=self._is_on_mission())
 
     def _begin(self) -> None:
         if self._prediction is not None and self._start is not None:

@@ -163,21 +163,7 @@ def watch_vehicle(
 
     `UsageError` where a library is missing; a vehicle that is lost is waited for.
     """
-    while not is_over.is_set():
-        try:
-            _watch_once(request, check, is_over, watcher, is_charge_given=is_charge_given)
-        except UsageError:
-            raise
-        except MavjouleError as error:
-            watcher.lost(str(error))
-            is_over.wait(_REOPEN_S)
-        except _OverError:
-            return
 
-
-def _watch_once(
-    request: LinkRequest, check: Setup, is_over: Event, watcher: Watcher, *, is_charge_given: bool
-) -> None:
     def raise_if_over() -> None:
         if is_over.is_set():
             raise _OverError
@@ -194,15 +180,25 @@ def _watch_once(
         raise_if_over()
         watcher.progress(what, done, count)
 
-    with open_link(request, on_progress=report_progress) as link, ExitStack() as stack:
-        known = read_vehicle(link)
-        watcher.received(make_snapshot(link.identity, known, address=request.address.text))
-        GuardSession(
-            link,
-            _settings(GuardSettings(is_observing=True), is_charge_given=is_charge_given),
-            judge=judge,
-            on_decision=lambda _: None,
-            on_status=report_status,
-            executor=_executor(stack),
-            known=known,
-        ).run()
+    settings = _settings(GuardSettings(is_observing=True), is_charge_given=is_charge_given)
+    while not is_over.is_set():
+        try:
+            with open_link(request, on_progress=report_progress) as link, ExitStack() as stack:
+                known = read_vehicle(link)
+                watcher.received(make_snapshot(link.identity, known, address=request.address.text))
+                GuardSession(
+                    link,
+                    settings,
+                    judge=judge,
+                    on_decision=lambda _: None,
+                    on_status=report_status,
+                    executor=_executor(stack),
+                    known=known,
+                ).run()
+        except UsageError:
+            raise
+        except MavjouleError as error:
+            watcher.lost(str(error))
+            is_over.wait(_REOPEN_S)
+        except _OverError:
+            return

@@ -182,17 +182,19 @@ def _uid(autopilot: Autopilot, system: int) -> bytes:
 INT16, INT32, REAL32 = 4, 6, 9
 """MAV_PARAM_TYPE."""
 _MAH_PER_AH = 1000.0
-_PX4_ARMING: Mapping[str, float] = {
-    "COM_ARM_AUTH_REQ": 0,
-    "COM_ARM_AUTH_ID": 10,
-    "COM_ARM_AUTH_MET": 0,
-    "COM_ARM_AUTH_TO": 1.0,
-}
-"""Whether arming is asked for, of whom, how, and how long it waits for the answer. [s]"""
-_WHOLE_EXTRAS: Mapping[Autopilot, Mapping[str, float]] = {
-    Autopilot.PX4: {"MAV_SYS_ID": 1, "SYS_AUTOSTART": 4001},
+_EXTRAS: Mapping[Autopilot, Mapping[str, float]] = {
+    Autopilot.PX4: {
+        "MAV_SYS_ID": 1,
+        "SYS_AUTOSTART": 4001,
+        # Whether arming is asked for, of whom, how, and how long it waits for the answer [s].
+        "COM_ARM_AUTH_REQ": 0,
+        "COM_ARM_AUTH_ID": 10,
+        "COM_ARM_AUTH_MET": 0,
+        "COM_ARM_AUTH_TO": 1.0,
+    },
     Autopilot.ARDUPILOT: {"SYSID_THISMAV": 1, "FRAME_CLASS": 1, "FRAME_TYPE": 1},
 }
+"""Parameters beyond those of missions, whole where their value is."""
 _SYSTEM_ID = {Autopilot.PX4: "MAV_SYS_ID", Autopilot.ARDUPILOT: "SYSID_THISMAV"}
 
 
@@ -228,15 +230,12 @@ def make_parameters(
     before it arms; default nobody (PX4 alone).
     """
     rows = parameter_table(PARAMETERS_OF[autopilot]).values()
-    found = {
-        one.name: one for one in (_default(row, version, whole=_whole(autopilot)) for row in rows)
-    }
-    for name, value in _WHOLE_EXTRAS[autopilot].items():
-        found[name] = VehicleParameter(name=name, value=value, kind=_whole(autopilot))
-    if autopilot is Autopilot.PX4:
-        for name, value in _PX4_ARMING.items():
-            kind = INT32 if isinstance(value, int) else REAL32
-            found[name] = VehicleParameter(name=name, value=value, kind=kind)
+    whole = INT32 if autopilot is Autopilot.PX4 else INT16
+    defaults = (_default(row, version, whole=whole) for row in rows)
+    found = {one.name: one for one in defaults}
+    for name, value in _EXTRAS[autopilot].items():
+        kind = whole if isinstance(value, int) else REAL32
+        found[name] = VehicleParameter(name=name, value=value, kind=kind)
     values: dict[str, float] = {
         _SYSTEM_ID[autopilot]: system,
         **_battery_values(autopilot, battery),
@@ -262,10 +261,6 @@ def _default(row: Parameter, version: Version, *, whole: int) -> VehicleParamete
         value = row.default * SI_PER_UNIT[row.now.unit] / SI_PER_UNIT[spelling.unit]
     kind = whole if row.is_choice else REAL32
     return VehicleParameter(name=spelling.name, value=round(value, 6), kind=kind)
-
-
-def _whole(autopilot: Autopilot) -> int:
-    return INT32 if autopilot is Autopilot.PX4 else INT16
 
 
 def _battery_values(autopilot: Autopilot, battery: Battery | None) -> dict[str, float]:

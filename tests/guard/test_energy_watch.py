@@ -15,10 +15,9 @@ from planner.guard.energy import (
     EnergyState,
     EnergyWarning,
     EnergyWatch,
-    MeasuredPlace,
     Prediction,
 )
-from planner.link.telemetry import BatteryState
+from planner.link.telemetry import BatteryState, VehiclePosition
 from planner.service.preflight import CheckResult, check
 from planner.vehicle.battery import Battery
 from planner.vehicle.library import load_vehicle
@@ -93,18 +92,18 @@ def test_measurements_that_contradict_each_other_are_told_once() -> None:
         temperature_c=15.0,
     )
     watch = EnergyWatch(prediction, start=BatteryState(consumed_wh=0.0))
-    place = MeasuredPlace(
-        item=2,
+    place = VehiclePosition(
+        altitude_amsl_m=0.0,
         latitude_deg=north(500.0),
         longitude_deg=HOME.longitude_deg,
         height_above_home_m=50.0,
     )
     reading = BatteryState(consumed_wh=20.0, remaining_fraction=0.7)  # 180 and 140 Wh left
-    _, warnings = watch.take(place, reading, 60.0)
+    _, warnings = watch.take(2, place, reading, 60.0)
     assert Concern.MEASURES_DIFFER in {one.concern for one in warnings}
     assert "180 Wh by energy count, 140 Wh by the vehicle's percentage" in warnings[-1].text
     assert len(warnings[-1].headline) <= 50
-    state, warnings = watch.take(place, reading, 61.0)
+    state, warnings = watch.take(2, place, reading, 61.0)
     assert not warnings
     assert state is not None
     assert Concern.MEASURES_DIFFER in {one.concern for one in state.warnings}  # though not new
@@ -151,14 +150,15 @@ def fly(capacity_wh: float, *, factor: float) -> list[Flown]:
         segment = int(np.searchsorted(home.start_s, time_s, side="right")) - 1
         share = (time_s - home.start_s[segment]) / (end_s[segment] - home.start_s[segment])
         points = home.points(np.array([segment]), np.array([share]))
-        place = MeasuredPlace(
-            item=home.route.stages[int(points.stage[0])].item,
+        item = home.route.stages[int(points.stage[0])].item
+        place = VehiclePosition(
+            altitude_amsl_m=0.0,
             latitude_deg=north(float(points.place_m[0, 1])),
             longitude_deg=HOME.longitude_deg,
             height_above_home_m=float(points.place_m[0, 2]),
         )
         used_wh = factor * float(points.used_wh[0])
-        state, warnings = watch.take(place, BatteryState(consumed_wh=used_wh), time_s)
+        state, warnings = watch.take(item, place, BatteryState(consumed_wh=used_wh), time_s)
         assert state is not None
         flown.append(Flown(time_s, capacity_wh - used_wh, state, warnings))
     return flown

@@ -8,7 +8,8 @@ from made_missions import HOME, jump, mission, north, rtl, takeoff, waypoint
 
 from planner.flight.prediction import sample_trace
 from planner.flight.returns.tightest import sweep_returns
-from planner.guard.energy import MeasuredPlace, Progress, flight_progress
+from planner.guard.energy import Progress, flight_progress
+from planner.link.telemetry import VehiclePosition
 from planner.service.preflight import check
 from planner.vehicle.library import load_vehicle
 
@@ -16,18 +17,18 @@ QUAD = load_vehicle("arducopter-sitl-quad")
 OUT_AND_BACK = mission(takeoff(50.0), waypoint(1000.0, 50.0), waypoint(2000.0, 50.0), rtl())
 
 
-def at(item: int, metres_north: float, *, east_deg: float = 0.0) -> MeasuredPlace:
-    return MeasuredPlace(
-        item=item,
+def at(item: int, metres_north: float, *, east_deg: float = 0.0) -> tuple[int, VehiclePosition]:
+    return item, VehiclePosition(
         latitude_deg=north(metres_north),
         longitude_deg=HOME.longitude_deg + east_deg,
+        altitude_amsl_m=50.0,
         height_above_home_m=50.0,
     )
 
 
 def test_a_place_on_the_track_is_found_with_the_energy_used_by_then() -> None:
     home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    progress = flight_progress(home, at(3, 1500.0))
+    progress = flight_progress(home, *at(3, 1500.0))
     trace = sample_trace(home.flight, home.route)
     here = (trace.item == 3) & (trace.latitude_deg <= north(1500.0))
     row = int(np.flatnonzero(here)[-1])
@@ -43,7 +44,7 @@ def test_a_place_on_the_track_is_found_with_the_energy_used_by_then() -> None:
 
 def test_the_way_home_is_that_of_the_point_of_the_flight() -> None:
     home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    progress = flight_progress(home, at(3, 1500.0))
+    progress = flight_progress(home, *at(3, 1500.0))
     segment = int(np.searchsorted(home.start_s, progress.time_s, side="right")) - 1
     share = (progress.time_s - home.start_s[segment]) / home.flight.motion.segments.duration_s[
         segment
@@ -58,7 +59,7 @@ def test_the_way_home_is_that_of_the_point_of_the_flight() -> None:
 
 def test_a_vehicle_off_its_track_needs_more_to_finish() -> None:
     home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    on, off = (flight_progress(home, at(3, 1500.0, east_deg=east)) for east in (0.0, 0.01))
+    on, off = (flight_progress(home, *at(3, 1500.0, east_deg=east)) for east in (0.0, 0.01))
     # 0.01° of longitude at 47° are 0.01 · 111.32 km · cos 47° = 759 m
     assert off.off_track_m == pytest.approx(760.0, rel=0.01)
     mean_wh_m = home.flight.energy_j / 3600.0 / home.flight.motion.segments.distance_m.sum()
@@ -68,8 +69,8 @@ def test_a_vehicle_off_its_track_needs_more_to_finish() -> None:
 def test_in_a_hover_the_clock_says_how_far_it_is() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0, hold_s=100.0), waypoint(900.0, 50.0), rtl())
     home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    first = flight_progress(home, at(2, 500.0))
-    later = flight_progress(home, at(2, 500.0), before=first, elapsed_s=60.0)
+    first = flight_progress(home, *at(2, 500.0))
+    later = flight_progress(home, *at(2, 500.0), before=first, elapsed_s=60.0)
     assert later.time_s - first.time_s == pytest.approx(60.0, abs=1.0)
     hover_w = 353.0  # measured of this vehicle: 353 W
     assert first.finish_wh - later.finish_wh == pytest.approx(hover_w * 60.0 / 3600.0, rel=0.05)
@@ -78,7 +79,7 @@ def test_in_a_hover_the_clock_says_how_far_it_is() -> None:
 def test_the_first_sight_of_a_hover_counts_all_of_it() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0, hold_s=100.0), rtl())
     home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    progress = flight_progress(home, at(2, 500.0))
+    progress = flight_progress(home, *at(2, 500.0))
     stage_end_s = float(home.start_s[np.flatnonzero(home.segment_stage == 2)[0]])
     assert stage_end_s - progress.time_s > 99.0
 
@@ -89,7 +90,7 @@ def test_a_lap_that_was_flown_does_not_come_again() -> None:
     before: Progress | None = None
     times = []
     for item, metres in ((3, 800.0), (2, 800.0), (3, 800.0), (2, 800.0), (3, 800.0)):
-        before = flight_progress(home, at(item, metres), before=before, elapsed_s=60.0)
+        before = flight_progress(home, *at(item, metres), before=before, elapsed_s=60.0)
         times.append(before.time_s)
     assert times == sorted(times)
     assert np.diff(times).min() > 10.0  # 200 m there and 200 m back, or 300 m, at 10 m/s
@@ -98,7 +99,7 @@ def test_a_lap_that_was_flown_does_not_come_again() -> None:
 def test_an_item_that_only_sets_something_stands_for_what_is_flown_next() -> None:
     items = (takeoff(50.0), waypoint(500.0, 50.0), jump(2, 1.0), waypoint(900.0, 50.0), rtl())
     home = check(mission(*items), QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    assert flight_progress(home, at(3, 700.0)).off_track_m < 5.0
+    assert flight_progress(home, *at(3, 700.0)).off_track_m < 5.0
 
 
 @pytest.mark.parametrize("share", [0.6, 0.75, 0.9])
@@ -109,7 +110,7 @@ def test_the_point_of_no_return_is_that_of_the_check(share: float) -> None:
     available_wh = share * float(sweep.sum_wh.max())
     row = sweep.last_below(available_wh)
     assert row is not None
-    progress = flight_progress(home, at(2, 100.0))
+    progress = flight_progress(home, *at(2, 100.0))
     lead_s = sweep.lead_s(progress.time_s, progress.used_wh, available_wh - progress.used_wh)
     assert lead_s is not None
     last_s, beyond_s = sweep.time_s[row : row + 2]
@@ -118,7 +119,7 @@ def test_the_point_of_no_return_is_that_of_the_check(share: float) -> None:
 
 def test_with_enough_for_every_return_there_is_no_such_point() -> None:
     home = check(OUT_AND_BACK, QUAD).assessment.returns  # type: ignore[union-attr] # it is flown
-    progress = flight_progress(home, at(2, 100.0))
+    progress = flight_progress(home, *at(2, 100.0))
     sweep = sweep_returns(home)
     assert sweep is not None
     assert sweep.lead_s(progress.time_s, progress.used_wh, 1e6) is None

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from made_missions import HOME, mission, north, rtl, takeoff, waypoint
 from rule_cases.case import ARDUPILOT, RuleCases, vehicle_of
 
-from planner.guard.energy import EnergyState, EnergyWatch, MeasuredPlace, Prediction
-from planner.link.telemetry import BatteryState
+from planner.guard.energy import EnergyState, EnergyWatch, Prediction
+from planner.link.telemetry import BatteryState, VehiclePosition
 from planner.service.preflight import check
 from planner.vehicle.battery import Battery
 
@@ -47,11 +47,14 @@ def state(
     )
     start = BatteryState(consumed_wh=0.0)
     watch = EnergyWatch(prediction, start=start, warn_before_s=warn_before_s)
-    place = MeasuredPlace(
-        item=2, latitude_deg=north(500), longitude_deg=HOME.longitude_deg, height_above_home_m=50.0
+    place = VehiclePosition(
+        altitude_amsl_m=0.0,
+        latitude_deg=north(500),
+        longitude_deg=HOME.longitude_deg,
+        height_above_home_m=50.0,
     )
     reading = BatteryState(consumed_wh=200.0 - LEFT_WH, remaining_fraction=percentage)
-    known, _ = watch.take(place, reading, 60.0)
+    known, _ = watch.take(2, place, reading, 60.0)
     assert known is not None
     return known
 
