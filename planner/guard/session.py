@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from planner.autopilot import Autopilot
 from planner.errors import LinkError, MavjouleError
+from planner.geo.geodesy import distance_m
 from planner.guard.authorisation import (
     ARM_AUTHORISATION_REQUEST,
     ArmRequest,
@@ -72,7 +73,6 @@ LIST_IDS = {
 _ACCEPTED = 0
 _COUNTERS = ("STAT_", "LND_FLIGHT_T", "COM_FLIGHT_UUID", "_HASH_CHECK", "BARO")
 """Beginnings of parameters that autopilots set themselves, in which no flight differs."""
-_METRES_PER_DEGREE = 111_320.0
 _MOVED_M = 2.0
 """A home that moves by less is the same. [m]"""
 _AWAY_M = 10.0
@@ -232,12 +232,9 @@ def _home_at_arming(state: VehicleState) -> Home | None:
 
 
 def _distance_m(one: Home, other: Home) -> float:
-    """Return the distance of places close to each other, heights counted [m]."""
-    north_m = (one.latitude_deg - other.latitude_deg) * _METRES_PER_DEGREE
-    east_deg = (one.longitude_deg - other.longitude_deg + 180.0) % 360.0 - 180.0
-    east_m = east_deg * _METRES_PER_DEGREE * math.cos(math.radians(one.latitude_deg))
-    up_m = (one.altitude_amsl_m or 0.0) - (other.altitude_amsl_m or 0.0)
-    return math.sqrt(north_m**2 + east_m**2 + up_m**2)
+    """Return the distance of two places, heights counted [m]."""
+    way_m = distance_m(one.latitude_deg, one.longitude_deg, other.latitude_deg, other.longitude_deg)
+    return math.hypot(float(way_m), (one.altitude_amsl_m or 0.0) - (other.altitude_amsl_m or 0.0))
 
 
 _RETRIES = 5

@@ -80,7 +80,7 @@ class FileServer:
         self._codecs: dict[tuple[int, int], Codec] = {}
         self._decoder = Codec(0, 0)
         self._busy_until_s = 0.0
-        mavsdk.log_subscribe(_swallow)
+        mavsdk.log_subscribe(lambda *_: True)  # it would talk to standard error
         self._mavsdk: Any = mavsdk.Mavsdk(
             mavsdk.Configuration.create_manual(system, component, always_send_heartbeats=False)
         )
@@ -118,11 +118,6 @@ class FileServer:
         self._mavsdk.unsubscribe_raw_bytes_to_be_sent(self._handle)
         self._mavsdk.destroy()
         self._folder.cleanup()
-
-
-def _swallow(*_: object) -> bool:
-    """Keep MAVSDK from writing to standard error."""
-    return True
 
 
 _CHUNK = 90

@@ -20,7 +20,6 @@ from planner.values import Value, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
-    from types import TracebackType
 
     from planner.link.address import LinkAddress
     from planner.link.wire import Message, VehicleLine
@@ -260,12 +259,7 @@ class SimulationRunner:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stop, and close the line."""
         self.close()
 
