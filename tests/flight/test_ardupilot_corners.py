@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,10 @@ from hypothesis import strategies as st
 
 from planner.flight.motion.ardupilot.legs import Corners, half_overlap_s
 from planner.flight.motion.s_curve import SpeedLimits, speed_ramps
+from planner.vehicle.parameters.ardupilot import ArduPilotParameters
+
+if TYPE_CHECKING:
+    from planner.arrays import FloatArray
 
 
 def corner(
@@ -20,27 +26,34 @@ def corner(
     rise: float = 0.0,
     climb_deg: float = 0.0,
 ) -> Corners:
-    turn, climb = np.radians(turn_deg), np.radians(climb_deg)
     ramps = speed_ramps(
         np.array([speed]), SpeedLimits(np.array([acceleration]), np.array([jerk]), np.array([rise]))
     )
-    level = np.cos(climb)
-    return Corners(
-        before=np.array([[0.0, 1.0, 0.0]]),
-        after=np.array([[np.sin(turn) * level, np.cos(turn) * level, np.sin(climb)]]),
+    return Corners.of(
+        *directions(turn_deg, climb_deg),
         slowing=ramps,
         speeding=ramps,
         speed_limit_m_s=np.array([speed]),
     )
 
 
-def passed(
-    some: Corners, *, radius: float = 2.0, across: float = 5.0, vertical: float = 1.0
-) -> tuple[float, float]:
-    """Overlap and speed of a corner."""
-    half = half_overlap_s(
-        some, radius_m=radius, corner_acceleration_m_s2=across, vertical_acceleration_m_s2=vertical
+def directions(turn_deg: float, climb_deg: float) -> tuple[FloatArray, FloatArray]:
+    """Northward, and by an angle to the right of it and upwards."""
+    turn, climb = np.radians(turn_deg), np.radians(climb_deg)
+    level = np.cos(climb)
+    after = np.array([[np.sin(turn) * level, np.cos(turn) * level, np.sin(climb)]])
+    return np.array([[0.0, 1.0, 0.0]]), after
+
+
+def limits(radius: float, across: float) -> ArduPilotParameters:
+    return ArduPilotParameters(
+        waypoint_radius_m=radius, corner_acceleration_m_s2=across, vertical_acceleration_m_s2=1.0
     )
+
+
+def passed(some: Corners, *, radius: float = 2.0, across: float = 5.0) -> tuple[float, float]:
+    """Overlap and speed of a corner."""
+    half = half_overlap_s(some, limits(radius, across))
     return 2.0 * float(half[0]), float(some.speed_m_s(half)[0])
 
 
@@ -118,12 +131,8 @@ def test_a_level_leg_meets_a_vertical_one_at_a_metre_a_second() -> None:
     upward = speed_ramps(
         np.array([2.5]), SpeedLimits(np.array([1.0]), np.array([1.0]), np.array([0.3]))
     )
-    some = Corners(
-        before=np.array([[0.0, 1.0, 0.0]]),
-        after=np.array([[0.0, 0.0, 1.0]]),
-        slowing=level,
-        speeding=upward,
-        speed_limit_m_s=np.array([2.5]),
+    some = Corners.of(
+        *directions(0.0, 90.0), slowing=level, speeding=upward, speed_limit_m_s=np.array([2.5])
     )
     overlap, speed = passed(some)
     assert overlap == pytest.approx(2 * 1.3, abs=1e-3)
@@ -150,16 +159,14 @@ def test_corners_keep_all_four_limits_and_no_longer_overlap_would(
     turn: float, climb: float, speed: float, jerk: float, radius: float, across: float
 ) -> None:
     some = corner(turn, speed=speed, jerk=jerk, climb_deg=climb, rise=0.3)
-    half = half_overlap_s(
-        some, radius_m=radius, corner_acceleration_m_s2=across, vertical_acceleration_m_s2=1.0
-    )
+    half = half_overlap_s(some, limits(radius, across))
+    before, after = directions(turn, climb)
 
-    def kept(half_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-        left, left_v, left_a = some.slowing.begun(half_s)
-        gone, gone_v, gone_a = some.speeding.begun(half_s)
-        offset = gone * some.after[0] - left * some.before[0]
-        velocity = gone_v * some.after[0] + left_v * some.before[0]
-        acceleration = gone_a * some.after[0] - left_a * some.before[0]
+    def kept(half_s: FloatArray) -> bool:
+        (left, gone), (left_v, gone_v), (left_a, gone_a) = some.ramps.begun(half_s)
+        offset = gone * after[0] - left * before[0]
+        velocity = gone_v * after[0] + left_v * before[0]
+        acceleration = gone_a * after[0] - left_a * before[0]
         return bool(
             np.linalg.norm(offset) <= radius + 1e-9
             and np.linalg.norm(velocity) <= speed + 1e-9
@@ -168,6 +175,5 @@ def test_corners_keep_all_four_limits_and_no_longer_overlap_would(
         )
 
     assert kept(half)
-    longest = 0.5 * some.slowing.duration_s
-    if half[0] < longest[0] - 0.01:
+    if half[0] < 0.5 * some.ramps.duration_s[0, 0] - 0.01:
         assert not kept(half + 0.005)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.flight.motion.kinematics import Columns
+from planner.flight.motion.kinematics import Columns, quotient
 from planner.values import Value, field_values
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class SpeedLimits(NamedTuple):
 _NEWTON_ROUNDS = 8
 """The cubic is convex beyond its root: from above, Newton halves its error at least."""
 _ALMOST = 1.0 - 1e-6
-"""Share of an acceleration that is nearly reached. [-]"""
+"""Part of an acceleration that is nearly reached. [-]"""
 
 
 class SpeedRamps(Columns, eq=False):
@@ -103,14 +103,13 @@ def speed_ramps(change_m_s: FloatArray, limits: SpeedLimits) -> SpeedRamps:
     acceleration = np.minimum(limits.acceleration_m_s2, reached)
     moving = acceleration > 0.0
     jerk_s = np.divide(acceleration, jerk, out=np.zeros_like(jerk), where=moving)
-    whole = np.divide(change_m_s, acceleration, out=np.zeros_like(jerk), where=moving)
     return SpeedRamps(
         change_m_s=change_m_s,
         acceleration_m_s2=acceleration,
         jerk_m_s3=jerk,
         rest_s=np.where(moving, 0.5 * rise, 0.0),
         jerk_s=jerk_s,
-        steady_s=np.maximum(whole - jerk_s, 0.0),
+        steady_s=np.maximum(quotient(change_m_s, acceleration) - jerk_s, 0.0),
     )
 
 
@@ -129,8 +128,7 @@ def peak_speed_from_rest_m_s(length_m: FloatArray, limits: SpeedLimits) -> Float
     volume = length_m / (2.0 * safe_jerk)
     x = rise + np.cbrt(volume)
     for _ in range(_NEWTON_ROUNDS):
-        slope = x * (3.0 * x - 2.0 * rise)
-        x -= np.divide(x * x * (x - rise) - volume, slope, out=np.zeros_like(x), where=slope > 0.0)
+        x -= quotient(x * x * (x - rise) - volume, x * (3.0 * x - 2.0 * rise))
     reached = jerk * (x - rise)
     ramp_s = most / safe_jerk + rise
     steady = 0.5 * (np.sqrt((most * ramp_s) ** 2 + 4.0 * most * length_m) - most * ramp_s)
@@ -142,8 +140,7 @@ def _shortened(fitting_s: FloatArray, limits: SpeedLimits) -> tuple[FloatArray, 
     most, jerk_m_s3, rise_s = limits
     limit = np.sqrt(most * rise_s / jerk_m_s3)
     rise = np.minimum(np.minimum(rise_s, fitting_s), limit)
-    share = np.divide(rise, rise_s, out=np.ones_like(rise), where=rise_s > 0.0)
-    return rise, jerk_m_s3 * share
+    return rise, jerk_m_s3 * quotient(rise, rise_s, 1.0)
 
 
 _BISECTIONS = 40
@@ -244,21 +241,9 @@ def s_curves(
 ) -> SCurves:
     """Return the fastest motion along lines within limits.
 
-    Parameters
-    ----------
-    length_m : ndarray
-        Lengths, greater than zero. (n,) [m]
-    limits : SpeedLimits
-        Along each line.
-    speed_m_s : ndarray
-        Highest speed along each line. (n,) [m s⁻¹]
-    start_m_s, end_m_s : ndarray, optional
-        Speeds at the ends; default at rest, and never above the limit. (n,) [m s⁻¹]
-    first_m_s : ndarray, optional
-        Lower speed that lines from rest are planned with first; where it is below the limit they speed
-        up to it and then once more, as ``SCurve::set_speed_max`` has it; default infinite. (n,) [m s⁻¹]
-    wait_s : ndarray, optional
-        Time before anything moves; default none. (n,) [s]
+    By default they begin and end at rest; speeds at the ends are never above the limit.  Lines from rest
+    are planned with ``first_m_s`` first; where it is below the limit they speed up to it and then once
+    more, as ``SCurve::set_speed_max`` has it.  ``wait_s`` is the time before anything moves.
     """
     zero = np.zeros_like(length_m)
     start = zero if start_m_s is None else np.minimum(start_m_s, speed_m_s)
@@ -292,7 +277,7 @@ def s_curves(
         again=again,
         down=down,
         wait_s=zero if wait_s is None else wait_s,
-        cruise_s=np.divide(left_m, peak, out=np.zeros_like(peak), where=peak > 0.0),
+        cruise_s=quotient(left_m, peak),
     )
 
 
@@ -348,11 +333,16 @@ def _peak_between(
 def _highest(
     fits: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Return the highest values between two that fit, by bisection; ``low`` where none does."""
-    at_once = fits(high)
-    most = high
-    for _ in range(_BISECTIONS):
+    """Return the highest values between two that fit; ``low`` where none does."""
+    return np.where(fits(high), high, bisected(fits, low, high, _BISECTIONS)[0])
+
+
+def bisected(
+    holds: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray, rounds: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of where something ceases to hold, after so many halvings."""
+    for _ in range(rounds):
         middle = 0.5 * (low + high)
-        good = fits(middle)
+        good = holds(middle)
         low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return np.where(at_once, most, low)
+    return low, high

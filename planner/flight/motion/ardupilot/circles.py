@@ -12,7 +12,14 @@ from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.legs import SLOTS, drag_per_s
 from planner.flight.motion.ardupilot.stages import circle_rate_rad_s
 from planner.flight.motion.headway import NO_HEADWAY
-from planner.flight.motion.kinematics import CircleLaw, FlightState, make_manoeuvres
+from planner.flight.motion.kinematics import (
+    CircleLaw,
+    FlightState,
+    horizontal,
+    lengths,
+    make_manoeuvres,
+    quotient,
+)
 from planner.mission.route.stage import StageKind
 from planner.values import Value
 
@@ -48,29 +55,15 @@ def circling_s(
     ``AC_Circle::update_ms``: the rate rises by A/R (2°/s² at least) to its limit, and the turns are
     counted by the rate.
     """
-    rate, size = _greatest_rate_rad_s(stages, rows, parameters), np.abs(stages.radius_m[rows])
+    rate = circle_rate_rad_s(stages.radius_m[rows], stages.speed_m_s[rows], parameters)
     rising = np.maximum(
-        np.divide(parameters.acceleration_m_s2, size, out=rate.copy(), where=size > 0.0),
+        quotient(parameters.acceleration_m_s2, np.abs(stages.radius_m[rows]), rate),
         _LEAST_ANGULAR_ACCELERATION_RAD_S2,
     )
     angle = 2.0 * math.pi * stages.turns[rows]
-    turning = (rate > 0.0) & (angle > 0.0)
-    duration = np.zeros(len(rate))
-    duration[turning] = angle[turning] / rate[turning] + 0.5 * rate[turning] / rising[turning]
-    mean = np.divide(angle, duration, out=np.zeros(len(rate)), where=duration > 0.0)
-    return mean, duration
-
-
-def _greatest_rate_rad_s(
-    stages: StageColumns, rows: IntArray, parameters: ArduPilotParameters
-) -> FloatArray:
-    """Return the rates that circles reach. (n,) [rad s⁻¹]"""
-    return np.array(
-        [
-            circle_rate_rad_s(float(radius), float(speed), parameters)
-            for radius, speed in zip(stages.radius_m[rows], stages.speed_m_s[rows], strict=True)
-        ]
-    )
+    turning = np.where(angle > 0.0, rate, 0.0)
+    duration = quotient(angle, turning) + 0.5 * turning / rising
+    return quotient(angle, duration), duration
 
 
 def plan_circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circles:
@@ -80,14 +73,13 @@ def plan_circles(stages: StageColumns, parameters: ArduPilotParameters) -> Circl
     round_one = (stages.radius_m[rows] != 0.0) & (duration > 0.0)
     rows, rate, duration = rows[round_one], rate[round_one], duration[round_one]
     start, centre = stages.edge_m[rows], stages.place_m[rows, :2]
-    size = np.hypot(start[:, 0] - centre[:, 0], start[:, 1] - centre[:, 1])
     return Circles(
         key=rows * SLOTS + 1,
         law=CircleLaw(
             start_m=start, centre_m=centre, rate_rad_s=-np.copysign(rate, stages.radius_m[rows])
         ),
         duration_s=duration,
-        speed_m_s=rate * size,
+        speed_m_s=rate * horizontal(start[:, :2] - centre),
     )
 
 
@@ -97,19 +89,16 @@ def leaving_circles(stages: StageColumns, circles: Circles) -> tuple[Manoeuvres,
         return ()
     rows = circles.key // SLOTS
     last = circles.law.state_at(np.arange(len(rows)), circles.duration_s)
-    exit_m = np.column_stack((last.east_m, last.north_m, last.height_m))
-    velocity = np.column_stack((last.east_m_s, last.north_m_s, last.climb_m_s))
     end = stages.end_m[rows]
-    way = np.sqrt(((end - exit_m) ** 2).sum(axis=1))
-    speed = circles.speed_m_s
-    duration = np.divide(2.0 * way, speed, out=np.zeros_like(way), where=speed > 0.0)
+    way = lengths(end - last.place_m)
+    velocity = last.velocity_m_s
     return (
         make_manoeuvres(
             rows * SLOTS + 2,
             FlightState.BRAKE,
-            position_m=np.stack((exit_m, end), axis=1),
+            position_m=np.stack((last.place_m, end), axis=1),
             velocity_m_s=np.stack((velocity, np.zeros_like(velocity)), axis=1),
-            duration_s=duration[:, None],
+            duration_s=quotient(2.0 * way, circles.speed_m_s)[:, None],
             stopping_distance_m=way,
         ),
     )
@@ -151,7 +140,7 @@ def circle_findings(
     if airspeed_limit_m_s is None or not len(circles.key):
         return
     rows = circles.key // SLOTS
-    rate = _greatest_rate_rad_s(stages, rows, parameters)
+    rate = circle_rate_rad_s(stages.radius_m[rows], stages.speed_m_s[rows], parameters)
     speed = rate * circles.speed_m_s / np.abs(circles.law.rate_rad_s)
     across = rate * speed / drag_per_s(parameters, airspeed_limit_m_s)
     strength = np.zeros(len(rows))

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.ardupilot.stages import is_kind, return_height_m
+from planner.flight.motion.ardupilot.stages import is_kind, over_home_m
 from planner.flight.motion.headway import held_speeds_m_s
-from planner.flight.motion.kinematics import Columns
-from planner.flight.motion.s_curve import SpeedLimits, s_curves, speed_ramps
+from planner.flight.motion.kinematics import horizontal, lengths, quotient
+from planner.flight.motion.s_curve import SpeedLimits, bisected, s_curves, speed_ramps
 from planner.mission.route.stage import StageKind
 from planner.units import GRAVITY_M_S2
 from planner.values import Value
@@ -33,63 +33,11 @@ _BELOW = 1.0 - 1e-9
 """What is below a limit."""
 
 
-class Corners(Columns, eq=False):
-    """Waypoints between two straight legs, one per row."""
-
-    before: FloatArray
-    """Direction of the leg before: east, north, up. (n, 3) [-]"""
-    after: FloatArray
-    """Direction of the leg after. (n, 3) [-]"""
-    slowing: SpeedRamps
-    """Ramps at the end of the legs before."""
-    speeding: SpeedRamps
-    """Ramps at the beginning of the legs after."""
-    speed_limit_m_s: FloatArray
-    """Lower of the two legs' speed limits. (n,) [m s⁻¹]"""
-
-    def speed_m_s(self, half_s: FloatArray) -> FloatArray:
-        """Return the speed half-way through overlaps of twice ``half_s``. (n,) [m s⁻¹]"""
-        _, slowing, _ = self.slowing.begun(half_s)
-        _, speeding, _ = self.speeding.begun(half_s)
-        return _length(speeding, slowing, -self.cosine())
-
-    def cosine(self) -> FloatArray:
-        """Return the cosines of the angles between the legs. (n,)"""
-        cosine: FloatArray = np.einsum("ij,ij->i", self.before, self.after)
-        return cosine
-
-
-def half_overlap_s(
-    corners: Corners,
-    *,
-    radius_m: float,
-    corner_acceleration_m_s2: float,
-    vertical_acceleration_m_s2: float,
-) -> FloatArray:
-    """Return half the time by which the legs about each corner overlap. (n,) [s]
-
-    The corner is announced as reached half-way through.
-    """
-    limits = (radius_m, corner_acceleration_m_s2, vertical_acceleration_m_s2)
-    half = 0.5 * np.minimum(corners.slowing.duration_s, corners.speeding.duration_s) * _BELOW
-    limited = ~_Limits.of(corners, *limits).allow(half)
-    if limited.any():
-        # Within half a ramp ways, speeds and accelerations only grow: one crossing each.
-        some = _Limits.of(corners.select(limited), *limits)
-        low, high = np.zeros(limited.sum()), half[limited]
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            good = some.allow(middle)
-            low, high = np.where(good, middle, low), np.where(good, high, middle)
-        half[limited] = low
-    return half
-
-
-class _Limits(Value, eq=False):
-    """The four limits of corners, with what of the directions they depend on."""
+class Corners(Value, eq=False):
+    """Waypoints between two straight legs; the leg before and the one after are asked at once."""
 
     ramps: SpeedRamps
-    """The legs before and after, in two rows: what is asked of both is asked at once. (2, n)"""
+    """At the end of the leg before, at the beginning of the leg after. (2, n)"""
     level: FloatArray
     """Horizontal parts of both directions. (2, n) [-]"""
     upward: FloatArray
@@ -97,48 +45,60 @@ class _Limits(Value, eq=False):
     cosines: FloatArray
     """Of the angle between the legs, that of their sum, and as seen from above. (3, n) [-]"""
     speed_limit_m_s: FloatArray
-    radius_m: float
-    corner_acceleration_m_s2: float
-    vertical_acceleration_m_s2: float
+    """Lower of the two legs' speed limits. (n,) [m s⁻¹]"""
 
     @classmethod
     def of(
         cls,
-        corners: Corners,
-        radius_m: float,
-        corner_acceleration_m_s2: float,
-        vertical_acceleration_m_s2: float,
-    ) -> _Limits:
-        before, after = corners.before, corners.after
-        level = np.stack((np.hypot(before[:, 0], before[:, 1]), np.hypot(after[:, 0], after[:, 1])))
-        both = level[0] * level[1]
-        across = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
-        from_above = np.divide(across, both, out=np.zeros_like(both), where=both > 0.0)
-        cosine = corners.cosine()
+        before: FloatArray,
+        after: FloatArray,
+        *,
+        slowing: SpeedRamps,
+        speeding: SpeedRamps,
+        speed_limit_m_s: FloatArray,
+    ) -> Corners:
+        """Return corners by the directions of their legs (n, 3) and the ramps about them."""
+        level = np.stack((horizontal(before), horizontal(after)))
+        cosine = (before * after).sum(axis=1)
+        from_above = quotient((before * after)[:, :2].sum(axis=1), level[0] * level[1])
         return cls(
-            ramps=corners.slowing.beside(corners.speeding),
+            ramps=slowing.beside(speeding),
             level=level,
             upward=np.stack((before[:, 2], after[:, 2])),
             cosines=np.stack((cosine, -cosine, from_above)),
-            speed_limit_m_s=corners.speed_limit_m_s,
-            radius_m=radius_m,
-            corner_acceleration_m_s2=corner_acceleration_m_s2,
-            vertical_acceleration_m_s2=vertical_acceleration_m_s2,
+            speed_limit_m_s=speed_limit_m_s,
         )
 
-    def allow(self, half_s: FloatArray) -> BoolArray:
-        """Return whether overlaps of twice ``half_s`` keep within all four. (n,)"""
+    def speed_m_s(self, half_s: FloatArray) -> FloatArray:
+        """Return the speed half-way through overlaps of twice ``half_s``. (n,) [m s⁻¹]"""
+        _, (before, after), _ = self.ramps.begun(half_s)
+        return _length(after, before, self.cosines[1])
+
+    def allow(self, half_s: FloatArray, parameters: ArduPilotParameters) -> BoolArray:
+        """Return whether overlaps of twice ``half_s`` keep within all four limits. (n,)"""
         way, speed, acceleration = self.ramps.begun(half_s)
         climb = acceleration * self.upward
         before, after = np.stack((way, speed, acceleration * self.level), axis=1)
         distance, together, level = _length(after, before, self.cosines)
-        allowed: BoolArray = (
-            (distance < self.radius_m)
+        return np.asarray(
+            (distance < parameters.waypoint_radius_m)
             & (together <= self.speed_limit_m_s * _BELOW)
-            & (level <= self.corner_acceleration_m_s2 * _BELOW)
-            & (np.abs(climb[1] - climb[0]) <= self.vertical_acceleration_m_s2 * _BELOW)
+            & (level <= parameters.corner_acceleration_m_s2 * _BELOW)
+            & (np.abs(climb[1] - climb[0]) <= parameters.vertical_acceleration_m_s2 * _BELOW)
         )
-        return allowed
+
+
+def half_overlap_s(corners: Corners, parameters: ArduPilotParameters) -> FloatArray:
+    """Return half the time by which the legs about each corner overlap. (n,) [s]
+
+    The corner is announced as reached half-way through.  Within half a ramp ways, speeds and
+    accelerations only grow: each limit is crossed once.
+    """
+    most = 0.5 * corners.ramps.duration_s.min(axis=0) * _BELOW
+    half, _ = bisected(
+        lambda time: corners.allow(time, parameters), np.zeros_like(most), most, _BISECTIONS
+    )
+    return np.where(corners.allow(most, parameters), most, half)
 
 
 def _length(one: FloatArray, other: FloatArray, cosine: FloatArray) -> FloatArray:
@@ -147,21 +107,18 @@ def _length(one: FloatArray, other: FloatArray, cosine: FloatArray) -> FloatArra
 
 
 def limits_along(
-    direction: FloatArray, horizontal: FloatArray | float, vertical: FloatArray | float
+    direction: FloatArray, level: FloatArray | float, vertical: FloatArray | float
 ) -> FloatArray:
     """Return speed or acceleration limits along directions: ``kinematic_limit`` of AP_Math.
 
     Directions (…, 3) are of any length; the horizontal limit holds where it is zero.
     """
-    size = np.sqrt((direction**2).sum(axis=-1))
-    level = np.sqrt(direction[..., 0] ** 2 + direction[..., 1] ** 2)
-    upward = np.abs(direction[..., 2])
-    over = np.full(size.shape, np.inf)
+    size = lengths(direction)
     limit = np.minimum(
-        np.divide(horizontal * size, level, out=over.copy(), where=level > 0.0),
-        np.divide(vertical * size, upward, out=over, where=upward > 0.0),
+        quotient(level * size, lengths(direction[..., :2]), np.inf),
+        quotient(vertical * size, np.abs(direction[..., 2]), np.inf),
     )
-    return np.where(size > 0.0, limit, horizontal)
+    return np.where(size > 0.0, limit, level)
 
 
 def drag_per_s(parameters: ArduPilotParameters, airspeed_limit_m_s: float) -> float:
@@ -179,24 +136,17 @@ _RESIDENCES = 20.0
 """After so many mean residence times a response has ended. [-]"""
 
 
-def jerk_rise_s(parameters: ArduPilotParameters) -> float:
-    """Return the time in which the jerk of an S-curve rises to its limit. [s]
+def _level_limits(shape: tuple[int, ...], parameters: ArduPilotParameters) -> SpeedLimits:
+    """Return the limits of level flight, in a shape.
 
     Notes
     -----
     ``calc_scurve_jerk_and_snap``: snap = J π / 4 max(ATC_INPUT_TC, 0.1), and
     ``calculate_path``: t_j = J π / 2 snap; that is twice the time constant.
     """
-    return max(2.0 * parameters.attitude_time_constant_s, _SHORTEST_RISE_S)
-
-
-def _level_limits(shape: tuple[int, ...], parameters: ArduPilotParameters) -> SpeedLimits:
-    """Return the limits of level flight, in a shape."""
-    return SpeedLimits(
-        np.full(shape, parameters.acceleration_m_s2),
-        np.full(shape, parameters.jerk_m_s3),
-        np.full(shape, jerk_rise_s(parameters)),
-    )
+    rise_s = max(2.0 * parameters.attitude_time_constant_s, _SHORTEST_RISE_S)
+    limits = (parameters.acceleration_m_s2, parameters.jerk_m_s3, rise_s)
+    return SpeedLimits(*(np.full(shape, limit) for limit in limits))
 
 
 def stopping_distance_m(
@@ -221,8 +171,7 @@ def stopping_distance_m(
     lost = (1.0 - BRAKING_FRACTION) * speed
     since = np.sqrt(2.0 * lost / np.where(ramps.jerk_m_s3 > 0.0, ramps.jerk_m_s3, 1.0))
     before = speed * (ramps.rest_s + since) - ramps.jerk_m_s3 * since**3 / 6.0
-    way: FloatArray = 0.5 * speed * ramps.duration_s - before
-    return way
+    return np.asarray(0.5 * speed * ramps.duration_s - before)
 
 
 def _followed_stop_m(
@@ -233,7 +182,7 @@ def _followed_stop_m(
 
     system = response.transfer_function
     ramps = speed_ramps(speed, _level_limits(speed.shape, parameters))
-    jerk = ramps.jerk_m_s3 / _steady_gain(system)
+    jerk = ramps.jerk_m_s3 / (system.dc_gain or 1.0)  # the vehicle arrives where it is sent
     begun, steady = ramps.rest_s, ramps.rest_s + ramps.jerk_s
     eased = steady + ramps.steady_s
     lost = ShapedResponse(
@@ -246,13 +195,13 @@ def _followed_stop_m(
         ),
     )
     late_s = system.mean_residence_time_s
-    low, high = 0.0 * speed, ramps.duration_s + _RESIDENCES * late_s
-    for _ in range(_STOP_BISECTIONS):
-        middle = 0.5 * (low + high)
-        braking = lost.value(middle) >= (1.0 - BRAKING_FRACTION) * speed
-        low, high = np.where(braking, low, middle), np.where(braking, middle, high)
-    way: FloatArray = speed * (0.5 * ramps.duration_s + late_s - high) + lost.integral(high)
-    return way
+    _, high = bisected(
+        lambda time: lost.value(time) < (1.0 - BRAKING_FRACTION) * speed,
+        np.zeros_like(speed),
+        ramps.duration_s + _RESIDENCES * late_s,
+        _STOP_BISECTIONS,
+    )
+    return np.asarray(speed * (0.5 * ramps.duration_s + late_s - high) + lost.integral(high))
 
 
 def settling_waits_s(
@@ -272,7 +221,7 @@ def settling_waits_s(
     if responses is None:
         return waits
     stops = (legs.half_overlap_s == 0.0) & (legs.corner_speed_m_s == 0.0)
-    steep = np.abs(legs.direction[:, 2]) > np.hypot(legs.direction[:, 0], legs.direction[:, 1])
+    steep = np.abs(legs.direction[:, 2]) > horizontal(legs.direction)
     for response, some in ((responses.speed, ~steep), (responses.altitude, steep)):
         rows = np.flatnonzero(stops & some & legs.direction.any(axis=1))
         if response is not None and len(rows):
@@ -291,7 +240,9 @@ def _waits_s(
     curves = legs.curves
     phases = curves.phases()
     start, jerk = phases.start_s[rows], phases.jerk_m_s3[rows]
-    steps = np.diff(jerk, axis=1, prepend=0.0) / _steady_gain(system)
+    steps = np.diff(jerk, axis=1, prepend=0.0) / (
+        system.dc_gain or 1.0
+    )  # the vehicle arrives where it is sent
     followed = ShapedResponse(
         system=system,
         edges=(
@@ -300,18 +251,15 @@ def _waits_s(
         ),
     )
     length, end = curves.length_m[rows], curves.duration_s[rows]
-    low, high = end, end + _RESIDENCES * system.mean_residence_time_s
-    late = np.abs(length - followed.integral(end)) > radius_m
-    for _ in range(_STOP_BISECTIONS if late.any() else 0):
-        middle = 0.5 * (low + high)
-        near = np.abs(length - followed.integral(middle)) <= radius_m
-        low, high = np.where(near, low, middle), np.where(near, middle, high)
+    high, late = end, np.abs(length - followed.integral(end)) > radius_m
+    if late.any():
+        _, high = bisected(
+            lambda time: np.abs(length - followed.integral(time)) > radius_m,
+            end,
+            end + _RESIDENCES * system.mean_residence_time_s,
+            _STOP_BISECTIONS,
+        )
     return np.where(late, high - end, 0.0)
-
-
-def _steady_gain(system: TransferFunction) -> float:
-    """Return what a response is divided by, so that the vehicle arrives where it is sent. [-]"""
-    return system.dc_gain or 1.0
 
 
 SLOTS = 8
@@ -362,7 +310,7 @@ def plan_legs(
 ) -> ArduPilotLegs:
     """Return the legs of stages, with their corners; legs join splines at speed."""
     key, start, way = _ways(stages, parameters)
-    length = np.sqrt((way**2).sum(axis=1))
+    length = lengths(way)
     shortest = _shortest_m(stages, key)
     flown = (length > 0.0) | (shortest > 0.0)
     key, start, way, length, shortest = (
@@ -371,7 +319,6 @@ def plan_legs(
     leads = length > shortest
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS
-    level, upward = np.hypot(direction[:, 0], direction[:, 1]), np.abs(direction[:, 2])
     held, findings = held_speeds_m_s(
         stages.speed_m_s[stage],
         direction[:, :2],
@@ -397,14 +344,7 @@ def plan_legs(
     # A corner is entered before DO_CHANGE_SPEED is carried out at its middle.
     first = np.full(len(key), np.inf)
     first[entered] = _speed_along(stages, stage[rows], held[entered], direction[entered])
-    delay = _start_delay_s(
-        speed,
-        acceleration,
-        level=level,
-        upward=upward,
-        parameters=parameters,
-        airspeed_limit_m_s=airspeed_limit_m_s,
-    )
+    delay = _start_delay_s(direction, speed, acceleration, parameters, airspeed_limit_m_s)
     curves = s_curves(
         np.maximum(length, shortest),
         _level_limits(key.shape, parameters)._replace(acceleration_m_s2=acceleration),
@@ -416,19 +356,14 @@ def plan_legs(
     )
     half, corner_speed = np.zeros(len(key)), np.where(joins, curves.end_m_s, 0.0)
     if len(rows):
-        corners = Corners(
-            before=direction[rows],
-            after=direction[entered],
+        corners = Corners.of(
+            direction[rows],
+            direction[entered],
             slowing=curves.down.select(rows),
             speeding=curves.up.select(entered),
             speed_limit_m_s=np.minimum(speed[rows], np.minimum(speed, first)[entered]),
         )
-        half[rows] = half_overlap_s(
-            corners,
-            radius_m=parameters.waypoint_radius_m,
-            corner_acceleration_m_s2=parameters.corner_acceleration_m_s2,
-            vertical_acceleration_m_s2=parameters.vertical_acceleration_m_s2,
-        )
+        half[rows] = half_overlap_s(corners, parameters)
         corner_speed[rows] = corners.speed_m_s(half[rows])
     return ArduPilotLegs(
         key=key,
@@ -456,11 +391,8 @@ def _ways(
     end[level, 2] = stages.start_m[level, 2]
     end[circle] = stages.edge_m[circle]
     single = np.sort(np.concatenate((straight, height[moved], level, circle)))
-    top, over = stages.start_m[home].copy(), stages.place_m[home].copy()
-    if len(home):
-        top[:, 2] = over[:, 2] = return_height_m(
-            stages.start_m[home], stages.place_m[home], parameters, stages.return_floor_m[home]
-        )
+    top, over = stages.start_m[home].copy(), over_home_m(stages, home, parameters)
+    top[:, 2] = over[:, 2]
     key = np.concatenate((single * SLOTS, home * SLOTS, home * SLOTS + 1))
     start = np.concatenate((stages.start_m[single], stages.start_m[home], top))
     way = np.concatenate((end[single], top, over)) - start
@@ -507,18 +439,14 @@ def _flown_peak_m_s(curves: SCurves, parameters: ArduPilotParameters) -> FloatAr
     """
     lag_s = _ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
     pointed = (curves.cruise_s == 0.0) & (curves.down.jerk_s >= lag_s)
-    peak: FloatArray = curves.peak_m_s - np.where(
-        pointed, 0.5 * curves.down.jerk_m_s3 * lag_s**2, 0.0
-    )
-    return peak
+    rounded = np.where(pointed, 0.5 * curves.down.jerk_m_s3 * lag_s**2, 0.0)
+    return np.asarray(curves.peak_m_s - rounded)
 
 
 def _start_delay_s(
+    direction: FloatArray,
     speed_m_s: FloatArray,
     acceleration_m_s2: FloatArray,
-    *,
-    level: FloatArray,
-    upward: FloatArray,
     parameters: ArduPilotParameters,
     airspeed_limit_m_s: float | None,
 ) -> FloatArray:
@@ -535,9 +463,9 @@ def _start_delay_s(
       (k_P/k_I) late.  Over v = a t this is (c/k_I) ln(T/2 s), less the 5 % forgiven: nothing below
       c = 0.2 s⁻¹, 0.4 s at 10 m/s for a vehicle at its lean limit there.
     """
-    still = (level == 0.0) & (upward == 0.0)
+    level, still = horizontal(direction), ~direction.any(axis=1)
     lag = _ATTITUDE_LAG_FACTOR * parameters.attitude_time_constant_s
-    delay = lag * np.where(still, 1.0, level**2) + _VERTICAL_LAG_S * upward**2
+    delay = lag * np.where(still, 1.0, level**2) + _VERTICAL_LAG_S * direction[:, 2] ** 2
     if airspeed_limit_m_s is None:
         return delay
     drag = drag_per_s(parameters, airspeed_limit_m_s)

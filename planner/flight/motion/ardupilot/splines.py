@@ -15,7 +15,7 @@ import numpy as np
 from planner.flight.motion.ardupilot.legs import limits_along
 from planner.flight.motion.ardupilot.stages import is_kind
 from planner.flight.motion.headway import SLOWEST_M_S, headway_findings, headway_m_s
-from planner.flight.motion.kinematics import FlightState, make_manoeuvres
+from planner.flight.motion.kinematics import FlightState, lengths, make_manoeuvres, quotient
 from planner.mission.route.stage import StageKind
 from planner.values import Value
 
@@ -31,7 +31,7 @@ _PIECES = 24
 """Pieces of a spline: a bend of 90° is then flown as ten of 9°."""
 _LONGEST_TANGENTS = 4.0
 """``SPLINE_FACTOR``: both tangents together are at most so many times the way between the ends."""
-_ACCELERATION_SHARE = 0.5
+_ACCELERATION_PART = 0.5
 """``TANGENTIAL_ACCEL_SCALER`` and ``LATERAL_ACCEL_SCALER``."""
 _APART_M2_S2 = 1e4
 """More than any squared speed: puts splines that do not join out of each other's reach. [m² s⁻²]"""
@@ -72,9 +72,7 @@ class Splines(Value, eq=False):
             FlightState.CRUISE,
             position_m=self.position_m,
             velocity_m_s=speed[..., None] * self.tangent,
-            duration_s=np.divide(
-                2.0 * self.piece_m, both, out=np.zeros_like(both), where=both > 0.0
-            ),
+            duration_s=quotient(2.0 * self.piece_m, both),
         )
 
 
@@ -110,12 +108,10 @@ def plan_splines(
     is_spline = is_kind(stages.kind, StageKind.SPLINE)
     moves = (stages.place_m != stages.start_m).any(axis=1)
     row = np.flatnonzero(is_spline & moves)
-    if not len(row):
-        return _no_splines(len(stages.kind))
     origin, end = stages.start_m[row], stages.place_m[row]
     leaving, arriving = _tangents(stages, row, is_spline)
-    length = np.sqrt((leaving**2).sum(axis=1)) + np.sqrt((arriving**2).sum(axis=1))
-    most = _LONGEST_TANGENTS * np.sqrt(((end - origin) ** 2).sum(axis=1))
+    length = lengths(leaving) + lengths(arriving)
+    most = _LONGEST_TANGENTS * lengths(end - origin)
     scale = np.divide(most, length, out=np.ones_like(most), where=length > most)[:, None]
     leaving, arriving = leaving * scale, arriving * scale
     cubic = (
@@ -128,11 +124,9 @@ def plan_splines(
     position, slope, bend = _cubic_at(cubic, nodes)
     tangent = _directions(slope, bend)
     middle = _cubic_at(cubic, nodes[:-1] + 0.5 / _PIECES)[1]
-    slope_size = np.sqrt((slope**2).sum(axis=-1))
+    slope_size = lengths(slope)
     # Simpson's rule for the length of each piece.
-    piece = (slope_size[:, :-1] + 4.0 * np.sqrt((middle**2).sum(axis=-1)) + slope_size[:, 1:]) / (
-        6 * _PIECES
-    )
+    piece = (slope_size[:, :-1] + 4.0 * lengths(middle) + slope_size[:, 1:]) / (6 * _PIECES)
     held, findings = _held_speeds_m_s(
         stages.speed_m_s[row],
         tangent,
@@ -141,20 +135,13 @@ def plan_splines(
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
     )
+    climb, descent = stages.climb_m_s[row, None], stages.descent_m_s[row, None]
     limit = np.minimum(
-        limits_along(
-            tangent,
-            held,
-            np.where(
-                tangent[..., 2] > 0.0,
-                stages.climb_m_s[row][:, None],
-                stages.descent_m_s[row][:, None],
-            ),
-        ),
+        limits_along(tangent, held, np.where(tangent[..., 2] > 0.0, climb, descent)),
         _bend_limit_m_s(tangent, bend, slope_size, parameters),
     )
     limit[slope_size == 0.0] = 0.0  # without a tangent a spline ends, or begins, at rest
-    acceleration = _ACCELERATION_SHARE * limits_along(
+    acceleration = _ACCELERATION_PART * limits_along(
         tangent, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
     joins = np.zeros(len(row), np.bool_)
@@ -178,23 +165,6 @@ def plan_splines(
         speed_at_start_m_s=at_start,
         speed_at_end_m_s=at_end,
         findings=findings,
-    )
-
-
-def _no_splines(stages: int) -> Splines:
-    """Return what a route of so many stages has that holds no spline."""
-    nothing, none = np.zeros((0, _PIECES)), np.zeros((0, _PIECES + 1, 3))
-    return Splines(
-        stage=np.zeros(0, np.intp),
-        position_m=none,
-        tangent=none,
-        piece_m=nothing,
-        limit_m_s=none[..., 0],
-        acceleration_m_s2=nothing,
-        joins_before=np.zeros(0, np.bool_),
-        speed_at_start_m_s=np.zeros(stages),
-        speed_at_end_m_s=np.zeros(stages),
-        findings=(),
     )
 
 
@@ -272,9 +242,7 @@ def _directions(slope: FloatArray, bend: FloatArray) -> FloatArray:
     toward = bend.copy()
     toward[:, -1] *= -1.0
     ways[still] = toward[still]
-    size = np.sqrt((ways**2).sum(axis=-1))[..., None]
-    unit: FloatArray = np.divide(ways, size, out=np.zeros_like(ways), where=size > 0.0)
-    return unit
+    return quotient(ways, lengths(ways)[..., None])
 
 
 def _bend_limit_m_s(
@@ -282,8 +250,8 @@ def _bend_limit_m_s(
 ) -> FloatArray:
     """Return the speed at which bends need half the acceleration across. (n, k + 1) [m s⁻¹]"""
     across = bend - (bend * tangent).sum(axis=-1)[..., None] * tangent
-    size = np.sqrt((across**2).sum(axis=-1))
-    allowed = _ACCELERATION_SHARE * limits_along(
+    size = lengths(across)
+    allowed = _ACCELERATION_PART * limits_along(
         across, parameters.acceleration_m_s2, parameters.vertical_acceleration_m_s2
     )
     bent = (size > 0.0) & (slope_size > 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from planner import quantity
 from planner.findings import Rule, Severity
 from planner.flight.motion.ardupilot.vertical import BRAKING_SHARE, height_gain_per_s
+from planner.flight.motion.kinematics import horizontal, quotient
 from planner.geo.geodesy import FLATTENING, SEMI_MAJOR_AXIS_M
 from planner.mission.route.route import LANDING_MISSING
 from planner.mission.route.stage import StageKind
@@ -80,10 +81,7 @@ class StageColumns(Value, eq=False):
 
 def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
     """Return whether columns of kinds hold some of them. (n,)"""
-    found: BoolArray = kind == KIND_INDEX[kinds[0]]
-    for other in kinds[1:]:
-        found |= kind == KIND_INDEX[other]
-    return found
+    return np.isin(kind, [KIND_INDEX[each] for each in kinds])
 
 
 def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:
@@ -111,52 +109,33 @@ def stage_columns(
     stages: Sequence[Stage], parameters: ArduPilotParameters, *, scale: tuple[float, float]
 ) -> StageColumns:
     """Return the stages of a route, each beginning where the one before ends; the first at home."""
+
+    def column(name: str, default: float = 0.0) -> FloatArray:
+        values = np.array([getattr(stage, name) for stage in stages], dtype=np.float64)
+        return np.where(np.isnan(values), default, values)
+
     kind = np.array([KIND_INDEX[stage.kind] for stage in stages], dtype=np.intp)
-    numbers = np.array(
-        [
-            (
-                stage.east_m * scale[0],
-                stage.north_m * scale[1],
-                stage.height_m,
-                stage.item,
-                stage.speed_m_s,
-                stage.climb_speed_m_s,
-                stage.descent_speed_m_s,
-                stage.hold_s,
-                stage.turns,
-                stage.radius_m,
-            )
-            for stage in stages
-        ],
-        dtype=np.float64,
-    )
-    place = numbers[:, :3].copy()
-    speed, climb, descent = (
-        np.where(np.isnan(numbers[:, column]), default, numbers[:, column])
-        for column, default in (
-            (4, parameters.cruise_speed_m_s),
-            (5, parameters.climb_speed_m_s),
-            (6, parameters.descent_speed_m_s),
-        )
-    )
+    place = np.column_stack((column("east_m"), column("north_m"), column("height_m")))
+    place[:, :2] *= scale
+    speed = column("speed_m_s", parameters.cruise_speed_m_s)
+    climb = column("climb_speed_m_s", parameters.climb_speed_m_s)
+    descent = column("descent_speed_m_s", parameters.descent_speed_m_s)
     home = kind == KIND_INDEX[StageKind.RETURN]
     speed[home] = parameters.return_speed_m_s  # ModeRTL::init starts from the parameters again
     climb[home] = parameters.climb_speed_m_s
-    hold = numbers[:, 7].copy()
-    turns = numbers[:, 8].copy()
+    hold, turns, radius = column("hold_s"), column("turns"), column("radius_m")
     # What the mission store makes of them is in the route already.
-    radius = np.where(numbers[:, 9] == 0.0, parameters.circle_radius_m, numbers[:, 9])
+    radius = np.where(radius == 0.0, parameters.circle_radius_m, radius)
     start, end, edge = _chained(
         stages, kind, place, parameters, turns=turns, radius_m=radius, speed_m_s=speed
     )
     followed = [row for row, each in enumerate(stages) if each.followed_ground_m]
     if followed:
         rows = np.array(followed)
-        way = place[rows, :2] - start[rows, :2]
         speed[rows] = followed_speed_m_s(
             rows,
             np.array([stages[row].followed_ground_m for row in followed]),
-            np.hypot(way[:, 0], way[:, 1]),
+            horizontal(place[rows] - start[rows]),
             speed[rows],
             climb_m_s=climb[rows],
             descent_m_s=descent[rows],
@@ -168,7 +147,7 @@ def stage_columns(
     onward = is_kind(kind, *_NEXT_MAY_BE)
     return StageColumns(
         kind=kind,
-        item=numbers[:, 3].astype(np.intp),
+        item=np.array([stage.item for stage in stages]),
         start_m=start,
         place_m=place,
         end_m=end,
@@ -182,7 +161,7 @@ def stage_columns(
         is_passed=through & (hold == 0.0) & np.concatenate((onward[1:], [False])),
         is_first_leg=np.concatenate(([False], takeoff[:-1])),
         from_ground=takeoff & landed,
-        return_floor_m=np.array([stage.rally_height_m for stage in stages]),
+        return_floor_m=column("rally_height_m"),
     )
 
 
@@ -196,11 +175,8 @@ def return_columns(
 ) -> StageColumns:
     """Return a return from each of n points, standing there; item i is point i."""
     count = len(points_m)
-    start = np.array(points_m, np.float64, ndmin=2)
-    start[:, :2] *= scale
     zero, never = np.zeros(count), np.zeros(count, np.bool_)
-    home = np.array(home_m, np.float64, ndmin=2)
-    home[:, :2] *= scale
+    start, home = points_m * (*scale, 1.0), home_m * (*scale, 1.0)
     return StageColumns(
         kind=np.full(count, KIND_INDEX[StageKind.RETURN]),
         item=np.arange(count),
@@ -257,27 +233,24 @@ def _chained(
                     place_m[row],
                     turns=float(turns[row]),
                     radius_m=float(radius_m[row]),
-                    rate_rad_s=circle_rate_rad_s(
-                        float(radius_m[row]), float(speed_m_s[row]), parameters
-                    ),
+                    speed_m_s=float(speed_m_s[row]),
                     parameters=parameters,
                 )
     return np.vstack((np.zeros((1, 3)), end[:-1])), end, edge
 
 
-def circle_rate_rad_s(radius_m: float, speed_m_s: float, parameters: ArduPilotParameters) -> float:
-    """Return the rate at which a circle is flown, without sign. [rad s⁻¹]
+def circle_rate_rad_s(
+    radius_m: FloatArray, speed_m_s: FloatArray, parameters: ArduPilotParameters
+) -> FloatArray:
+    """Return the rates at which circles are flown, without sign. (n,) [rad s⁻¹]
 
     Notes
     -----
     ``AC_Circle::calc_velocities``: CIRCLE_RATE, at most v/R with v the speed or sqrt(A R / 2).
     """
-    rate = abs(parameters.circle_rate_rad_s)
-    size = abs(radius_m)
-    if size == 0.0:
-        return rate
-    fastest = min(speed_m_s, math.sqrt(0.5 * parameters.acceleration_m_s2 * size))
-    return min(rate, fastest / size)
+    size = np.abs(radius_m)
+    fastest = np.minimum(speed_m_s, np.sqrt(0.5 * parameters.acceleration_m_s2 * size))
+    return np.minimum(abs(parameters.circle_rate_rad_s), quotient(fastest, size, np.inf))
 
 
 def stopping_point_m(speed_m_s: float, parameters: ArduPilotParameters) -> float:
@@ -300,14 +273,15 @@ def _circle_ends_m(
     *,
     turns: float,
     radius_m: float,
-    rate_rad_s: float,
+    speed_m_s: float,
     parameters: ArduPilotParameters,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the point of a circle nearest to where the vehicle comes from, and where it stops."""
     size = abs(radius_m)
+    rate_rad_s = float(circle_rate_rad_s(np.float64(radius_m), np.float64(speed_m_s), parameters))
     away = before_m[:2] - place_m[:2]
     distance = math.hypot(*away)
-    # At the centre ArduPilot takes the point behind the vehicle; the heading is not known here.
+    # At the centre ArduPilot takes the point at the back of the vehicle; the heading is not known here.
     direction = away / distance if distance >= 0.5 else np.array([0.0, -1.0])
     edge = np.array([*(place_m[:2] + size * direction), place_m[2]])
     if math.dist(edge, before_m) <= _EDGE_NEAR_M:
@@ -365,13 +339,11 @@ def return_height_m(
     least = np.maximum(present + parameters.return_climb_min_m, _LEAST_RETURN_M)
     height = np.maximum(np.maximum(parameters.return_altitude_m, rally_height_m), least)
     if parameters.return_cone_slope >= _SHALLOWEST_CONE:
-        distance = np.hypot(start_m[:, 0] - home_m[:, 0], start_m[:, 1] - home_m[:, 1])
-        height = np.minimum(height, np.maximum(distance * parameters.return_cone_slope, least))
+        cone = horizontal(start_m - home_m) * parameters.return_cone_slope
+        height = np.minimum(height, np.maximum(cone, least))
     if parameters.fence_enable and parameters.fence_type & _CEILING:
-        ceiling = parameters.fence_height_max_m - parameters.fence_margin_m
-        height = np.minimum(height, ceiling)
-    lifted: FloatArray = home_m[:, 2] + np.maximum(height, present)
-    return lifted
+        height = np.minimum(height, parameters.fence_height_max_m - parameters.fence_margin_m)
+    return np.asarray(home_m[:, 2] + np.maximum(height, present))
 
 
 def over_home_m(
@@ -447,25 +419,8 @@ def followed_speed_m_s(
 ) -> FloatArray:
     """Return the mean horizontal speeds of legs that follow the ground.
 
-    Parameters
-    ----------
-    stage : ndarray of int
-        Stage of each leg, rising; legs of consecutive stages follow each other. (n,)
-    ground_m : ndarray
-        Heights of the ground, evenly spaced from the beginning of each leg to its end. (n, k) [m]
-    length_m : ndarray
-        Horizontal lengths. (n,) [m]
-    speed_m_s : ndarray
-        Commanded horizontal speeds. (n,) [m s⁻¹]
-    climb_m_s, descent_m_s : ndarray
-        Vertical speed limits. (n,) [m s⁻¹]
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-
-    Returns
-    -------
-    ndarray
-        The commanded speed where nothing slows a leg down. (n,) [m s⁻¹]
+    Legs of consecutive ``stage`` follow each other; ``ground_m`` are heights of the ground, evenly spaced
+    from the beginning of each leg to its end (n, k), and the limits those commanded, all else (n,).
     """
     found = speed_m_s.copy()
     slope = np.abs(np.diff(ground_m, axis=1)) * (ground_m.shape[1] - 1)
@@ -476,13 +431,8 @@ def followed_speed_m_s(
     motion = _LEVEL
     for row in np.flatnonzero(steep).tolist():
         follows = before is not None and stage[row] == stage[before] + 1
-        leg = _Leg(
-            ground_m=ground_m[row].tolist(),
-            length_m=float(length_m[row]),
-            speed_m_s=float(speed_m_s[row]),
-            climb_m_s=float(climb_m_s[row]),
-            descent_m_s=float(descent_m_s[row]),
-        )
+        numbers = (float(c[row]) for c in (length_m, speed_m_s, climb_m_s, descent_m_s))
+        leg = _Leg(ground_m[row].tolist(), *numbers)
         begin = motion if follows else _LEVEL
         duration_s, motion = leg.flown(begin, parameters)
         found[row] = min(leg.length_m / duration_s, leg.speed_m_s)
@@ -531,11 +481,8 @@ class _Leg(NamedTuple):
             low, high = self.ground_m[below], self.ground_m[below + 1]
             error = low + (at - below) * (high - low) - height
             size = abs(error)
-            wanted = (
-                gain * size
-                if size < linear_m
-                else math.sqrt(2.0 * braking * (size - 0.5 * linear_m))
-            )
+            wanted = math.sqrt(2.0 * braking * max(size - 0.5 * linear_m, 0.0))
+            wanted = gain * size if size < linear_m else wanted
             wanted = min(wanted, self.climb_m_s) if error > 0.0 else -min(wanted, self.descent_m_s)
             slowed = min(max(2.0 - size / half_m, _SLOWEST), 1.0)
             rate += min(max(wanted - rate, -most_up), most_up)
