@@ -313,9 +313,8 @@ def plan_legs(
     length = lengths(way)
     shortest = _shortest_m(stages, key)
     flown = (length > 0.0) | (shortest > 0.0)
-    key, start, way, length, shortest = (
-        column[flown] for column in (key, start, way, length, shortest)
-    )
+    key = key[flown]
+    start, way, length, shortest = (column[flown] for column in (start, way, length, shortest))
     leads = length > shortest
     direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=leads[:, None])
     stage = key // SLOTS

@@ -62,32 +62,17 @@ def fly_ardupilot(
 ) -> Motion:
     """Return how ArduPilot's Copter flies the stages of a route.
 
-    Parameters
-    ----------
-    stages : sequence of Stage
-        At least one; the first begins at home, disarmed on the ground.
-    parameters : ArduPilotParameters
-        The vehicle's parameters.
-    wind : Wind, optional
-        Steady wind; default none.  Ground speed is held until the lean angle reaches its limit.
-    airspeed_limit_m_s : float, optional
-        Airspeed at the greatest lean angle; default never reached. [m s⁻¹]
-    home_latitude_deg : float, optional
-        Latitude of home, for what ArduPilot takes for a metre; default metres are its own. [°]
-    responses : Responses, optional
-        How the vehicle follows its references: stops and waits at waypoints depend on it; default
-        without any lag.
+    The first of at least one stage begins at home, disarmed on the ground.  Ground speed is held against
+    the wind until the lean angle reaches its limit, at that airspeed.  The latitude of home decides what
+    ArduPilot takes for a metre; without it metres are its own.  Stops and waits at waypoints depend on
+    how the vehicle follows its references, by default without any lag.
 
-    Returns
-    -------
-    Motion
-        From arming to disarming.  A stage is arrived at when the autopilot announces it as reached:
-        half-way through a corner, after a hold, after a landing when disarmed.
+    The motion is from arming to disarming.  A stage is arrived at when the autopilot announces it as
+    reached: half-way through a corner, after a hold, after a landing when disarmed.
     """
     scale = metres_of_autopilot(home_latitude_deg)
-    columns = stage_columns(stages, parameters, scale=scale)
     return _flown(
-        columns,
+        stage_columns(stages, parameters, scale=scale),
         parameters,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
@@ -109,28 +94,16 @@ def ardupilot_returns(
 ) -> Motion:
     """Return the return to launch (RTL) from each of many points as one motion.
 
-    Parameters
-    ----------
-    points_m : ndarray
-        East, north, height above home; the vehicle stands there. (n, 3) [m]
-    home_m : ndarray
-        Where each leads, its ground included; (3,) where it is one for all. (n, 3) [m]
-    rally_height_m : ndarray, optional
-        Heights of rally points above the ground there; default 0, home. (n,) [m]
-    parameters, wind, airspeed_limit_m_s, home_latitude_deg, responses
-        As in :func:`fly_ardupilot`.
-
-    Returns
-    -------
-    Motion
-        The ways one after the other; the item of a segment is the position of its point.
+    The vehicle starts from standing at the points (n, 3), and returns to homes (n, 3), or (3,) where it
+    is one for all; ``rally_height_m`` is that of rally points above the ground there, 0 for home (n,).
+    The rest is as in :func:`fly_ardupilot`.  The returns follow one another; the item of a segment is the
+    position of its point.
     """
     scale = metres_of_autopilot(home_latitude_deg)
     home = np.broadcast_to(np.asarray(home_m, np.float64), points_m.shape)
     rally = np.zeros(len(points_m)) if rally_height_m is None else rally_height_m
-    columns = return_columns(points_m, home, rally, parameters, scale=scale)
     return _flown(
-        columns,
+        return_columns(points_m, home, rally, parameters, scale=scale),
         parameters,
         wind=wind,
         airspeed_limit_m_s=airspeed_limit_m_s,
@@ -152,12 +125,10 @@ def _flown(
     splines = plan_splines(stages, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
     legs = plan_legs(stages, splines, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s)
     circles = plan_circles(stages, parameters)
-
-    def stopping(speed_m_s: FloatArray) -> FloatArray:
-        return stopping_distance_m(
-            speed_m_s, parameters, None if responses is None else responses.speed
-        )
-
+    speed_response = None if responses is None else responses.speed
+    lean = circle_findings(
+        stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
+    )
     manoeuvres = [
         *_takeoffs(stages, parameters),
         *_holds(stages, parameters),
@@ -174,15 +145,8 @@ def _flown(
         circles,
         item=stages.item,
         scale=scale,
-        stopping_distance_m=stopping,
-        findings=(
-            *legs.findings,
-            *splines.findings,
-            *circle_findings(
-                stages, circles, parameters, wind=wind, airspeed_limit_m_s=airspeed_limit_m_s
-            ),
-            *return_findings(stages, parameters),
-        ),
+        stopping_distance_m=lambda speed: stopping_distance_m(speed, parameters, speed_response),
+        findings=(*legs.findings, *splines.findings, *lean, *return_findings(stages, parameters)),
     )
 
 
@@ -222,18 +186,12 @@ def _holds(stages: StageColumns, parameters: ArduPilotParameters) -> list[Manoeu
     held, home = held[stages.hold_s[held] > 0.0], stages.where(StageKind.RETURN)
     spinning = stages.where(StageKind.CIRCLE)
     spinning = spinning[stages.radius_m[spinning] == 0.0]
+    _, spinning_s = circling_s(stages, spinning, parameters)
+    loiter_s = np.full(len(home), parameters.return_loiter_s)
     holds = (
         (held * SLOTS + 1, stages.end_m[held], stages.hold_s[held]),
-        (
-            home * SLOTS + 2,
-            over_home_m(stages, home, parameters),
-            np.full(len(home), parameters.return_loiter_s),
-        ),
-        (
-            spinning * SLOTS + 1,
-            stages.edge_m[spinning],
-            circling_s(stages, spinning, parameters)[1],
-        ),
+        (home * SLOTS + 2, over_home_m(stages, home, parameters), loiter_s),
+        (spinning * SLOTS + 1, stages.edge_m[spinning], spinning_s),
     )
     return [
         hold(key, FlightState.HOVER, place_m=place, duration_s=duration)
@@ -305,21 +263,14 @@ def _flown_splines(
     """Return the splines, as fast at their ends as the legs they join."""
     if not len(splines.stage):
         return ()
-    count = len(stages.kind)
+    count, stage = len(stages.kind), splines.stage
     left, met = np.zeros(count), np.zeros(count)
-    leg_stage = legs.key // SLOTS
+    leg_stage, slot = np.divmod(legs.key, SLOTS)
     left[leg_stage] = legs.curves.end_m_s
-    first = legs.key % SLOTS == 0
-    met[leg_stage[first]] = legs.curves.start_m_s[first]
-    before = np.maximum(splines.stage - 1, 0)
-    after = np.minimum(splines.stage + 1, count - 1)
+    met[leg_stage[slot == 0]] = legs.curves.start_m_s[slot == 0]
+    before, after = np.maximum(stage - 1, 0), np.minimum(stage + 1, count - 1)
     is_spline = is_kind(stages.kind, StageKind.SPLINE)
-    passed_before = (splines.stage > 0) & stages.is_passed[before]
-    passed = stages.is_passed[splines.stage]
     start = np.where(is_spline[before], splines.speed_at_end_m_s[before], left[before])
+    start = np.where((stage > 0) & stages.is_passed[before], start, 0.0)
     end = np.where(is_spline[after], splines.speed_at_start_m_s[after], met[after])
-    return (
-        splines.flown(
-            splines.stage * SLOTS, np.where(passed_before, start, 0.0), np.where(passed, end, 0.0)
-        ),
-    )
+    return (splines.flown(stage * SLOTS, start, np.where(stages.is_passed[stage], end, 0.0)),)

@@ -278,7 +278,7 @@ def _circle_ends_m(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the point of a circle nearest to where the vehicle comes from, and where it stops."""
     size = abs(radius_m)
-    rate_rad_s = float(circle_rate_rad_s(np.float64(radius_m), np.float64(speed_m_s), parameters))
+    rate_rad_s = float(circle_rate_rad_s(np.array(radius_m), np.array(speed_m_s), parameters))
     away = before_m[:2] - place_m[:2]
     distance = math.hypot(*away)
     # At the centre ArduPilot takes the point at the back of the vehicle; the heading is not known here.

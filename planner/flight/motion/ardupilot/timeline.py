@@ -15,6 +15,7 @@ from planner.flight.motion.kinematics import (
     Motion,
     PolynomialLaw,
     SegmentColumns,
+    horizontal,
 )
 from planner.physics.quadrature import unit_quadrature
 from planner.values import Value
@@ -73,21 +74,12 @@ class LegTimes(Value, eq=False):
     @classmethod
     def of(cls, legs: ArduPilotLegs, start_s: FloatArray) -> LegTimes:
         """Return legs that begin at times. (n,) [s]"""
-        phases = legs.curves.phases()
-        end = start_s + legs.curves.duration_s
-        before = np.zeros(len(end))
-        before[1:] = legs.half_overlap_s[:-1]
+        phases, end = legs.curves.phases(), start_s + legs.curves.duration_s
+        acceleration, jerk = 0.5 * phases.acceleration_m_s2, phases.jerk_m_s3 / 6.0
+        before = np.concatenate((np.zeros(1), legs.half_overlap_s))[: len(end)]
         return cls(
             legs=legs,
-            phases=np.stack(
-                (
-                    phases.way_m,
-                    phases.speed_m_s,
-                    0.5 * phases.acceleration_m_s2,
-                    phases.jerk_m_s3 / 6.0,
-                ),
-                axis=-1,
-            ),
+            phases=np.stack((phases.way_m, phases.speed_m_s, acceleration, jerk), axis=-1),
             breaks_s=start_s[:, None] + phases.start_s,
             end_s=end,
             begun_s=start_s + before,
@@ -154,18 +146,10 @@ class LegTimes(Value, eq=False):
         at = leg * count + phase
         t = time_s - self.breaks_s.ravel()[at]
         s, v, a, j = self.phases.reshape(-1, 4)[at].T.copy()
-        along = np.empty((3, 4, len(leg)))
-        powers = (
-            s + t * (v + t * (a + t * j)),
-            v + t * (2.0 * a + 3.0 * t * j),
-            a + 3.0 * t * j,
-            j,
+        powers = np.stack(
+            (s + t * (v + t * (a + t * j)), v + t * (2.0 * a + 3.0 * t * j), a + 3.0 * t * j, j)
         )
-        for axis in range(3):
-            here = direction[axis, leg]
-            for power, value in enumerate(powers):
-                np.multiply(here, value, out=along[axis, power])
-        return along
+        return np.asarray(direction[:, None, leg] * powers)
 
     def _cruise(self) -> tuple[FloatArray, FloatArray]:
         """Return when accelerating ends and when braking begins; one moment without a cruise."""
@@ -178,8 +162,7 @@ class LegTimes(Value, eq=False):
         """Return the segments of the legs: accelerate, cruise, brake; climb or descend; hover."""
         legs = self.legs
         count = len(legs.key)
-        level = np.hypot(legs.direction[:, 0], legs.direction[:, 1])
-        upward = legs.direction[:, 2]
+        level, upward = horizontal(legs.direction), legs.direction[:, 2]
         peak = legs.curves.peak_m_s
         entered = legs.curves.start_m_s.copy()
         entered[1:] = np.maximum(entered[1:], legs.corner_speed_m_s[:-1])
@@ -247,20 +230,10 @@ def make_motion(
 
     per_metre = np.array([1.0 / scale[0], 1.0 / scale[1], 1.0])
     timed = LegTimes.of(legs, leg_start)
-    sources = [
-        timed.pieces(per_metre),
-        *(
-            _manoeuvre_pieces(m, begin, per_metre)
-            for m, begin in zip(manoeuvres, manoeuvre_start, strict=True)
-        ),
-    ]
-    segments = [
-        timed.segments(stopping_distance_m),
-        *(
-            _manoeuvre_segments(m, begin, stopping_distance_m)
-            for m, begin in zip(manoeuvres, manoeuvre_start, strict=True)
-        ),
-    ]
+    sources, segments = [timed.pieces(per_metre)], [timed.segments(stopping_distance_m)]
+    for manoeuvre, begin in zip(manoeuvres, manoeuvre_start, strict=True):
+        sources.append(_manoeuvre_pieces(manoeuvre, begin, per_metre))
+        segments.append(_manoeuvre_segments(manoeuvre, begin, stopping_distance_m))
     if len(circles.key):
         segments.append(
             FlownSegments(
@@ -271,14 +244,60 @@ def make_motion(
                 stopping_distance_m=stopping_distance_m(circles.speed_m_s),
             )
         )
-    return _joined(
-        sources,
-        segments,
-        circles,
-        circle_start,
-        total_s=total_s,
-        item=item,
-        per_metre=per_metre,
+    flown = FlownSegments.joined(segments)
+    flown = flown.select(np.lexsort((flown.stage, flown.start_s)))
+    begin, stage = flown.start_s, flown.stage
+
+    cubic = np.concatenate([source.columns for source in sources], axis=-1)
+    rows = [cubic.shape[-1], len(circles.key)]
+    start = np.concatenate([*(source.start_s for source in sources), circle_start])
+    order = np.argsort(start, kind="stable")
+    start = start[order]
+    duration = np.diff(start, append=total_s)
+    piece_segment = np.searchsorted(begin, start + 0.5 * duration, side="right") - 1
+    way, rise = _ways(
+        cubic,
+        np.concatenate([source.end_s - source.start_s for source in sources]),
+        np.concatenate([source.is_curved for source in sources]),
+    )
+    distance_m, climb_m = (
+        np.bincount(piece_segment, np.concatenate(both)[order], len(begin)).astype(np.float64)
+        for both in (
+            (way, circles.speed_m_s * circles.duration_s),
+            (rise, np.zeros(len(circles.key))),
+        )
+    )
+    idle = [*(source.is_grounded for source in sources), np.zeros(len(circles.key), np.bool_)]
+    done = np.searchsorted(stage, np.arange(len(item)), side="right") - 1
+    # Braking out of a circle comes after its last turn.
+    leaving = (done > 0) & np.isin(np.arange(len(item)), circles.key // SLOTS)
+    circle = circles.law
+    return Motion(
+        segments=SegmentColumns(
+            item=item[stage],
+            state=flown.state,
+            duration_s=np.diff(begin, append=total_s),
+            distance_m=distance_m,
+            climb_m=climb_m,
+            speed_m_s=flown.speed_m_s,
+            stopping_distance_m=flown.stopping_distance_m,
+        ),
+        laws=(
+            PolynomialLaw(coefficients=cubic.transpose(2, 0, 1)),
+            CircleLaw(
+                start_m=circle.start_m * per_metre,
+                centre_m=circle.centre_m * per_metre[:2],
+                rate_rad_s=circle.rate_rad_s,
+            ),
+        ),
+        piece_segment=piece_segment,
+        piece_law=np.repeat([0, 1], rows)[order],
+        piece_row=np.concatenate([np.arange(count) for count in rows])[order],
+        piece_offset_s=np.zeros(len(order)),
+        piece_duration_s=duration,
+        arrival_segment=done - leaving,
+        done_segment=done,
+        piece_is_grounded=np.concatenate(idle)[order],
         findings=findings,
     )
 
@@ -316,81 +335,6 @@ def _manoeuvre_segments(
         speed_m_s=manoeuvres.speed_m_s,
         stopping_distance_m=stopping,
     ).select(lasting)
-
-
-def _joined(
-    sources: Sequence[ArduPilotPieces],
-    segments: Sequence[FlownSegments],
-    circles: Circles,
-    circle_start_s: FloatArray,
-    *,
-    total_s: float,
-    item: IntArray,
-    per_metre: FloatArray,
-    findings: tuple[Finding, ...],
-) -> Motion:
-    """Return the motion of pieces and segments of several sources, put into order."""
-    cubic = np.concatenate([source.columns for source in sources], axis=-1)
-    circle = circles.law
-    round_law = CircleLaw(
-        start_m=circle.start_m * per_metre,
-        centre_m=circle.centre_m * per_metre[:2],
-        rate_rad_s=circle.rate_rad_s,
-    )
-    cubics, rounds = cubic.shape[-1], len(circles.key)
-    start = np.concatenate([*(source.start_s for source in sources), circle_start_s])
-    order = np.argsort(start, kind="stable")
-    start = start[order]
-    duration = np.diff(start, append=total_s)
-    law = np.repeat([0, 1], [cubics, rounds])[order]
-    row = np.concatenate((np.arange(cubics), np.arange(rounds)))[order]
-    way, height = _ways(
-        cubic,
-        np.concatenate([source.end_s - source.start_s for source in sources]),
-        np.concatenate([source.is_curved for source in sources]),
-    )
-    idle = np.concatenate([source.is_grounded for source in sources])
-    level = np.zeros(rounds)
-    distance, rise, grounded = (
-        np.concatenate(both)[order]
-        for both in (
-            (way, circles.speed_m_s * circles.duration_s),
-            (height, level),
-            (idle, level > 0.0),
-        )
-    )
-
-    flown = FlownSegments.joined(segments)
-    flown = flown.select(np.lexsort((flown.stage, flown.start_s)))
-    begin, stage = flown.start_s, flown.stage
-    piece_segment = np.searchsorted(begin, start + 0.5 * duration, side="right") - 1
-    distance_m, climb_m = np.zeros(len(begin)), np.zeros(len(begin))
-    distance_m += np.bincount(piece_segment, weights=distance, minlength=len(begin))
-    climb_m += np.bincount(piece_segment, weights=rise, minlength=len(begin))
-    done = np.searchsorted(stage, np.arange(len(item)), side="right") - 1
-    # Braking out of a circle comes after its last turn.
-    leaving = (done > 0) & np.isin(np.arange(len(item)), circles.key // SLOTS)
-    return Motion(
-        segments=SegmentColumns(
-            item=item[stage],
-            state=flown.state,
-            duration_s=np.diff(begin, append=total_s),
-            distance_m=distance_m,
-            climb_m=climb_m,
-            speed_m_s=flown.speed_m_s,
-            stopping_distance_m=flown.stopping_distance_m,
-        ),
-        laws=(PolynomialLaw(coefficients=cubic.transpose(2, 0, 1)), round_law),
-        piece_segment=piece_segment,
-        piece_law=law,
-        piece_row=row,
-        piece_offset_s=np.zeros(len(order)),
-        piece_duration_s=duration,
-        arrival_segment=done - leaving,
-        done_segment=done,
-        piece_is_grounded=grounded,
-        findings=findings,
-    )
 
 
 def _ways(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.flight.motion.kinematics import FlightState, make_vertical
+from planner.flight.motion.kinematics import FlightState, hold, make_vertical, quotient
 from planner.units import GRAVITY_M_S2
 
 if TYPE_CHECKING:
@@ -105,9 +105,7 @@ def _climb(
     last = np.minimum(gain * done, knee)
     slow_s = (peak - knee - ahead * np.log((peak + ahead) / (knee + ahead))) / braking
     slow_s += np.log((knee + ahead) / (last + ahead)) / gain
-    steady_s = np.divide(
-        np.maximum(rise_m - gained - left, 0.0), peak, out=np.zeros_like(peak), where=peak > 0.0
-    )
+    steady_s = quotient(np.maximum(rise_m - gained - left, 0.0), peak)
     zero = np.zeros_like(peak)
     return (
         (peak / full, steady_s, slow_s),
@@ -239,12 +237,6 @@ def set_down(
         duration_s=(fast / a, np.maximum(high - gained, 0.0) / down),
     )
     low = np.column_stack((start_m[:, :2], np.minimum(high, 0.0)))
-    wait = make_vertical(
-        key + 1,
-        FlightState.HOVER,
-        place_m=low,
-        height_m=(low[:, 2], low[:, 2]),
-        climb_m_s=(zero, zero),
-        duration_s=(zero + _PLACED_S + parameters.place_delay_s,),
-    )
+    placed_s = zero + _PLACED_S + parameters.place_delay_s
+    wait = hold(key + 1, FlightState.HOVER, place_m=low, duration_s=placed_s)
     return descent, wait, takeoff(key + 2, low, high, climb_m_s, parameters, from_ground=False)

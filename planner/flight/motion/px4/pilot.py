@@ -78,29 +78,10 @@ def fly_px4(
 ) -> Motion:
     """Return how PX4 flies the stages of a route.
 
-    Parameters
-    ----------
-    stages : sequence of Stage
-        At least one; the first begins at home, disarmed on the ground.
-    parameters : Px4Parameters
-        The vehicle's.
-    hover_noise_m : float
-        Mean horizontal distance from where the vehicle should be to where it takes itself to be while it
-        hovers; it slows PX4's time down.  0.3 m measured in simulation. [m]
-    wind : Wind, optional
-        Steady wind; default none.  Ground speed is held until the tilt reaches its limit.
-    airspeed_limit_m_s : float, optional
-        Airspeed at MPC_TILTMAX_AIR; default no limit. [m s⁻¹]
-
-    Returns
-    -------
-    Motion
-        Segments and pieces in closed form; findings about the wind and settings that are not followed.
-
-    Raises
-    ------
-    ValueError
-        If the noise stops PX4's time.
+    The first of at least one stage begins at home, disarmed on the ground.  Ground speed is held against
+    the wind until the tilt reaches its limit, at that airspeed.  ``hover_noise_m`` is the mean horizontal
+    distance between where the vehicle should be and its own estimate in a hover; it slows PX4's time
+    down, 0.3 m measured in simulation, and is refused (ValueError) where it stops it.
 
     Notes
     -----
@@ -132,26 +113,10 @@ def px4_returns(
 ) -> Motion:
     """Return how PX4 returns from places, each from standing there, as one motion.
 
-    Parameters
-    ----------
-    places_m : ndarray
-        East, north, height above home; at least one. (k, 3) [m]
-    home_m : ndarray
-        Where each return leads, its ground included; (3,) where it is one for all. (k, 3) [m]
-    parameters : Px4Parameters
-        The vehicle's.
-    rally_height_m : ndarray
-        Heights of rally points above the ground there; 0 for home. (k,) [m]
-    return_paths : sequence of ReturnPath or None
-        Of the returns that lead along the mission; empty where none does. (k,)
-    hover_noise_m, wind, airspeed_limit_m_s
-        As in :func:`fly_px4`.
-
-    Returns
-    -------
-    Motion
-        The returns one after the other, jumping in between; the item of a segment is the position of its
-        place in ``places_m``.
+    Places are (k, 3), and so are the homes they lead to, or (3,) where it is one for all;
+    ``rally_height_m`` is that of rally points above the ground there, 0 for home (k,).  ``return_paths``
+    are of the returns that lead along the mission (k,), empty where none does.  The rest is as in
+    :func:`fly_px4`.  The returns follow one another; the item of a segment is the position of its place.
     """
     places = np.asarray(places_m, dtype=np.float64)
     homes = np.broadcast_to(np.asarray(home_m, dtype=np.float64), places.shape)
