@@ -38,7 +38,8 @@ def quotient(
     above: float = 0.0,
 ) -> FloatArray:
     """Return quotients where the denominator is ``above`` a number, another value elsewhere."""
-    out = np.array(np.broadcast_to(otherwise, np.broadcast(numerator, denominator).shape))
+    out = np.empty(np.broadcast(numerator, denominator).shape)
+    out[...] = otherwise
     return np.asarray(np.divide(numerator, denominator, out=out, where=denominator > above))
 
 

@@ -81,7 +81,7 @@ class StageColumns(Value, eq=False):
 
 def is_kind(kind: IntArray, *kinds: StageKind) -> BoolArray:
     """Return whether columns of kinds hold some of them. (n,)"""
-    return np.isin(kind, [KIND_INDEX[each] for each in kinds])
+    return np.asarray(np.logical_or.reduce([kind == KIND_INDEX[each] for each in kinds]))
 
 
 def metres_of_autopilot(latitude_deg: float | None) -> tuple[float, float]:

@@ -291,17 +291,21 @@ def fly_legs(moves: Moves, parameters: Px4Parameters) -> Px4Legs:
     """
     planned = plan_legs(moves, parameters)
     legs = _guessed(planned, parameters)
-    active = np.arange(len(planned.item))
+    active, part = np.arange(len(planned.item)), planned
     for _ in range(_ROUNDS):
-        flown = _flown(planned.select(active), legs, parameters)
+        flown = _flown(part, legs, parameters)
         moved = np.abs(flown.end_m - legs.end_m[active]).max(axis=1)
         sped = np.abs(flown.end_m_s - legs.end_m_s[active]).max(axis=1)
         changed = np.zeros(len(planned.item) + 1, dtype=np.bool_)
         changed[active] = np.maximum(moved, sped) > _UNCHANGED
-        legs.put(active, flown)
+        if part is planned:
+            legs = flown
+        else:
+            legs.put(active, flown)
         active = np.flatnonzero(changed[planned.before])
         if not len(active):
             break
+        part = planned.select(active)
     return legs
 
 

@@ -268,6 +268,8 @@ class Px4Pieces:
         self, places: Places, coefficients: FloatArray, *, is_grounded: bool = False
     ) -> None:
         """Add pieces by their rising powers of time. (k, 3, 4)"""
+        if not (places.duration_s > _SHORTEST_S).any():
+            return
         c, t = coefficients, places.duration_s[:, None]
         moved = t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
         # Control points of the cubic's Bézier form: its length lies between chord and polygon.
